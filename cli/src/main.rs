@@ -1,0 +1,3 @@
+//! simctl.
+
+fn main() {}

@@ -1,0 +1,14 @@
+//! URDF text and asset bytes to an immutable [`RobotModel`] and its
+//! [`LoadReport`]. Does no IO of any kind: whoever calls brings the bytes.
+//!
+//! * [`robot`]: what a robot is.
+//! * [`report`]: what was done to a description on the way in.
+//! * [`urdf`]: from text to robot.
+
+pub mod report;
+pub mod robot;
+pub mod urdf;
+
+pub use report::{Disposition, Finding, LoadReport, Severity};
+pub use robot::RobotModel;
+pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, read};

@@ -1,0 +1,220 @@
+//! What a robot is: links, joints, shapes. Immutable once it is read.
+
+use std::sync::Arc;
+
+use glamx::{DMat3, DPose3, DVec3};
+
+/// A robot as its description gives it, checked: a tree of links with finite
+/// numbers, unit axes and ordered limits. SI units, radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotModel {
+    /// `name` of the `<robot>`.
+    pub name: String,
+    /// Depth-first, children in the order of the file; the first is the root.
+    pub links: Vec<Link>,
+    /// Depth-first: joint `i` ends at link `i + 1`. Fixed joints are here too.
+    pub joints: Vec<Joint>,
+}
+
+/// A rigid part of a robot, in the frame of the joint that it hangs on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Unique among the robot's links.
+    pub name: String,
+    /// What moves when the link moves.
+    pub inertial: Inertial,
+    /// What is drawn.
+    pub visuals: Vec<Visual>,
+    /// What touches.
+    pub collisions: Vec<Collision>,
+}
+
+/// Mass and inertia of a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertial {
+    /// Kilograms, at least 0.
+    pub mass: f64,
+    /// Centre of mass in the link's frame, metres.
+    pub center_of_mass: DVec3,
+    /// About the centre of mass, in the link's axes, kg m^2. Symmetric and
+    /// positive semidefinite.
+    pub inertia: DMat3,
+}
+
+impl Inertial {
+    /// No mass.
+    pub const ZERO: Self = Self { mass: 0.0, center_of_mass: DVec3::ZERO, inertia: DMat3::ZERO };
+}
+
+/// Something to draw.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Visual {
+    /// `link_from_shape`.
+    pub link_from_shape: DPose3,
+    /// What it is.
+    pub geometry: Geometry,
+    /// Red, green, blue, alpha, each 0 to 1; absent where the file gives none.
+    pub color: Option<[f64; 4]>,
+}
+
+/// Something that touches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// `link_from_shape`.
+    pub link_from_shape: DPose3,
+    /// What it is.
+    pub geometry: Geometry,
+}
+
+/// A shape, centred on its own origin. Metres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Geometry {
+    /// Full lengths of the sides.
+    Box {
+        /// Along x, y, z.
+        size: DVec3,
+    },
+    /// A ball.
+    Sphere {
+        /// Above 0.
+        radius: f64,
+    },
+    /// About the z axis.
+    Cylinder {
+        /// Above 0.
+        radius: f64,
+        /// Above 0.
+        length: f64,
+    },
+    /// About the z axis.
+    Capsule {
+        /// Above 0.
+        radius: f64,
+        /// Of the cylinder, without the caps.
+        length: f64,
+    },
+    /// Triangles from a file.
+    Mesh {
+        /// As the description writes it.
+        uri: String,
+        /// Factors on the file's coordinates; negative ones mirror.
+        scale: DVec3,
+        /// The file's content; absent where it is missing or cannot be read.
+        asset: Option<Arc<MeshAsset>>,
+    },
+}
+
+/// A mesh file, read.
+#[derive(Debug, PartialEq)]
+pub struct MeshAsset {
+    /// SHA-256 of the file.
+    pub sha256: Sha256,
+    /// Corners in the file's own coordinates, each finite.
+    pub vertices: Vec<DVec3>,
+    /// Corners of each triangle, as indices into `vertices`, each in range.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A connection of two links.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Unique among the robot's joints.
+    pub name: String,
+    /// How the child can move.
+    pub kind: JointKind,
+    /// Index of the link that it hangs on.
+    pub parent: usize,
+    /// Index of the link that moves.
+    pub child: usize,
+    /// The child's frame at position zero: `parent_from_joint`.
+    pub parent_from_joint: DPose3,
+    /// Unit vector in the joint's frame; meaningless for fixed and floating joints.
+    pub axis: DVec3,
+    /// Limits of position, effort and velocity.
+    pub limits: Limits,
+    /// Viscous damping, N m s/rad or N s/m, at least 0.
+    pub damping: f64,
+    /// Dry friction, N m or N, at least 0.
+    pub friction: f64,
+    /// Set where the joint follows another.
+    pub mimic: Option<Mimic>,
+}
+
+/// How a joint's child can move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// Turns about its axis, within limits where it has them.
+    Revolute,
+    /// Turns about its axis without end.
+    Continuous,
+    /// Slides along its axis.
+    Prismatic,
+    /// Does not move.
+    Fixed,
+    /// Moves freely.
+    Floating,
+    /// Slides in the plane across its axis, and turns about it.
+    Planar,
+}
+
+/// Limits of a joint; absent is no limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Limits {
+    /// rad or m; not above `upper`.
+    pub lower: Option<f64>,
+    /// rad or m.
+    pub upper: Option<f64>,
+    /// N m or N, above 0.
+    pub effort: Option<f64>,
+    /// rad/s or m/s, above 0.
+    pub velocity: Option<f64>,
+}
+
+/// `position = multiplier * position of joint + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mimic {
+    /// Index of the joint that is followed.
+    pub joint: usize,
+    /// rad or m for each rad or m.
+    pub multiplier: f64,
+    /// rad or m.
+    pub offset: f64,
+}
+
+/// A SHA-256 digest.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Sha256(pub [u8; 32]);
+
+impl Sha256 {
+    /// The digest of some bytes.
+    pub fn of(bytes: &[u8]) -> Self {
+        use sha2::Digest as _;
+        Self(sha2::Sha256::digest(bytes).into())
+    }
+
+    /// Reads 64 hexadecimal digits.
+    pub fn parse(text: &str) -> Option<Self> {
+        let text = text.as_bytes();
+        if text.len() != 64 {
+            return None;
+        }
+        let digit = |byte: u8| (byte as char).to_digit(16).map(|d| d as u8);
+        let mut out = [0; 32];
+        for (out, pair) in out.iter_mut().zip(text.chunks_exact(2)) {
+            *out = digit(pair[0])? << 4 | digit(pair[1])?;
+        }
+        Some(Self(out))
+    }
+}
+
+impl std::fmt::Display for Sha256 {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl std::fmt::Debug for Sha256 {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{self}")
+    }
+}
