@@ -1,1 +1,13 @@
-//! Physics and rules.
+//! Physics and rules of simd. No IO at all: no clock, no file, no thread, no
+//! network; the caller brings the robots and says when to step. Equal inputs
+//! give equal bits on one build and machine.
+//!
+//! * [`dynamics`]: articulated bodies, as Featherstone's book has them.
+//! * [`simulation`]: the world: commands that change it, the step, what it looks like.
+
+pub mod dynamics;
+pub mod simulation;
+
+pub use simulation::{
+    Answer, Applied, Command, Error, Event, Moment, PhysicsSettings, Query, Reply, Simulation, Snapshot,
+};

@@ -1,0 +1,266 @@
+//! The state of one robot, and its step.
+
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+
+use super::actuator::{Axis, Drive, Mode};
+use super::articulated::{accelerate, base_acceleration, gather_inertia};
+use super::constraint::{Constraints, Impulses, collect, solve};
+use super::gains::set_default_gains;
+use super::integrate::{advance, write_free_pose};
+use super::kinematics::{free_pose, place_and_move};
+use super::spatial::{Placement, Spatial};
+use super::tree::{Freedom, Tree};
+use super::work::{Work, Workspace};
+
+/// Rounds at the most in which actuators are found to saturate. Each round that
+/// changes something saturates one actuator more, and two are the rule.
+const MAX_ROUNDS: usize = 4;
+
+/// One robot: where it is, how it moves, what drives it.
+///
+/// Vectors are as long as the tree says: positions, and rates with all that is
+/// aligned with them. A free root comes first.
+#[derive(Clone, Debug)]
+pub struct Articulation {
+    tree: Arc<Tree>,
+    /// World from the base: the root link where it is fixed, else the world itself.
+    base: DPose3,
+    /// q.
+    positions: Vec<f64>,
+    /// qd.
+    rates: Vec<f64>,
+    /// By rate; those of free bodies have no actuator and no settings.
+    axes: Vec<Axis>,
+    /// The laws of the step, by rate.
+    drives: Vec<Drive>,
+    /// What the actuators applied over the last step, by rate.
+    efforts: Vec<f64>,
+    /// Forces from outside on each body, in its own frame. Held until changed.
+    external: Vec<Spatial>,
+    new_rates: Vec<f64>,
+    constraints: Constraints,
+    work: Workspace,
+}
+
+impl Articulation {
+    /// A robot at rest with its root at `world_from_root` and its joints at
+    /// `positions`, which are those of the joints alone; passive.
+    pub fn new(tree: Arc<Tree>, world_from_root: DPose3, axes: Vec<Axis>, positions: &[f64]) -> Self {
+        let mut q = vec![0.0; tree.root_positions()];
+        if !tree.fixed_base {
+            write_free_pose(&mut q, world_from_root.translation, world_from_root.rotation);
+        }
+        q.extend_from_slice(positions);
+        q.resize(tree.position_count, 0.0);
+        let n = tree.velocity_count;
+        let mut new = Self {
+            base: if tree.fixed_base { world_from_root } else { DPose3::IDENTITY },
+            positions: q,
+            rates: vec![0.0; n],
+            axes,
+            drives: vec![Drive::default(); n],
+            efforts: vec![0.0; n],
+            external: vec![Spatial::ZERO; tree.bodies.len()],
+            new_rates: vec![0.0; n],
+            constraints: Constraints { warm: Impulses::new(&tree), ..Constraints::default() },
+            work: Workspace {
+                bodies: vec![Work::default(); tree.bodies.len()],
+                free: vec![Default::default(); tree.free_bodies()],
+            },
+            tree,
+        };
+        new.axes.resize(n, Axis::default());
+        set_default_gains(&new.tree, &new.positions, &mut new.axes);
+        new
+    }
+
+    /// Advances by `h` seconds: semi-implicit Euler.
+    ///
+    /// 1. Where bodies are and how they move; each actuator's law for this step.
+    /// 2. Articulated inertias, accelerations, and so the new rates.
+    /// 3. Constraints change the new rates.
+    /// 4. An actuator whose effort at these rates would exceed its limit applies
+    ///    the limit, and 2 and 3 are done again.
+    /// 5. Positions follow the new rates.
+    ///
+    /// Allocates nothing once the constraints have had their largest size.
+    pub fn step(&mut self, gravity: DVec3, h: f64) {
+        let tree = Arc::clone(&self.tree);
+        let tree = &*tree;
+        place_and_move(tree, &self.positions, &self.rates, &mut self.work.bodies);
+        for (axis, drive) in self.axes.iter_mut().zip(&mut self.drives) {
+            // An actuator that saturated in the last step mostly does in this one.
+            let saturated = drive.saturated;
+            *drive = axis.drive(h);
+            drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
+        }
+        for round in 0..MAX_ROUNDS {
+            self.predict(tree, gravity, h);
+            if round == 0 {
+                let state = (&*self.positions, &*self.new_rates);
+                collect(tree, &self.axes, state, h, &mut self.constraints);
+            }
+            solve(tree, &self.positions, &mut self.constraints, &mut self.work, &mut self.new_rates);
+            if !self.saturate(tree, h, round == 0) {
+                break;
+            }
+        }
+        for body in &tree.bodies {
+            if !matches!(body.freedom, Freedom::Free { .. }) {
+                let (q, qd) = (self.positions[body.position], self.new_rates[body.velocity]);
+                self.efforts[body.velocity] = self.drives[body.velocity].effort(q, qd, h);
+            }
+        }
+        std::mem::swap(&mut self.rates, &mut self.new_rates);
+        advance(tree, &mut self.positions, &self.rates, h);
+    }
+
+    /// Second and third pass: the new rates without constraints.
+    fn predict(&mut self, tree: &Tree, gravity: DVec3, h: f64) {
+        let state = (&*self.positions, &*self.rates);
+        let base = Placement::new(self.base.rotation, self.base.translation);
+        gather_inertia(tree, &self.axes, &self.drives, &self.external, state, h, &mut self.work);
+        accelerate(tree, base_acceleration(&base, gravity), state, h, &mut self.work, &mut self.new_rates);
+    }
+
+    /// Finds the actuators whose solved effort is beyond their limit, and where
+    /// `release`, those that were saturated and need not be. Says whether any changed.
+    fn saturate(&mut self, tree: &Tree, h: f64, release: bool) -> bool {
+        let mut changed = false;
+        for body in &tree.bodies {
+            let drive = &mut self.drives[body.velocity];
+            if matches!(body.freedom, Freedom::Free { .. }) || drive.limit == f64::INFINITY {
+                continue;
+            }
+            let law = drive.law(self.positions[body.position], self.new_rates[body.velocity], h);
+            let next = match drive.saturated {
+                // Held at its limit: right as long as the law would go beyond on that side.
+                Some(effort) if law * effort.signum() >= drive.limit || !release => Some(effort),
+                Some(_) => None,
+                None => (law.abs() > drive.limit).then(|| drive.limit.copysign(law)),
+            };
+            changed |= next != drive.saturated;
+            drive.saturated = next;
+        }
+        changed
+    }
+
+    /// How it is built.
+    pub fn tree(&self) -> &Arc<Tree> {
+        &self.tree
+    }
+
+    /// q: a free root's seven first.
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
+    /// To put it elsewhere.
+    pub fn positions_mut(&mut self) -> &mut [f64] {
+        &mut self.positions
+    }
+
+    /// qd: a free root's six first.
+    pub fn rates(&self) -> &[f64] {
+        &self.rates
+    }
+
+    /// To give it other rates.
+    pub fn rates_mut(&mut self) -> &mut [f64] {
+        &mut self.rates
+    }
+
+    /// By rate.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// To change settings and targets.
+    pub fn axes_mut(&mut self) -> &mut [Axis] {
+        &mut self.axes
+    }
+
+    /// What the actuators applied over the last step, by rate.
+    pub fn efforts(&self) -> &[f64] {
+        &self.efforts
+    }
+
+    /// Whether each actuator applied its limit in the last step.
+    pub fn is_saturated(&self, rate: usize) -> bool {
+        self.drives.get(rate).is_some_and(|drive| drive.saturated.is_some())
+    }
+
+    /// Forces from outside on each body, in its own frame.
+    pub fn external_mut(&mut self) -> &mut [Spatial] {
+        &mut self.external
+    }
+
+    /// Whether every position and rate is finite.
+    pub fn is_finite(&self) -> bool {
+        self.positions.iter().chain(&self.rates).all(|value| value.is_finite())
+    }
+
+    /// Forgets what the last step left for the next one to start from: warm-start
+    /// impulses, saturation, efforts.
+    pub fn forget_last_step(&mut self) {
+        self.constraints.warm = Impulses::new(&self.tree);
+        self.drives.fill(Drive::default());
+        self.efforts.fill(0.0);
+    }
+
+    /// `world_from_root`.
+    pub fn root_pose(&self) -> DPose3 {
+        if self.tree.fixed_base {
+            return self.base;
+        }
+        let (origin, rotation) = free_pose(&self.positions);
+        DPose3::from_parts(origin, rotation)
+    }
+
+    /// Linear velocity of the root link's origin and its angular velocity, world axes.
+    pub fn root_twist(&self) -> (DVec3, DVec3) {
+        if self.tree.fixed_base {
+            return (DVec3::ZERO, DVec3::ZERO);
+        }
+        let qd = &self.rates;
+        let own = DVec3::new(qd[3], qd[4], qd[5]);
+        (DVec3::new(qd[0], qd[1], qd[2]), self.root_pose().rotation * own)
+    }
+
+    /// Puts the root elsewhere.
+    pub fn set_root_pose(&mut self, world_from_root: DPose3) {
+        if self.tree.fixed_base {
+            self.base = world_from_root;
+        } else {
+            write_free_pose(&mut self.positions, world_from_root.translation, world_from_root.rotation);
+        }
+    }
+
+    /// Gives a free root other rates, world axes; does nothing to a fixed one.
+    pub fn set_root_twist(&mut self, linear: DVec3, angular: DVec3) {
+        if !self.tree.fixed_base {
+            let own = self.root_pose().rotation.inverse() * angular;
+            super::articulated::write_free(&mut self.rates, linear, own);
+        }
+    }
+
+    /// Sets default gains from the composite inertias at the present positions.
+    pub fn set_default_gains(&mut self) {
+        set_default_gains(&self.tree, &self.positions, &mut self.axes);
+    }
+
+    /// Makes a joint hold the position that it has.
+    pub fn hold(&mut self, body: usize) {
+        let body = &self.tree.bodies[body];
+        let position = self.positions[body.position];
+        let axis = &mut self.axes[body.velocity];
+        axis.actuator = super::Actuator {
+            mode: Mode::Hold,
+            target: position,
+            setpoint: position,
+            ..super::Actuator::default()
+        };
+    }
+}

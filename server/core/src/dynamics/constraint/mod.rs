@@ -1,0 +1,76 @@
+//! Constraints as rows on the new rates: position limits, dry friction, mimic.
+//!
+//! A row says of J qd that it is at least, equal to, or pulled towards -bias by
+//! a bounded impulse. Rows are solved together by projected Gauss-Seidel,
+//! warm-started with the impulses of the step before, soft in the position error.
+
+mod response;
+mod rows;
+mod solve;
+
+pub use response::respond;
+pub use rows::{Impulses, collect};
+pub use solve::solve;
+
+/// The rate at which a violated position is put right, as a part of it a step.
+pub const ERROR_REDUCTION: f64 = 0.2;
+
+/// The part of the last impulses that a step starts from.
+pub const WARM_START: f64 = 0.95;
+
+/// Sweeps at the most.
+pub const MAX_SWEEPS: usize = 100;
+
+/// Sweeping ends when no impulse changes its own rate by more than this, rad/s or m/s.
+pub const SETTLED: f64 = 1e-11;
+
+/// A constraint on one or two rates.
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// What it keeps its warm-start impulse under.
+    pub key: RowKey,
+    /// J: indices of rates and their factors; the second may have factor 0.
+    pub entries: [(usize, f64); 2],
+    /// Which bodies these are of.
+    pub bodies: [usize; 2],
+    /// J qd + bias is what the impulse works against.
+    pub bias: f64,
+    /// The least impulse, N m s or N s.
+    pub least: f64,
+    /// The largest.
+    pub most: f64,
+    /// The impulse so far.
+    pub impulse: f64,
+    /// J M^-1 J'.
+    pub effect: f64,
+}
+
+/// What a row is about, by rate index. The order is that of solving.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RowKey {
+    /// Dry friction of an axis.
+    Friction(usize),
+    /// A pair of joints, by its place in the tree's list.
+    Mimic(usize),
+    /// A lower limit.
+    Lower(usize),
+    /// An upper limit.
+    Upper(usize),
+}
+
+impl Default for RowKey {
+    fn default() -> Self {
+        Self::Friction(0)
+    }
+}
+
+/// Rows of one robot and what solving them needs, kept from step to step.
+#[derive(Clone, Debug, Default)]
+pub struct Constraints {
+    /// In the order of their keys.
+    pub rows: Vec<Row>,
+    /// M^-1 J' of each row, one after the other, each as long as the rates.
+    pub responses: Vec<f64>,
+    /// For the next step's start.
+    pub warm: Impulses,
+}

@@ -1,0 +1,123 @@
+//! Which rows a step has.
+
+use super::{Constraints, ERROR_REDUCTION, Row, RowKey, WARM_START};
+use crate::dynamics::actuator::Axis;
+use crate::dynamics::tree::{Freedom, Tree};
+
+/// The impulses of the last step, by what they were for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Impulses {
+    friction: Vec<f64>,
+    mimic: Vec<f64>,
+    lower: Vec<f64>,
+    upper: Vec<f64>,
+}
+
+impl Impulses {
+    /// None yet, for a tree.
+    pub fn new(tree: &Tree) -> Self {
+        let zeros = vec![0.0; tree.velocity_count];
+        Self {
+            friction: zeros.clone(),
+            mimic: vec![0.0; tree.mimics.len()],
+            lower: zeros.clone(),
+            upper: zeros,
+        }
+    }
+
+    fn slot(&mut self, key: RowKey) -> Option<&mut f64> {
+        match key {
+            RowKey::Friction(i) => self.friction.get_mut(i),
+            RowKey::Mimic(i) => self.mimic.get_mut(i),
+            RowKey::Lower(i) => self.lower.get_mut(i),
+            RowKey::Upper(i) => self.upper.get_mut(i),
+        }
+    }
+
+    /// Keeps what the rows ended with; what has no row any more is forgotten.
+    pub fn keep(&mut self, rows: &[Row]) {
+        for list in [&mut self.friction, &mut self.mimic, &mut self.lower, &mut self.upper] {
+            list.fill(0.0);
+        }
+        for row in rows {
+            if let Some(slot) = self.slot(row.key) {
+                *slot = row.impulse;
+            }
+        }
+    }
+}
+
+/// Fills in the rows for a step of `h` from positions `q` at rates `qd`.
+///
+/// * limit: qd + distance / h >= 0 outside, so that the joint arrives and does not
+///   pass; qd >= ERROR_REDUCTION depth / h beyond. Only where the joint could
+///   arrive within the step, by twice its present rate and by `rates`, the new
+///   rates without constraints.
+/// * friction: towards rate 0, with an impulse of at most friction h.
+/// * mimic: qd_follower - multiplier qd_leader = -ERROR_REDUCTION error / h.
+pub fn collect(
+    tree: &Tree,
+    axes: &[Axis],
+    (q, rates): (&[f64], &[f64]),
+    h: f64,
+    constraints: &mut Constraints,
+) {
+    let Constraints { rows, warm, .. } = constraints;
+    rows.clear();
+    let mut add = |key, entries, bodies, bias, least: f64, most: f64| {
+        let start = warm.slot(key).map_or(0.0, |impulse| *impulse) * WARM_START;
+        let impulse = start.clamp(least, most);
+        rows.push(Row { key, entries, bodies, bias, least, most, impulse, effect: 0.0 });
+    };
+    let axes_of = |body: usize| {
+        let body = &tree.bodies[body];
+        (body.velocity, q[body.position])
+    };
+    for (i, body) in tree.bodies.iter().enumerate() {
+        if matches!(body.freedom, Freedom::Free { .. }) {
+            continue;
+        }
+        let (rate, _) = axes_of(i);
+        let friction = axes[rate].settings.friction * h;
+        if friction > 0.0 {
+            add(RowKey::Friction(rate), [(rate, 1.0), (rate, 0.0)], [i, i], 0.0, -friction, friction);
+        }
+    }
+    for (place, pair) in tree.mimics.iter().enumerate() {
+        let ((follower, q_follower), (leader, q_leader)) = (axes_of(pair.follower), axes_of(pair.leader));
+        let error = q_follower - pair.multiplier * q_leader - pair.offset;
+        let entries = [(follower, 1.0), (leader, -pair.multiplier)];
+        let bias = ERROR_REDUCTION * error / h;
+        let bodies = [pair.follower, pair.leader];
+        add(RowKey::Mimic(place), entries, bodies, bias, f64::NEG_INFINITY, f64::INFINITY);
+    }
+    // Of a joint at its limit only the side that pushes back.
+    let bias = |distance: f64| if distance < 0.0 { ERROR_REDUCTION * distance / h } else { distance / h };
+    for (i, body) in tree.bodies.iter().enumerate() {
+        if matches!(body.freedom, Freedom::Free { .. }) {
+            continue;
+        }
+        let (rate, position) = axes_of(i);
+        let limits = &axes[rate].settings.limits;
+        // Other rows and joints may still change the rate: look twice as far as it goes,
+        // and a little further.
+        let reach = 2.0 * h * rates[rate].abs() + NEAR;
+        if let Some(lower) = limits.lower {
+            let distance = position - lower;
+            if distance < reach {
+                let entries = [(rate, 1.0), (rate, 0.0)];
+                add(RowKey::Lower(rate), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
+            }
+        }
+        if let Some(upper) = limits.upper {
+            let distance = upper - position;
+            if distance < reach {
+                let entries = [(rate, -1.0), (rate, 0.0)];
+                add(RowKey::Upper(rate), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
+            }
+        }
+    }
+}
+
+/// A joint this near to its limit has a row whatever its rate, rad or m.
+const NEAR: f64 = 1e-3;

@@ -1,0 +1,46 @@
+//! Default gains from each joint's composite inertia, so that any robot holds a
+//! pose without tuning.
+
+use super::actuator::{Axis, DEFAULT_BANDWIDTH};
+use super::articulated::{sliding, turning};
+use super::kinematics::placement;
+use super::spatial::Inertia;
+use super::tree::{Freedom, Tree};
+
+/// The least composite inertia that gains are made of: joints that carry nothing
+/// get gains all the same. kg m^2 or kg.
+const LEAST: f64 = 1e-9;
+
+/// M_ii of each rate at positions `q`, armature not included: the composite
+/// rigid-body algorithm's diagonal (Featherstone table 6.2). 0 for free bodies.
+pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
+    let mut composite: Vec<Inertia> = tree.bodies.iter().map(|body| body.inertia).collect();
+    let mut diagonal = vec![0.0; tree.velocity_count];
+    for (i, body) in tree.bodies.iter().enumerate().rev() {
+        match body.freedom {
+            Freedom::Revolute => diagonal[body.velocity] = turning(&composite[i]).1,
+            Freedom::Prismatic => diagonal[body.velocity] = sliding(&composite[i]).1,
+            Freedom::Free { .. } => {}
+        }
+        if let Some(parent) = body.parent {
+            let lifted = placement(body, q).inertia_to_parent(&composite[i]);
+            composite[parent] += lifted;
+        }
+    }
+    // A joint that others follow moves them too.
+    for pair in &tree.mimics {
+        let follower = diagonal[tree.bodies[pair.follower].velocity];
+        diagonal[tree.bodies[pair.leader].velocity] += pair.multiplier * pair.multiplier * follower;
+    }
+    diagonal
+}
+
+/// Sets default gains for positions `q`: kp = w^2 M_ii, kd = 2 w M_ii.
+pub fn set_default_gains(tree: &Tree, q: &[f64], axes: &mut [Axis]) {
+    for (axis, inertia) in axes.iter_mut().zip(composite_inertia(tree, q)) {
+        let settings = &mut axis.settings;
+        settings.composite_inertia = (inertia + settings.armature).max(LEAST);
+        settings.default_stiffness = DEFAULT_BANDWIDTH * DEFAULT_BANDWIDTH * settings.composite_inertia;
+        settings.default_damping = 2.0 * DEFAULT_BANDWIDTH * settings.composite_inertia;
+    }
+}

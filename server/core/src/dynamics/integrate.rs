@@ -1,0 +1,30 @@
+//! Last pass: positions from the new rates.
+
+use glamx::{DQuat, DVec3};
+
+use super::kinematics::free_pose;
+use super::tree::{Freedom, Tree};
+
+/// q += h qd; a free body's origin by its linear rate, its rotation by the
+/// exponential map of its angular rate in its own axes.
+pub fn advance(tree: &Tree, q: &mut [f64], qd: &[f64], h: f64) {
+    for body in &tree.bodies {
+        let q = &mut q[body.position..];
+        let qd = &qd[body.velocity..];
+        match body.freedom {
+            Freedom::Revolute | Freedom::Prismatic => q[0] += h * qd[0],
+            Freedom::Free { .. } => {
+                let (origin, rotation) = free_pose(q);
+                let origin = origin + DVec3::new(qd[0], qd[1], qd[2]) * h;
+                let turn = DQuat::from_scaled_axis(DVec3::new(qd[3], qd[4], qd[5]) * h);
+                write_free_pose(q, origin, (rotation * turn).normalize());
+            }
+        }
+    }
+}
+
+/// Writes the seven positions of a free body.
+pub fn write_free_pose(q: &mut [f64], origin: DVec3, rotation: DQuat) {
+    q[..3].copy_from_slice(&origin.to_array());
+    q[3..7].copy_from_slice(&rotation.to_array());
+}

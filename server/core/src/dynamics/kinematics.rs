@@ -1,0 +1,102 @@
+//! First pass, root to leaves: where bodies are and how they move.
+
+use glamx::{DMat3, DPose3, DQuat, DVec3};
+
+use super::spatial::{Placement, Spatial};
+use super::tree::{Body, Freedom, Tree};
+use super::work::Work;
+
+/// Places and velocities of all bodies (Featherstone table 7.1, first loop).
+///
+/// X_i = X_J X_T,  v_i = X_i v_parent + S qd,  c_i = v_i x S qd
+pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
+    for (i, body) in tree.bodies.iter().enumerate() {
+        let parent_from_body = placement(body, q);
+        let joint_velocity = joint_velocity(body, q, qd);
+        let parent_velocity = match body.parent {
+            Some(parent) => parent_from_body.motion_to_child(work[parent].velocity),
+            None => Spatial::ZERO,
+        };
+        let velocity = parent_velocity + joint_velocity;
+        let at = &mut work[i];
+        at.parent_from_body = parent_from_body;
+        at.velocity = velocity;
+        // S is constant in the body's own frame, so its apparent derivative is all there is.
+        at.velocity_product = velocity.cross_motion(joint_velocity);
+    }
+}
+
+/// `parent_from_body` at a position.
+pub fn placement(body: &Body, q: &[f64]) -> Placement {
+    let zero = &body.at_zero;
+    let q = &q[body.position..];
+    match body.freedom {
+        Freedom::Revolute => {
+            let (sin, cos) = q[0].sin_cos();
+            let DMat3 { x_axis: x, y_axis: y, z_axis: z } = zero.rotation;
+            Placement {
+                rotation: DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, z),
+                origin: zero.origin,
+            }
+        }
+        Freedom::Prismatic => {
+            Placement { rotation: zero.rotation, origin: zero.origin + zero.rotation.z_axis * q[0] }
+        }
+        Freedom::Free { .. } => {
+            let (origin, rotation) = free_pose(q);
+            zero.then(&Placement::new(rotation, origin))
+        }
+    }
+}
+
+/// The seven positions of a free body, as a pose.
+pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
+    (DVec3::new(q[0], q[1], q[2]), DQuat::from_xyzw(q[3], q[4], q[5], q[6]))
+}
+
+/// S qd: the body's velocity relative to its parent, in its own frame.
+#[inline]
+fn joint_velocity(body: &Body, q: &[f64], qd: &[f64]) -> Spatial {
+    let qd = &qd[body.velocity..];
+    match body.freedom {
+        Freedom::Revolute => Spatial::new(DVec3::new(0.0, 0.0, qd[0]), DVec3::ZERO),
+        Freedom::Prismatic => Spatial::new(DVec3::ZERO, DVec3::new(0.0, 0.0, qd[0])),
+        Freedom::Free { .. } => {
+            let (_, rotation) = free_pose(&q[body.position..]);
+            Spatial::new(
+                DVec3::new(qd[3], qd[4], qd[5]),
+                rotation.inverse() * DVec3::new(qd[0], qd[1], qd[2]),
+            )
+        }
+    }
+}
+
+impl Tree {
+    /// `world_from_link` of each link of the model.
+    ///
+    /// `world_from_root` is where the root link is; `positions` are those of the
+    /// joints alone, without a free root's.
+    pub fn link_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
+        let root = self.root_positions();
+        let mut q = vec![0.0; root];
+        q.extend_from_slice(positions);
+        q.resize(self.position_count, 0.0);
+        let world_from_root = Placement::new(world_from_root.rotation, world_from_root.translation);
+        let mut bodies: Vec<Placement> = Vec::with_capacity(self.bodies.len());
+        for (i, body) in self.bodies.iter().enumerate() {
+            bodies.push(match body.parent {
+                None if i == 0 && root > 0 => world_from_root,
+                None => world_from_root.then(&placement(body, &q)),
+                Some(parent) => bodies[parent].then(&placement(body, &q)),
+            });
+        }
+        self.links
+            .iter()
+            .map(|link| {
+                let body = link.body.map_or(&world_from_root, |body| &bodies[body]);
+                let rotation = DQuat::from_mat3(&body.rotation).normalize();
+                DPose3::from_parts(body.origin, rotation) * link.body_from_link
+            })
+            .collect()
+    }
+}

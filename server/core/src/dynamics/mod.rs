@@ -1,0 +1,25 @@
+//! Articulated bodies: one file per idea, as Featherstone's "Rigid Body Dynamics
+//! Algorithms" (2008) has them.
+//!
+//! * [`spatial`]: spatial vectors and inertias.
+//! * [`tree`]: a robot as a tree of moving bodies; immutable.
+//! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
+//! * [`actuator`], [`gains`]: what drives a joint.
+//! * [`constraint`]: limits, dry friction, mimic.
+//! * [`articulation`]: the state of one robot, and its step.
+
+pub mod actuator;
+pub mod articulated;
+pub mod articulation;
+pub mod constraint;
+pub mod gains;
+pub mod integrate;
+pub mod kinematics;
+pub mod six;
+pub mod spatial;
+pub mod tree;
+pub mod work;
+
+pub use actuator::{Actuator, Axis, Mode};
+pub use articulation::Articulation;
+pub use tree::Tree;

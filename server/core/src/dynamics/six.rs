@@ -1,0 +1,100 @@
+//! A symmetric 6x6 block, factorised: what a free body needs to turn force into acceleration.
+
+use glamx::DVec3;
+
+use super::spatial::{Inertia, Spatial};
+
+/// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
+#[derive(Clone, Debug, Default)]
+pub struct SixByFactors {
+    lower: [[f64; 6]; 6],
+    /// 0 where a direction has no inertia: it is then not accelerated.
+    inverse_diagonal: [f64; 6],
+}
+
+impl SixByFactors {
+    #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+    /// Factorises. A direction whose inertia is below 1e-14 of the largest counts as without.
+    pub fn new(inertia: &Inertia) -> Self {
+        let matrix = rows(inertia);
+        let largest = (0..6).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
+        let mut factors = Self::default();
+        let mut diagonal = [0.0; 6];
+        for j in 0..6 {
+            let mut d = matrix[j][j];
+            for k in 0..j {
+                d -= factors.lower[j][k] * factors.lower[j][k] * diagonal[k];
+            }
+            if d <= largest * 1e-14 {
+                continue;
+            }
+            diagonal[j] = d;
+            factors.inverse_diagonal[j] = 1.0 / d;
+            for i in j + 1..6 {
+                let mut sum = matrix[i][j];
+                for k in 0..j {
+                    sum -= factors.lower[i][k] * factors.lower[j][k] * diagonal[k];
+                }
+                factors.lower[i][j] = sum / d;
+            }
+        }
+        factors
+    }
+
+    /// I^-1 force.
+    pub fn solve(&self, force: Spatial) -> Spatial {
+        let (a, l) = (force.angular, force.linear);
+        let mut x = [a.x, a.y, a.z, l.x, l.y, l.z];
+        for i in 0..6 {
+            for k in 0..i {
+                x[i] -= self.lower[i][k] * x[k];
+            }
+        }
+        for (x, inverse) in x.iter_mut().zip(self.inverse_diagonal) {
+            *x *= inverse;
+        }
+        for i in (0..6).rev() {
+            for k in i + 1..6 {
+                x[i] -= self.lower[k][i] * x[k];
+            }
+        }
+        Spatial::new(DVec3::new(x[0], x[1], x[2]), DVec3::new(x[3], x[4], x[5]))
+    }
+}
+
+/// The inertia as six rows.
+fn rows(inertia: &Inertia) -> [[f64; 6]; 6] {
+    let mut rows = [[0.0; 6]; 6];
+    for i in 0..3 {
+        for j in 0..3 {
+            rows[i][j] = inertia.moment.col(j)[i];
+            rows[i][j + 3] = inertia.coupling.col(j)[i];
+            rows[i + 3][j] = inertia.coupling.col(i)[j];
+            rows[i + 3][j + 3] = inertia.mass.col(j)[i];
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use glamx::DMat3;
+
+    use super::*;
+
+    #[test]
+    fn solving_undoes_multiplying() {
+        let moment = DMat3::from_diagonal(DVec3::new(0.2, 0.3, 0.4));
+        let inertia = Inertia::rigid(3.0, DVec3::new(0.3, -0.1, 0.2), moment);
+        let motion = Spatial::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.5, 0.25));
+        let back = SixByFactors::new(&inertia).solve(inertia.times(motion)) - motion;
+        assert!(back.angular.length() + back.linear.length() < 1e-12);
+    }
+
+    #[test]
+    fn a_point_mass_is_not_turned_to_infinity() {
+        let inertia = Inertia::rigid(3.0, DVec3::ZERO, DMat3::ZERO);
+        let answer = SixByFactors::new(&inertia).solve(Spatial::new(DVec3::X, DVec3::new(0.0, 6.0, 0.0)));
+        assert_eq!(answer, Spatial::new(DVec3::ZERO, DVec3::new(0.0, 2.0, 0.0)));
+    }
+}

@@ -1,0 +1,245 @@
+//! A robot as a tree of moving bodies: what never changes while it moves.
+//!
+//! Links that fixed joints connect are one body. A body's frame has its origin at
+//! its joint and, for joints of one axis, its z along that axis: then the joint's
+//! motion subspace S is a unit vector, and S'U is one entry of a matrix.
+
+use std::ops::Range;
+
+use glamx::{DMat3, DPose3, DQuat, DVec3};
+use simd_model::RobotModel;
+use simd_model::robot::{Inertial, Joint, JointKind};
+
+use super::spatial::{Inertia, Placement};
+
+/// A robot as a tree of moving bodies, parents before children.
+#[derive(Debug)]
+pub struct Tree {
+    /// In the depth-first order of the model; a free root is the first.
+    pub bodies: Vec<Body>,
+    /// One for each link of the model.
+    pub links: Vec<LinkFrame>,
+    /// One for each joint of the model: its bodies; none for a fixed joint, three
+    /// for a planar one.
+    pub joints: Vec<Range<usize>>,
+    /// Joints that follow others.
+    pub mimics: Vec<MimicPair>,
+    /// Length of the position vector.
+    pub position_count: usize,
+    /// Length of the rate vector.
+    pub velocity_count: usize,
+    /// The root link cannot move.
+    pub fixed_base: bool,
+}
+
+/// A body that moves on a joint.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// The body that it hangs on; `None` is the base: the fixed root link, or the
+    /// world where the root is free.
+    pub parent: Option<usize>,
+    /// How it moves.
+    pub freedom: Freedom,
+    /// `parent_from_body` at position zero.
+    pub at_zero: Placement,
+    /// Of all its links, in its own frame.
+    pub inertia: Inertia,
+    /// Where its positions begin.
+    pub position: usize,
+    /// Where its rates begin.
+    pub velocity: usize,
+    /// The joint of the model; `None` for a free root.
+    pub joint: Option<usize>,
+}
+
+/// How a body moves in its parent's frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freedom {
+    /// Turns about its z: one position, one rate.
+    Revolute,
+    /// Slides along its z: one position, one rate.
+    Prismatic,
+    /// Six degrees of freedom. Positions: origin x y z, quaternion x y z w. Rates:
+    /// linear of the origin in the parent's axes, then angular in its own.
+    Free {
+        /// Its place among the tree's free bodies.
+        slot: usize,
+    },
+}
+
+/// Where a link is.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkFrame {
+    /// The body that it belongs to; `None` is the base.
+    pub body: Option<usize>,
+    /// `body_from_link`.
+    pub body_from_link: DPose3,
+}
+
+/// `position of follower = multiplier * position of leader + offset`.
+#[derive(Clone, Copy, Debug)]
+pub struct MimicPair {
+    /// Body that follows.
+    pub follower: usize,
+    /// Body that is followed.
+    pub leader: usize,
+    /// rad or m for each rad or m.
+    pub multiplier: f64,
+    /// rad or m.
+    pub offset: f64,
+}
+
+impl Freedom {
+    /// Positions that it takes.
+    pub fn positions(self) -> usize {
+        match self {
+            Self::Revolute | Self::Prismatic => 1,
+            Self::Free { .. } => 7,
+        }
+    }
+
+    /// Rates that it takes.
+    pub fn velocities(self) -> usize {
+        match self {
+            Self::Revolute | Self::Prismatic => 1,
+            Self::Free { .. } => 6,
+        }
+    }
+}
+
+impl Tree {
+    /// The tree of a robot whose root link is fixed or free.
+    pub fn new(model: &RobotModel, fixed_base: bool) -> Self {
+        let mut tree = Self {
+            bodies: Vec::new(),
+            links: Vec::with_capacity(model.links.len()),
+            joints: Vec::with_capacity(model.joints.len()),
+            mimics: Vec::new(),
+            position_count: 0,
+            velocity_count: 0,
+            fixed_base,
+        };
+        let root =
+            (!fixed_base).then(|| tree.push(None, Freedom::Free { slot: 0 }, Placement::IDENTITY, None));
+        tree.links.push(LinkFrame { body: root, body_from_link: DPose3::IDENTITY });
+        for (index, joint) in model.joints.iter().enumerate() {
+            let first = tree.bodies.len();
+            let link = tree.attach(index, joint);
+            tree.links.push(link);
+            tree.joints.push(first..tree.bodies.len());
+        }
+        for (link, frame) in model.links.iter().zip(&tree.links) {
+            if let Some(body) = frame.body {
+                tree.bodies[body].inertia += inertia_in_body(&link.inertial, frame.body_from_link);
+            }
+        }
+        tree.mimics = mimics(model, &tree.joints);
+        tree
+    }
+
+    /// How many bodies have six degrees of freedom.
+    pub fn free_bodies(&self) -> usize {
+        self.bodies.iter().filter(|body| matches!(body.freedom, Freedom::Free { .. })).count()
+    }
+
+    /// Positions of the root: 7 where it is free, else 0.
+    pub fn root_positions(&self) -> usize {
+        if self.fixed_base { 0 } else { 7 }
+    }
+
+    /// Rates of the root: 6 where it is free, else 0.
+    pub fn root_velocities(&self) -> usize {
+        if self.fixed_base { 0 } else { 6 }
+    }
+
+    /// Adds the bodies of a joint, and says where its child link is.
+    fn attach(&mut self, index: usize, joint: &Joint) -> LinkFrame {
+        let parent = self.links[joint.parent];
+        let body_from_joint = parent.body_from_link * joint.parent_from_joint;
+        let one_axis = |tree: &mut Self, freedom, parent, frame: DPose3, axis| {
+            // The body's z is the joint's axis; the link keeps its own frame in the body.
+            let joint_from_body = DQuat::from_rotation_arc(DVec3::Z, axis);
+            let at_zero = Placement::new(frame.rotation * joint_from_body, frame.translation);
+            let body = tree.push(parent, freedom, at_zero, Some(index));
+            LinkFrame { body: Some(body), body_from_link: DPose3::from_rotation(joint_from_body.inverse()) }
+        };
+        match joint.kind {
+            JointKind::Fixed => LinkFrame { body: parent.body, body_from_link: body_from_joint },
+            JointKind::Revolute | JointKind::Continuous => {
+                one_axis(self, Freedom::Revolute, parent.body, body_from_joint, joint.axis)
+            }
+            JointKind::Prismatic => {
+                one_axis(self, Freedom::Prismatic, parent.body, body_from_joint, joint.axis)
+            }
+            JointKind::Planar => {
+                // Two slides through bodies without mass, then a turn about the normal.
+                let plane = DQuat::from_rotation_arc(DVec3::Z, joint.axis);
+                let mut at = LinkFrame { body: parent.body, body_from_link: body_from_joint };
+                for (freedom, axis) in [
+                    (Freedom::Prismatic, plane * DVec3::X),
+                    (Freedom::Prismatic, plane * DVec3::Y),
+                    (Freedom::Revolute, joint.axis),
+                ] {
+                    at = one_axis(self, freedom, at.body, at.body_from_link, axis);
+                }
+                at
+            }
+            JointKind::Floating => {
+                let freedom = Freedom::Free { slot: self.free_bodies() };
+                let at_zero = Placement::new(body_from_joint.rotation, body_from_joint.translation);
+                let body = self.push(parent.body, freedom, at_zero, Some(index));
+                LinkFrame { body: Some(body), body_from_link: DPose3::IDENTITY }
+            }
+        }
+    }
+
+    fn push(
+        &mut self,
+        parent: Option<usize>,
+        freedom: Freedom,
+        at_zero: Placement,
+        joint: Option<usize>,
+    ) -> usize {
+        self.bodies.push(Body {
+            parent,
+            freedom,
+            at_zero,
+            inertia: Inertia::ZERO,
+            position: self.position_count,
+            velocity: self.velocity_count,
+            joint,
+        });
+        self.position_count += freedom.positions();
+        self.velocity_count += freedom.velocities();
+        self.bodies.len() - 1
+    }
+}
+
+/// A link's inertia in the frame of its body.
+fn inertia_in_body(inertial: &Inertial, body_from_link: DPose3) -> Inertia {
+    let rotation = DMat3::from_quat(body_from_link.rotation);
+    Inertia::rigid(
+        inertial.mass,
+        body_from_link.transform_point(inertial.center_of_mass),
+        rotation * inertial.inertia * rotation.transpose(),
+    )
+}
+
+/// The pairs of joints of one axis each, where one follows the other.
+fn mimics(model: &RobotModel, joints: &[Range<usize>]) -> Vec<MimicPair> {
+    let single = |joint: usize| joints.get(joint).filter(|bodies| bodies.len() == 1).map(|b| b.start);
+    model
+        .joints
+        .iter()
+        .enumerate()
+        .filter_map(|(index, joint)| {
+            let mimic = joint.mimic?;
+            Some(MimicPair {
+                follower: single(index)?,
+                leader: single(mimic.joint)?,
+                multiplier: mimic.multiplier,
+                offset: mimic.offset,
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,59 @@
+//! What a step computes for each body on the way: no meaning between steps.
+
+use super::six::SixByFactors;
+use super::spatial::{Inertia, Placement, Spatial};
+
+/// Of one body, in its own frame.
+#[derive(Clone, Debug)]
+pub struct Work {
+    /// X: where it is in its parent.
+    pub parent_from_body: Placement,
+    /// v.
+    pub velocity: Spatial,
+    /// c = v x S qd.
+    pub velocity_product: Spatial,
+    /// IA: what it and all that hangs on it resist a force with.
+    pub articulated: Inertia,
+    /// pA: the force that goes with no acceleration.
+    pub bias: Spatial,
+    /// U = IA S.
+    pub column: Spatial,
+    /// 1 / D, with D = S' U + armature + h (kd + damping) + h^2 kp; 0 where
+    /// nothing resists (a joint without inertia, damping or stiffness is not moved).
+    pub inverse_d: f64,
+    /// u = effort - S' pA.
+    pub drive: f64,
+    /// a, gravity included.
+    pub acceleration: Spatial,
+    /// Change of velocity by an impulse elsewhere.
+    pub delta: Spatial,
+    /// x: what an impulse leaves at this joint on its way up.
+    pub impulse: f64,
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self {
+            parent_from_body: Placement::IDENTITY,
+            velocity: Spatial::ZERO,
+            velocity_product: Spatial::ZERO,
+            articulated: Inertia::ZERO,
+            bias: Spatial::ZERO,
+            column: Spatial::ZERO,
+            inverse_d: 0.0,
+            drive: 0.0,
+            acceleration: Spatial::ZERO,
+            delta: Spatial::ZERO,
+            impulse: 0.0,
+        }
+    }
+}
+
+/// Of all bodies of a robot.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    /// One a body.
+    pub bodies: Vec<Work>,
+    /// One a free body: its IA, factorised.
+    pub free: Vec<SixByFactors>,
+}

@@ -1,0 +1,355 @@
+//! Everything that can change a world from outside, and what is said in return.
+
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+use simd_model::RobotModel;
+use simd_model::robot::Limits;
+
+use super::PhysicsSettings;
+use super::snapshot::Moment;
+
+/// A change of the world. Applied between steps: whole or, where it is refused, not at all.
+#[derive(Clone, Debug)]
+pub enum Command {
+    /// Brings a robot into the world.
+    Spawn(Box<Spawn>),
+    /// Gives a robot a new model; see [`Reload`].
+    Reload(Box<Reload>),
+    /// Takes a robot out of the world.
+    Delete {
+        /// Its name.
+        robot: String,
+    },
+    /// Gives joints new targets.
+    SetTargets(SetTargets),
+    /// Puts joints at a position and a rate.
+    ResetJoints {
+        /// Which joints of which robots.
+        robots: Vec<RobotReset>,
+    },
+    /// Changes settings of joints.
+    SetJointProperties {
+        /// Whose joints.
+        robot: String,
+        /// Which, and what.
+        joints: Vec<JointProperties>,
+    },
+    /// Takes joints for one client.
+    Claim {
+        /// The secret that targets must carry from now on. Unique; the caller makes it.
+        claim: String,
+        /// Who claims, for people.
+        holder: String,
+        /// Which joints.
+        joints: Vec<JointSelection>,
+    },
+    /// Gives joints back; they hold their position.
+    Release {
+        /// What [`Command::Claim`] was given.
+        claim: String,
+        /// The claim was not given back but ran out.
+        lapsed: bool,
+    },
+    /// Puts a robot's root link elsewhere.
+    SetEntityState {
+        /// Its name.
+        robot: String,
+        /// `world_from_root`.
+        pose: Option<DPose3>,
+        /// Linear and angular velocity of the root link's origin, world axes. Zero for a fixed base.
+        twist: Option<(DVec3, DVec3)>,
+    },
+    /// Pushes a link.
+    ApplyWrench(LinkWrench),
+    /// Changes gravity, time step or substeps.
+    SetPhysics(PhysicsChange),
+    /// Puts the world back.
+    Reset(ResetScope),
+    /// Keeps the state of the world under a name, replacing one of that name.
+    SaveSnapshot {
+        /// Its name.
+        name: String,
+    },
+    /// Puts the world back to a kept state.
+    RestoreSnapshot {
+        /// Its name.
+        name: String,
+    },
+    /// Forgets a kept state.
+    DeleteSnapshot {
+        /// Its name.
+        name: String,
+    },
+}
+
+/// A robot to bring into the world.
+#[derive(Clone, Debug)]
+pub struct Spawn {
+    /// Unique in the world; `[A-Za-z0-9_-]+`.
+    pub name: String,
+    /// Where the name is taken, add `_1`, `_2`, ... instead of refusing.
+    pub allow_renaming: bool,
+    /// What it is.
+    pub model: Arc<RobotModel>,
+    /// `world_from_root`.
+    pub pose: DPose3,
+    /// Whether its root link can move; `None` fixes a root link called `world`.
+    pub fixed_base: Option<bool>,
+    /// Whether its joints hold their position or are not actuated.
+    pub passive: bool,
+    /// Positions to start from, rad or m, by joint name. Others start at zero, or
+    /// at the nearest limit where zero lies outside.
+    pub joint_positions: Vec<(String, f64)>,
+    /// Stays at a reset of scope `spawned`.
+    pub loaded_at_start: bool,
+}
+
+/// A new model for a robot that is in the world. Keeps its name, pose and base,
+/// and position, rate and target of every joint that both models have by name.
+#[derive(Clone, Debug)]
+pub struct Reload {
+    /// Its name.
+    pub robot: String,
+    /// What it is now.
+    pub model: Arc<RobotModel>,
+}
+
+/// New targets for joints of one or several robots, all or none.
+#[derive(Clone, Debug, Default)]
+pub struct SetTargets {
+    /// Whose, and which.
+    pub robots: Vec<RobotTargets>,
+    /// Refuse a target beyond a limit instead of clamping it.
+    pub refuse_beyond_limits: bool,
+    /// For joints that are claimed.
+    pub claim: Option<String>,
+}
+
+/// Targets for one robot.
+#[derive(Clone, Debug, Default)]
+pub struct RobotTargets {
+    /// Its name.
+    pub robot: String,
+    /// Refuse where the robot's layout is another; 0 for any.
+    pub layout_version: u64,
+    /// Applied first, to all actuated joints.
+    pub whole: Option<WholeTarget>,
+    /// Applied after that.
+    pub joints: Vec<JointTarget>,
+}
+
+/// One mode for all actuated joints. Values are aligned with the robot's
+/// velocities in a [`Snapshot`](super::Snapshot).
+#[derive(Clone, Debug, PartialEq)]
+pub enum WholeTarget {
+    /// rad or m.
+    Position(Vec<f64>),
+    /// rad/s or m/s.
+    Velocity(Vec<f64>),
+    /// N m or N.
+    Effort(Vec<f64>),
+    /// No actuator.
+    Passive,
+    /// Stay where they are.
+    Hold,
+}
+
+/// A target for a joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointTarget {
+    /// Its name.
+    pub joint: String,
+    /// Which axis of a planar joint: 0 x, 1 y, 2 angle. Else 0.
+    pub axis: u32,
+    /// What to do.
+    pub target: Target,
+}
+
+/// What a joint is asked to do. SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Go to a position and stay there.
+    Position {
+        /// rad or m.
+        position: f64,
+        /// Rate that the damper pulls towards.
+        velocity: f64,
+        /// N m/rad or N/m; `None` is the joint's default.
+        stiffness: Option<f64>,
+        /// N m s/rad or N s/m; `None` is critical for a given stiffness, else the default.
+        damping: Option<f64>,
+        /// Added to the actuator's effort.
+        feed_forward: f64,
+    },
+    /// Turn or slide at a rate.
+    Velocity {
+        /// rad/s or m/s.
+        velocity: f64,
+        /// N m s/rad or N s/m; `None` is stiff enough for 0.1 % under gravity.
+        damping: Option<f64>,
+        /// Added to the actuator's effort.
+        feed_forward: f64,
+    },
+    /// Apply an effort.
+    Effort(f64),
+    /// No actuator.
+    Passive,
+    /// Stay where the joint is.
+    Hold,
+}
+
+/// Joints of a robot; none named means all that move.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointSelection {
+    /// The robot's name.
+    pub robot: String,
+    /// Names of joints.
+    pub joints: Vec<String>,
+}
+
+/// Where joints of a robot are put.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotReset {
+    /// Its name.
+    pub robot: String,
+    /// None: every joint goes back to where it was spawned, at rest.
+    pub joints: Vec<JointReset>,
+}
+
+/// Where a joint is put.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointReset {
+    /// Its name.
+    pub joint: String,
+    /// Which axis of a planar joint: 0 x, 1 y, 2 angle. Else 0.
+    pub axis: u32,
+    /// rad or m.
+    pub position: f64,
+    /// rad/s or m/s.
+    pub velocity: f64,
+}
+
+/// New settings of a joint; `None` leaves one as it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointProperties {
+    /// Its name.
+    pub joint: String,
+    /// N m s/rad or N s/m.
+    pub damping: Option<f64>,
+    /// N m or N.
+    pub friction: Option<f64>,
+    /// kg m^2 or kg.
+    pub armature: Option<f64>,
+    /// Replaces all four limits.
+    pub limits: Option<Limits>,
+    /// Stiffness and damping of targets that give none.
+    pub default_gains: Option<(f64, f64)>,
+}
+
+/// A push on a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkWrench {
+    /// The robot's name.
+    pub robot: String,
+    /// The link's name.
+    pub link: String,
+    /// Newtons.
+    pub force: DVec3,
+    /// Newton metres.
+    pub torque: DVec3,
+    /// Force and torque are in the link's axes, not the world's.
+    pub in_link_axes: bool,
+    /// Where the force acts, in the link's frame, metres.
+    pub point: DVec3,
+    /// Until replaced or, by a wrench of zero, cleared; else for the next step only.
+    pub persistent: bool,
+}
+
+/// New physics settings; `None` leaves one as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhysicsChange {
+    /// m/s^2, world axes.
+    pub gravity: Option<DVec3>,
+    /// Seconds a step, 1e-6 to 0.1.
+    pub time_step: Option<f64>,
+    /// Parts of a step, 1 to 1,000.
+    pub substeps: Option<u32>,
+}
+
+/// What a reset puts back, in the words of `simulation_interfaces`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ResetScope {
+    /// Step and sim time go to zero; a new epoch begins.
+    pub time: bool,
+    /// Robots go back to the state they were spawned with.
+    pub state: bool,
+    /// Robots that were not loaded at the start go.
+    pub spawned: bool,
+}
+
+/// A command that was done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Applied {
+    /// The moment from which it holds.
+    pub at: Moment,
+    /// What came of it.
+    pub reply: Reply,
+}
+
+/// What came of a command.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// Nothing more to say.
+    Done,
+    /// The robot is in the world.
+    Spawned {
+        /// Under this name.
+        name: String,
+    },
+    /// The robot has its new model.
+    Reloaded {
+        /// Joints it did not have.
+        added: Vec<String>,
+        /// Joints it has no longer.
+        removed: Vec<String>,
+    },
+    /// The targets hold.
+    Targets {
+        /// Those that lay beyond a limit.
+        clamped: Vec<Clamped>,
+    },
+    /// The world is put back.
+    Reset {
+        /// Robots that are gone.
+        deleted: Vec<String>,
+    },
+    /// The settings in force.
+    Physics(PhysicsSettings),
+    /// A kept state.
+    Snapshot(SnapshotInfo),
+}
+
+/// A target that lay beyond a limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clamped {
+    /// The robot's name.
+    pub robot: String,
+    /// The joint's name.
+    pub joint: String,
+    /// What was asked for.
+    pub requested: f64,
+    /// The limit that is used.
+    pub applied: f64,
+}
+
+/// A state that is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SnapshotInfo {
+    /// Its name.
+    pub name: String,
+    /// The moment that is kept.
+    pub at: Moment,
+    /// Robots in it.
+    pub robots: usize,
+}

@@ -1,0 +1,339 @@
+//! One robot in the world: its dynamics, what it was spawned with, who may drive it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+use simd_model::RobotModel;
+use simd_model::robot::{JointKind, Limits};
+
+use super::error::Error;
+use super::snapshot::{Flags, Mode, Snapshot};
+use crate::dynamics::spatial::{Placement, Spatial};
+use crate::dynamics::tree::Freedom;
+use crate::dynamics::{Articulation, Axis, Tree};
+
+/// A robot in the world.
+#[derive(Clone, Debug)]
+pub(super) struct Entity {
+    /// Unique in the world.
+    pub name: String,
+    /// Unlike that of any other robot or model before it.
+    pub version: u64,
+    /// Stays at a reset of scope `spawned`.
+    pub loaded_at_start: bool,
+    /// What it is.
+    pub model: Arc<RobotModel>,
+    /// Where it is and how it moves.
+    pub body: Articulation,
+    /// What a reset of scope `state` puts back.
+    pub spawned: Articulation,
+    /// Set while it is out of the simulation: why.
+    pub disabled: Option<Arc<str>>,
+    /// Who holds a claim on which joint of the model.
+    pub claims: Vec<Option<Arc<Claim>>>,
+    /// Pushes on links.
+    pub pushes: Vec<Push>,
+    /// The state before the present step, to go back to if it is not finite.
+    last_good: (Vec<f64>, Vec<f64>),
+}
+
+/// Joints taken for one client.
+#[derive(Clone, Debug)]
+pub(super) struct Claim {
+    /// What targets must carry.
+    pub secret: String,
+    /// Who claims, for people.
+    pub holder: String,
+}
+
+/// A force and a torque on a link.
+#[derive(Clone, Debug)]
+pub(super) struct Push {
+    /// Index of the link.
+    pub link: usize,
+    /// Newtons, at `point`.
+    pub force: DVec3,
+    /// Newton metres.
+    pub torque: DVec3,
+    /// In the link's axes, not the world's.
+    pub in_link_axes: bool,
+    /// In the link's frame, metres.
+    pub point: DVec3,
+    /// Until replaced or cleared.
+    pub persistent: bool,
+}
+
+impl Entity {
+    /// A robot as it comes into the world: at rest, each joint passive or holding.
+    pub(super) fn new(
+        name: String,
+        version: u64,
+        model: Arc<RobotModel>,
+        fixed_base: bool,
+        pose: DPose3,
+        passive: bool,
+    ) -> Self {
+        let tree = Arc::new(Tree::new(&model, fixed_base));
+        let axes = axes(&model, &tree);
+        let start = start_positions(&tree, &axes);
+        let mut body = Articulation::new(tree, pose, axes, &start);
+        for place in 0..body.tree().bodies.len() {
+            if is_actuated(&model, body.tree(), place) {
+                if passive {
+                    let rate = body.tree().bodies[place].velocity;
+                    body.axes_mut()[rate].actuator.mode = Mode::Passive;
+                } else {
+                    body.hold(place);
+                }
+            }
+        }
+        let claims = vec![None; model.joints.len()];
+        let (spawned, last_good) = (body.clone(), (Vec::new(), Vec::new()));
+        let (disabled, pushes) = (None, Vec::new());
+        Self {
+            name,
+            version,
+            loaded_at_start: false,
+            model,
+            body,
+            spawned,
+            disabled,
+            claims,
+            pushes,
+            last_good,
+        }
+    }
+
+    /// Advances by one time step in `substeps` parts. A state that is not finite
+    /// is put back and the robot disabled; says why.
+    pub(super) fn step(&mut self, gravity: DVec3, time_step: f64, substeps: u32) -> Option<Arc<str>> {
+        if self.disabled.is_some() {
+            return None;
+        }
+        self.last_good.0.clear();
+        self.last_good.0.extend_from_slice(self.body.positions());
+        self.last_good.1.clear();
+        self.last_good.1.extend_from_slice(self.body.rates());
+        for _ in 0..substeps {
+            if !self.pushes.is_empty() {
+                self.push_links();
+            }
+            self.body.step(gravity, time_step / f64::from(substeps));
+        }
+        if self.pushes.iter().any(|push| !push.persistent) {
+            self.pushes.retain(|push| push.persistent);
+            self.push_links();
+        }
+        if self.body.is_finite() {
+            return None;
+        }
+        let culprit = self.first_not_finite();
+        self.body.positions_mut().copy_from_slice(&self.last_good.0);
+        self.body.rates_mut().fill(0.0);
+        self.body.forget_last_step();
+        let reason: Arc<str> = format!(
+            "the state of {culprit} was not finite after a step; the robot was put back to the state \
+             before and taken out of the simulation. Reset it, or look at its masses, gains and time step"
+        )
+        .into();
+        self.disabled = Some(Arc::clone(&reason));
+        Some(reason)
+    }
+
+    /// Writes the pushes into the dynamics, each body's sum in its own frame.
+    pub(super) fn push_links(&mut self) {
+        self.body.external_mut().fill(Spatial::ZERO);
+        if self.pushes.is_empty() {
+            return;
+        }
+        let tree = Arc::clone(self.body.tree());
+        let root = tree.root_positions();
+        let poses = tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]);
+        for push in &self.pushes {
+            let (Some(pose), Some(frame)) = (poses.get(push.link), tree.links.get(push.link)) else {
+                continue;
+            };
+            let Some(place) = frame.body else { continue };
+            let to_link = |v: DVec3| if push.in_link_axes { v } else { pose.rotation.inverse() * v };
+            let (force, torque) = (to_link(push.force), to_link(push.torque));
+            let about_link = Spatial::new(torque + push.point.cross(force), force);
+            let link = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
+            self.body.external_mut()[place] += link.force_to_parent(about_link);
+        }
+    }
+
+    /// Index of a joint in the model.
+    pub(super) fn joint(&self, joint: &str) -> Result<usize, Error> {
+        self.model.joints.iter().position(|known| known.name == joint).ok_or_else(|| Error::JointNotFound {
+            robot: self.name.clone(),
+            joint: joint.to_owned(),
+            known: self.model.joints.iter().map(|joint| joint.name.clone()).collect(),
+        })
+    }
+
+    /// Index of a link in the model.
+    pub(super) fn link(&self, link: &str) -> Result<usize, Error> {
+        self.model.links.iter().position(|known| known.name == link).ok_or_else(|| Error::LinkNotFound {
+            robot: self.name.clone(),
+            link: link.to_owned(),
+            known: self.model.links.iter().map(|link| link.name.clone()).collect(),
+        })
+    }
+
+    /// The body of an axis of a joint that moves along one or, planar, three.
+    pub(super) fn axis_body(&self, joint: usize, axis: u32, element: &str) -> Result<usize, Error> {
+        let name = &self.model.joints[joint].name;
+        let bodies = self.body.tree().joints[joint].clone();
+        if matches!(self.model.joints[joint].kind, JointKind::Fixed | JointKind::Floating) {
+            return Err(Error::JointNotActuated {
+                robot: self.name.clone(),
+                joint: name.clone(),
+                why: match self.model.joints[joint].kind {
+                    JointKind::Fixed => "is fixed".into(),
+                    _ => "is floating".into(),
+                },
+            });
+        }
+        bodies.clone().nth(axis as usize).ok_or_else(|| Error::InvalidValue {
+            element: format!("axis of {element} of joint {name:?}"),
+            value: axis.to_string(),
+            expected: format!("the joint has axes 0 to {}", bodies.len().saturating_sub(1)),
+        })
+    }
+
+    /// The body of an axis that takes targets.
+    pub(super) fn actuated_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
+        let place = self.axis_body(joint, axis, "target")?;
+        if let Some(mimic) = self.model.joints[joint].mimic {
+            return Err(Error::JointNotActuated {
+                robot: self.name.clone(),
+                joint: self.model.joints[joint].name.clone(),
+                why: format!("follows joint {:?}", self.model.joints[mimic.joint].name),
+            });
+        }
+        Ok(place)
+    }
+
+    /// Bodies that take targets, with their joint.
+    pub(super) fn actuated(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let tree = self.body.tree();
+        (0..tree.bodies.len())
+            .filter(|&place| is_actuated(&self.model, tree, place))
+            .filter_map(|place| Some((tree.bodies[place].joint?, place)))
+    }
+
+    /// Ranges of each joint of the model within the robot's own joint positions and rates.
+    pub(super) fn joint_ranges(&self) -> (Vec<Range<usize>>, Vec<Range<usize>>) {
+        let tree = self.body.tree();
+        let (mut position, mut velocity) = (0, 0);
+        tree.joints
+            .iter()
+            .map(|bodies| {
+                let (p, v) = (position, velocity);
+                for body in &tree.bodies[bodies.clone()] {
+                    position += body.freedom.positions();
+                    velocity += body.freedom.velocities();
+                }
+                (p..position, v..velocity)
+            })
+            .unzip()
+    }
+
+    /// Adds the values of its joints to a snapshot.
+    pub(super) fn observe(&self, snapshot: &mut Snapshot) {
+        let tree = self.body.tree();
+        let root = tree.root_velocities();
+        snapshot.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);
+        snapshot.velocities.extend_from_slice(&self.body.rates()[root..]);
+        snapshot.efforts.extend_from_slice(&self.body.efforts()[root..]);
+        for axis in &self.body.axes()[root..] {
+            snapshot.targets.push(axis.actuator.target);
+            snapshot.modes.push(axis.actuator.mode);
+        }
+        for body in tree.bodies.iter().filter(|body| body.joint.is_some()) {
+            match body.freedom {
+                Freedom::Free { .. } => snapshot.flags.extend([Flags::default(); 6]),
+                _ => snapshot.flags.push(self.flags(body.position, body.velocity)),
+            }
+        }
+    }
+
+    fn flags(&self, position: usize, rate: usize) -> Flags {
+        /// A joint this near to a limit is at it, rad or m.
+        const AT_LIMIT: f64 = 1e-6;
+        let position = self.body.positions()[position];
+        let limits = &self.body.axes()[rate].settings.limits;
+        Flags {
+            saturated: self.body.is_saturated(rate),
+            at_lower: limits.lower.is_some_and(|lower| position <= lower + AT_LIMIT),
+            at_upper: limits.upper.is_some_and(|upper| position >= upper - AT_LIMIT),
+        }
+    }
+
+    /// Names what is not finite.
+    fn first_not_finite(&self) -> String {
+        let tree = self.body.tree();
+        let bad = tree.bodies.iter().find(|body| {
+            let (p, v) = (body.position, body.velocity);
+            let positions = &self.body.positions()[p..p + body.freedom.positions()];
+            let rates = &self.body.rates()[v..v + body.freedom.velocities()];
+            positions.iter().chain(rates).any(|value| !value.is_finite())
+        });
+        match bad.and_then(|body| body.joint) {
+            Some(joint) => format!("joint {:?}", self.model.joints[joint].name),
+            None => "the root link".into(),
+        }
+    }
+}
+
+/// Whether a body's axis takes targets.
+fn is_actuated(model: &RobotModel, tree: &Tree, place: usize) -> bool {
+    let body = &tree.bodies[place];
+    let follows = |joint: usize| model.joints[joint].mimic.is_some();
+    !matches!(body.freedom, Freedom::Free { .. }) && body.joint.is_some_and(|joint| !follows(joint))
+}
+
+/// Settings of all axes as the model gives them; nothing is driven yet.
+fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
+    let mut axes = vec![Axis::default(); tree.velocity_count];
+    for body in &tree.bodies {
+        let (Some(joint), false) = (body.joint, matches!(body.freedom, Freedom::Free { .. })) else {
+            continue;
+        };
+        let joint = &model.joints[joint];
+        let settings = &mut axes[body.velocity].settings;
+        settings.damping = joint.damping;
+        settings.friction = joint.friction;
+        // A planar joint's limits would be of three kinds at once: only one axis can have them.
+        settings.limits = match joint.kind {
+            JointKind::Planar => Limits::default(),
+            JointKind::Continuous => Limits { lower: None, upper: None, ..joint.limits },
+            _ => joint.limits,
+        };
+    }
+    axes
+}
+
+/// Zero, or the nearest limit where zero lies outside; a follower where its leader puts it.
+fn start_positions(tree: &Tree, axes: &[Axis]) -> Vec<f64> {
+    let mut q = vec![0.0; tree.position_count];
+    for body in &tree.bodies {
+        match body.freedom {
+            Freedom::Free { .. } => q[body.position + 6] = 1.0,
+            _ => q[body.position] = axes[body.velocity].settings.limits.nearest(0.0),
+        }
+    }
+    follow(tree, &mut q);
+    q.split_off(tree.root_positions())
+}
+
+/// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
+pub(super) fn follow(tree: &Tree, q: &mut [f64]) {
+    for _ in 0..tree.mimics.len() {
+        for pair in &tree.mimics {
+            let leader = q[tree.bodies[pair.leader].position];
+            q[tree.bodies[pair.follower].position] = pair.multiplier * leader + pair.offset;
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Why a command or a query is refused. Each message is a sentence for people
+//! that names the element; nothing was changed.
+
+/// A refusal.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// No robot of that name.
+    #[error("there is no robot {robot:?} in this world; {}", list_known("robots", .known))]
+    RobotNotFound {
+        /// What was asked for.
+        robot: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The robot has no such joint.
+    #[error("robot {robot:?} has no joint {joint:?}; {}", list_known("its joints", .known))]
+    JointNotFound {
+        /// Whose.
+        robot: String,
+        /// What was asked for.
+        joint: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The robot has no such link.
+    #[error("robot {robot:?} has no link {link:?}; {}", list_known("its links", .known))]
+    LinkNotFound {
+        /// Whose.
+        robot: String,
+        /// What was asked for.
+        link: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The name is taken.
+    #[error("there is a robot {robot:?} already; choose another name, delete it, or reload it")]
+    RobotExists {
+        /// The name.
+        robot: String,
+    },
+    /// A number or a name that cannot be.
+    #[error("{element} is {value}; {expected}")]
+    InvalidValue {
+        /// What, for instance `position target of joint "elbow"`.
+        element: String,
+        /// What was given.
+        value: String,
+        /// What would be accepted, as "it must be ...".
+        expected: String,
+    },
+    /// The joint has no actuator.
+    #[error("joint {joint:?} of robot {robot:?} {why}, so it takes no target")]
+    JointNotActuated {
+        /// Whose.
+        robot: String,
+        /// Which.
+        joint: String,
+        /// "is fixed", "follows joint ...".
+        why: String,
+    },
+    /// A target beyond a limit, where refusal was asked for.
+    #[error("target {requested} of joint {joint:?} lies beyond its limits, {lower} to {upper}")]
+    TargetBeyondLimit {
+        /// Which.
+        joint: String,
+        /// What was asked for.
+        requested: f64,
+        /// The least it may be.
+        lower: f64,
+        /// The most it may be.
+        upper: f64,
+    },
+    /// The robot's layout is another one.
+    #[error(
+        "robot {robot:?} has joint layout {present}, the request was made for {requested}; \
+         fetch its joints again"
+    )]
+    LayoutChanged {
+        /// Whose.
+        robot: String,
+        /// What the request says.
+        requested: u64,
+        /// What there is.
+        present: u64,
+    },
+    /// Somebody else's joint.
+    #[error("joint {joint:?} of robot {robot:?} is claimed by {holder:?}")]
+    JointClaimed {
+        /// Whose.
+        robot: String,
+        /// Which.
+        joint: String,
+        /// By whom.
+        holder: String,
+    },
+    /// No such claim.
+    #[error("there is no such claim: it was released, or it lapsed")]
+    ClaimNotFound,
+    /// No such kept state.
+    #[error("there is no snapshot {name:?}; {}", list_known("snapshots", .known))]
+    SnapshotNotFound {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// A limit of the world.
+    #[error("{what} would be {value}, and the limit is {limit}")]
+    LimitExceeded {
+        /// What is counted.
+        what: String,
+        /// What it would be.
+        value: u64,
+        /// What it may be.
+        limit: u64,
+    },
+}
+
+/// "its joints are a, b and 3 more", or that there are none.
+fn list_known(what: &str, names: &[String]) -> String {
+    const SHOWN: usize = 8;
+    if names.is_empty() {
+        return format!("there are no {}", what.trim_start_matches("its "));
+    }
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|name| format!("{name:?}")).collect();
+    let more = names.len().saturating_sub(SHOWN);
+    let tail = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{what} are {}{tail}", shown.join(", "))
+}

@@ -1,0 +1,236 @@
+//! Joints: where they are put, what they are like, who may drive them.
+
+use std::sync::Arc;
+
+use super::command::{JointProperties, JointSelection, RobotReset};
+use super::entity::{Claim, Entity, follow};
+use super::error::Error;
+use super::query::{Answer, JointStatus, Query};
+use super::snapshot::Mode;
+use super::targets::{finite_value, sane_limits};
+use super::{EventKind, Reply, Simulation};
+
+impl Simulation {
+    /// Answers a question.
+    pub fn query(&self, query: &Query) -> Result<Answer, Error> {
+        match query {
+            Query::Joints { robot } => {
+                let entity = &self.entities[self.place(robot)?];
+                let joints = 0..entity.model.joints.len();
+                let joints = joints.map(|joint| status(entity, joint, self.settings.time_step)).collect();
+                Ok(Answer::Joints { layout_version: entity.version, joints })
+            }
+            Query::Snapshots => Ok(Answer::Snapshots(self.snapshots())),
+        }
+    }
+
+    pub(super) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
+        /// A robot, a position, a rate, and the values for them.
+        type Put = (usize, (usize, f64), (usize, f64));
+        let mut puts: Vec<Put> = Vec::new();
+        let mut whole = Vec::new();
+        for reset in robots {
+            let place = self.place(&reset.robot)?;
+            let entity = &self.entities[place];
+            if reset.joints.is_empty() {
+                whole.push(place);
+            }
+            for joint in &reset.joints {
+                let index = entity.joint(&joint.joint)?;
+                let body = entity.axis_body(index, joint.axis, "reset")?;
+                let body = &entity.body.tree().bodies[body];
+                let name = &joint.joint;
+                let position = finite_value(|| format!("the position of joint {name:?}"), joint.position)?;
+                let rate = finite_value(|| format!("the velocity of joint {name:?}"), joint.velocity)?;
+                puts.push((place, (body.position, position), (body.velocity, rate)));
+            }
+        }
+        for &place in &whole {
+            let entity = &mut self.entities[place];
+            let (p, v) = (entity.body.tree().root_positions(), entity.body.tree().root_velocities());
+            entity.body.positions_mut()[p..].copy_from_slice(&entity.spawned.positions()[p..]);
+            entity.body.rates_mut()[v..].fill(0.0);
+        }
+        for &(place, (position, q), (rate, qd)) in &puts {
+            let body = &mut self.entities[place].body;
+            body.positions_mut()[position] = q;
+            body.rates_mut()[rate] = qd;
+        }
+        let mut touched: Vec<usize> = whole.into_iter().chain(puts.iter().map(|put| put.0)).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        for place in touched {
+            self.entities[place].settle_after_reset();
+        }
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn set_joint_properties(
+        &mut self,
+        robot: &str,
+        joints: &[JointProperties],
+    ) -> Result<Reply, Error> {
+        let entity = self.entity_mut(robot)?;
+        let mut accepted = Vec::new();
+        for properties in joints {
+            let name = &properties.joint;
+            let index = entity.joint(name)?;
+            entity.axis_body(index, 0, "settings")?;
+            let gains = properties.default_gains.unzip();
+            for (what, value) in [
+                ("damping", properties.damping),
+                ("friction", properties.friction),
+                ("armature", properties.armature),
+                ("default stiffness", gains.0),
+                ("default damping", gains.1),
+            ] {
+                if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
+                    return Err(Error::InvalidValue {
+                        element: format!("the {what} of joint {name:?}"),
+                        value: value.to_string(),
+                        expected: "it must be a finite number, 0 or more".into(),
+                    });
+                }
+            }
+            if let Some(limits) = &properties.limits {
+                sane_limits(name, limits)?;
+            }
+            accepted.push((index, properties));
+        }
+        for (index, properties) in accepted {
+            for place in entity.body.tree().joints[index].clone() {
+                let rate = entity.body.tree().bodies[place].velocity;
+                change(&mut entity.body.axes_mut()[rate].settings, properties);
+            }
+        }
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn claim(
+        &mut self,
+        claim: &str,
+        holder: &str,
+        selections: &[JointSelection],
+    ) -> Result<Reply, Error> {
+        let mut taken = Vec::new();
+        for selection in selections {
+            let place = self.place(&selection.robot)?;
+            let entity = &self.entities[place];
+            let joints = if selection.joints.is_empty() {
+                let mut all: Vec<usize> = entity.actuated().map(|(joint, _)| joint).collect();
+                all.dedup();
+                all
+            } else {
+                let joints = selection.joints.iter().map(|joint| {
+                    let index = entity.joint(joint)?;
+                    entity.actuated_body(index, 0).map(|_| index)
+                });
+                joints.collect::<Result<_, _>>()?
+            };
+            for joint in joints {
+                if let Some(other) = &entity.claims[joint] {
+                    return Err(Error::JointClaimed {
+                        robot: entity.name.clone(),
+                        joint: entity.model.joints[joint].name.clone(),
+                        holder: other.holder.clone(),
+                    });
+                }
+                taken.push((place, joint));
+            }
+        }
+        let record = Arc::new(Claim { secret: claim.to_owned(), holder: holder.to_owned() });
+        self.claims.insert(claim.to_owned(), Arc::clone(&record));
+        let mut names = Vec::new();
+        for (place, joint) in taken {
+            let entity = &mut self.entities[place];
+            entity.claims[joint] = Some(Arc::clone(&record));
+            names.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
+        }
+        self.happened(EventKind::JointsClaimed { holder: holder.to_owned(), joints: names });
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn release(&mut self, claim: &str, lapsed: bool) -> Result<Reply, Error> {
+        let record = self.claims.remove(claim).ok_or(Error::ClaimNotFound)?;
+        let mut joints = Vec::new();
+        for entity in &mut self.entities {
+            for joint in 0..entity.claims.len() {
+                if entity.claims[joint].as_ref().is_none_or(|held| held.secret != claim) {
+                    continue;
+                }
+                entity.claims[joint] = None;
+                joints.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
+                // Nobody drives it any more: it stays where it is.
+                for place in entity.body.tree().joints[joint].clone() {
+                    entity.body.hold(place);
+                }
+            }
+        }
+        self.happened(EventKind::JointsReleased { holder: record.holder.clone(), joints, lapsed });
+        Ok(Reply::Done)
+    }
+}
+
+impl Entity {
+    /// After positions were set by hand: followers follow, joints that hold hold the
+    /// new place, and the next step starts from nothing old.
+    pub(super) fn settle_after_reset(&mut self) {
+        let tree = Arc::clone(self.body.tree());
+        follow(&tree, self.body.positions_mut());
+        for body in &tree.bodies {
+            let position = self.body.positions()[body.position];
+            let actuator = &mut self.body.axes_mut()[body.velocity].actuator;
+            match actuator.mode {
+                Mode::Hold => (actuator.target, actuator.setpoint) = (position, position),
+                Mode::Position => actuator.setpoint = position,
+                Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => {}
+            }
+        }
+        self.body.forget_last_step();
+        self.disabled = None;
+        self.push_links();
+    }
+}
+
+/// Writes the settings that are given.
+fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &JointProperties) {
+    let JointProperties { joint: _, damping, friction, armature, limits, default_gains } = properties;
+    if let Some(damping) = damping {
+        settings.damping = *damping;
+    }
+    if let Some(friction) = friction {
+        settings.friction = *friction;
+    }
+    if let Some(armature) = armature {
+        settings.composite_inertia += armature - settings.armature;
+        settings.armature = *armature;
+    }
+    if let Some(limits) = limits {
+        settings.limits = *limits;
+    }
+    if let Some((stiffness, damping)) = default_gains {
+        (settings.default_stiffness, settings.default_damping) = (*stiffness, *damping);
+    }
+}
+
+/// What holds for a joint at the moment.
+fn status(entity: &Entity, joint: usize, time_step: f64) -> JointStatus {
+    let tree = entity.body.tree();
+    let bodies = &tree.bodies[tree.joints[joint].clone()];
+    let axis = bodies
+        .iter()
+        .find(|body| body.freedom.velocities() == 1)
+        .and_then(|body| entity.body.axes().get(body.velocity))
+        .cloned()
+        .unwrap_or_default();
+    JointStatus {
+        mode: axis.actuator.mode,
+        limits: axis.settings.limits,
+        damping: axis.settings.damping,
+        friction: axis.settings.friction,
+        armature: axis.settings.armature,
+        gains: axis.gains(time_step),
+        default_gains: (axis.settings.default_stiffness, axis.settings.default_damping),
+        claimed_by: entity.claims[joint].as_ref().map(|claim| claim.holder.clone()),
+    }
+}

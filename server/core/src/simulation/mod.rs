@@ -1,0 +1,216 @@
+//! The world: commands that change it, the step, what it looks like.
+//!
+//! * [`command`], [`query`]: what can be asked of it; [`error`]: why it refuses.
+//! * `robots`, `joints`, `targets`, `world`: how commands are applied.
+//! * `entity`: one robot.
+//! * [`snapshot`], [`event`]: what it shows.
+
+pub mod command;
+mod entity;
+pub mod error;
+pub mod event;
+mod joints;
+pub mod query;
+mod robots;
+pub mod settings;
+pub mod snapshot;
+mod targets;
+#[cfg(test)]
+mod tests;
+mod world;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+pub use command::{Applied, Command, Reply};
+use entity::{Claim, Entity};
+pub use error::Error;
+pub use event::{Event, EventKind};
+pub use query::{Answer, Query};
+pub use settings::PhysicsSettings;
+use snapshot::{EntityLayout, RootState, WorldLayout};
+pub use snapshot::{Moment, Snapshot};
+use world::Saved;
+
+/// A world of robots.
+#[derive(Debug)]
+pub struct Simulation {
+    settings: PhysicsSettings,
+    limits: WorldLimits,
+    now: Moment,
+    /// Where sim time is counted from: the step and the time at which the time step last changed.
+    time_base: (u64, f64),
+    /// In the order of their spawning.
+    entities: Vec<Entity>,
+    /// By their secrets.
+    claims: BTreeMap<String, Arc<Claim>>,
+    /// Oldest first.
+    saved: Vec<Saved>,
+    /// Of the next robot or model.
+    next_version: u64,
+    layout: Arc<WorldLayout>,
+    events: Vec<Event>,
+}
+
+/// What the world's owner allows.
+#[derive(Clone, Copy, Debug)]
+pub struct WorldLimits {
+    /// Robots at one time.
+    pub robots: usize,
+    /// Kept states.
+    pub snapshots: usize,
+}
+
+impl Default for WorldLimits {
+    fn default() -> Self {
+        Self { robots: 1_000, snapshots: 32 }
+    }
+}
+
+impl Simulation {
+    /// An empty world.
+    pub fn new(settings: PhysicsSettings, limits: WorldLimits) -> Self {
+        Self {
+            settings,
+            limits,
+            now: Moment::default(),
+            time_base: (0, 0.0),
+            entities: Vec::new(),
+            claims: BTreeMap::new(),
+            saved: Vec::new(),
+            next_version: 1,
+            layout: Arc::default(),
+            events: Vec::new(),
+        }
+    }
+
+    /// Applies a command: whole or, where it is refused, not at all. The next step
+    /// is the first that it has an effect on.
+    pub fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+        let reply = match command {
+            Command::Spawn(spawn) => self.spawn(spawn),
+            Command::Reload(reload) => self.reload(reload),
+            Command::Delete { robot } => self.delete(robot),
+            Command::SetTargets(targets) => self.set_targets(targets),
+            Command::ResetJoints { robots } => self.reset_joints(robots),
+            Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
+            Command::Claim { claim, holder, joints } => self.claim(claim, holder, joints),
+            Command::Release { claim, lapsed } => self.release(claim, *lapsed),
+            Command::SetEntityState { robot, pose, twist } => self.set_entity_state(robot, *pose, *twist),
+            Command::ApplyWrench(wrench) => self.apply_wrench(wrench),
+            Command::SetPhysics(change) => self.set_physics(change),
+            Command::Reset(scope) => self.reset(*scope),
+            Command::SaveSnapshot { name } => self.save(name),
+            Command::RestoreSnapshot { name } => self.restore(name),
+            Command::DeleteSnapshot { name } => self.forget(name),
+        }?;
+        Ok(Applied { at: self.now, reply })
+    }
+
+    /// Advances the world by one time step.
+    pub fn step(&mut self) {
+        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
+        for place in 0..self.entities.len() {
+            let entity = &mut self.entities[place];
+            if let Some(reason) = entity.step(gravity, time_step, substeps) {
+                let (robot, reason) = (entity.name.clone(), reason.to_string());
+                self.happened(EventKind::EntityDisabled { robot, reason });
+            }
+        }
+        self.now.step += 1;
+        // A product instead of a sum: no error gathers over a month.
+        let (step, time) = self.time_base;
+        self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
+    }
+
+    /// The moment that the world is at.
+    pub fn now(&self) -> Moment {
+        self.now
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &PhysicsSettings {
+        &self.settings
+    }
+
+    /// The robots that there are, and where their values lie in a snapshot.
+    pub fn layout(&self) -> &Arc<WorldLayout> {
+        &self.layout
+    }
+
+    /// Takes what happened since the last call.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.events)
+    }
+
+    /// Writes what the world looks like into a snapshot, reusing its memory.
+    pub fn observe(&self, snapshot: &mut Snapshot) {
+        snapshot.at = self.now;
+        if !Arc::ptr_eq(&snapshot.world, &self.layout) {
+            snapshot.world = Arc::clone(&self.layout);
+        }
+        snapshot.roots.clear();
+        for values in
+            [&mut snapshot.positions, &mut snapshot.velocities, &mut snapshot.efforts, &mut snapshot.targets]
+        {
+            values.clear();
+        }
+        snapshot.modes.clear();
+        snapshot.flags.clear();
+        for entity in &self.entities {
+            let (linear, angular) = entity.body.root_twist();
+            let pose = entity.body.root_pose();
+            snapshot.roots.push(RootState { pose, linear, angular, disabled: entity.disabled.clone() });
+            entity.observe(snapshot);
+        }
+    }
+
+    /// A robot's place among the robots.
+    fn place(&self, robot: &str) -> Result<usize, Error> {
+        self.entities.iter().position(|entity| entity.name == robot).ok_or_else(|| Error::RobotNotFound {
+            robot: robot.to_owned(),
+            known: self.entities.iter().map(|entity| entity.name.clone()).collect(),
+        })
+    }
+
+    fn entity_mut(&mut self, robot: &str) -> Result<&mut Entity, Error> {
+        let place = self.place(robot)?;
+        Ok(&mut self.entities[place])
+    }
+
+    fn happened(&mut self, kind: EventKind) {
+        self.events.push(Event { at: self.now, kind });
+    }
+
+    fn take_version(&mut self) -> u64 {
+        self.next_version += 1;
+        self.next_version - 1
+    }
+
+    /// To be called when robots came, went or changed their model.
+    fn lay_out(&mut self) {
+        let (mut position, mut velocity) = (0, 0);
+        let entities = self.entities.iter().map(|entity| {
+            let tree = entity.body.tree();
+            let (positions, velocities) =
+                (tree.position_count - tree.root_positions(), tree.velocity_count - tree.root_velocities());
+            let (first_position, first_velocity) = (position, velocity);
+            position += positions;
+            velocity += velocities;
+            let (joint_positions, joint_velocities) = entity.joint_ranges();
+            Arc::new(EntityLayout {
+                name: entity.name.clone(),
+                version: entity.version,
+                model: Arc::clone(&entity.model),
+                tree: Arc::clone(tree),
+                fixed_base: tree.fixed_base,
+                loaded_at_start: entity.loaded_at_start,
+                positions: first_position..position,
+                velocities: first_velocity..velocity,
+                joint_positions,
+                joint_velocities,
+            })
+        });
+        self.layout = Arc::new(WorldLayout { entities: entities.collect() });
+    }
+}

@@ -1,0 +1,210 @@
+//! Robots come, change and go.
+
+use std::collections::BTreeMap;
+
+use glamx::{DPose3, DVec3};
+
+use super::command::{LinkWrench, Reload, Spawn};
+use super::entity::{Entity, Push, follow};
+use super::error::Error;
+use super::targets::finite_value;
+use super::{EventKind, Reply, Simulation};
+use crate::dynamics::Mode;
+
+impl Simulation {
+    pub(super) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
+        let limit = self.limits.robots;
+        if self.entities.len() >= limit {
+            return Err(Error::LimitExceeded {
+                what: "the number of robots".into(),
+                value: limit as u64 + 1,
+                limit: limit as u64,
+            });
+        }
+        let name = self.free_name(&spawn.name, spawn.allow_renaming)?;
+        finite_pose(&format!("the pose of robot {name:?}"), &spawn.pose)?;
+        let root = spawn.model.links.first().map_or("", |link| &link.name);
+        let fixed = spawn.fixed_base.unwrap_or(root == "world");
+        let model = std::sync::Arc::clone(&spawn.model);
+        let mut entity =
+            Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);
+        entity.loaded_at_start = spawn.loaded_at_start;
+        for (joint, position) in &spawn.joint_positions {
+            let element = || format!("the initial position of joint {joint:?}");
+            let value = finite_value(element, *position)?;
+            let index = entity.joint(joint)?;
+            let place = entity.axis_body(index, 0, "the initial position")?;
+            let body = &entity.body.tree().bodies[place];
+            let (position, rate) = (body.position, body.velocity);
+            entity.body.positions_mut()[position] = value;
+            let axis = &mut entity.body.axes_mut()[rate];
+            if axis.actuator.mode == Mode::Hold {
+                (axis.actuator.target, axis.actuator.setpoint) = (value, value);
+            }
+        }
+        let tree = std::sync::Arc::clone(entity.body.tree());
+        follow(&tree, entity.body.positions_mut());
+        entity.body.set_default_gains();
+        entity.spawned = entity.body.clone();
+        self.take_version();
+        self.entities.push(entity);
+        self.lay_out();
+        self.happened(EventKind::EntitySpawned { robot: name.clone() });
+        Ok(Reply::Spawned { name })
+    }
+
+    pub(super) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
+        let place = self.place(&reload.robot)?;
+        let version = self.take_version();
+        let old = &self.entities[place];
+        let (pose, fixed) = (old.body.root_pose(), old.body.tree().fixed_base);
+        let model = std::sync::Arc::clone(&reload.model);
+        let mut new = Entity::new(old.name.clone(), version, model, fixed, pose, false);
+        new.loaded_at_start = old.loaded_at_start;
+        let (linear, angular) = old.body.root_twist();
+        new.body.set_root_twist(linear, angular);
+
+        let before: BTreeMap<&str, usize> =
+            old.model.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
+        let mut added = Vec::new();
+        for (index, joint) in new.model.joints.iter().enumerate() {
+            let Some(&was) = before.get(joint.name.as_str()) else {
+                added.push(joint.name.clone());
+                continue;
+            };
+            new.claims[index].clone_from(&old.claims[was]);
+            let (from, to) = (old.body.tree().joints[was].clone(), new.body.tree().joints[index].clone());
+            for (from, to) in from.zip(to) {
+                let (from, to) = (&old.body.tree().bodies[from], new.body.tree().bodies[to].clone());
+                if from.freedom.positions() != to.freedom.positions() {
+                    continue;
+                }
+                for i in 0..to.freedom.positions() {
+                    let value = old.body.positions()[from.position + i];
+                    new.body.positions_mut()[to.position + i] = value;
+                    new.spawned.positions_mut()[to.position + i] = old.spawned.positions()[from.position + i];
+                }
+                for i in 0..to.freedom.velocities() {
+                    let axis = &old.body.axes()[from.velocity + i];
+                    new.body.rates_mut()[to.velocity + i] = old.body.rates()[from.velocity + i];
+                    if new.body.axes()[to.velocity + i].actuator.mode != Mode::None
+                        && axis.actuator.mode != Mode::None
+                    {
+                        new.body.axes_mut()[to.velocity + i].actuator = axis.actuator.clone();
+                        let spawned = old.spawned.axes()[from.velocity + i].actuator.clone();
+                        new.spawned.axes_mut()[to.velocity + i].actuator = spawned;
+                    }
+                }
+            }
+        }
+        new.spawned.set_root_pose(old.spawned.root_pose());
+        let now: Vec<&str> = new.model.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let gone = before.keys().filter(|name| !now.contains(name));
+        let removed: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
+
+        let robot = reload.robot.clone();
+        self.entities[place] = new;
+        self.lay_out();
+        self.happened(EventKind::EntityReloaded { robot, layout_version: version });
+        Ok(Reply::Reloaded { added, removed })
+    }
+
+    pub(super) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
+        let place = self.place(robot)?;
+        self.entities.remove(place);
+        self.lay_out();
+        self.happened(EventKind::EntityDeleted { robot: robot.to_owned() });
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn set_entity_state(
+        &mut self,
+        robot: &str,
+        pose: Option<DPose3>,
+        twist: Option<(DVec3, DVec3)>,
+    ) -> Result<Reply, Error> {
+        let entity = self.entity_mut(robot)?;
+        if let Some(pose) = &pose {
+            finite_pose(&format!("the pose of robot {robot:?}"), pose)?;
+        }
+        if let Some((linear, angular)) = twist {
+            let element = || format!("the twist of robot {robot:?}");
+            finite_value(element, linear.length() + angular.length())?;
+            let still = linear == DVec3::ZERO && angular == DVec3::ZERO;
+            if entity.body.tree().fixed_base && !still {
+                return Err(Error::InvalidValue {
+                    element: element(),
+                    value: format!("linear {linear}, angular {angular}"),
+                    expected: "its base is fixed, so the twist must be zero".into(),
+                });
+            }
+        }
+        if let Some(pose) = pose {
+            // The angular rate is kept in the body's own axes: keep it as the world sees it.
+            let (linear, angular) = entity.body.root_twist();
+            entity.body.set_root_pose(pose);
+            entity.body.set_root_twist(linear, angular);
+        }
+        if let Some((linear, angular)) = twist {
+            entity.body.set_root_twist(linear, angular);
+        }
+        entity.disabled = None;
+        entity.push_links();
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn apply_wrench(&mut self, wrench: &LinkWrench) -> Result<Reply, Error> {
+        let entity = self.entity_mut(&wrench.robot)?;
+        let link = entity.link(&wrench.link)?;
+        let LinkWrench { force, torque, in_link_axes, point, persistent, .. } = *wrench;
+        let size = force.length() + torque.length() + point.length();
+        finite_value(|| format!("the wrench on link {:?}", wrench.link), size)?;
+        if persistent {
+            entity.pushes.retain(|push| !(push.persistent && push.link == link));
+        }
+        if force != DVec3::ZERO || torque != DVec3::ZERO {
+            entity.pushes.push(Push { link, force, torque, in_link_axes, point, persistent });
+        }
+        entity.push_links();
+        Ok(Reply::Done)
+    }
+
+    /// The name, or with `allow_renaming` the first free one of the name with a number.
+    fn free_name(&self, name: &str, allow_renaming: bool) -> Result<String, Error> {
+        let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || !name.chars().all(good) {
+            return Err(Error::InvalidValue {
+                element: "the name of the robot".into(),
+                value: format!("{name:?}"),
+                expected: "it must be letters, digits, `_` and `-`, at least one".into(),
+            });
+        }
+        let taken = |name: &str| self.entities.iter().any(|entity| entity.name == name);
+        if !taken(name) {
+            return Ok(name.to_owned());
+        }
+        if !allow_renaming {
+            return Err(Error::RobotExists { robot: name.to_owned() });
+        }
+        let mut number = 1u64;
+        loop {
+            let candidate = format!("{name}_{number}");
+            if !taken(&candidate) {
+                return Ok(candidate);
+            }
+            number += 1;
+        }
+    }
+}
+
+/// Finite, with a rotation of unit length.
+fn finite_pose(element: &str, pose: &DPose3) -> Result<(), Error> {
+    if pose.is_finite() && (pose.rotation.length_squared() - 1.0).abs() < 1e-6 {
+        return Ok(());
+    }
+    Err(Error::InvalidValue {
+        element: element.to_owned(),
+        value: format!("position {}, orientation {}", pose.translation, pose.rotation),
+        expected: "it must be finite, with a quaternion of unit length".into(),
+    })
+}

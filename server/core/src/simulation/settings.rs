@@ -1,0 +1,21 @@
+//! Gravity, time step and substeps.
+
+use glamx::DVec3;
+
+/// How a world is stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhysicsSettings {
+    /// m/s^2, world axes.
+    pub gravity: DVec3,
+    /// Seconds that a step advances.
+    pub time_step: f64,
+    /// Equal parts that a step is done in.
+    pub substeps: u32,
+}
+
+impl Default for PhysicsSettings {
+    /// Earth, 1 ms, one part.
+    fn default() -> Self {
+        Self { gravity: DVec3::new(0.0, 0.0, -9.81), time_step: 1e-3, substeps: 1 }
+    }
+}

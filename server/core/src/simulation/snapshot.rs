@@ -1,0 +1,116 @@
+//! What a world looks like at a moment: plain data, cheap to share.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+use simd_model::RobotModel;
+
+pub use crate::dynamics::Mode;
+use crate::dynamics::Tree;
+
+/// A moment of a world. Within an epoch, steps never fall.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Counts resets of time and restored states.
+    pub epoch: u64,
+    /// Steps since the epoch began.
+    pub step: u64,
+    /// Seconds since the epoch began.
+    pub sim_time: f64,
+}
+
+/// All robots at a moment. Values of all robots lie in flat arrays;
+/// [`EntityLayout`] says where each robot's are.
+#[derive(Clone, Debug, Default)]
+pub struct Snapshot {
+    /// When.
+    pub at: Moment,
+    /// Which robots there are, and where their values lie.
+    pub world: Arc<WorldLayout>,
+    /// One a robot.
+    pub roots: Vec<RootState>,
+    /// Joint positions: rad or m; for a floating joint x y z and a quaternion x y z w.
+    pub positions: Vec<f64>,
+    /// Joint rates: rad/s or m/s; for a floating joint linear in the parent's
+    /// axes, then angular in its own.
+    pub velocities: Vec<f64>,
+    /// What each actuator applied over the last step, N m or N. Aligned with `velocities`.
+    pub efforts: Vec<f64>,
+    /// What each actuator is to reach, in the unit of its mode. Aligned with `velocities`.
+    pub targets: Vec<f64>,
+    /// Aligned with `velocities`.
+    pub modes: Vec<Mode>,
+    /// Aligned with `velocities`.
+    pub flags: Vec<Flags>,
+}
+
+/// Which robots there are. Replaced as a whole when that changes.
+#[derive(Debug, Default)]
+pub struct WorldLayout {
+    /// In the order of their spawning.
+    pub entities: Vec<Arc<EntityLayout>>,
+}
+
+/// A robot and where its values lie in a [`Snapshot`].
+#[derive(Debug)]
+pub struct EntityLayout {
+    /// Its name in the world.
+    pub name: String,
+    /// Unlike that of any other robot or model before it.
+    pub version: u64,
+    /// What it is.
+    pub model: Arc<RobotModel>,
+    /// How it moves.
+    pub tree: Arc<Tree>,
+    /// Its root link cannot move.
+    pub fixed_base: bool,
+    /// The daemon loaded it at its start.
+    pub loaded_at_start: bool,
+    /// In [`Snapshot::positions`].
+    pub positions: Range<usize>,
+    /// In [`Snapshot::velocities`] and what is aligned with them.
+    pub velocities: Range<usize>,
+    /// For each joint of the model, its range within the robot's own positions.
+    pub joint_positions: Vec<Range<usize>>,
+    /// For each joint of the model, its range within the robot's own velocities.
+    pub joint_velocities: Vec<Range<usize>>,
+}
+
+/// Where a robot's root link is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RootState {
+    /// `world_from_root`.
+    pub pose: DPose3,
+    /// Of the root link's origin, world axes, m/s.
+    pub linear: DVec3,
+    /// World axes, rad/s.
+    pub angular: DVec3,
+    /// Set while the robot is out of the simulation: why.
+    pub disabled: Option<Arc<str>>,
+}
+
+/// What is special about a joint at a moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags {
+    /// The actuator applies its effort limit.
+    pub saturated: bool,
+    /// At or below the lower limit.
+    pub at_lower: bool,
+    /// At or above the upper limit.
+    pub at_upper: bool,
+}
+
+impl Snapshot {
+    /// A robot by name, with its place among the robots.
+    pub fn entity(&self, name: &str) -> Option<(usize, &Arc<EntityLayout>)> {
+        self.world.entities.iter().enumerate().find(|(_, entity)| entity.name == name)
+    }
+
+    /// `world_from_link` of each link of the robot at this place, in the model's order.
+    pub fn link_poses(&self, place: usize) -> Option<Vec<DPose3>> {
+        let entity = self.world.entities.get(place)?;
+        let positions = self.positions.get(entity.positions.clone())?;
+        Some(entity.tree.link_poses(self.roots.get(place)?.pose, positions))
+    }
+}

@@ -1,0 +1,263 @@
+//! Targets for joints: checked as a whole, then applied as a whole.
+
+use std::sync::Arc;
+
+use simd_model::robot::Limits;
+
+use super::command::{Clamped, RobotTargets, SetTargets, Target, WholeTarget};
+use super::entity::{Claim, Entity};
+use super::error::Error;
+use super::{Reply, Simulation};
+use crate::dynamics::{Actuator, Axis, Mode};
+
+/// A target that was found good: which robot, which rate, what it does there.
+struct Accepted {
+    entity: usize,
+    rate: usize,
+    actuator: Actuator,
+}
+
+impl Simulation {
+    pub(super) fn set_targets(&mut self, request: &SetTargets) -> Result<Reply, Error> {
+        if let Some(claim) = &request.claim {
+            self.claims.get(claim).ok_or(Error::ClaimNotFound)?;
+        }
+        let mut check = Check { request, accepted: Vec::new(), clamped: Vec::new() };
+        for targets in &request.robots {
+            let place = self.place(&targets.robot)?;
+            check.robot(place, &self.entities[place], targets)?;
+        }
+        let Check { accepted, clamped, .. } = check;
+        for Accepted { entity, rate, actuator } in accepted {
+            self.entities[entity].body.axes_mut()[rate].actuator = actuator;
+        }
+        Ok(Reply::Targets { clamped })
+    }
+}
+
+/// The check of one request.
+struct Check<'a> {
+    request: &'a SetTargets,
+    accepted: Vec<Accepted>,
+    clamped: Vec<Clamped>,
+}
+
+impl Check<'_> {
+    fn robot(&mut self, place: usize, entity: &Entity, targets: &RobotTargets) -> Result<(), Error> {
+        if targets.layout_version != 0 && targets.layout_version != entity.version {
+            return Err(Error::LayoutChanged {
+                robot: entity.name.clone(),
+                requested: targets.layout_version,
+                present: entity.version,
+            });
+        }
+        if let Some(whole) = &targets.whole {
+            self.whole(place, entity, whole)?;
+        }
+        let mut seen = vec![false; entity.body.rates().len()];
+        for joint_target in &targets.joints {
+            let joint = entity.joint(&joint_target.joint)?;
+            let body = entity.actuated_body(joint, joint_target.axis)?;
+            let rate = entity.body.tree().bodies[body].velocity;
+            if std::mem::replace(&mut seen[rate], true) {
+                return Err(Error::InvalidValue {
+                    element: format!("the list of targets for robot {:?}", entity.name),
+                    value: format!("naming joint {:?} twice", joint_target.joint),
+                    expected: "each joint can have one target in a request".into(),
+                });
+            }
+            self.joint(place, entity, joint, body, &joint_target.target)?;
+        }
+        Ok(())
+    }
+
+    fn whole(&mut self, place: usize, entity: &Entity, whole: &WholeTarget) -> Result<(), Error> {
+        let tree = entity.body.tree();
+        let root = tree.root_velocities();
+        let expected = tree.velocity_count - root;
+        let values: &[f64] = match whole {
+            WholeTarget::Position(v) | WholeTarget::Velocity(v) | WholeTarget::Effort(v) => {
+                if v.len() != expected {
+                    return Err(Error::InvalidValue {
+                        element: format!("the number of values for robot {:?}", entity.name),
+                        value: v.len().to_string(),
+                        expected: format!("its layout has {expected}"),
+                    });
+                }
+                v
+            }
+            WholeTarget::Passive | WholeTarget::Hold => &[],
+        };
+        for (joint, body) in entity.actuated() {
+            let value = values.get(tree.bodies[body].velocity - root).copied().unwrap_or(0.0);
+            let target = match whole {
+                WholeTarget::Position(_) => Target::Position {
+                    position: value,
+                    velocity: 0.0,
+                    stiffness: None,
+                    damping: None,
+                    feed_forward: 0.0,
+                },
+                WholeTarget::Velocity(_) => {
+                    Target::Velocity { velocity: value, damping: None, feed_forward: 0.0 }
+                }
+                WholeTarget::Effort(_) => Target::Effort(value),
+                WholeTarget::Passive => Target::Passive,
+                WholeTarget::Hold => Target::Hold,
+            };
+            self.joint(place, entity, joint, body, &target)?;
+        }
+        Ok(())
+    }
+
+    fn joint(
+        &mut self,
+        place: usize,
+        entity: &Entity,
+        joint: usize,
+        body: usize,
+        target: &Target,
+    ) -> Result<(), Error> {
+        let name = &entity.model.joints[joint].name;
+        let stranger = |claim: &&Arc<Claim>| self.request.claim.as_deref() != Some(&*claim.secret);
+        if let Some(claim) = entity.claims[joint].as_ref().filter(stranger) {
+            return Err(Error::JointClaimed {
+                robot: entity.name.clone(),
+                joint: name.clone(),
+                holder: claim.holder.clone(),
+            });
+        }
+        let body = &entity.body.tree().bodies[body];
+        let axis = &entity.body.axes()[body.velocity];
+        let position = entity.body.positions()[body.position];
+        finite(name, target)?;
+        let limits = &axis.settings.limits;
+        let mut bounded = |requested: f64, lower: f64, upper: f64| {
+            let applied = requested.clamp(lower, upper);
+            if applied != requested {
+                if self.request.refuse_beyond_limits {
+                    return Err(Error::TargetBeyondLimit { joint: name.clone(), requested, lower, upper });
+                }
+                let (robot, joint) = (entity.name.clone(), name.clone());
+                self.clamped.push(Clamped { robot, joint, requested, applied });
+            }
+            Ok(applied)
+        };
+        let symmetric = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
+        let actuator = match *target {
+            Target::Position { position: wanted, velocity, stiffness, damping, feed_forward } => {
+                let (lower, upper) = limits.range();
+                let wanted = bounded(wanted, lower, upper)?;
+                Actuator {
+                    mode: Mode::Position,
+                    target: wanted,
+                    rate: velocity,
+                    stiffness,
+                    damping: damping.or_else(|| stiffness.map(|k| critical(k, axis))),
+                    feed_forward,
+                    setpoint: setpoint(axis, position, wanted),
+                }
+            }
+            Target::Velocity { velocity, damping, feed_forward } => {
+                let most = symmetric(limits.velocity);
+                let target = bounded(velocity, -most, most)?;
+                Actuator { mode: Mode::Velocity, target, damping, feed_forward, ..Actuator::default() }
+            }
+            Target::Effort(effort) => {
+                let most = symmetric(limits.effort);
+                let target = bounded(effort, -most, most)?;
+                Actuator { mode: Mode::Effort, target, ..Actuator::default() }
+            }
+            Target::Passive => Actuator { mode: Mode::Passive, ..Actuator::default() },
+            Target::Hold => {
+                Actuator { mode: Mode::Hold, target: position, setpoint: position, ..Actuator::default() }
+            }
+        };
+        self.accepted.push(Accepted { entity: place, rate: body.velocity, actuator });
+        Ok(())
+    }
+}
+
+/// Where a new position target starts from: where the one before has got to, or
+/// where the joint is. Without a velocity limit it starts where it ends.
+fn setpoint(axis: &Axis, position: f64, target: f64) -> f64 {
+    match (axis.settings.limits.velocity, axis.actuator.mode) {
+        (None, _) => target,
+        (Some(_), Mode::Position | Mode::Hold) => axis.actuator.setpoint,
+        (Some(_), _) => position,
+    }
+}
+
+/// The damping that goes with a stiffness without overshoot: 2 sqrt(k M_ii).
+fn critical(stiffness: f64, axis: &Axis) -> f64 {
+    2.0 * (stiffness * axis.settings.composite_inertia).sqrt()
+}
+
+/// Every number of a target is finite, and gains are not negative.
+fn finite(joint: &str, target: &Target) -> Result<(), Error> {
+    let check = |what: &str, value: f64, gain: bool| {
+        if value.is_finite() && !(gain && value < 0.0) {
+            return Ok(());
+        }
+        Err(Error::InvalidValue {
+            element: format!("{what} of joint {joint:?}"),
+            value: value.to_string(),
+            expected: format!("it must be a finite number{}", if gain { ", 0 or more" } else { "" }),
+        })
+    };
+    match *target {
+        Target::Position { position, velocity, stiffness, damping, feed_forward } => {
+            check("the position target", position, false)?;
+            check("the velocity of the position target", velocity, false)?;
+            check("the stiffness", stiffness.unwrap_or(0.0), true)?;
+            check("the damping", damping.unwrap_or(0.0), true)?;
+            check("the feed-forward effort", feed_forward, false)
+        }
+        Target::Velocity { velocity, damping, feed_forward } => {
+            check("the velocity target", velocity, false)?;
+            check("the damping", damping.unwrap_or(0.0), true)?;
+            check("the feed-forward effort", feed_forward, false)
+        }
+        Target::Effort(effort) => check("the effort target", effort, false),
+        Target::Passive | Target::Hold => Ok(()),
+    }
+}
+
+/// A finite number, or a sentence that names the element.
+pub(super) fn finite_value(element: impl FnOnce() -> String, value: f64) -> Result<f64, Error> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::InvalidValue {
+        element: element(),
+        value: value.to_string(),
+        expected: "it must be a finite number".into(),
+    })
+}
+
+/// Limits that can be: ordered, finite, not negative where they bound a size.
+pub(super) fn sane_limits(joint: &str, limits: &Limits) -> Result<(), Error> {
+    let bad = |what: &str, value: f64, expected: &str| {
+        Err(Error::InvalidValue {
+            element: format!("the {what} limit of joint {joint:?}"),
+            value: value.to_string(),
+            expected: expected.into(),
+        })
+    };
+    for (what, value) in [("lower", limits.lower), ("upper", limits.upper)] {
+        if let Some(value) = value.filter(|value| !value.is_finite()) {
+            return bad(what, value, "it must be a finite number, or absent");
+        }
+    }
+    for (what, value) in [("effort", limits.effort), ("velocity", limits.velocity)] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
+            return bad(what, value, "it must be a finite number, 0 or more, or absent");
+        }
+    }
+    match (limits.lower, limits.upper) {
+        (Some(lower), Some(upper)) if lower > upper => {
+            bad("lower", lower, &format!("it must not be above the upper limit, {upper}"))
+        }
+        _ => Ok(()),
+    }
+}

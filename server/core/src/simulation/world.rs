@@ -1,0 +1,176 @@
+//! The world as a whole: its physics, its resets, its kept states.
+
+use glamx::DVec3;
+
+use super::command::{PhysicsChange, ResetScope, SnapshotInfo};
+use super::entity::Entity;
+use super::error::Error;
+use super::{EventKind, Moment, PhysicsSettings, Reply, Simulation};
+
+/// A state that is kept.
+#[derive(Clone, Debug)]
+pub(super) struct Saved {
+    name: String,
+    at: Moment,
+    time_base: (u64, f64),
+    settings: PhysicsSettings,
+    entities: Vec<Entity>,
+}
+
+/// Seconds that a step may advance.
+pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
+
+/// Parts that a step may be done in.
+pub(super) const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
+
+impl Simulation {
+    pub(super) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
+        let PhysicsChange { gravity, time_step, substeps } = *change;
+        let refuse = |element: &str, value: String, expected: String| {
+            Err(Error::InvalidValue { element: element.into(), value, expected })
+        };
+        if let Some(gravity) = gravity.filter(|gravity: &DVec3| !gravity.is_finite()) {
+            return refuse("gravity", gravity.to_string(), "it must be finite".into());
+        }
+        if let Some(seconds) = time_step.filter(|seconds| !TIME_STEP.contains(seconds)) {
+            let (least, most) = TIME_STEP.into_inner();
+            let expected = format!("it must be {least} to {most} seconds");
+            return refuse("the time step", seconds.to_string(), expected);
+        }
+        if let Some(parts) = substeps.filter(|parts| !SUBSTEPS.contains(parts)) {
+            let (least, most) = SUBSTEPS.into_inner();
+            let expected = format!("they must be {least} to {most}");
+            return refuse("the number of substeps", parts.to_string(), expected);
+        }
+        if let Some(seconds) = time_step {
+            self.time_base = (self.now.step, self.now.sim_time);
+            self.settings.time_step = seconds;
+        }
+        self.settings.gravity = gravity.unwrap_or(self.settings.gravity);
+        self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
+        self.happened(EventKind::PhysicsChanged(self.settings));
+        Ok(Reply::Physics(self.settings))
+    }
+
+    pub(super) fn reset(&mut self, scope: ResetScope) -> Result<Reply, Error> {
+        // In the words of `simulation_interfaces`, no scope given is all but `spawned`.
+        let none = scope == ResetScope::default();
+        let scope = if none { ResetScope { time: true, state: true, spawned: false } } else { scope };
+        let mut deleted = Vec::new();
+        if scope.spawned {
+            self.entities.retain(|entity| {
+                if !entity.loaded_at_start {
+                    deleted.push(entity.name.clone());
+                }
+                entity.loaded_at_start
+            });
+            self.lay_out();
+        }
+        if scope.state {
+            for entity in &mut self.entities {
+                entity.put_back();
+            }
+        }
+        if scope.time {
+            self.begin_epoch(Moment::default(), (0, 0.0));
+        }
+        for robot in &deleted {
+            self.happened(EventKind::EntityDeleted { robot: robot.clone() });
+        }
+        self.happened(EventKind::Reset(scope));
+        Ok(Reply::Reset { deleted })
+    }
+
+    pub(super) fn save(&mut self, name: &str) -> Result<Reply, Error> {
+        let name = if name.is_empty() { self.unused_snapshot_name() } else { name.to_owned() };
+        let limit = self.limits.snapshots;
+        let replaces = self.saved.iter().any(|saved| saved.name == name);
+        if !replaces && self.saved.len() >= limit {
+            return Err(Error::LimitExceeded {
+                what: "the number of snapshots".into(),
+                value: limit as u64 + 1,
+                limit: limit as u64,
+            });
+        }
+        self.saved.retain(|saved| saved.name != name);
+        let saved = Saved {
+            name,
+            at: self.now,
+            time_base: self.time_base,
+            settings: self.settings,
+            entities: self.entities.clone(),
+        };
+        let info = saved.info();
+        self.saved.push(saved);
+        Ok(Reply::Snapshot(info))
+    }
+
+    pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
+        let saved = self.saved.iter().find(|saved| saved.name == name);
+        let Saved { at, time_base, settings, entities, .. } =
+            saved.cloned().ok_or_else(|| self.no_snapshot(name))?;
+        self.entities = entities;
+        self.settings = settings;
+        // Claims are agreements between clients, not state of the world: who holds one now keeps it.
+        for entity in &mut self.entities {
+            for claim in &mut entity.claims {
+                *claim = claim.take().filter(|claim| self.claims.contains_key(&claim.secret));
+            }
+        }
+        self.begin_epoch(at, time_base);
+        self.lay_out();
+        self.happened(EventKind::SnapshotRestored { name: name.to_owned() });
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn forget(&mut self, name: &str) -> Result<Reply, Error> {
+        let place = self.saved.iter().position(|saved| saved.name == name);
+        self.saved.remove(place.ok_or_else(|| self.no_snapshot(name))?);
+        Ok(Reply::Done)
+    }
+
+    pub(super) fn snapshots(&self) -> Vec<SnapshotInfo> {
+        self.saved.iter().map(Saved::info).collect()
+    }
+
+    fn begin_epoch(&mut self, at: Moment, time_base: (u64, f64)) {
+        self.now = Moment { epoch: self.now.epoch + 1, ..at };
+        self.time_base = time_base;
+    }
+
+    fn no_snapshot(&self, name: &str) -> Error {
+        let known = self.saved.iter().map(|saved| saved.name.clone()).collect();
+        Error::SnapshotNotFound { name: name.to_owned(), known }
+    }
+
+    fn unused_snapshot_name(&self) -> String {
+        let mut number = self.saved.len() + 1;
+        loop {
+            let name = format!("snapshot-{number}");
+            if !self.saved.iter().any(|saved| saved.name == name) {
+                return name;
+            }
+            number += 1;
+        }
+    }
+}
+
+impl Saved {
+    fn info(&self) -> SnapshotInfo {
+        SnapshotInfo { name: self.name.clone(), at: self.at, robots: self.entities.len() }
+    }
+}
+
+impl Entity {
+    /// Back to the state it was spawned with. Settings of joints that were changed
+    /// since stay changed.
+    fn put_back(&mut self) {
+        let settings: Vec<_> = self.body.axes().iter().map(|axis| axis.settings.clone()).collect();
+        self.body = self.spawned.clone();
+        for (axis, settings) in self.body.axes_mut().iter_mut().zip(settings) {
+            axis.settings = settings;
+        }
+        self.pushes.clear();
+        self.disabled = None;
+    }
+}

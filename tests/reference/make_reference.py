@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Makes mujoco.json: trajectories of MuJoCo's Euler integrator for our test robots.
+
+Needs `pip install mujoco==4.0.0`; run from anywhere. Each case says which robot,
+how it starts and is stepped, and where MuJoCo has it after some seconds. The suite
+tests/physics holds simd against these figures; MuJoCo reads the URDF itself, so
+that the import is compared too.
+"""
+
+import json
+import re
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+ASSETS = HERE.parent / "assets"
+
+
+def model(urdf: str, free: bool, damping: float, armature: float, time_step: float):
+    text = (ASSETS / urdf).read_text()
+    # Shapes play no part here, and MuJoCo would want the mesh files.
+    text = re.sub(r"<(visual|collision)\b.*?</\1>", "", text, flags=re.S)
+    spec = mujoco.MjSpec.from_string(text)
+    spec.compiler.fusestatic = True
+    if free:
+        spec.worldbody.first_body().add_freejoint()
+    compiled = spec.compile()
+    compiled.opt.timestep = time_step
+    compiled.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    compiled.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+    offset = 6 if free else 0
+    compiled.dof_damping[offset:] = damping
+    compiled.dof_armature[offset:] = armature
+    compiled.dof_frictionloss[:] = 0
+    return compiled
+
+
+def swing(name, urdf, *, free=False, damping=0.0, armature=0.0, time_step=1e-3, seconds=1.0, start=None, rates=None):
+    compiled = model(urdf, free, damping, armature, time_step)
+    data = mujoco.MjData(compiled)
+    joints = compiled.nq - (7 if free else 0)
+    q0 = np.zeros(joints) if start is None else np.array(start, float)
+    v0 = np.zeros(joints) if rates is None else np.array(rates, float)
+    root_velocity = [0.1, -0.2, 0.3, 0.5, -0.4, 0.6]
+    if free:
+        data.qpos[:7] = [0, 0, 0, 1, 0, 0, 0]
+        data.qpos[7:] = q0
+        data.qvel[:6] = root_velocity
+        data.qvel[6:] = v0
+    else:
+        data.qpos[:] = q0
+        data.qvel[:] = v0
+    for _ in range(round(seconds / time_step)):
+        mujoco.mj_step(compiled, data)
+    offset = 7 if free else 0
+    case = {
+        "name": name,
+        "urdf": urdf,
+        "free": free,
+        "damping": damping,
+        "armature": armature,
+        "time_step": time_step,
+        "seconds": seconds,
+        "start": q0.tolist(),
+        "rates": v0.tolist(),
+        "positions": data.qpos[offset:].tolist(),
+        "velocities": data.qvel[offset - (1 if free else 0):].tolist(),
+    }
+    if free:
+        w, x, y, z = data.qpos[3:7]
+        case["root_velocity"] = root_velocity
+        case["root"] = [*data.qpos[:3].tolist(), x, y, z, w]
+    return case
+
+
+def main():
+    arm = "seven_arm/urdf/seven_arm.urdf"
+    bent = [0.3, -0.5, 0.7, -1.1, 0.2, 0.9, -0.4]
+    moving = [0.5, -0.3, 0.8, 0.2, -1.0, 0.6, 1.5]
+    cases = []
+    for time_step in (1e-4, 1e-3, 4e-3):
+        ms = f"{time_step * 1e3:g} ms"
+        cases += [
+            swing(f"seven_arm from rest at zero, {ms}", arm, time_step=time_step),
+            swing(f"seven_arm bent and moving, {ms}", arm, time_step=time_step, start=bent, rates=moving),
+            swing(f"seven_arm with damping, {ms}", arm, time_step=time_step, start=bent, damping=0.5),
+            swing(f"seven_arm with armature, {ms}", arm, time_step=time_step, start=bent, armature=0.1),
+            swing(f"seven_arm free in flight, {ms}", arm, time_step=time_step, free=True, start=bent, rates=moving),
+        ]
+    out = {"made_by": f"make_reference.py with MuJoCo {mujoco.__version__}", "cases": cases}
+    (HERE / "mujoco.json").write_text(json.dumps(out, indent=1) + "\n")
+    print(f"{len(cases)} cases")
+
+
+main()
