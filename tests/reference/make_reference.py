@@ -89,6 +89,21 @@ def main():
             swing(f"seven_arm with armature, {ms}", arm, time_step=time_step, start=bent, armature=0.1),
             swing(f"seven_arm free in flight, {ms}", arm, time_step=time_step, free=True, start=bent, rates=moving),
         ]
+    tree = "branching/urdf/branching.urdf"
+    pose = [0.4, 0.1, -0.6, 0.8, -0.3]
+    rates = [1.0, 0.2, -2.0, 1.5, 3.0]
+    planar = "planar/urdf/planar.urdf"
+    for time_step in (1e-4, 1e-3, 4e-3):
+        ms = f"{time_step * 1e3:g} ms"
+        for free in (False, True):
+            base = "free" if free else "fixed"
+            cases += [
+                swing(f"branching, {base}, {ms}", tree, time_step=time_step, free=free, start=pose, rates=rates),
+                swing(f"branching, {base}, damping and armature, {ms}", tree, time_step=time_step, free=free,
+                      start=pose, rates=rates, damping=0.3, armature=0.02),
+            ]
+        cases.append(swing(f"planar, {ms}", planar, time_step=time_step, start=[0.1, -0.2, 0.5, 0.7],
+                           rates=[0.3, 0.2, -1.0, 2.0]))
     out = {"made_by": f"make_reference.py with MuJoCo {mujoco.__version__}", "cases": cases}
     (HERE / "mujoco.json").write_text(json.dumps(out, indent=1) + "\n")
     print(f"{len(cases)} cases")

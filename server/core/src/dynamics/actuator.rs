@@ -1,6 +1,8 @@
 //! Actuators: what drives a joint of one axis, solved implicitly, so that any
 //! gains are stable at any time step.
 
+use std::hash::Hasher;
+
 use simd_model::robot::Limits;
 
 /// What an actuator does.
@@ -97,7 +99,31 @@ pub struct Drive {
     pub saturated: Option<f64>,
 }
 
+impl AxisSettings {
+    /// What the joint itself adds to D: armature + h damping.
+    pub fn resistance(&self, h: f64) -> f64 {
+        self.armature + h * self.damping
+    }
+}
+
 impl Axis {
+    /// Feeds everything that a step reads to a hasher.
+    pub fn hash(&self, hasher: &mut impl Hasher) {
+        let AxisSettings { damping, friction, armature, limits, .. } = &self.settings;
+        let Actuator { mode, target, rate, stiffness, damping: kd, feed_forward, setpoint } = &self.actuator;
+        hasher.write_u8(*mode as u8);
+        let optional = [limits.lower, limits.upper, limits.effort, limits.velocity, *stiffness, *kd];
+        for value in optional {
+            hasher.write_u64(value.map_or(u64::MAX, f64::to_bits));
+        }
+        let defaults =
+            [self.settings.default_stiffness, self.settings.default_damping, self.settings.composite_inertia];
+        let values = [damping, friction, armature, target, rate, feed_forward, setpoint];
+        for value in values.into_iter().chain(&defaults) {
+            hasher.write_u64(value.to_bits());
+        }
+    }
+
     /// Moves the setpoint on, and gives the law for a step of `h` seconds.
     pub fn drive(&mut self, h: f64) -> Drive {
         let settings = &self.settings;

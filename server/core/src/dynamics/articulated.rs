@@ -46,7 +46,7 @@ pub fn gather_inertia(
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
         let (position, rate) = (q[body.position], qd[body.velocity]);
         let damping = axis.settings.damping;
-        let d = own + axis.settings.armature + h * damping + drive.resistance(h);
+        let d = own + axis.settings.resistance(h) + drive.resistance(h);
         let effort = drive.saturated.unwrap_or_else(|| drive.law(position, rate, h)) - damping * rate;
         at.column = column;
         at.inverse_d = if d > scale * SINGULAR { 1.0 / d } else { 0.0 };

@@ -1,12 +1,13 @@
 //! The state of one robot, and its step.
 
+use std::hash::Hasher;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 
 use super::actuator::{Axis, Drive, Mode};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
-use super::constraint::{Constraints, Impulses, collect, solve};
+use super::constraint::{Constraints, Impulses, collect, respond, solve};
 use super::gains::set_default_gains;
 use super::integrate::{advance, write_free_pose};
 use super::kinematics::{free_pose, place_and_move};
@@ -244,6 +245,40 @@ impl Articulation {
             let own = self.root_pose().rotation.inverse() * angular;
             super::articulated::write_free(&mut self.rates, linear, own);
         }
+    }
+
+    /// The change of all rates by a unit impulse at the joint of a body, as the last
+    /// step's factorisation has it: a column of (M + h K_d + h^2 K_p)^-1.
+    pub fn response(&mut self, body: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.rates.len()];
+        let tree = Arc::clone(&self.tree);
+        respond(&tree, &self.positions, &[(body, 1.0)], &mut self.work, &mut out);
+        out
+    }
+
+    /// What the actuators of the last step add to the diagonal of M, by rate:
+    /// armature + h (kd + damping) + h^2 kp.
+    pub fn resistance(&self, h: f64) -> Vec<f64> {
+        let pairs = self.axes.iter().zip(&self.drives);
+        pairs.map(|(axis, drive)| axis.settings.resistance(h) + drive.resistance(h)).collect()
+    }
+
+    /// Feeds everything that a step reads to a hasher.
+    pub fn hash(&self, hasher: &mut impl Hasher) {
+        let base = self.base.translation.to_array().into_iter().chain(self.base.rotation.to_array());
+        for value in base.chain(self.positions.iter().copied()).chain(self.rates.iter().copied()) {
+            hasher.write_u64(value.to_bits());
+        }
+        for axis in &self.axes {
+            axis.hash(hasher);
+        }
+        for (drive, push) in self.drives.iter().zip(&self.external) {
+            hasher.write_u64(drive.saturated.map_or(0, f64::to_bits));
+            for value in push.angular.to_array().into_iter().chain(push.linear.to_array()) {
+                hasher.write_u64(value.to_bits());
+            }
+        }
+        self.constraints.warm.hash(hasher);
     }
 
     /// Sets default gains from the composite inertias at the present positions.

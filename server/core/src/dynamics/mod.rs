@@ -5,6 +5,7 @@
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
 //! * [`actuator`], [`gains`]: what drives a joint.
+//! * [`mass_matrix`]: the dense form of what a step never builds.
 //! * [`constraint`]: limits, dry friction, mimic.
 //! * [`articulation`]: the state of one robot, and its step.
 
@@ -15,6 +16,7 @@ pub mod constraint;
 pub mod gains;
 pub mod integrate;
 pub mod kinematics;
+pub mod mass_matrix;
 pub mod six;
 pub mod spatial;
 pub mod tree;

@@ -20,6 +20,7 @@ mod tests;
 mod world;
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
 pub use command::{Applied, Command, Reply};
@@ -126,6 +127,26 @@ impl Simulation {
     /// The moment that the world is at.
     pub fn now(&self) -> Moment {
         self.now
+    }
+
+    /// A number that is equal where the moment and everything that a step reads are
+    /// equal to the bit, for comparing runs of one build on one machine.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        hasher.write_u64(self.now.step);
+        hasher.write_u64(self.now.sim_time.to_bits());
+        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
+        hasher.write_u32(substeps);
+        for value in gravity.to_array().into_iter().chain([time_step]) {
+            hasher.write_u64(value.to_bits());
+        }
+        for entity in &self.entities {
+            hasher.write(entity.name.as_bytes());
+            hasher.write_u64(entity.version);
+            hasher.write_u8(entity.disabled.is_some().into());
+            entity.body.hash(&mut hasher);
+        }
+        hasher.finish()
     }
 
     /// The settings in force.

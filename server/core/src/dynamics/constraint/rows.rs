@@ -1,5 +1,7 @@
 //! Which rows a step has.
 
+use std::hash::Hasher;
+
 use super::{Constraints, ERROR_REDUCTION, Row, RowKey, WARM_START};
 use crate::dynamics::actuator::Axis;
 use crate::dynamics::tree::{Freedom, Tree};
@@ -22,6 +24,13 @@ impl Impulses {
             mimic: vec![0.0; tree.mimics.len()],
             lower: zeros.clone(),
             upper: zeros,
+        }
+    }
+
+    /// Feeds every impulse to a hasher.
+    pub fn hash(&self, hasher: &mut impl Hasher) {
+        for list in [&self.friction, &self.mimic, &self.lower, &self.upper] {
+            list.iter().for_each(|impulse| hasher.write_u64(impulse.to_bits()));
         }
     }
 

@@ -1,0 +1,48 @@
+# Two commands matter: `make demo` and `make test`.
+
+CARGO ?= cargo
+NEXTEST_VERSION := 0.9.143
+BIN := target/debug
+
+.PHONY: demo test build lint nextest bench reference clean
+
+# Builds the daemon and simctl, and starts the daemon with the demo robot.
+demo: build
+	@printf '%s\n' '' \
+	  'Starting simd with the demo robot. In another terminal, from this folder:' '' \
+	  '  export PATH="$$PWD/$(BIN):$$PATH"' \
+	  '  simctl robot list' \
+	  '  simctl joint list bench_arm' \
+	  '  simctl joint set bench_arm shoulder=0.5' \
+	  '  simctl joint watch bench_arm' '' \
+	  'Ctrl-C here stops the daemon.' ''
+	@exec $(BIN)/simd --name demo --load "tests/assets/Bench_Arm-1.2 rev B"
+
+build:
+	$(CARGO) build --locked -p simd-server -p simd-cli
+
+# Installs what the tests need, and runs every suite.
+test: lint nextest
+	$(CARGO) nextest run --locked --workspace
+
+nextest:
+	@$(CARGO) nextest --version >/dev/null 2>&1 || \
+	  $(CARGO) install cargo-nextest --locked --version $(NEXTEST_VERSION)
+
+lint:
+	$(CARGO) fmt --all --check
+	cd proto && npm ci --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint
+	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
+
+# Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness.
+bench:
+	$(CARGO) bench --locked --profile dev -p simd-tests
+
+# Makes the reference figures of the physics suite again.
+reference:
+	python3 -m venv target/reference-venv
+	target/reference-venv/bin/pip install --quiet -r tests/reference/requirements.txt
+	target/reference-venv/bin/python tests/reference/make_reference.py
+
+clean:
+	$(CARGO) clean

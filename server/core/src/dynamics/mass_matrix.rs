@@ -1,0 +1,56 @@
+//! The joint-space mass matrix M(q): the dense form of what a step never builds.
+
+use glamx::{DMat3, DVec3};
+
+use super::kinematics::{free_pose, placement};
+use super::spatial::{Inertia, Placement, Spatial};
+use super::tree::{Body, Freedom, Tree};
+
+/// M at positions `q`, row by row, `velocity_count` squared, armature not included:
+/// the composite-rigid-body algorithm (Featherstone table 6.2). Units follow the
+/// rates: kg m^2, kg m or kg.
+pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
+    let n = tree.velocity_count;
+    let places: Vec<Placement> = tree.bodies.iter().map(|body| placement(body, q)).collect();
+    let mut composite: Vec<Inertia> = tree.bodies.iter().map(|body| body.inertia).collect();
+    for (i, body) in tree.bodies.iter().enumerate().rev() {
+        if let Some(parent) = body.parent {
+            let lifted = places[i].inertia_to_parent(&composite[i]);
+            composite[parent] += lifted;
+        }
+    }
+    let mut matrix = vec![0.0; n * n];
+    for (i, body) in tree.bodies.iter().enumerate() {
+        for (a, column) in subspace(body, q).into_iter().enumerate() {
+            let mut force = composite[i].times(column);
+            let (mut j, row) = (i, body.velocity + a);
+            loop {
+                let above = &tree.bodies[j];
+                for (b, direction) in subspace(above, q).into_iter().enumerate() {
+                    let value = direction.dot(force);
+                    matrix[row * n + above.velocity + b] = value;
+                    matrix[(above.velocity + b) * n + row] = value;
+                }
+                let Some(parent) = above.parent else { break };
+                force = places[j].force_to_parent(force);
+                j = parent;
+            }
+        }
+    }
+    matrix
+}
+
+/// The columns of S, by which the body's own velocity is S qd.
+fn subspace(body: &Body, q: &[f64]) -> Vec<Spatial> {
+    match body.freedom {
+        Freedom::Revolute => vec![Spatial::new(DVec3::Z, DVec3::ZERO)],
+        Freedom::Prismatic => vec![Spatial::new(DVec3::ZERO, DVec3::Z)],
+        Freedom::Free { .. } => {
+            // Rates are linear in the parent's axes, then angular in the body's own.
+            let own = DMat3::from_quat(free_pose(&q[body.position..]).1).transpose();
+            let linear = [own.x_axis, own.y_axis, own.z_axis].map(|axis| Spatial::new(DVec3::ZERO, axis));
+            let angular = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Spatial::new(axis, DVec3::ZERO));
+            linear.into_iter().chain(angular).collect()
+        }
+    }
+}

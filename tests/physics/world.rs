@@ -1,0 +1,48 @@
+//! Short words for building and asking a world.
+
+use std::sync::Arc;
+
+use glamx::DPose3;
+use simd_core::simulation::WorldLimits;
+use simd_core::simulation::command::*;
+use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_model::RobotModel;
+
+pub(crate) fn world(time_step: f64) -> Simulation {
+    let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
+    Simulation::new(settings, WorldLimits::default())
+}
+
+/// A passive robot called "robot", fixed or free, at the origin.
+pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) -> Spawn {
+    let moving = model.joints.iter().filter(|joint| joint.kind != simd_model::robot::JointKind::Fixed);
+    Spawn {
+        name: "robot".into(),
+        allow_renaming: false,
+        model: Arc::clone(model),
+        pose: DPose3::IDENTITY,
+        fixed_base: Some(!free),
+        passive: true,
+        joint_positions: moving.map(|joint| joint.name.clone()).zip(positions.iter().copied()).collect(),
+        loaded_at_start: false,
+    }
+}
+
+pub(crate) fn apply(world: &mut Simulation, command: Command) {
+    if let Err(error) = world.apply(&command) {
+        panic!("{error}");
+    }
+}
+
+pub(crate) fn look(world: &Simulation) -> Snapshot {
+    let mut snapshot = Snapshot::default();
+    world.observe(&mut snapshot);
+    snapshot
+}
+
+pub(crate) fn run(world: &mut Simulation, seconds: f64) -> Snapshot {
+    for _ in 0..(seconds / world.settings().time_step).round() as u64 {
+        world.step();
+    }
+    look(world)
+}
