@@ -5,10 +5,15 @@
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
 
+mod inertia;
+mod limits;
+mod mesh;
+mod name;
 pub mod report;
 pub mod robot;
 pub mod urdf;
 
+pub use name::wire_name;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
 pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, read};

@@ -1,5 +1,7 @@
 //! What was done to a description on the way into the world.
 
+use crate::robot::RobotModel;
+
 /// The findings of one load, in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadReport {
@@ -53,4 +55,19 @@ impl LoadReport {
     pub fn at_least(&self, severity: Severity) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |finding| finding.severity >= severity)
     }
+
+    /// One line for a log or a terminal: `arm: 2 links, 1 moving joint; no warnings`.
+    pub fn summary(&self, model: &RobotModel) -> String {
+        let moving = model.joints.iter().filter(|joint| joint.kind.moves()).count();
+        let warnings = match self.at_least(Severity::Warning).count() {
+            0 => "no warnings".to_owned(),
+            n => counted(n, "warning"),
+        };
+        let links = counted(model.links.len(), "link");
+        format!("{}: {links}, {}; {warnings}", model.name, counted(moving, "moving joint"))
+    }
+}
+
+fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }

@@ -157,6 +157,13 @@ pub enum JointKind {
     Planar,
 }
 
+impl JointKind {
+    /// Whether the child can move against the parent.
+    pub fn moves(self) -> bool {
+        self != Self::Fixed
+    }
+}
+
 /// Limits of a joint; absent is no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
@@ -216,5 +223,18 @@ impl std::fmt::Display for Sha256 {
 impl std::fmt::Debug for Sha256 {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{self}")
+    }
+}
+
+impl Limits {
+    /// Lower and upper, infinite where absent.
+    pub fn range(&self) -> (f64, f64) {
+        (self.lower.unwrap_or(f64::NEG_INFINITY), self.upper.unwrap_or(f64::INFINITY))
+    }
+
+    /// The position within the limits that is nearest to this one.
+    pub fn nearest(&self, position: f64) -> f64 {
+        let (lower, upper) = self.range();
+        position.max(lower).min(upper)
     }
 }

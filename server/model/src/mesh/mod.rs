@@ -1,0 +1,27 @@
+//! Mesh files to triangles, by the format that their name says.
+
+mod stl;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use glamx::DVec3;
+
+use crate::limits;
+
+/// Corners, and triangles as indices into them.
+pub(crate) type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
+
+/// Reads a mesh file, or says in a fragment of a sentence why not.
+pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
+    if bytes.len() > limits::MESH_BYTES {
+        return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::MESH_BYTES));
+    }
+    let file = uri.rsplit(['/', '\\']).next().unwrap_or(uri);
+    match file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()) {
+        Some(extension) if extension == "stl" => stl::parse(bytes),
+        Some(extension) if extension.len() < 10 => {
+            Err(format!(".{extension} files are not read yet; convert it to STL"))
+        }
+        _ => Err("only .stl files are read".to_owned()),
+    }
+}

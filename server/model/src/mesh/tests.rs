@@ -1,0 +1,101 @@
+//! STL files as they come.
+
+use super::parse;
+
+type Corner = [f32; 3];
+
+/// Four triangles with four corners.
+pub(crate) fn tetrahedron() -> Vec<[Corner; 3]> {
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
+}
+
+pub(crate) fn binary(triangles: &[[Corner; 3]], header: &str) -> Vec<u8> {
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.resize(80, 0);
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        bytes.extend([0; 12]);
+        bytes.extend(triangle.iter().flatten().flat_map(|number| number.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+fn ascii(name: &str) -> String {
+    let triangle = |corners: &[Corner; 3]| {
+        let corner = |[x, y, z]: &Corner| format!("      vertex {x} {y} {z}\n");
+        let corners: String = corners.iter().map(corner).collect();
+        format!("  facet normal 0 0 0\n    outer loop\n{corners}    endloop\n  endfacet\n")
+    };
+    let triangles: String = tetrahedron().iter().map(triangle).collect();
+    format!("solid{name}\n{triangles}endsolid{name}\n")
+}
+
+#[test]
+fn a_binary_stl_is_read_with_shared_corners() {
+    let (vertices, triangles) = parse("a/b.stl", &binary(&tetrahedron(), "x")).unwrap();
+    assert_eq!((vertices.len(), triangles.len()), (4, 4));
+}
+
+#[test]
+fn a_binary_stl_whose_header_begins_with_solid_is_binary() {
+    for header in ["solid", "solid part one", "solid\nfacet normal"] {
+        assert_eq!(parse("A.STL", &binary(&tetrahedron(), header)).unwrap().1.len(), 4);
+    }
+}
+
+#[test]
+fn a_binary_stl_with_bytes_behind_its_end_is_read() {
+    let mut bytes = binary(&tetrahedron(), "x");
+    bytes.extend(b"trailer");
+    assert_eq!(parse("a.stl", &bytes).unwrap().1.len(), 4);
+}
+
+#[test]
+fn an_ascii_stl_is_read_with_and_without_a_name_and_with_crlf() {
+    for text in
+        [ascii(" part"), ascii(""), ascii(" part").replace('\n', "\r\n"), ascii("").replace('\n', "\r\n")]
+    {
+        assert_eq!(parse("a.stl", text.as_bytes()).unwrap().1.len(), 4, "{text}");
+    }
+}
+
+#[test]
+fn a_count_that_the_file_does_not_hold_is_refused_at_once() {
+    let mut bytes = binary(&tetrahedron(), "x");
+    bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    let why = parse("a.stl", &bytes).unwrap_err();
+    assert_eq!(why, "it says it has 4294967295 triangles, but holds 4");
+}
+
+#[test]
+fn a_corner_that_is_not_finite_is_refused() {
+    let mut triangles = tetrahedron();
+    triangles[2][1][0] = f32::NAN;
+    assert_eq!(parse("a.stl", &binary(&triangles, "x")).unwrap_err(), "a corner is not finite");
+    triangles[2][1][0] = 1e30;
+    assert!(parse("a.stl", &binary(&triangles, "x")).unwrap_err().contains("further than"));
+}
+
+#[test]
+fn no_triangles_cut_files_and_rubbish_are_refused() {
+    assert_eq!(parse("a.stl", &binary(&[], "x")).unwrap_err(), "it has no triangles");
+    assert_eq!(parse("a.stl", b"solid a\nendsolid a\n").unwrap_err(), "it has no triangles");
+    let whole = binary(&tetrahedron(), "x");
+    let text = ascii(" part");
+    for cut in 0..whole.len() {
+        parse("a.stl", &whole[..cut]).unwrap_err();
+    }
+    for cut in 0..text.len() - "endsolid part\n".len() {
+        parse("a.stl", &text.as_bytes()[..cut]).unwrap_err();
+    }
+    parse("a.stl", b"").unwrap_err();
+    parse("a.stl", b"solid").unwrap_err();
+}
+
+#[test]
+fn other_formats_are_named_in_the_refusal() {
+    assert_eq!(parse("x/a.obj", b"").unwrap_err(), ".obj files are not read yet; convert it to STL");
+    assert_eq!(parse("x.y/a", b"").unwrap_err(), "only .stl files are read");
+}

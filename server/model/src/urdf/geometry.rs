@@ -1,0 +1,87 @@
+//! Shapes and where they stand.
+
+use glamx::{DPose3, DQuat, DVec3};
+use roxmltree::Node;
+
+use super::findings::{Findings, quoted};
+use super::mend::{Mended, given, numbers};
+use super::meshes::{Meshes, Use};
+use crate::report::Disposition::{Ignored, Repaired};
+use crate::robot::Geometry;
+
+/// The pose that an `<origin>` gives; without one, none.
+pub(super) fn pose(origin: &urdf_rs::Pose, node: Option<Node>, findings: &mut Findings) -> DPose3 {
+    let translation = DVec3::from_array(origin.xyz.0);
+    // urdf-rs goes through angles and loses a thousandth of a radian near the pole.
+    let quaternion = node.filter(|node| given(Some(*node), "quat_xyzw"));
+    if let Some((node, xyzw)) = quaternion.and_then(|node| Some((node, numbers::<4>(node, "quat_xyzw")?))) {
+        let given_rotation = DQuat::from_array(xyzw);
+        if given(Some(node), "rpy") {
+            findings.warn(node, Ignored, "rpy stands beside quat_xyzw, which is used");
+        }
+        let off = (given_rotation.length() - 1.0).abs();
+        if given_rotation.length() > 1e-6 {
+            if off > 1e-3 {
+                findings.warn(node, Repaired, "quat_xyzw is not of length 1 and was made so");
+            }
+            return DPose3::from_parts(translation, given_rotation.normalize());
+        }
+        findings.warn(node, Repaired, "quat_xyzw is 0: read as no rotation");
+        return DPose3::from_parts(translation, DQuat::IDENTITY);
+    }
+    DPose3::from_parts(translation, rotation(origin.rpy.0))
+}
+
+/// Roll, pitch and yaw about fixed axes: yaw after pitch after roll, as URDF
+/// defines them.
+pub(super) fn rotation([roll, pitch, yaw]: [f64; 3]) -> DQuat {
+    (DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll)).normalize()
+}
+
+/// A shape of a visual or a collision; `None` where it has no extent, which is
+/// reported.
+pub(super) fn geometry<'a>(
+    mended: &Mended<'a, '_>,
+    shape: Node<'a, '_>,
+    geometry: &urdf_rs::Geometry,
+    meshes: &mut Meshes,
+    usage: Use,
+    findings: &mut Findings,
+) -> Option<Geometry> {
+    let node = mended.child(shape, "geometry").unwrap_or(shape);
+    let read = match geometry {
+        urdf_rs::Geometry::Box { size } => Geometry::Box { size: DVec3::from_array(size.0) },
+        urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius: *radius },
+        urdf_rs::Geometry::Cylinder { radius, length } => {
+            Geometry::Cylinder { radius: *radius, length: *length }
+        }
+        urdf_rs::Geometry::Capsule { radius, length } => {
+            Geometry::Capsule { radius: *radius, length: *length }
+        }
+        urdf_rs::Geometry::Mesh { filename, scale } => {
+            let scale = scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0));
+            if scale.to_array().contains(&0.0) {
+                findings.warn(node, Ignored, format!("a scale of 0 leaves nothing of {}", quoted(filename)));
+                return None;
+            }
+            let asset = meshes.get(filename, node, usage, findings);
+            return Some(Geometry::Mesh { uri: filename.clone(), scale, asset });
+        }
+    };
+    if has_extent(&read) {
+        return Some(read);
+    }
+    findings.warn(node, Ignored, "a size is not above 0: the shape is ignored");
+    None
+}
+
+fn has_extent(geometry: &Geometry) -> bool {
+    match geometry {
+        Geometry::Box { size } => size.min_element() > 0.0,
+        Geometry::Sphere { radius } => *radius > 0.0,
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+            *radius > 0.0 && *length > 0.0
+        }
+        Geometry::Mesh { .. } => true,
+    }
+}

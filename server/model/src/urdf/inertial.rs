@@ -1,0 +1,206 @@
+//! Mass and inertia: the file's where they are physical, else from the shapes.
+//!
+//! What matters is each group of links that fixed joints hold together: a link
+//! without mass is a frame where its group has some, and nothing that physics
+//! can move where the group has none.
+
+use glamx::{DMat3, DPose3};
+use roxmltree::Node;
+
+use super::findings::Findings;
+use super::geometry::pose;
+use super::mend::{Mended, given};
+use super::tree::Tree;
+use crate::inertia;
+use crate::report::Disposition::{Defaulted, Repaired, Used};
+use crate::robot::{Geometry, Inertial, Joint, JointKind, Link};
+
+/// Sets `inertial` of the links.
+pub(super) fn resolve<'a, 'i>(
+    mended: &Mended<'a, 'i>,
+    tree: &Tree<'a, 'i>,
+    joints: &[Joint],
+    links: &mut [Link],
+    findings: &mut Findings,
+) {
+    let mut massless = Vec::new();
+    let places = tree.links.iter().zip(&tree.link_nodes);
+    for (index, (link, (in_file, node))) in links.iter_mut().zip(places).enumerate() {
+        let Some(read) = mended.robot.links.get(*in_file) else { continue };
+        let said = Said::of(mended, &read.inertial, *node, findings);
+        link.inertial = said.as_ref().map_or(Inertial::ZERO, |said| said.judged(link, findings));
+        if link.inertial == Inertial::ZERO {
+            massless.push((index, said.is_none()));
+        }
+    }
+    let groups = Groups::of(joints, links);
+    for (index, silent) in massless {
+        let (Some(link), Some(node)) = (links.get_mut(index), tree.link_nodes.get(index)) else { continue };
+        groups.settle(index, silent, link, *node, findings);
+    }
+    groups.warn_of_nothing(links, tree, findings);
+}
+
+/// What the file says of a link's mass.
+struct Said<'a, 'i> {
+    node: Node<'a, 'i>,
+    mass: Option<f64>,
+    link_from_mass: DPose3,
+    /// In the axes of `link_from_mass`.
+    tensor: Option<DMat3>,
+}
+
+impl<'a, 'i> Said<'a, 'i> {
+    fn of(
+        mended: &Mended<'a, 'i>,
+        read: &urdf_rs::Inertial,
+        link: Node<'a, 'i>,
+        findings: &mut Findings,
+    ) -> Option<Self> {
+        let node = mended.child(link, "inertial")?;
+        let mass = mended.child(node, "mass").map(|_| read.mass.value);
+        let i = &read.inertia;
+        let tensor = DMat3::from_cols_array(&[i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz]);
+        let inertia = mended.child(node, "inertia");
+        let diagonal = ["ixx", "iyy", "izz"].iter().all(|moment| given(inertia, moment));
+        let tensor = (diagonal && tensor != DMat3::ZERO).then_some(tensor);
+        let link_from_mass = pose(&read.origin, mended.child(node, "origin"), findings);
+        (mass.is_some() || tensor.is_some()).then_some(Self { node, mass, link_from_mass, tensor })
+    }
+
+    /// The file's where it is physical, else what the shapes give.
+    fn judged(&self, link: &Link, findings: &mut Findings) -> Inertial {
+        let node = self.node;
+        let mass = match self.mass {
+            Some(mass) if mass >= 0.0 => mass.abs(),
+            wrong => {
+                let what =
+                    wrong.map_or("no mass is given".to_owned(), |mass| format!("mass {mass} is negative"));
+                let Some(found) = of_link(link) else {
+                    findings.warn(node, Repaired, format!("{what}, and no shape to take one from: no mass"));
+                    return Inertial::ZERO;
+                };
+                let mass = found.mass;
+                let message = format!("{what}: {mass:.6} kg, from the shapes at {} kg/m^3", inertia::DENSITY);
+                findings.warn(node, Repaired, message);
+                return found;
+            }
+        };
+        let center_of_mass = self.link_from_mass.translation;
+        let tensor = self.tensor.map(inertia::checked);
+        if mass == 0.0 && !matches!(tensor, Some(Ok(_))) {
+            if let Some(Err(why)) = tensor {
+                findings.warn(node, Repaired, format!("{why}; with a mass of 0 it is read as 0"));
+            }
+            return Inertial::ZERO;
+        }
+        let why = match tensor {
+            Some(Ok(tensor)) => {
+                let inertia = inertia::rotated(tensor, self.link_from_mass.rotation);
+                return Inertial { mass, center_of_mass, inertia };
+            }
+            Some(Err(why)) => why,
+            None => "no inertia is given".to_owned(),
+        };
+        // Shapes of next to no size have moments that do not scale.
+        let scaled = of_link(link).map(|found| found.inertia * (mass / found.mass));
+        let inertia = match scaled.filter(|inertia| inertia.is_finite()) {
+            Some(inertia) => {
+                findings.warn(node, Repaired, format!("{why}: taken from the shapes, with the file's mass"));
+                inertia
+            }
+            None => {
+                findings.warn(
+                    node,
+                    Repaired,
+                    format!("{why}, and no shape to take one from: read as a point"),
+                );
+                DMat3::ZERO
+            }
+        };
+        Inertial { mass, center_of_mass, inertia }
+    }
+}
+
+/// What a link's collision shapes weigh, else its visual ones.
+fn of_link(link: &Link) -> Option<Inertial> {
+    let collisions = link.collisions.iter().map(|shape| (&shape.link_from_shape, &shape.geometry));
+    let visuals = link.visuals.iter().map(|shape| (&shape.link_from_shape, &shape.geometry));
+    let sized = |shape: &(&DPose3, &Geometry)| !matches!(shape.1, Geometry::Mesh { asset: None, .. });
+    inertia::of_shapes(collisions.filter(sized)).or_else(|| inertia::of_shapes(visuals.filter(sized)))
+}
+
+/// The links that fixed joints hold together.
+struct Groups {
+    /// The first link of each link's group.
+    first: Vec<usize>,
+    /// Whether a group has mass; by its first link.
+    has_mass: Vec<bool>,
+    /// Whether a moving joint hangs on a group; by its first link.
+    carries: Vec<bool>,
+}
+
+impl Groups {
+    fn of(joints: &[Joint], links: &[Link]) -> Self {
+        let mut first = vec![0; links.len()];
+        let mut carries = vec![false; links.len()];
+        for joint in joints {
+            let parent = first.get(joint.parent).copied().unwrap_or(0);
+            let own = if joint.kind == JointKind::Fixed { parent } else { joint.child };
+            if let Some(slot) = first.get_mut(joint.child) {
+                *slot = own;
+            }
+            if let (true, Some(slot)) = (joint.kind.moves(), carries.get_mut(parent)) {
+                *slot = true;
+            }
+        }
+        let has_mass = with_mass(&first, links);
+        Self { first, has_mass, carries }
+    }
+
+    /// A link of which the file gives no mass (`silent`), or one of 0.
+    fn settle(&self, index: usize, silent: bool, link: &mut Link, node: Node, findings: &mut Findings) {
+        let group = self.first.get(index).copied().unwrap_or(0);
+        let is = |flags: &[bool]| flags.get(group) == Some(&true);
+        let is_root = group == 0;
+        // A mass of 0 that is written down is meant, where something else can move instead.
+        let needed = !is(&self.has_mass) && (silent || (!is_root && !is(&self.carries)));
+        let found = if needed { of_link(link) } else { None };
+        match found {
+            Some(found) => {
+                let (mass, density) = (found.mass, inertia::DENSITY);
+                let message = format!("it has no mass: {mass:.6} kg, from its shapes at {density} kg/m^3");
+                link.inertial = found;
+                if is_root {
+                    findings.info(node, Repaired, format!("{message}; of no effect where the base is fixed"));
+                } else {
+                    findings.warn(node, Repaired, message);
+                }
+            }
+            None if silent => findings.info(node, Defaulted, "it has no inertial: no mass"),
+            None => {}
+        }
+    }
+
+    /// Ends of the tree that would move, but weigh nothing.
+    fn warn_of_nothing(&self, links: &[Link], tree: &Tree, findings: &mut Findings) {
+        let has_mass = with_mass(&self.first, links);
+        for (index, node) in tree.link_nodes.iter().enumerate().skip(1) {
+            let is = |flags: &[bool]| flags.get(index) == Some(&true);
+            if self.first.get(index) == Some(&index) && !is(&has_mass) && !is(&self.carries) {
+                findings.warn(*node, Used, "it hangs on a moving joint, but nothing on it has mass");
+            }
+        }
+    }
+}
+
+fn with_mass(first: &[usize], links: &[Link]) -> Vec<bool> {
+    let mut has_mass = vec![false; links.len()];
+    for (link, group) in links.iter().zip(first) {
+        let heavy = link.inertial.mass > 0.0 || link.inertial.inertia != DMat3::ZERO;
+        if let (true, Some(slot)) = (heavy, has_mass.get_mut(*group)) {
+            *slot = true;
+        }
+    }
+    has_mass
+}

@@ -1,0 +1,58 @@
+//! Colours: from a visual's own material, or from one that it names.
+
+use std::collections::HashMap;
+
+use roxmltree::Node;
+
+use super::findings::{Findings, quoted};
+use super::mend::Mended;
+use crate::report::Disposition::{Defaulted, Repaired};
+
+/// The colours that have a name.
+pub(super) struct Palette<'m> {
+    colors: HashMap<&'m str, [f64; 4]>,
+}
+
+impl<'m> Palette<'m> {
+    /// Materials of the robot first, then those that a visual defines in
+    /// passing: real files define "blue" in the first link and name it in the
+    /// others.
+    pub(super) fn of(mended: &'m Mended) -> Self {
+        let robot = &mended.robot;
+        let passing =
+            robot.links.iter().flat_map(|link| &link.visual).filter_map(|visual| visual.material.as_ref());
+        let mut colors = HashMap::new();
+        for material in robot.materials.iter().chain(passing).filter(|material| !material.name.is_empty()) {
+            if let Some(color) = &material.color {
+                colors.entry(material.name.as_str()).or_insert(color.rgba.0);
+            }
+        }
+        Self { colors }
+    }
+
+    /// The colour of a visual.
+    pub(super) fn color(
+        &self,
+        material: Option<&urdf_rs::Material>,
+        node: Option<Node>,
+        findings: &mut Findings,
+    ) -> Option<[f64; 4]> {
+        let (material, node) = (material?, node?);
+        let own = material.color.as_ref().map(|color| color.rgba.0);
+        let color = own.or_else(|| self.colors.get(material.name.as_str()).copied());
+        let Some(color) = color else {
+            // A texture without a colour is reported as not read where it stands.
+            if !material.name.is_empty() {
+                let message =
+                    format!("no colour is defined for {}; the default is shown", quoted(&material.name));
+                findings.info(node, Defaulted, message);
+            }
+            return None;
+        };
+        let clamped = color.map(|part| part.clamp(0.0, 1.0));
+        if clamped != color {
+            findings.info(node, Repaired, format!("rgba {color:?} is cut to 0 to 1"));
+        }
+        Some(clamped)
+    }
+}

@@ -1,0 +1,138 @@
+//! From URDF text to a robot.
+//!
+//! The way in, each step in its file: `text` (bytes to text), `prescan`
+//! (size, depth and syntax, with line numbers), `mend` (the document as
+//! urdf-rs takes it, every number checked), urdf-rs, `tree` (one root, no
+//! loops), `link`, `joint` and `inertial` (what the numbers mean),
+//! `scale`.
+
+mod findings;
+mod geometry;
+mod inertial;
+mod joint;
+mod link;
+mod material;
+mod mend;
+mod meshes;
+mod mimic;
+mod prescan;
+mod scale;
+#[cfg(test)]
+mod tests;
+mod text;
+mod tree;
+mod vocabulary;
+
+use std::sync::Arc;
+
+use crate::report::LoadReport;
+use crate::robot::{RobotModel, Sha256};
+use findings::{Findings, Refusal};
+
+/// A file that a description names.
+#[derive(Clone, Debug)]
+pub struct Asset {
+    /// SHA-256 of `bytes`.
+    pub sha256: Sha256,
+    /// The whole file.
+    pub bytes: Arc<[u8]>,
+}
+
+/// Where [`read`] gets the files that a description names.
+pub trait Assets {
+    /// The file for a URI as the description writes it, or the places where it
+    /// was looked for.
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>>;
+}
+
+/// How to read.
+#[derive(Clone, Copy, Debug)]
+pub struct ReadOptions {
+    /// Lengths are multiplied by it, inertias by its square; masses stay.
+    /// Above 0 and at most 1000.
+    pub scale: f64,
+    /// Refuse a robot whose report has a warning. A visual mesh that is
+    /// missing or cannot be read is warned of, but never refused.
+    pub strict: bool,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self { scale: 1.0, strict: false }
+    }
+}
+
+/// Why a description is refused, as a sentence, and all that was found before.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct Refused {
+    /// Names the element and the line.
+    pub message: String,
+    /// Ends with the finding that refuses.
+    pub report: LoadReport,
+}
+
+/// What can be said of a description without its assets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// `name` of the `<robot>`.
+    pub name: String,
+    /// Mesh URIs as written, in the order of first use, each once.
+    pub asset_uris: Vec<String>,
+}
+
+/// The robot's name and the files that it needs.
+///
+/// # Errors
+///
+/// What is not a URDF, or too large; a robot that [`read`] refuses for its
+/// meaning is described all the same.
+pub fn describe(urdf: &[u8]) -> Result<Description, Refused> {
+    let mut findings = Findings::default();
+    let described = text::decode(urdf).and_then(|text| prescan::description(text, &mut findings));
+    described.map_err(|refusal| findings.refused(refusal))
+}
+
+/// The robot, and what was done to its description on the way.
+///
+/// # Errors
+///
+/// What is not a URDF, or too large; elements that cannot be understood or do
+/// not form one tree; with `strict`, any warning.
+pub fn read(
+    urdf: &[u8],
+    assets: &dyn Assets,
+    options: &ReadOptions,
+) -> Result<(RobotModel, LoadReport), Refused> {
+    let mut findings = Findings::default();
+    match model(urdf, assets, options, &mut findings) {
+        Ok(model) => Ok((model, findings.into_report())),
+        Err(refusal) => Err(findings.refused(refusal)),
+    }
+}
+
+fn model(
+    urdf: &[u8],
+    assets: &dyn Assets,
+    options: &ReadOptions,
+    findings: &mut Findings,
+) -> Result<RobotModel, Refusal> {
+    scale::check(options.scale)?;
+    let text = text::decode(urdf)?;
+    let text = prescan::bind_prefixes(text, findings)?;
+    let document = prescan::parse(&text)?;
+    findings.set_text(&text);
+    let root = prescan::robot_element(&document, findings)?;
+    let mended = mend::mend(root, findings)?;
+    let tree = tree::build(&mended, findings)?;
+
+    let mut links = link::read_all(&mended, &tree, assets, findings);
+    let joints = joint::read_all(&mended, &tree, findings)?;
+    inertial::resolve(&mended, &tree, &joints, &mut links, findings);
+    let mut model = RobotModel { name: mended.robot.name.clone(), links, joints };
+    scale::apply(&mut model, options.scale);
+    if options.strict {
+        findings.refuse_warnings()?
+    }
+    Ok(model)
+}

@@ -1,0 +1,66 @@
+//! A robot made larger or smaller.
+
+use glamx::DPose3;
+
+use super::findings::Refusal;
+use crate::limits;
+use crate::robot::{Geometry, JointKind, RobotModel};
+
+/// Whether a scale can be asked for.
+pub(super) fn check(scale: f64) -> Result<(), Refusal> {
+    if scale.is_finite() && scale > 0.0 && scale <= limits::SCALE {
+        return Ok(());
+    }
+    let cap = limits::SCALE;
+    Err(Refusal::of_file(format!("the scale is {scale}; it must be above 0 and at most {cap}")))
+}
+
+/// Lengths times `scale`, inertias times its square, masses as they are.
+/// Efforts, damping and friction stay too: they are the motor's.
+pub(super) fn apply(model: &mut RobotModel, scale: f64) {
+    if scale == 1.0 {
+        return;
+    }
+    for link in &mut model.links {
+        link.inertial.center_of_mass *= scale;
+        link.inertial.inertia *= scale * scale;
+        for visual in &mut link.visuals {
+            pose(&mut visual.link_from_shape, scale);
+            geometry(&mut visual.geometry, scale);
+        }
+        for collision in &mut link.collisions {
+            pose(&mut collision.link_from_shape, scale);
+            geometry(&mut collision.geometry, scale);
+        }
+    }
+    let slides: Vec<bool> = model.joints.iter().map(|joint| joint.kind == JointKind::Prismatic).collect();
+    for (joint, slides_itself) in model.joints.iter_mut().zip(&slides) {
+        pose(&mut joint.parent_from_joint, scale);
+        let own = if *slides_itself { scale } else { 1.0 };
+        let limits = &mut joint.limits;
+        for length in [&mut limits.lower, &mut limits.upper, &mut limits.velocity] {
+            *length = length.map(|length| length * own);
+        }
+        if let Some(mimic) = &mut joint.mimic {
+            let leader = if slides.get(mimic.joint) == Some(&true) { scale } else { 1.0 };
+            mimic.offset *= own;
+            mimic.multiplier *= own / leader;
+        }
+    }
+}
+
+fn pose(pose: &mut DPose3, scale: f64) {
+    pose.translation *= scale;
+}
+
+fn geometry(geometry: &mut Geometry, by: f64) {
+    match geometry {
+        Geometry::Box { size } => *size *= by,
+        Geometry::Sphere { radius } => *radius *= by,
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+            *radius *= by;
+            *length *= by;
+        }
+        Geometry::Mesh { scale, .. } => *scale *= by,
+    }
+}

@@ -1,0 +1,185 @@
+//! The order of links and joints: one root, no loops, depth first.
+
+use std::collections::HashMap;
+
+use roxmltree::Node;
+
+use super::findings::{Findings, Refusal, quoted};
+use super::mend::Mended;
+
+/// The robot as a tree. Indices "in the file" count urdf-rs's links or joints.
+pub(super) struct Tree<'a, 'i> {
+    /// Depth first, the root first; each is an index in the file.
+    pub(super) links: Vec<usize>,
+    /// Joint `i` ends at link `i + 1`.
+    pub(super) joints: Vec<TreeJoint>,
+    /// The nodes of `links`.
+    pub(super) link_nodes: Vec<Node<'a, 'i>>,
+    /// The nodes of `joints`.
+    pub(super) joint_nodes: Vec<Node<'a, 'i>>,
+}
+
+/// A joint's place in the tree.
+pub(super) struct TreeJoint {
+    /// Index in the file.
+    pub(super) in_file: usize,
+    /// The link that it hangs on, in the tree's order.
+    pub(super) parent: usize,
+}
+
+/// Orders the links, or says why they form no tree.
+pub(super) fn build<'a, 'i>(mended: &Mended<'a, 'i>, findings: &Findings) -> Result<Tree<'a, 'i>, Refusal> {
+    let file = File { mended, findings, links: link_indices(mended, findings)? };
+    check_joint_names(mended, findings)?;
+    let parents = file.parents()?;
+    let root = file.root(&parents)?;
+
+    // The joints that hang on each link, in the order of the file.
+    let mut hanging: Vec<Vec<(usize, usize)>> = vec![Vec::new(); mended.robot.links.len()];
+    for (child, parent) in parents.iter().enumerate() {
+        if let Some(slot) = parent.as_ref().and_then(|up| hanging.get_mut(up.link)) {
+            slot.extend(parent.as_ref().map(|up| (up.joint, child)));
+        }
+    }
+    hanging.iter_mut().for_each(|joints| joints.sort_unstable());
+
+    let mut links = vec![root];
+    let mut joints = Vec::new();
+    let mut open: Vec<(usize, usize, usize)> = Vec::new();
+    let hang = |open: &mut Vec<_>, link: usize, place: usize| {
+        let below = hanging.get(link).into_iter().flatten().rev();
+        open.extend(below.map(|(joint, child)| (*joint, *child, place)));
+    };
+    hang(&mut open, root, 0);
+    while let Some((in_file, child, parent)) = open.pop() {
+        joints.push(TreeJoint { in_file, parent });
+        hang(&mut open, child, links.len());
+        links.push(child);
+    }
+    if links.len() < parents.len() {
+        let reached: std::collections::HashSet<usize> = links.iter().copied().collect();
+        let lost = (0..parents.len()).find(|link| !reached.contains(link)).unwrap_or(0);
+        return Err(file.describe_loop(&parents, lost));
+    }
+    let nodes: Vec<_> = mended.children(mended.root, "link").collect();
+    let link_nodes = links.iter().filter_map(|link| nodes.get(*link).copied()).collect();
+    let nodes: Vec<_> = mended.children(mended.root, "joint").collect();
+    let joint_nodes = joints.iter().filter_map(|joint| nodes.get(joint.in_file).copied()).collect();
+    Ok(Tree { links, joints, link_nodes, joint_nodes })
+}
+
+/// What a link hangs on; indices in the file.
+struct Up {
+    joint: usize,
+    link: usize,
+}
+
+struct File<'m, 'a, 'i> {
+    mended: &'m Mended<'a, 'i>,
+    findings: &'m Findings,
+    links: HashMap<&'m str, usize>,
+}
+
+fn link_indices<'m>(mended: &'m Mended, findings: &Findings) -> Result<HashMap<&'m str, usize>, Refusal> {
+    let mut lines = HashMap::new();
+    let mut indices = HashMap::new();
+    for (index, (link, node)) in mended.links().enumerate() {
+        indices.insert(link.name.as_str(), index);
+        if let Some(line) = lines.insert(link.name.as_str(), findings.line(node)) {
+            return Err(findings.refuse(node, format!("another link has this name, at line {line}")));
+        }
+    }
+    Ok(indices)
+}
+
+fn check_joint_names(mended: &Mended, findings: &Findings) -> Result<(), Refusal> {
+    let mut lines = HashMap::new();
+    for (joint, node) in mended.joints() {
+        if let Some(line) = lines.insert(joint.name.as_str(), findings.line(node)) {
+            return Err(findings.refuse(node, format!("another joint has this name, at line {line}")));
+        }
+    }
+    Ok(())
+}
+
+impl File<'_, '_, '_> {
+    /// What each link hangs on.
+    fn parents(&self) -> Result<Vec<Option<Up>>, Refusal> {
+        let mut parents: Vec<Option<Up>> = self.mended.robot.links.iter().map(|_| None).collect();
+        for (index, (joint, node)) in self.mended.joints().enumerate() {
+            let find = |end: &str, name: &str| {
+                let unknown = || format!("its {end} link {} is not defined", quoted(name));
+                self.links.get(name).copied().ok_or_else(|| self.findings.refuse(node, unknown()))
+            };
+            let link = find("parent", &joint.parent.link)?;
+            let child = find("child", &joint.child.link)?;
+            let name = quoted(&joint.child.link);
+            if link == child {
+                let message = format!("its parent and its child are the same link {name}");
+                return Err(self.findings.refuse(node, message));
+            }
+            let Some(slot) = parents.get_mut(child) else { continue };
+            if let Some(other) = slot {
+                let other = self.joint_name(other.joint);
+                let message = format!("its child link {name} already hangs on joint {other}");
+                return Err(self.findings.refuse(node, message));
+            }
+            *slot = Some(Up { joint: index, link });
+        }
+        Ok(parents)
+    }
+
+    fn root(&self, parents: &[Option<Up>]) -> Result<usize, Refusal> {
+        let roots: Vec<usize> =
+            (0..parents.len()).filter(|link| matches!(parents.get(*link), Some(None))).collect();
+        match roots.as_slice() {
+            [] => Err(self.describe_loop(parents, 0)),
+            [root] => Ok(*root),
+            many => {
+                let named: Vec<String> = many.iter().take(5).map(|link| self.link_name(*link)).collect();
+                let more = if many.len() > named.len() { ", ..." } else { "" };
+                let count = many.len();
+                let names = named.join(", ");
+                let message = format!("{count} links hang on no joint, where one must: {names}{more}");
+                Err(self.findings.refuse(self.mended.root, message))
+            }
+        }
+    }
+
+    /// The loop that one comes to by going up from this link.
+    fn describe_loop(&self, parents: &[Option<Up>], from: usize) -> Refusal {
+        let up = |link: usize| parents.get(link).and_then(Option::as_ref);
+        let mut link = from;
+        // After as many steps as there are links, one is on the loop.
+        for _ in 0..parents.len() {
+            link = up(link).map_or(link, |up| up.link);
+        }
+        let first = link;
+        let mut joints = Vec::new();
+        while let Some(step) = up(link) {
+            joints.push(self.joint_name(step.joint));
+            link = step.link;
+            if link == first || joints.len() > 8 {
+                break;
+            }
+        }
+        joints.reverse();
+        let message =
+            format!("joints form a loop through link {}: {}", self.link_name(first), joints.join(", "));
+        self.findings.refuse(self.mended.root, message)
+    }
+
+    fn link_name(&self, index: usize) -> String {
+        let link = self.mended.links().nth(index);
+        link.map_or_else(String::new, |(link, node)| {
+            format!("{} (line {})", quoted(&link.name), self.findings.line(node))
+        })
+    }
+
+    fn joint_name(&self, index: usize) -> String {
+        let joint = self.mended.joints().nth(index);
+        joint.map_or_else(String::new, |(joint, node)| {
+            format!("{} (line {})", quoted(&joint.name), self.findings.line(node))
+        })
+    }
+}

@@ -1,0 +1,185 @@
+//! The words of URDF: which elements and attributes simd reads, and what their values are.
+
+/// An element that simd reads.
+pub(super) struct Element {
+    /// Its tag.
+    pub(super) tag: &'static str,
+    /// Whether a parent may hold several.
+    pub(super) many: bool,
+    /// What becomes of a parent that lacks it.
+    pub(super) missing: Missing,
+    /// What it may say. Others are reported as ignored.
+    pub(super) attributes: &'static [Attribute],
+    /// What it may hold. Others are reported as ignored.
+    pub(super) children: &'static [Element],
+    /// Whether it holds exactly one of its children, whichever.
+    pub(super) one_of: bool,
+}
+
+/// An attribute that simd reads.
+pub(super) struct Attribute {
+    /// Its name.
+    pub(super) name: &'static str,
+    /// What its value is.
+    pub(super) kind: Kind,
+    /// What becomes of an element that lacks it.
+    pub(super) missing: Missing,
+}
+
+/// What the value of an attribute is.
+pub(super) enum Kind {
+    /// Any text.
+    Text,
+    /// Text that names something.
+    Name,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// Numbers, this many.
+    Numbers(usize),
+    /// Read by its presence and by simd itself; urdf-rs does not see it.
+    OursNumbers(usize),
+    /// Known, and of no use to simd: not worth a finding.
+    Unused,
+}
+
+/// What becomes of an element that lacks a part.
+pub(super) enum Missing {
+    /// Nothing.
+    Leave,
+    /// It gets this text, because urdf-rs insists.
+    Write(&'static str),
+    /// It is left out, with a warning.
+    Drop,
+    /// The robot is refused.
+    Refuse,
+}
+
+use Kind::{Name, Numbers, OursNumbers, Text, Unused, Word};
+use Missing::{Drop, Leave, Refuse, Write};
+
+const fn attribute(name: &'static str, kind: Kind, missing: Missing) -> Attribute {
+    Attribute { name, kind, missing }
+}
+
+const fn element(
+    tag: &'static str,
+    attributes: &'static [Attribute],
+    children: &'static [Element],
+) -> Element {
+    Element { tag, many: false, missing: Leave, attributes, children, one_of: false }
+}
+
+const fn many(element: Element) -> Element {
+    Element { many: true, ..element }
+}
+
+const fn needed(element: Element, missing: Missing) -> Element {
+    Element { missing, ..element }
+}
+
+const JOINT_TYPES: &[&str] = &["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+
+const ORIGIN: Element = element(
+    "origin",
+    &[
+        attribute("xyz", Numbers(3), Leave),
+        attribute("rpy", Numbers(3), Leave),
+        attribute("quat_xyzw", OursNumbers(4), Leave),
+    ],
+    &[],
+);
+
+const MATERIAL: Element = element(
+    "material",
+    &[attribute("name", Text, Write(""))],
+    &[element("color", &[attribute("rgba", Numbers(4), Drop)], &[])],
+);
+
+const SHAPES: &[Element] = &[
+    element("box", &[attribute("size", Numbers(3), Drop)], &[]),
+    element("cylinder", &[attribute("radius", Numbers(1), Drop), attribute("length", Numbers(1), Drop)], &[]),
+    element("capsule", &[attribute("radius", Numbers(1), Drop), attribute("length", Numbers(1), Drop)], &[]),
+    element("sphere", &[attribute("radius", Numbers(1), Drop)], &[]),
+    element("mesh", &[attribute("filename", Name, Drop), attribute("scale", Numbers(3), Leave)], &[]),
+];
+
+const GEOMETRY: Element = Element { one_of: true, ..needed(element("geometry", &[], SHAPES), Drop) };
+
+const INERTIA: Element = element(
+    "inertia",
+    &[
+        attribute("ixx", Numbers(1), Write("0")),
+        attribute("ixy", Numbers(1), Write("0")),
+        attribute("ixz", Numbers(1), Write("0")),
+        attribute("iyy", Numbers(1), Write("0")),
+        attribute("iyz", Numbers(1), Write("0")),
+        attribute("izz", Numbers(1), Write("0")),
+    ],
+    &[],
+);
+
+const INERTIAL: Element = element(
+    "inertial",
+    &[],
+    &[
+        ORIGIN,
+        needed(element("mass", &[attribute("value", Numbers(1), Drop)], &[]), Write("<mass value=\"0\"/>")),
+        needed(INERTIA, Write("<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")),
+    ],
+);
+
+const LINK: Element = element(
+    "link",
+    &[attribute("name", Name, Refuse), attribute("type", Unused, Leave)],
+    &[
+        INERTIAL,
+        many(element("visual", &[attribute("name", Unused, Leave)], &[ORIGIN, GEOMETRY, MATERIAL])),
+        many(element("collision", &[attribute("name", Unused, Leave)], &[ORIGIN, GEOMETRY])),
+    ],
+);
+
+const JOINT: Element = element(
+    "joint",
+    &[attribute("name", Name, Refuse), attribute("type", Word(JOINT_TYPES), Refuse)],
+    &[
+        ORIGIN,
+        needed(element("parent", &[attribute("link", Name, Refuse)], &[]), Refuse),
+        needed(element("child", &[attribute("link", Name, Refuse)], &[]), Refuse),
+        element("axis", &[attribute("xyz", Numbers(3), Drop)], &[]),
+        element(
+            "limit",
+            &[
+                attribute("lower", Numbers(1), Leave),
+                attribute("upper", Numbers(1), Leave),
+                attribute("effort", Numbers(1), Leave),
+                attribute("velocity", Numbers(1), Write("0")),
+            ],
+            &[],
+        ),
+        element(
+            "dynamics",
+            &[attribute("damping", Numbers(1), Leave), attribute("friction", Numbers(1), Leave)],
+            &[],
+        ),
+        element(
+            "mimic",
+            &[
+                attribute("joint", Name, Drop),
+                attribute("multiplier", Numbers(1), Leave),
+                attribute("offset", Numbers(1), Leave),
+            ],
+            &[],
+        ),
+    ],
+);
+
+/// The name of a robot that has none.
+pub(super) const NAMELESS: &str = "robot";
+
+/// The root. `version` is kept from urdf-rs, which would refuse what versions
+/// after 1.1 forbid; simd says what it thinks of a number itself.
+pub(super) const ROBOT: Element = element(
+    "robot",
+    &[attribute("name", Name, Write(NAMELESS)), attribute("version", Unused, Leave)],
+    &[many(LINK), many(JOINT), many(MATERIAL)],
+);
