@@ -1,8 +1,12 @@
 //! Physics that can be checked: each test states its formula or source, its
 //! tolerance and why.
 
+mod chains;
+mod energy;
+mod extremes;
 mod mujoco;
 mod properties;
 mod random_robots;
+mod rows;
 mod seven_arm;
 mod world;

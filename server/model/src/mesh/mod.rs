@@ -1,5 +1,6 @@
 //! Mesh files to triangles, by the format that their name says.
 
+mod obj;
 mod stl;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -19,9 +20,10 @@ pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
     let file = uri.rsplit(['/', '\\']).next().unwrap_or(uri);
     match file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()) {
         Some(extension) if extension == "stl" => stl::parse(bytes),
+        Some(extension) if extension == "obj" => obj::parse(bytes),
         Some(extension) if extension.len() < 10 => {
-            Err(format!(".{extension} files are not read yet; convert it to STL"))
+            Err(format!(".{extension} files are not read yet; convert it to STL or OBJ"))
         }
-        _ => Err("only .stl files are read".to_owned()),
+        _ => Err("only .stl and .obj files are read".to_owned()),
     }
 }

@@ -96,6 +96,28 @@ fn no_triangles_cut_files_and_rubbish_are_refused() {
 
 #[test]
 fn other_formats_are_named_in_the_refusal() {
-    assert_eq!(parse("x/a.obj", b"").unwrap_err(), ".obj files are not read yet; convert it to STL");
-    assert_eq!(parse("x.y/a", b"").unwrap_err(), "only .stl files are read");
+    assert_eq!(parse("x/a.dae", b"").unwrap_err(), ".dae files are not read yet; convert it to STL or OBJ");
+    assert_eq!(parse("x.y/a", b"").unwrap_err(), "only .stl and .obj files are read");
+}
+
+const SQUARE: &str =
+    "mtllib ../../../etc/passwd\no one\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl x\nf 1 2 3 4\n";
+
+#[test]
+fn an_obj_is_read_as_triangles_and_its_material_file_is_not_opened() {
+    let (vertices, triangles) = parse("a.OBJ", SQUARE.as_bytes()).unwrap();
+    assert_eq!((vertices.len(), triangles), (4, vec![[0, 1, 2], [0, 2, 3]]));
+    let two = format!("{SQUARE}o two\nv 0 0 1\nf 1 2 5\n");
+    let (vertices, triangles) = parse("a.obj", two.as_bytes()).unwrap();
+    assert!(triangles.iter().flatten().all(|&corner| (corner as usize) < vertices.len()));
+    assert_eq!(triangles.len(), 3);
+}
+
+#[test]
+fn an_obj_that_is_wrong_is_refused_with_a_reason() {
+    for text in ["", "v 0 0 0\n", "v 0 0 0\nf 1 2 9\n", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "f 1 1 1\n"]
+    {
+        let why = parse("a.obj", text.as_bytes());
+        assert!(why.is_err(), "{text:?} {why:?}");
+    }
 }

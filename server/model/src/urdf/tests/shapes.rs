@@ -121,7 +121,7 @@ fn a_mesh_that_cannot_be_read_is_reported_once_for_each_use() {
     let shapes = ["<mesh filename='a.dae'/>", "<mesh filename='b.stl'/>", "<mesh filename='b.stl'/>"];
     let (_, report) = link(&shapes.map(collision).concat(), &files);
     let expected = [
-        "mesh \"a.dae\" is not read: .dae files are not read yet; convert it to STL; it touches nothing",
+        "mesh \"a.dae\" is not read: .dae files are not read yet; convert it to STL or OBJ; it touches nothing",
         "mesh \"b.stl\" is not read: not an STL: it has only 7 bytes; it touches nothing",
     ];
     assert_eq!(warnings(&report), expected);
