@@ -2,6 +2,7 @@
 //! tolerance and why.
 
 mod chains;
+mod convergence;
 mod energy;
 mod extremes;
 mod mujoco;
