@@ -1,3 +1,34 @@
-//! simctl.
+//! simctl: simd from a shell. This file is the way from arguments to an exit code.
+//!
+//! * `args`: the options that every command has, and the list of commands.
+//! * `commands`: one file per noun, its arguments beside what they do.
+//! * `target`, `quantity`, `pose`: what is typed, taken apart.
+//! * `context`: which daemon.
+//! * `output`: tables for people, JSON for programs.
+//! * `failure`: exit codes, and the remedy for a refusal.
 
-fn main() {}
+mod args;
+mod commands;
+mod context;
+mod failure;
+mod output;
+mod pose;
+mod quantity;
+mod target;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+fn main() -> ExitCode {
+    let arguments = args::Arguments::parse();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let result = match runtime {
+        Ok(runtime) => runtime.block_on(commands::run(arguments)),
+        Err(error) => Err(error.into()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}

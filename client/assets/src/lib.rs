@@ -12,8 +12,8 @@
 mod boundary;
 mod locator;
 mod package;
-mod uri;
 mod urdf;
+mod uri;
 
 pub use boundary::below;
 pub use locator::{Locator, NotFound};

@@ -1,1 +1,51 @@
-//! The Rust client of simd.
+//! The Rust client of simd: robots, joints and time of a running daemon, over gRPC.
+//!
+//! ```no_run
+//! use simd_client::{Client, Target, every_joint, joint_target};
+//!
+//! # async fn example() -> Result<(), simd_client::Error> {
+//! let client = Client::connect("127.0.0.1:7400").await?;
+//! let arm = client.load("arm/urdf/arm.urdf", Default::default()).await?;
+//! let name = arm.entity.name;
+//! client.set_robot_targets(&name, [joint_target("elbow", Target::position(0.5))]).await?;
+//! for joint in client.read_joints(&every_joint(&name)).await?.joints {
+//!     println!("{} is at {:?}", joint.name, joint.position);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
+//!   `simulation`, `entity`, `joint`, `event`.
+//! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
+//! * [`Control`]: the stream of controllers, one answer for each request.
+//! * [`Target`]: what a joint is asked to do.
+//! * [`RobotReading`]: joint states with the names of the joints.
+//! * [`Error`]: what the daemon said, or why it said nothing.
+//! * [`proto`]: the messages themselves.
+
+mod client;
+mod control;
+mod endpoint;
+mod entity;
+mod error;
+mod event;
+mod joint;
+mod package;
+mod reading;
+mod simulation;
+mod target;
+mod upload;
+
+pub use client::{Client, ConnectOptions};
+pub use control::{Control, ControlOptions, ControlReply};
+pub use entity::{Reloaded, Spawned};
+pub use error::{Error, Refusal};
+pub use event::{EventWatch, Observed};
+pub use joint::{JointWatch, every_joint, some_joints};
+pub use package::Package;
+pub use reading::{JointReading, RobotReading};
+pub use simd_assets::{Locator, NoUrdf, NotFound};
+pub use simd_proto::{API_VERSION, DEFAULT_PORT, v1 as proto};
+pub use target::{Target, joint_target};
+pub use tonic::Code;

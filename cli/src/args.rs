@@ -1,0 +1,166 @@
+//! The options that every command has, and the list of commands.
+
+use std::{path::PathBuf, time::Duration};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::commands::{context, event, joint, robot, server, sim, snapshot};
+
+const AFTER_HELP: &str = "\
+Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
+configuration file, else 127.0.0.1:7400. The file is $XDG_CONFIG_HOME/simd/config.toml or
+~/.config/simd/config.toml:
+
+  context = \"lab\"
+  [contexts.lab]
+  endpoint = \"10.0.0.7:7400\"
+
+Exit codes:
+  0   done; also a watch that was ended by Ctrl-C or by a closed pipe
+  1   a failure on this side, for instance a file that cannot be read
+  2   wrong usage
+  64+ the daemon refused: 64 plus the gRPC status code. 67 invalid argument, 68 no answer
+      in time, 69 not found, 70 already exists, 71 not allowed, 72 a limit or a full mailbox,
+      73 wrong state, 74 aborted, 75 out of range, 76 not implemented, 77 internal,
+      78 unreachable";
+
+/// Controls simd, the robot physics daemon.
+#[derive(Debug, Parser)]
+#[command(name = "simctl", version, after_long_help = AFTER_HELP)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) options: Options,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What every command takes.
+#[derive(Args, Debug)]
+pub(crate) struct Options {
+    /// The daemon: host, host:port or http://host:port
+    #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]
+    pub(crate) endpoint: Option<String>,
+    /// The daemon, by its name in the configuration file
+    #[arg(long, global = true, value_name = "NAME", help_heading = "Options everywhere")]
+    pub(crate) context: Option<String>,
+    /// Tables for people, or JSON for programs
+    #[arg(
+        short,
+        long,
+        global = true,
+        value_enum,
+        default_value_t = Format::Table,
+        value_name = "FORMAT",
+        help_heading = "Options everywhere"
+    )]
+    pub(crate) output: Format,
+    /// Seconds to wait for an answer
+    #[arg(
+        long,
+        global = true,
+        value_parser = seconds,
+        default_value = "10",
+        value_name = "SECONDS",
+        help_heading = "Options everywhere"
+    )]
+    pub(crate) timeout: Duration,
+}
+
+/// How results are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// Aligned columns
+    Table,
+    /// One JSON document; for a watch, the same as jsonl
+    Json,
+    /// One JSON document a line
+    Jsonl,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// The world: play, pause, step, reset, physics
+    #[command(subcommand)]
+    Sim(sim::Sim),
+    /// Robots: load, reload, list, info, delete
+    #[command(subcommand)]
+    Robot(robot::Robot),
+    /// Joints: list, get, set, reset, watch
+    #[command(subcommand)]
+    Joint(joint::Joint),
+    /// The daemon: info, ping
+    #[command(subcommand)]
+    Server(server::Server),
+    /// States of the world to go back to: save, restore, list, delete
+    #[command(subcommand)]
+    Snapshot(snapshot::Snapshot),
+    /// What happens: watch
+    #[command(subcommand)]
+    Event(event::Event),
+    /// Daemons by name: list
+    #[command(subcommand)]
+    Context(context::Context),
+    /// Prints a completion script
+    Completions {
+        /// The shell it is for
+        shell: clap_complete::Shell,
+    },
+}
+
+/// The folder of a ROS package that a URDF names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct PackageFolder {
+    pub(crate) name: String,
+    pub(crate) folder: PathBuf,
+}
+
+/// Reads `NAME=FOLDER`.
+pub(crate) fn package_folder(text: &str) -> Result<PackageFolder, String> {
+    match text.split_once('=') {
+        Some((name, folder)) if !name.is_empty() && !folder.is_empty() => {
+            Ok(PackageFolder { name: name.to_owned(), folder: PathBuf::from(folder) })
+        }
+        _ => Err("must be NAME=FOLDER".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "must be a number of seconds".to_owned())?;
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(duration) if !duration.is_zero() => Ok(duration),
+        _ => Err("must be above zero".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn options_may_stand_before_and_after_the_command() {
+        for line in ["simctl -e lab -o json robot list", "simctl robot list -o json -e lab"] {
+            let parsed = Arguments::try_parse_from(line.split(' ')).unwrap();
+            assert_eq!(parsed.options.endpoint.as_deref(), Some("lab"));
+            assert_eq!(parsed.options.output, Format::Json);
+        }
+    }
+
+    #[test]
+    fn a_negative_number_is_a_value_and_no_flag() {
+        for line in [
+            "simctl sim physics --gravity -1,0,-9.81",
+            "simctl robot load a.urdf --pose -1,0,0.5",
+            "simctl robot load a.urdf --position elbow=-0.5",
+            "simctl joint set arm elbow=-0.5",
+        ] {
+            Arguments::try_parse_from(line.split(' ')).unwrap();
+        }
+    }
+}

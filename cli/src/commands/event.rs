@@ -1,0 +1,156 @@
+//! `simctl event`: what happens in the world.
+
+use clap::Subcommand;
+use serde::Serialize;
+use serde_json::{Value, json};
+use simd_client::{Client, Observed, proto::event::Kind};
+
+use super::{ended, present};
+use crate::{
+    failure::warn,
+    output::{
+        Output, View,
+        json::{self, Stamp},
+        number::{count, fixed},
+        table::Page,
+    },
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Event {
+    /// Shows events as they happen, until Ctrl-C
+    Watch {
+        /// Begin after this event instead of now
+        #[arg(long, default_value_t = 0, hide_default_value = true, value_name = "SEQUENCE")]
+        after: u64,
+        /// End after so many
+        #[arg(short, long, value_name = "N")]
+        count: Option<u64>,
+    },
+}
+
+pub(crate) async fn run(command: Event, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Event::Watch { after, count } = command;
+    tokio::select! {
+        done = watch(client, output, after, count) => done,
+        _ = tokio::signal::ctrl_c() => Ok(()),
+    }
+}
+
+async fn watch(client: &Client, output: Output, after: u64, limit: Option<u64>) -> anyhow::Result<()> {
+    let mut events = client.watch_events(after).await?;
+    let mut shown = 0;
+    while limit.is_none_or(|limit| shown < limit) {
+        let observed = events.next().await?.ok_or_else(|| ended(client))?;
+        if observed.missed > 0 {
+            let missed = usize::try_from(observed.missed).unwrap_or(usize::MAX);
+            warn(&format!("{} before this one came too fast and are gone", count(missed, "event")));
+        }
+        output.item(&EventView::new(observed)?)?;
+        shown += 1;
+    }
+    Ok(())
+}
+
+/// A line of `event watch`.
+#[derive(Serialize)]
+struct EventView {
+    sequence: u64,
+    stamp: Stamp,
+    /// Events before this one that are gone.
+    missed: u64,
+    /// For instance `entity_spawned`.
+    kind: &'static str,
+    /// The fields of the event's message in the schema.
+    details: Value,
+    #[serde(skip)]
+    sentence: String,
+}
+
+impl EventView {
+    fn new(observed: Observed) -> anyhow::Result<Self> {
+        let event = observed.event;
+        let (kind, details, sentence) = describe(event.kind);
+        let stamp = present(event.stamp, "stamp")?.into();
+        Ok(Self { sequence: event.sequence, stamp, missed: observed.missed, kind, details, sentence })
+    }
+}
+
+impl View for EventView {
+    fn page(&self) -> Page {
+        let time = fixed(self.stamp.sim_time, 3);
+        Page::of_line(format!("{time:>10} s  #{}  {}", self.sequence, self.sentence))
+    }
+}
+
+/// The kind's name, its fields, and a sentence.
+fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
+    match kind {
+        Some(Kind::EntitySpawned(it)) => {
+            ("entity_spawned", json!({ "robot": it.robot }), format!("robot {} spawned", it.robot))
+        }
+        Some(Kind::EntityDeleted(it)) => {
+            ("entity_deleted", json!({ "robot": it.robot }), format!("robot {} deleted", it.robot))
+        }
+        Some(Kind::EntityReloaded(it)) => (
+            "entity_reloaded",
+            json!({ "robot": it.robot, "layout_version": it.layout_version }),
+            format!("robot {} reloaded", it.robot),
+        ),
+        Some(Kind::EntityDisabled(it)) => (
+            "entity_disabled",
+            json!({ "robot": it.robot, "reason": it.reason }),
+            format!("robot {} disabled: {}", it.robot, it.reason),
+        ),
+        Some(Kind::SimulationStateChanged(it)) => {
+            let state = json::name("SIMULATION_STATE_", it.state().as_str_name());
+            ("simulation_state_changed", json!({ "state": state }), format!("the world is {state}"))
+        }
+        Some(Kind::SimulationReset(it)) => {
+            let scopes = [("time", it.time), ("state", it.state), ("spawned", it.spawned)];
+            let names: Vec<&str> = scopes.iter().filter(|(_, is_in)| *is_in).map(|(name, _)| *name).collect();
+            (
+                "simulation_reset",
+                json!({ "time": it.time, "state": it.state, "spawned": it.spawned }),
+                format!("the world was reset ({})", names.join(", ")),
+            )
+        }
+        Some(Kind::PhysicsChanged(it)) => {
+            let physics = it.physics.unwrap_or_default();
+            (
+                "physics_changed",
+                json!({
+                    "gravity": physics.gravity.as_ref().map(json::vector),
+                    "time_step": physics.time_step,
+                    "substeps": physics.substeps,
+                    "real_time_factor": physics.real_time_factor,
+                    "pace": json::name("PACE_MODE_", physics.pace().as_str_name()),
+                }),
+                "the physics settings were changed".to_owned(),
+            )
+        }
+        Some(Kind::Overrun(it)) => (
+            "overrun",
+            json!({ "dropped_lag": it.dropped_lag }),
+            format!("the world fell behind: {} s of lag dropped", fixed(it.dropped_lag, 3)),
+        ),
+        Some(Kind::JointsClaimed(it)) => (
+            "joints_claimed",
+            json!({ "holder": it.holder, "joints": it.joints }),
+            format!("{} claimed {}", it.holder, it.joints.join(", ")),
+        ),
+        Some(Kind::JointsReleased(it)) => {
+            let verb = if it.lapsed { "let lapse" } else { "released" };
+            (
+                "joints_released",
+                json!({ "holder": it.holder, "joints": it.joints, "lapsed": it.lapsed }),
+                format!("{} {verb} {}", it.holder, it.joints.join(", ")),
+            )
+        }
+        Some(Kind::SnapshotRestored(it)) => {
+            ("snapshot_restored", json!({ "name": it.name }), format!("snapshot {} restored", it.name))
+        }
+        // A newer daemon may have kinds that this client does not know.
+        None => ("unknown", json!({}), "something that this simctl does not know".to_owned()),
+    }
+}

@@ -1,0 +1,267 @@
+//! `simctl joint`: what joints are, what they do, what they are asked to do.
+
+mod info;
+mod reading;
+
+use anyhow::bail;
+use clap::{Args, Subcommand};
+use serde::Serialize;
+use simd_client::{
+    Client, RobotReading, every_joint, joint_target,
+    proto::{
+        ClampedTarget, JointReset, JointSelection, JointType, LimitPolicy, RobotTargets,
+        SetJointTargetsRequest,
+    },
+    some_joints,
+};
+
+use super::{ended, present};
+use crate::{
+    failure::warn,
+    output::{
+        Output, View,
+        json::Stamp,
+        number::{count, exact},
+        table::Page,
+    },
+    quantity::Motion,
+    target::{Assignment, Placement, assignment, placement},
+};
+use info::InfoView;
+use reading::{ReadingView, Sample};
+
+const TARGETS: &str = "\
+A target is one of
+  0.5              a position, in rad or m; also pos:0.5
+  90deg  12mm      a position with a unit: rad, deg, m, cm, mm
+  vel:1            a velocity, in rad/s or m/s; also deg/s, rpm, mm/s, cm/s
+  eff:0.2          an effort, in N m or N; also 0.2Nm, 0.2N
+  passive          no actuator
+  hold             stay where it is
+and may be followed by
+  ,kp=100          stiffness of a position (N m/rad or N/m)
+  ,kd=5            damping of a position or velocity (N m s/rad or N s/m)
+  ,vel=0.1         rate that a position's damper pulls towards
+  ,ff=2            effort added to that of a position or velocity";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Joint {
+    /// Shows the joints of a robot: type, axis, limits, mode
+    List {
+        /// The robot's name
+        robot: String,
+        /// Also damping, friction, gains, parent and child links
+        #[arg(short, long)]
+        wide: bool,
+    },
+    /// Shows where joints are and what they do
+    Get {
+        /// The robot's name
+        robot: String,
+        /// All joints that can move, where none is named
+        joints: Vec<String>,
+    },
+    /// Gives joints new targets, all at one step
+    #[command(after_help = TARGETS)]
+    Set(Set),
+    /// Puts joints at a position, or all of them back to where they were spawned
+    Reset {
+        /// The robot's name
+        robot: String,
+        /// In rad and rad/s or m and m/s, or with units
+        #[arg(value_name = "JOINT=POSITION[,VELOCITY]", value_parser = placement)]
+        places: Vec<Placement>,
+    },
+    /// Shows where joints are, over and over, until Ctrl-C
+    Watch(Watch),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Set {
+    /// The robot's name
+    robot: String,
+    /// What each joint is to do
+    #[arg(value_name = "JOINT=TARGET", value_parser = assignment, required = true)]
+    targets: Vec<Assignment>,
+    /// Refuses a target beyond a limit; else the limit is used
+    #[arg(long)]
+    refuse_beyond_limits: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Watch {
+    /// The robot's name
+    robot: String,
+    /// All joints that can move, where none is named
+    joints: Vec<String>,
+    /// States per second: 0.1 to 1000
+    #[arg(short, long, default_value_t = 10.0, value_name = "HZ")]
+    rate: f64,
+    /// End after so many
+    #[arg(short, long, value_name = "N")]
+    count: Option<u64>,
+}
+
+pub(crate) async fn run(command: Joint, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Joint::List { robot, wide } => {
+            let layout = client.joint_layout(&robot).await?;
+            let joints: Vec<InfoView> = layout.joints.iter().map(InfoView::from).collect();
+            output.list(&joints, |joints| info::list(joints, wide))
+        }
+        Joint::Get { robot, joints } => {
+            let reading = client.read_joints(&selection(&robot, joints)).await?;
+            output.one(&ReadingView::from(reading))
+        }
+        Joint::Set(arguments) => set(arguments, client, output).await,
+        Joint::Reset { robot, places } => reset(robot, places, client, output).await,
+        Joint::Watch(arguments) => {
+            tokio::select! {
+                done = watch(arguments, client, output) => done,
+                _ = tokio::signal::ctrl_c() => Ok(()),
+            }
+        }
+    }
+}
+
+fn selection(robot: &str, joints: Vec<String>) -> JointSelection {
+    if joints.is_empty() { every_joint(robot) } else { some_joints(robot, joints) }
+}
+
+async fn set(arguments: Set, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Set { robot, targets, refuse_beyond_limits } = arguments;
+    let units = targets.iter().filter_map(|target| Some((target.joint.as_str(), target.motion?)));
+    check_units(client, &robot, units).await?;
+    let number = targets.len();
+    let limit_policy = if refuse_beyond_limits { LimitPolicy::Refuse } else { LimitPolicy::Clamp };
+    let joints = targets.into_iter().map(|target| joint_target(target.joint, target.target)).collect();
+    let request = SetJointTargetsRequest {
+        robots: vec![RobotTargets { robot: robot.clone(), joints, ..Default::default() }],
+        limit_policy: limit_policy.into(),
+        ..Default::default()
+    };
+    let answer = client.set_targets(request).await?;
+    for clamped in &answer.clamped {
+        warn(&format!(
+            "{} is beyond the limit of joint {}, which is used instead: {}",
+            exact(clamped.requested),
+            clamped.joint,
+            exact(clamped.applied)
+        ));
+    }
+    let stamp = present(answer.stamp, "stamp")?.into();
+    let clamped = answer.clamped.into_iter().map(ClampedView::from).collect();
+    output.one(&WasSet { robot, stamp, clamped, number })
+}
+
+async fn reset(robot: String, places: Vec<Placement>, client: &Client, output: Output) -> anyhow::Result<()> {
+    let units = places.iter().filter_map(|place| Some((place.joint.as_str(), place.motion?)));
+    check_units(client, &robot, units).await?;
+    let reset = |place: Placement| JointReset {
+        joint: place.joint,
+        position: place.position,
+        velocity: place.velocity,
+        axis: 0,
+    };
+    let joints: Vec<JointReset> = places.into_iter().map(reset).collect();
+    let number = joints.len();
+    let stamp = client.reset_joints(&robot, joints).await?.into();
+    output.one(&WasReset { robot, stamp, number })
+}
+
+/// Degrees are no place for a joint that slides, nor millimetres for one that
+/// turns. Without units there is nothing to ask the daemon for.
+async fn check_units(
+    client: &Client,
+    robot: &str,
+    units: impl Iterator<Item = (&str, Motion)>,
+) -> anyhow::Result<()> {
+    let mut units = units.peekable();
+    if units.peek().is_none() {
+        return Ok(());
+    }
+    let layout = client.joint_layout(robot).await?;
+    for (name, motion) in units {
+        let kind = layout.joints.iter().find(|joint| joint.name == name).map(|joint| joint.r#type());
+        match (kind, motion) {
+            (Some(JointType::Prismatic), Motion::Turns) => {
+                bail!("joint {name} slides: its units are those of lengths, not of angles")
+            }
+            (Some(JointType::Revolute | JointType::Continuous), Motion::Slides) => {
+                bail!("joint {name} turns: its units are those of angles, not of lengths")
+            }
+            // An unknown joint is for the daemon to refuse, as without units.
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+async fn watch(arguments: Watch, client: &Client, output: Output) -> anyhow::Result<()> {
+    let selection = selection(&arguments.robot, arguments.joints);
+    let mut layout = client.joint_layout(&selection.robot).await?;
+    let mut watch = client.watch(vec![selection.clone()], arguments.rate).await?;
+    let mut shown = 0;
+    while arguments.count.is_none_or(|count| shown < count) {
+        let states = watch.next().await?.ok_or_else(|| ended(client))?;
+        if !RobotReading::fits(&layout, &states) {
+            // Reloaded. States that were on their way while it was are not shown.
+            layout = client.joint_layout(&selection.robot).await?;
+            if !RobotReading::fits(&layout, &states) {
+                continue;
+            }
+        }
+        let reading = RobotReading::new(&layout, &selection, &states)?;
+        output.item(&Sample(reading.into()))?;
+        shown += 1;
+    }
+    Ok(())
+}
+
+/// `joint set`.
+#[derive(Serialize)]
+struct WasSet {
+    robot: String,
+    stamp: Stamp,
+    clamped: Vec<ClampedView>,
+    #[serde(skip)]
+    number: usize,
+}
+
+#[derive(Serialize)]
+struct ClampedView {
+    joint: String,
+    requested: f64,
+    applied: f64,
+}
+
+impl From<ClampedTarget> for ClampedView {
+    fn from(clamped: ClampedTarget) -> Self {
+        Self { joint: clamped.joint, requested: clamped.requested, applied: clamped.applied }
+    }
+}
+
+impl View for WasSet {
+    fn page(&self) -> Page {
+        Page::of_line(format!("{}: {} from {}", self.robot, count(self.number, "new target"), self.stamp))
+    }
+}
+
+/// `joint reset`.
+#[derive(Serialize)]
+struct WasReset {
+    robot: String,
+    stamp: Stamp,
+    #[serde(skip)]
+    number: usize,
+}
+
+impl View for WasReset {
+    fn page(&self) -> Page {
+        let what = match self.number {
+            0 => "all joints".to_owned(),
+            number => count(number, "joint"),
+        };
+        Page::of_line(format!("{}: reset {what} at {}", self.robot, self.stamp))
+    }
+}

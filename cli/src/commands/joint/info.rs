@@ -1,0 +1,199 @@
+//! What joints are, as `joint list` shows it.
+
+use serde::Serialize;
+use simd_client::proto::{JointGains, JointInfo, JointType};
+
+use super::reading::Unit;
+use crate::output::{
+    json::{self, PoseView},
+    number::{ABSENT, fixed, optional, several},
+    table::{Column, Page, Table},
+};
+
+/// A row of `joint list`. Radians and newton metres for joints that turn, metres
+/// and newtons for joints that slide; null where there is none.
+#[derive(Serialize)]
+pub(super) struct InfoView {
+    index: u32,
+    name: String,
+    /// `revolute`, `continuous`, `prismatic`, `fixed`, `floating` or `planar`.
+    r#type: String,
+    /// Unit vector in the joint's frame.
+    axis: Option<[f64; 3]>,
+    parent_link: String,
+    child_link: String,
+    parent_from_joint: Option<PoseView>,
+    world_from_joint: Option<PoseView>,
+    limits: LimitsView,
+    damping: f64,
+    friction: f64,
+    armature: f64,
+    mimic: Option<MimicView>,
+    /// `passive`, `position`, `velocity`, `effort`, `hold` or `none`.
+    mode: String,
+    gains: Option<GainsView>,
+    default_gains: Option<GainsView>,
+    claimed_by: Option<String>,
+    #[serde(skip)]
+    unit: Option<Unit>,
+}
+
+#[derive(Default, Serialize)]
+struct LimitsView {
+    lower: Option<f64>,
+    upper: Option<f64>,
+    effort: Option<f64>,
+    velocity: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct MimicView {
+    joint: String,
+    multiplier: f64,
+    offset: f64,
+}
+
+#[derive(Serialize)]
+struct GainsView {
+    stiffness: f64,
+    damping: f64,
+}
+
+impl From<&JointGains> for GainsView {
+    fn from(gains: &JointGains) -> Self {
+        Self { stiffness: gains.stiffness, damping: gains.damping }
+    }
+}
+
+impl From<&JointInfo> for InfoView {
+    fn from(joint: &JointInfo) -> Self {
+        let limits = joint.limits.as_ref().map(|limits| LimitsView {
+            lower: limits.lower,
+            upper: limits.upper,
+            effort: limits.effort,
+            velocity: limits.velocity,
+        });
+        let mimic = joint.mimic.as_ref().map(|mimic| MimicView {
+            joint: mimic.joint.clone(),
+            multiplier: mimic.multiplier,
+            offset: mimic.offset,
+        });
+        // Of what cannot move, an axis means nothing.
+        let axis = joint.axis.as_ref().filter(|_| joint.r#type() != JointType::Fixed);
+        Self {
+            index: joint.index,
+            name: joint.name.clone(),
+            r#type: json::name("JOINT_TYPE_", joint.r#type().as_str_name()),
+            axis: axis.map(json::vector),
+            parent_link: joint.parent_link.clone(),
+            child_link: joint.child_link.clone(),
+            parent_from_joint: joint.parent_from_joint.as_ref().map(PoseView::from),
+            world_from_joint: joint.world_from_joint.as_ref().map(PoseView::from),
+            limits: limits.unwrap_or_default(),
+            damping: joint.damping,
+            friction: joint.friction,
+            armature: joint.armature,
+            mimic,
+            mode: json::name("JOINT_MODE_", joint.mode().as_str_name()),
+            gains: joint.gains.as_ref().map(GainsView::from),
+            default_gains: joint.default_gains.as_ref().map(GainsView::from),
+            claimed_by: Some(joint.claimed_by.clone()).filter(|holder| !holder.is_empty()),
+            unit: Unit::of(joint.r#type()),
+        }
+    }
+}
+
+pub(super) fn list(joints: &[InfoView], wide: bool) -> Page {
+    let unit = Unit::common(joints.iter().filter_map(|joint| joint.unit));
+    let mut columns = vec![
+        Column::right("#"),
+        Column::left("JOINT"),
+        Column::left("TYPE"),
+        Column::left("AXIS"),
+        Column::right(unit.heading("LOWER", Unit::position)),
+        Column::right(unit.heading("UPPER", Unit::position)),
+        Column::right(unit.heading("VELOCITY", Unit::velocity)),
+        Column::right(unit.heading("EFFORT", Unit::effort)),
+        Column::left("MODE"),
+    ];
+    if wide {
+        columns.extend([
+            Column::right("STIFFNESS"),
+            Column::right("GAIN DAMPING"),
+            Column::right("DAMPING"),
+            Column::right("FRICTION"),
+            Column::left("PARENT"),
+            Column::left("CHILD"),
+        ]);
+    }
+    let rows = joints.iter().map(|joint| row(joint, wide)).collect();
+    Page::new().table(Table::new(columns, rows))
+}
+
+fn row(joint: &InfoView, wide: bool) -> Vec<String> {
+    let mut cells = vec![
+        joint.index.to_string(),
+        joint.name.clone(),
+        joint.r#type.clone(),
+        joint.axis.map_or_else(|| ABSENT.to_owned(), |axis| several(&axis, 2)),
+        optional(joint.limits.lower, 4),
+        optional(joint.limits.upper, 4),
+        optional(joint.limits.velocity, 2),
+        optional(joint.limits.effort, 2),
+        joint.mode.replace("none", ABSENT),
+    ];
+    if wide {
+        let moves = |value: f64| if joint.unit.is_some() { fixed(value, 4) } else { ABSENT.to_owned() };
+        cells.extend([
+            optional(joint.gains.as_ref().map(|gains| gains.stiffness), 3),
+            optional(joint.gains.as_ref().map(|gains| gains.damping), 3),
+            moves(joint.damping),
+            moves(joint.friction),
+            joint.parent_link.clone(),
+            joint.child_link.clone(),
+        ]);
+    }
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use simd_client::proto::{JointLimits, JointMode, Vector3};
+
+    use super::*;
+
+    fn joint(name: &str, kind: JointType) -> JointInfo {
+        JointInfo {
+            name: name.into(),
+            r#type: kind.into(),
+            axis: Some(Vector3 { x: 0.0, y: 0.0, z: 1.0 }),
+            mode: JointMode::Hold.into(),
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn an_absent_limit_is_a_dash_and_null_and_never_zero() {
+        let mut elbow = joint("elbow", JointType::Revolute);
+        elbow.limits =
+            Some(JointLimits { lower: Some(-1.0), upper: None, effort: Some(0.0), velocity: None });
+        let view = InfoView::from(&elbow);
+        let expected = "\
+#  JOINT  TYPE      AXIS            LOWER [rad]  UPPER [rad]  VELOCITY [rad/s]  EFFORT [N m]  MODE
+0  elbow  revolute  0.00 0.00 1.00      -1.0000            -                 -          0.00  hold
+";
+        assert_eq!(list(&[view], false).render(false), expected);
+        let json = serde_json::to_value(InfoView::from(&elbow)).unwrap();
+        assert_eq!(json["limits"]["upper"], serde_json::Value::Null);
+        assert_eq!(json["limits"]["effort"], 0.0);
+        assert_eq!(json["type"], "revolute");
+    }
+
+    #[test]
+    fn headings_name_both_units_where_joints_turn_and_slide() {
+        let joints = [joint("a", JointType::Continuous), joint("b", JointType::Prismatic)];
+        let views: Vec<InfoView> = joints.iter().map(InfoView::from).collect();
+        let text = list(&views, false).render(false);
+        assert!(text.contains("LOWER [rad, m]") && text.contains("EFFORT [N m, N]"), "{text}");
+    }
+}

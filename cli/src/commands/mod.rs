@@ -1,0 +1,56 @@
+//! The commands, one file per noun, and what they share: the connection.
+
+pub(crate) mod context;
+pub(crate) mod event;
+pub(crate) mod joint;
+pub(crate) mod robot;
+pub(crate) mod server;
+pub(crate) mod sim;
+pub(crate) mod snapshot;
+
+use clap::CommandFactory as _;
+use simd_client::{Client, ConnectOptions, Error};
+
+use crate::{
+    args::{Arguments, Command, Options},
+    context::choose,
+    output::{Output, write_bytes},
+};
+
+/// Does what the arguments say.
+pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
+    let options = &arguments.options;
+    let output = Output::new(options.output);
+    match arguments.command {
+        Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
+        Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
+        Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
+        Command::Server(command) => server::run(command, &connect(options).await?, output).await,
+        Command::Snapshot(command) => snapshot::run(command, &connect(options).await?, output).await,
+        Command::Event(command) => event::run(command, &connect(options).await?, output).await,
+        Command::Context(command) => context::run(command, options, output),
+        Command::Completions { shell } => {
+            // Into memory first: the generator panics where its writer fails.
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "simctl", &mut script);
+            write_bytes(&script)
+        }
+    }
+}
+
+async fn connect(options: &Options) -> anyhow::Result<Client> {
+    let choice = choose(options)?;
+    let connect_timeout = options.timeout.min(ConnectOptions::default().connect_timeout);
+    let options = ConnectOptions { connect_timeout, timeout: options.timeout };
+    Ok(Client::connect_with(&choice.endpoint, options).await?)
+}
+
+/// A field that the schema promises and the type cannot.
+fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
+    field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
+}
+
+/// What a watch fails with that was not to end yet: its daemon shuts down.
+fn ended(client: &Client) -> Error {
+    Error::StreamEnded { endpoint: client.endpoint().to_owned() }
+}

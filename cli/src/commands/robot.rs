@@ -1,0 +1,197 @@
+//! `simctl robot`: robots in the world, in and out.
+
+mod view;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use simd_client::{
+    Client, Package,
+    proto::{
+        Base, DescriptionSource, InitialMode, LoadReport, Pose, ReloadEntityRequest, Severity,
+        SpawnEntityRequest, description_source::Source,
+    },
+};
+
+use crate::{
+    args::{PackageFolder, package_folder},
+    failure::warn,
+    output::Output,
+    pose,
+    target::{Placement, placement},
+};
+use view::{Deleted, InfoView, Loaded, ReloadedView, RobotView};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Robot {
+    /// Sends a robot to the daemon and spawns it
+    Load(Load),
+    /// Reads a robot's description again, and keeps its pose, joints and targets
+    Reload(Reload),
+    /// Shows the robots in the world
+    List,
+    /// Shows one robot: base, mass, pose, links
+    Info {
+        /// The robot's name
+        robot: String,
+    },
+    /// Takes a robot out of the world
+    Delete {
+        /// The robot's name
+        robot: String,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Load {
+    /// A URDF file, or the folder of a ROS package that holds one
+    path: PathBuf,
+    /// The robot's name; the one in the URDF where it is left out
+    #[arg(long)]
+    name: Option<String>,
+    /// Where the root link is: metres, and radians about the fixed axes
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
+    pose: Option<Pose>,
+    /// The root link does not move
+    #[arg(long, conflicts_with = "free")]
+    fixed: bool,
+    /// The root link moves freely
+    #[arg(long)]
+    free: bool,
+    /// A joint's first position; may be given again
+    #[arg(long = "position", value_name = "JOINT=POSITION", value_parser = position)]
+    positions: Vec<Placement>,
+    /// Multiplies all lengths
+    #[arg(long, value_name = "FACTOR")]
+    scale: Option<f64>,
+    /// No joint is actuated; else each holds its position
+    #[arg(long)]
+    passive: bool,
+    /// Refuses a robot whose report has a warning
+    #[arg(long)]
+    strict: bool,
+    /// Adds _1, _2, ... to a name that is taken
+    #[arg(long)]
+    rename: bool,
+    /// PATH is on the daemon's own disk
+    #[arg(long, conflicts_with = "packages")]
+    on_daemon: bool,
+    /// Where a ROS package is that the URDF names; may be given again
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
+    packages: Vec<PackageFolder>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Reload {
+    /// The robot's name
+    robot: String,
+    /// A URDF file or package folder; where it is left out, the daemon reads again what it has on its own disk
+    path: Option<PathBuf>,
+    /// Refuses a robot whose report has a warning
+    #[arg(long)]
+    strict: bool,
+    /// PATH is on the daemon's own disk
+    #[arg(long, conflicts_with = "packages", requires = "path")]
+    on_daemon: bool,
+    /// Where a ROS package is that the URDF names; may be given again
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder, requires = "path")]
+    packages: Vec<PackageFolder>,
+}
+
+pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Robot::Load(arguments) => load(arguments, client, output).await,
+        Robot::Reload(arguments) => reload(arguments, client, output).await,
+        Robot::List => {
+            let robots: Vec<RobotView> = client.robots().await?.into_iter().map(RobotView::from).collect();
+            output.list(&robots, view::list)
+        }
+        Robot::Info { robot } => {
+            let entity = client.robot_info(&robot).await?;
+            let state = client.robot_state(&robot).await?;
+            output.one(&InfoView::new(entity, state)?)
+        }
+        Robot::Delete { robot } => {
+            let stamp = client.delete_robot(&robot).await?.into();
+            output.one(&Deleted { deleted: robot, stamp })
+        }
+    }
+}
+
+async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Result<()> {
+    let source = source(client, arguments.path, arguments.on_daemon, &arguments.packages).await?;
+    let request = SpawnEntityRequest {
+        source: Some(source),
+        name: arguments.name.unwrap_or_default(),
+        allow_renaming: arguments.rename,
+        pose: arguments.pose,
+        base: match (arguments.fixed, arguments.free) {
+            (true, _) => Base::Fixed,
+            (_, true) => Base::Free,
+            _ => Base::Unspecified,
+        }
+        .into(),
+        initial_mode: if arguments.passive { InitialMode::Passive } else { InitialMode::Holding }.into(),
+        joint_positions: arguments.positions.into_iter().map(|at| (at.joint, at.position)).collect(),
+        scale: arguments.scale,
+        strict: arguments.strict,
+        request_id: String::new(),
+    };
+    let spawned = client.spawn(request).await?;
+    warn_of(&spawned.report);
+    output.one(&Loaded::from(spawned))
+}
+
+async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::Result<()> {
+    let source = match arguments.path {
+        Some(path) => Some(source(client, path, arguments.on_daemon, &arguments.packages).await?),
+        None => None,
+    };
+    let request = ReloadEntityRequest {
+        robot: arguments.robot,
+        source,
+        strict: arguments.strict,
+        request_id: String::new(),
+    };
+    let reloaded = client.reload(request).await?;
+    warn_of(&reloaded.report);
+    output.one(&ReloadedView::from(reloaded))
+}
+
+/// Sends what the daemon lacks, or names what it has.
+async fn source(
+    client: &Client,
+    path: PathBuf,
+    on_daemon: bool,
+    packages: &[PackageFolder],
+) -> anyhow::Result<DescriptionSource> {
+    if on_daemon {
+        let path = path.to_string_lossy().into_owned();
+        return Ok(DescriptionSource { source: Some(Source::Path(path)), ..Default::default() });
+    }
+    let package = packages
+        .iter()
+        .fold(Package::open(path)?, |package, known| package.with_package(&known.name, &known.folder));
+    Ok(client.upload(&package).await?)
+}
+
+/// Where warnings are seen even if stdout is read by a program.
+fn warn_of(report: &LoadReport) {
+    for finding in report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning) {
+        let place = match (finding.element.as_str(), finding.line) {
+            ("", 0) => String::new(),
+            ("", line) => format!("line {line}: "),
+            (element, 0) => format!("{element}: "),
+            (element, line) => format!("{element}, line {line}: "),
+        };
+        warn(&format!("{place}{}", finding.message));
+    }
+}
+
+/// Reads `JOINT=POSITION`.
+fn position(text: &str) -> Result<Placement, String> {
+    match placement(text)? {
+        placement if placement.velocity != 0.0 => Err("a robot is spawned at rest: give no rate".to_owned()),
+        placement => Ok(placement),
+    }
+}

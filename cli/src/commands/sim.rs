@@ -1,0 +1,271 @@
+//! `simctl sim`: the world, its time, whether it runs.
+
+use clap::{Args, Subcommand, ValueEnum};
+use serde::Serialize;
+use simd_client::{
+    Client,
+    proto::{PaceMode, Physics, ResetSimulationRequest, SetPhysicsRequest, Vector3, WorldStatistics},
+};
+
+use super::present;
+use crate::{
+    output::{
+        Output, View,
+        json::{self, Stamp},
+        number::{count, exact, fixed},
+        table::Page,
+    },
+    pose,
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Sim {
+    /// Shows whether the world plays, and how well it keeps time
+    Status,
+    /// Lets time run
+    Play,
+    /// Lets time stand
+    Pause,
+    /// Pauses, and puts time and robots back to the start
+    Stop,
+    /// Does steps of a paused world
+    Step {
+        /// How many
+        #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+        steps: u64,
+    },
+    /// Puts the world back: time and state, where no scope is given
+    Reset(Reset),
+    /// Shows the physics settings, or changes those that are given
+    Physics(Settings),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Reset {
+    /// Sim time and step go to zero
+    #[arg(long)]
+    time: bool,
+    /// Robots go back to where they were spawned
+    #[arg(long)]
+    state: bool,
+    /// Robots that were not loaded at the daemon's start go
+    #[arg(long)]
+    spawned: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Settings {
+    /// m/s^2 in world axes
+    #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
+    gravity: Option<Vector3>,
+    /// Seconds that a step advances
+    #[arg(long, value_name = "SECONDS")]
+    time_step: Option<f64>,
+    /// Equal parts that a step is done in
+    #[arg(long, value_name = "N")]
+    substeps: Option<u32>,
+    /// Simulated seconds to a wall second
+    #[arg(long, value_name = "FACTOR")]
+    rtf: Option<f64>,
+    /// Whether steps follow the wall clock
+    #[arg(long, value_enum)]
+    pace: Option<Pace>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Pace {
+    /// By the real-time factor
+    RealTime,
+    /// As fast as possible
+    Max,
+}
+
+pub(crate) async fn run(command: Sim, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Sim::Status => output.one(&Status::new(&client.world_statistics().await?)?),
+        Sim::Play => output.one(&Changed::new("playing", client.play().await?)),
+        Sim::Pause => output.one(&Changed::new("paused", client.pause().await?)),
+        Sim::Stop => output.one(&Changed::new("stopped", client.stop().await?)),
+        Sim::Step { steps } => {
+            let stamp = client.step(steps).await?.into();
+            output.one(&Stepped { steps, stamp })
+        }
+        Sim::Reset(Reset { time, state, spawned }) => {
+            let request = ResetSimulationRequest { time, state, spawned, ..Default::default() };
+            let answer = client.reset(request).await?;
+            let stamp = present(answer.stamp, "stamp")?.into();
+            output.one(&WasReset { stamp, deleted: answer.deleted })
+        }
+        Sim::Physics(settings) => physics(settings, client, output).await,
+    }
+}
+
+async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow::Result<()> {
+    let request = SetPhysicsRequest {
+        gravity: settings.gravity,
+        time_step: settings.time_step,
+        substeps: settings.substeps,
+        real_time_factor: settings.rtf,
+        pace: match settings.pace {
+            None => PaceMode::Unspecified,
+            Some(Pace::RealTime) => PaceMode::RealTime,
+            Some(Pace::Max) => PaceMode::AsFastAsPossible,
+        }
+        .into(),
+        request_id: String::new(),
+    };
+    let physics = if request == SetPhysicsRequest::default() {
+        client.physics().await?
+    } else {
+        present(client.set_physics(request).await?.physics, "physics")?
+    };
+    output.one(&PhysicsView::new(&physics)?)
+}
+
+/// `sim status`.
+#[derive(Serialize)]
+struct Status {
+    state: String,
+    stamp: Stamp,
+    /// Null as fast as possible.
+    target_real_time_factor: f64,
+    real_time_factor: f64,
+    overruns: u64,
+    /// Wall seconds.
+    dropped_lag: f64,
+    iterations: u64,
+    robots: u32,
+    joints: u32,
+    /// Wall seconds.
+    step_duration: f64,
+    mailbox_refusals: u64,
+}
+
+impl Status {
+    fn new(statistics: &WorldStatistics) -> anyhow::Result<Self> {
+        Ok(Self {
+            state: json::name("SIMULATION_STATE_", statistics.state().as_str_name()),
+            stamp: present(statistics.stamp, "stamp")?.into(),
+            target_real_time_factor: statistics.target_real_time_factor,
+            real_time_factor: statistics.real_time_factor,
+            overruns: statistics.overruns,
+            dropped_lag: statistics.dropped_lag,
+            iterations: statistics.iterations,
+            robots: statistics.robots,
+            joints: statistics.joints,
+            step_duration: statistics.step_duration,
+            mailbox_refusals: statistics.mailbox_refusals,
+        })
+    }
+}
+
+impl View for Status {
+    fn page(&self) -> Page {
+        let target = if self.target_real_time_factor.is_finite() {
+            exact(self.target_real_time_factor)
+        } else {
+            "as fast as possible".to_owned()
+        };
+        Page::new().pairs([
+            ("state", self.state.clone()),
+            ("sim time", format!("{:.3} s", self.stamp.sim_time)),
+            ("step", self.stamp.step.to_string()),
+            ("epoch", self.stamp.epoch.to_string()),
+            ("real-time factor", format!("{} (target {target})", fixed(self.real_time_factor, 3))),
+            ("step duration", format!("{} us", fixed(self.step_duration * 1e6, 1))),
+            ("overruns", format!("{} ({} s dropped)", self.overruns, fixed(self.dropped_lag, 3))),
+            ("iterations", self.iterations.to_string()),
+            ("robots", self.robots.to_string()),
+            ("moving joints", self.joints.to_string()),
+            ("mailbox refusals", self.mailbox_refusals.to_string()),
+        ])
+    }
+}
+
+/// `sim play`, `sim pause`, `sim stop`.
+#[derive(Serialize)]
+struct Changed {
+    state: &'static str,
+    stamp: Stamp,
+}
+
+impl Changed {
+    fn new(state: &'static str, stamp: simd_client::proto::Stamp) -> Self {
+        Self { state, stamp: stamp.into() }
+    }
+}
+
+impl View for Changed {
+    fn page(&self) -> Page {
+        Page::of_line(format!("{} from {}", self.state, self.stamp))
+    }
+}
+
+/// `sim step`.
+#[derive(Serialize)]
+struct Stepped {
+    steps: u64,
+    stamp: Stamp,
+}
+
+impl View for Stepped {
+    fn page(&self) -> Page {
+        let steps = count(usize::try_from(self.steps).unwrap_or(usize::MAX), "step");
+        Page::of_line(format!("did {steps}; now at {}", self.stamp))
+    }
+}
+
+/// `sim reset`.
+#[derive(Serialize)]
+struct WasReset {
+    stamp: Stamp,
+    deleted: Vec<String>,
+}
+
+impl View for WasReset {
+    fn page(&self) -> Page {
+        let mut line = format!("reset; now at {} of epoch {}", self.stamp, self.stamp.epoch);
+        if !self.deleted.is_empty() {
+            line.push_str(&format!("; gone: {}", self.deleted.join(", ")));
+        }
+        Page::of_line(line)
+    }
+}
+
+/// `sim physics`.
+#[derive(Serialize)]
+struct PhysicsView {
+    /// m/s^2.
+    gravity: [f64; 3],
+    /// Seconds.
+    time_step: f64,
+    substeps: u32,
+    real_time_factor: f64,
+    /// `real_time` or `as_fast_as_possible`.
+    pace: String,
+}
+
+impl PhysicsView {
+    fn new(physics: &Physics) -> anyhow::Result<Self> {
+        Ok(Self {
+            gravity: json::vector(&present(physics.gravity, "gravity")?),
+            time_step: physics.time_step,
+            substeps: physics.substeps,
+            real_time_factor: physics.real_time_factor,
+            pace: json::name("PACE_MODE_", physics.pace().as_str_name()),
+        })
+    }
+}
+
+impl View for PhysicsView {
+    fn page(&self) -> Page {
+        let gravity: Vec<String> = self.gravity.iter().map(|value| exact(*value)).collect();
+        Page::new().pairs([
+            ("gravity", format!("{} m/s^2", gravity.join(" "))),
+            ("time step", format!("{} s", exact(self.time_step))),
+            ("substeps", self.substeps.to_string()),
+            ("real-time factor", exact(self.real_time_factor)),
+            ("pace", self.pace.replace('_', " ")),
+        ])
+    }
+}

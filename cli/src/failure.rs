@@ -1,0 +1,142 @@
+//! From an error to one sentence, a remedy and an exit code.
+
+use std::{
+    io::{self, IsTerminal as _, Write as _},
+    process::ExitCode,
+};
+
+use simd_client::{Error, proto::ErrorReason};
+
+use crate::output::{has_colour, plain};
+
+/// A failure of this side.
+const OWN: u8 = 1;
+/// As clap's own.
+const USAGE: u8 = 2;
+/// To which the gRPC status code of a refused call is added.
+const REFUSED: u8 = 64;
+
+/// Writes the error to stderr and gives the code to exit with.
+pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
+    if is_closed_pipe(error) {
+        // Whoever read has read enough: `simctl joint watch arm | head`.
+        return ExitCode::SUCCESS;
+    }
+    let mut stderr = io::stderr().lock();
+    let name = if has_colour(stderr.is_terminal()) { "\x1b[31msimctl:\x1b[0m" } else { "simctl:" };
+    // Nothing is left to tell it to where stderr is gone.
+    let _ = writeln!(stderr, "{name} {}", plain(&format!("{error:#}")));
+    if let Some(remedy) = remedy(error) {
+        let _ = writeln!(stderr, "        {}", plain(&remedy));
+    }
+    ExitCode::from(code(error))
+}
+
+/// One line on stderr about something that was done, but perhaps not as it was meant.
+pub(crate) fn warn(sentence: &str) {
+    let mut stderr = io::stderr().lock();
+    let name =
+        if has_colour(stderr.is_terminal()) { "\x1b[33msimctl: warning:\x1b[0m" } else { "simctl: warning:" };
+    let _ = writeln!(stderr, "{name} {}", plain(sentence));
+}
+
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+fn code(error: &anyhow::Error) -> u8 {
+    let Some(error) = error.downcast_ref::<Error>() else { return OWN };
+    match (error, error.code()) {
+        (Error::Endpoint { .. }, _) => USAGE,
+        (_, Some(code)) => u8::try_from(i32::from(code)).map_or(OWN, |code| REFUSED.saturating_add(code)),
+        (_, None) => OWN,
+    }
+}
+
+/// What to do about it, where the daemon's sentence cannot know: which command helps.
+fn remedy(error: &anyhow::Error) -> Option<String> {
+    let refusal = match error.downcast_ref::<Error>()? {
+        Error::Refused(refusal) => refusal,
+        // "Connection refused" and an unknown host ask for different things.
+        Error::Unreachable { reason, .. } => return Some(format!("the network says: {reason}")),
+        _ => return None,
+    };
+    let about = |key: &str| refusal.metadata.get(key).map(|value| quoted(value));
+    match refusal.reason {
+        ErrorReason::RobotNotFound => Some("`simctl robot list` shows the robots there are".to_owned()),
+        ErrorReason::JointNotFound => {
+            let robot = about("robot").unwrap_or_else(|| "ROBOT".to_owned());
+            Some(format!("`simctl joint list {robot}` shows its joints"))
+        }
+        ErrorReason::RobotExists => Some(
+            "give another name with --name, have one made up with --rename, or use `simctl robot reload`"
+                .into(),
+        ),
+        ErrorReason::TargetBeyondLimit => {
+            Some("without --refuse-beyond-limits the limit is used instead".to_owned())
+        }
+        ErrorReason::WrongState => {
+            Some("`simctl sim pause` stops time, `simctl sim play` lets it run".to_owned())
+        }
+        ErrorReason::PathNotAllowed => {
+            Some("without --on-daemon the file is sent from this machine".to_owned())
+        }
+        ErrorReason::SnapshotNotFound => {
+            Some("`simctl snapshot list` shows the snapshots there are".to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// As a shell takes it for one word.
+fn quoted(name: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '/');
+    if !name.is_empty() && name.chars().all(is_plain) {
+        name.to_owned()
+    } else {
+        format!("'{}'", name.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use simd_client::{Code, Refusal};
+
+    use super::*;
+
+    fn refused(code: Code, reason: ErrorReason) -> anyhow::Error {
+        let metadata = [("robot".to_owned(), "my arm".to_owned())].into();
+        let refusal = Refusal { code, reason, message: "no".into(), metadata, fields: Vec::new() };
+        Error::Refused(refusal).into()
+    }
+
+    #[test]
+    fn a_refusal_exits_with_64_plus_its_status() {
+        assert_eq!(code(&refused(Code::NotFound, ErrorReason::RobotNotFound)), 69);
+        let unreachable = Error::Unreachable { endpoint: "lab".into(), reason: "refused".into() };
+        assert_eq!(code(&unreachable.into()), 78);
+        let timed_out = Error::TimedOut { endpoint: "lab".into(), after: std::time::Duration::from_secs(1) };
+        assert_eq!(code(&timed_out.into()), 68);
+    }
+
+    #[test]
+    fn own_failures_exit_with_1_and_a_malformed_endpoint_with_2() {
+        assert_eq!(code(&anyhow::anyhow!("no")), OWN);
+        let file = Error::File { path: "a".into(), source: io::Error::other("no") };
+        assert_eq!(code(&file.into()), OWN);
+        let endpoint = Error::Endpoint { endpoint: "a b".into(), reason: "no".into() };
+        assert_eq!(code(&endpoint.into()), USAGE);
+    }
+
+    #[test]
+    fn a_remedy_names_a_command_that_can_be_pasted() {
+        let remedy = remedy(&refused(Code::NotFound, ErrorReason::JointNotFound)).unwrap();
+        assert_eq!(remedy, "`simctl joint list 'my arm'` shows its joints");
+    }
+
+    #[test]
+    fn a_closed_pipe_is_no_failure() {
+        assert!(is_closed_pipe(&io::Error::from(io::ErrorKind::BrokenPipe).into()));
+        assert!(!is_closed_pipe(&anyhow::anyhow!("no")));
+    }
+}

@@ -1,0 +1,101 @@
+//! How results are written: pages for people, JSON for programs.
+
+pub(crate) mod json;
+pub(crate) mod number;
+pub(crate) mod table;
+
+use std::{
+    env,
+    io::{self, IsTerminal as _, Write as _},
+};
+
+use serde::Serialize;
+
+use crate::args::Format;
+use table::Page;
+
+/// A result. Its serialisation is what `-o json` promises: field names stay.
+pub(crate) trait View: Serialize {
+    /// The same for people.
+    fn page(&self) -> Page;
+}
+
+/// Writes results to stdout in the format that was asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Output {
+    format: Format,
+    colour: bool,
+}
+
+impl Output {
+    pub(crate) fn new(format: Format) -> Self {
+        Self { format, colour: has_colour(io::stdout().is_terminal()) }
+    }
+
+    /// A single result.
+    pub(crate) fn one(self, view: &impl View) -> anyhow::Result<()> {
+        match self.format {
+            Format::Table => self.write(&view.page().render(self.colour)),
+            Format::Json => self.write(&format!("{}\n", serde_json::to_string_pretty(view)?)),
+            Format::Jsonl => self.write(&format!("{}\n", serde_json::to_string(view)?)),
+        }
+    }
+
+    /// A list: an array in JSON, an item a line in JSON lines.
+    pub(crate) fn list<T: Serialize>(
+        self,
+        items: &[T],
+        page: impl FnOnce(&[T]) -> Page,
+    ) -> anyhow::Result<()> {
+        match self.format {
+            Format::Table => self.write(&page(items).render(self.colour)),
+            Format::Json => self.write(&format!("{}\n", serde_json::to_string_pretty(items)?)),
+            Format::Jsonl => items.iter().try_for_each(|item| self.line(item)),
+        }
+    }
+
+    /// One of a series that has no end yet: a line in each format.
+    pub(crate) fn item(self, view: &impl View) -> anyhow::Result<()> {
+        match self.format {
+            Format::Table => self.write(&view.page().render(self.colour)),
+            Format::Json | Format::Jsonl => self.line(view),
+        }
+    }
+
+    /// For people only.
+    pub(crate) fn remark(self, page: &Page) -> anyhow::Result<()> {
+        match self.format {
+            Format::Table => self.write(&page.render(self.colour)),
+            Format::Json | Format::Jsonl => Ok(()),
+        }
+    }
+
+    fn line(self, item: &impl Serialize) -> anyhow::Result<()> {
+        self.write(&format!("{}\n", serde_json::to_string(item)?))
+    }
+
+    /// As it is.
+    pub(crate) fn write(self, text: &str) -> anyhow::Result<()> {
+        write_bytes(text.as_bytes())
+    }
+}
+
+/// At once and as a whole, since the reader may be waiting for each line.
+pub(crate) fn write_bytes(bytes: &[u8]) -> anyhow::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(bytes)?;
+    stdout.flush()?;
+    Ok(())
+}
+
+/// Whether to colour what goes to a terminal: see no-color.org.
+pub(crate) fn has_colour(is_terminal: bool) -> bool {
+    let is_set = |variable| env::var_os(variable).is_some_and(|value| !value.is_empty());
+    is_terminal && !is_set("NO_COLOR") && env::var_os("TERM").is_none_or(|term| term != "dumb")
+}
+
+/// Without control characters: names come from strangers' files, and a terminal
+/// would obey an escape sequence in them.
+pub(crate) fn plain(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect()
+}

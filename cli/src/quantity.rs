@@ -1,0 +1,114 @@
+//! Numbers with units, as they are typed: `0.5`, `90deg`, `12mm`, `30rpm`.
+
+use std::f64::consts::{PI, TAU};
+
+/// How a joint moves, where a unit gives it away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Motion {
+    Turns,
+    Slides,
+}
+
+/// A number in SI units, and what its unit says of the joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Quantity {
+    pub(crate) value: f64,
+    pub(crate) motion: Option<Motion>,
+}
+
+/// What a number is, and so which units it may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Position,
+    Velocity,
+    Effort,
+    /// A gain: SI, without a unit.
+    Plain,
+}
+
+type Unit = (&'static str, f64, Motion);
+
+// The longer of two suffixes stands first where one ends in the other.
+const POSITIONS: &[Unit] = &[
+    ("deg", PI / 180.0, Motion::Turns),
+    ("rad", 1.0, Motion::Turns),
+    ("mm", 1e-3, Motion::Slides),
+    ("cm", 1e-2, Motion::Slides),
+    ("m", 1.0, Motion::Slides),
+];
+const VELOCITIES: &[Unit] = &[
+    ("deg/s", PI / 180.0, Motion::Turns),
+    ("rad/s", 1.0, Motion::Turns),
+    ("rpm", TAU / 60.0, Motion::Turns),
+    ("mm/s", 1e-3, Motion::Slides),
+    ("cm/s", 1e-2, Motion::Slides),
+    ("m/s", 1.0, Motion::Slides),
+];
+const EFFORTS: &[Unit] = &[("Nm", 1.0, Motion::Turns), ("N", 1.0, Motion::Slides)];
+
+impl Kind {
+    fn units(self) -> &'static [Unit] {
+        match self {
+            Self::Position => POSITIONS,
+            Self::Velocity => VELOCITIES,
+            Self::Effort => EFFORTS,
+            Self::Plain => &[],
+        }
+    }
+}
+
+/// Reads a number with or without a unit of its kind. Whether a number makes
+/// sense is for the daemon to say, which refuses NaN and the like by name.
+pub(crate) fn parse(text: &str, kind: Kind) -> Result<Quantity, String> {
+    let text = text.trim();
+    if let Ok(value) = text.parse() {
+        return Ok(Quantity { value, motion: None });
+    }
+    for (suffix, factor, motion) in kind.units() {
+        if let Some(Ok(value)) = text.strip_suffix(suffix).map(|number| number.trim_end().parse::<f64>()) {
+            return Ok(Quantity { value: value * factor, motion: Some(*motion) });
+        }
+    }
+    let units: Vec<&str> = kind.units().iter().map(|(suffix, ..)| *suffix).collect();
+    if units.is_empty() {
+        Err(format!("`{text}` is not a number"))
+    } else {
+        Err(format!("`{text}` is not a number, alone or with one of {}", units.join(", ")))
+    }
+}
+
+/// Reads so many numbers between commas.
+pub(crate) fn parse_list(text: &str) -> Result<Vec<f64>, String> {
+    text.split(',').map(|part| parse(part, Kind::Plain).map(|quantity| quantity.value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_become_si_and_say_how_the_joint_moves() {
+        for (text, kind, value, motion) in [
+            ("0.5", Kind::Position, 0.5, None),
+            ("-1e-3", Kind::Position, -1e-3, None),
+            ("180deg", Kind::Position, PI, Some(Motion::Turns)),
+            ("2 rad", Kind::Position, 2.0, Some(Motion::Turns)),
+            ("12mm", Kind::Position, 0.012, Some(Motion::Slides)),
+            ("3m", Kind::Position, 3.0, Some(Motion::Slides)),
+            ("60rpm", Kind::Velocity, TAU, Some(Motion::Turns)),
+            ("2m/s", Kind::Velocity, 2.0, Some(Motion::Slides)),
+            ("4Nm", Kind::Effort, 4.0, Some(Motion::Turns)),
+            ("4N", Kind::Effort, 4.0, Some(Motion::Slides)),
+        ] {
+            assert_eq!(parse(text, kind), Ok(Quantity { value, motion }), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_unit_of_another_kind_is_refused_with_those_that_fit() {
+        let refused = parse("90deg", Kind::Velocity).unwrap_err();
+        assert!(refused.contains("`90deg`") && refused.contains("deg/s"), "{refused}");
+        assert_eq!(parse("5deg", Kind::Plain).unwrap_err(), "`5deg` is not a number");
+        assert!(parse("", Kind::Position).is_err());
+    }
+}

@@ -1,0 +1,254 @@
+//! Joint targets as they are typed: `elbow=0.5`, `wrist=vel:1rad/s`, `x=pos:0.5,kp=100,kd=5`.
+
+use simd_client::Target;
+
+use crate::quantity::{self, Kind, Motion};
+
+/// A target for a joint, and what its units say of the joint.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Assignment {
+    pub(crate) joint: String,
+    pub(crate) target: Target,
+    pub(crate) motion: Option<Motion>,
+}
+
+/// A place for a joint, and a rate where one was typed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Placement {
+    pub(crate) joint: String,
+    pub(crate) position: f64,
+    pub(crate) velocity: f64,
+    pub(crate) motion: Option<Motion>,
+}
+
+/// Reads `JOINT=TARGET`.
+pub(crate) fn assignment(text: &str) -> Result<Assignment, String> {
+    let (joint, (target, motion)) = split(text, target)?;
+    Ok(Assignment { joint, target, motion })
+}
+
+/// Reads `JOINT=POSITION` or `JOINT=POSITION,VELOCITY`.
+pub(crate) fn placement(text: &str) -> Result<Placement, String> {
+    let (joint, (position, velocity, motion)) = split(text, |value| {
+        let mut motion = None;
+        let (position, velocity) = match value.split_once(',') {
+            Some((position, velocity)) => (position, Some(velocity)),
+            None => (value, None),
+        };
+        let position = number(position, Kind::Position, &mut motion)?;
+        let velocity = velocity.map(|velocity| number(velocity, Kind::Velocity, &mut motion)).transpose()?;
+        Ok((position, velocity.unwrap_or(0.0), motion))
+    })?;
+    Ok(Placement { joint, position, velocity, motion })
+}
+
+/// A joint's name may hold `=`, and so may a target: the first `=` after which
+/// all the rest can be read is the one that was meant. A comma only stands in
+/// targets, so that a `=` behind one is none of the name's.
+fn split<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<(String, T), String> {
+    let mut first_reason = None;
+    for (at, _) in text.match_indices('=') {
+        let (joint, value) = (&text[..at], &text[at + 1..]);
+        if joint.contains(',') {
+            break;
+        }
+        match read(value) {
+            Ok(value) if !joint.trim().is_empty() => return Ok((joint.trim().to_owned(), value)),
+            Ok(_) => {}
+            Err(reason) => {
+                first_reason.get_or_insert(reason);
+            }
+        }
+    }
+    Err(first_reason.unwrap_or_else(|| "must be JOINT=VALUE".to_owned()))
+}
+
+/// Reads `passive`, `hold`, `VALUE` or `MODE:VALUE[,KEY=VALUE...]`.
+fn target(text: &str) -> Result<(Target, Option<Motion>), String> {
+    match text.trim() {
+        "passive" => return Ok((Target::Passive, None)),
+        "hold" => return Ok((Target::Hold, None)),
+        "" => return Err("has no target".to_owned()),
+        _ => {}
+    }
+    let (mode, rest) = text.split_once(':').unwrap_or(("pos", text));
+    let mut parts = rest.split(',');
+    let value = parts.next().unwrap_or_default();
+    let mut motion = None;
+    let target = match mode.trim() {
+        "pos" | "position" => {
+            let position = number(value, Kind::Position, &mut motion)?;
+            let extras = Extras::read(parts, &["kp", "kd", "vel", "ff"], &mut motion)?;
+            Target::Position {
+                position,
+                velocity: extras.velocity.unwrap_or(0.0),
+                stiffness: extras.stiffness,
+                damping: extras.damping,
+                feed_forward: extras.feed_forward.unwrap_or(0.0),
+            }
+        }
+        "vel" | "velocity" => {
+            let velocity = number(value, Kind::Velocity, &mut motion)?;
+            let extras = Extras::read(parts, &["kd", "ff"], &mut motion)?;
+            let feed_forward = extras.feed_forward.unwrap_or(0.0);
+            Target::Velocity { velocity, damping: extras.damping, feed_forward }
+        }
+        "eff" | "effort" => {
+            let effort = number(value, Kind::Effort, &mut motion)?;
+            Extras::read(parts, &[], &mut motion)?;
+            Target::Effort(effort)
+        }
+        other => {
+            return Err(format!(
+                "`{other}` is not a mode: a target is a position, pos:X, vel:X, eff:X, passive or hold"
+            ));
+        }
+    };
+    Ok((target, motion))
+}
+
+/// What may follow a target's value.
+#[derive(Default)]
+struct Extras {
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    velocity: Option<f64>,
+    feed_forward: Option<f64>,
+}
+
+impl Extras {
+    fn read<'a>(
+        parts: impl Iterator<Item = &'a str>,
+        allowed: &[&str],
+        motion: &mut Option<Motion>,
+    ) -> Result<Self, String> {
+        let mut extras = Self::default();
+        for part in parts {
+            let (key, value) = part
+                .split_once('=')
+                .ok_or_else(|| format!("`{part}` must be KEY=VALUE, for instance kp=100"))?;
+            let key = key.trim();
+            if !allowed.contains(&key) {
+                return Err(match allowed {
+                    [] => format!("`{key}` does not go with this mode, which takes a value and nothing else"),
+                    _ => format!("`{key}` does not go with this mode, which takes {}", allowed.join(", ")),
+                });
+            }
+            let (place, kind) = match key {
+                "kp" => (&mut extras.stiffness, Kind::Plain),
+                "kd" => (&mut extras.damping, Kind::Plain),
+                "vel" => (&mut extras.velocity, Kind::Velocity),
+                _ => (&mut extras.feed_forward, Kind::Effort),
+            };
+            if place.replace(number(value, kind, motion)?).is_some() {
+                return Err(format!("`{key}` is given twice"));
+            }
+        }
+        Ok(extras)
+    }
+}
+
+/// Reads a number whose unit must agree with those before.
+fn number(text: &str, kind: Kind, motion: &mut Option<Motion>) -> Result<f64, String> {
+    let quantity = quantity::parse(text, kind)?;
+    match (*motion, quantity.motion) {
+        (Some(before), Some(now)) if before != now => {
+            Err(format!("`{text}` mixes units of joints that turn and of joints that slide"))
+        }
+        (before, now) => {
+            *motion = before.or(now);
+            Ok(quantity.value)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> (String, Target) {
+        let read = assignment(text).unwrap();
+        (read.joint, read.target)
+    }
+
+    fn joint(name: &str, target: Target) -> (String, Target) {
+        (name.to_owned(), target)
+    }
+
+    #[test]
+    fn a_bare_number_is_a_position_and_other_modes_have_a_prefix() {
+        assert_eq!(read("shoulder=0.5"), joint("shoulder", Target::position(0.5)));
+        assert_eq!(read("shoulder=pos:-0.5"), joint("shoulder", Target::position(-0.5)));
+        assert_eq!(read("elbow=vel:1"), joint("elbow", Target::velocity(1.0)));
+        assert_eq!(read("wrist=eff:0.2"), joint("wrist", Target::Effort(0.2)));
+        assert_eq!(read("x=passive"), joint("x", Target::Passive));
+        assert_eq!(read("y=hold"), joint("y", Target::Hold));
+    }
+
+    #[test]
+    fn gains_rate_and_feed_forward_follow_commas() {
+        let target = Target::Position {
+            position: 0.5,
+            velocity: 0.1,
+            stiffness: Some(100.0),
+            damping: Some(5.0),
+            feed_forward: 2.0,
+        };
+        assert_eq!(read("elbow=pos:0.5,kp=100,kd=5,vel=0.1,ff=2Nm"), joint("elbow", target));
+        let target = Target::Velocity { velocity: 1.0, damping: Some(3.0), feed_forward: 0.0 };
+        assert_eq!(read("elbow=vel:1rad/s,kd=3"), joint("elbow", target));
+        assert_eq!(
+            read("elbow=0.5,kp=9").1,
+            Target::Position {
+                position: 0.5,
+                velocity: 0.0,
+                stiffness: Some(9.0),
+                damping: None,
+                feed_forward: 0.0
+            }
+        );
+    }
+
+    #[test]
+    fn a_joints_name_may_hold_spaces_equals_signs_and_colons() {
+        assert_eq!(read("left elbow=0.5").0, "left elbow");
+        assert_eq!(read("a=b=0.5"), joint("a=b", Target::position(0.5)));
+        assert_eq!(read("ns:joint=vel:1"), joint("ns:joint", Target::velocity(1.0)));
+    }
+
+    #[test]
+    fn units_say_how_the_joint_moves_and_must_agree() {
+        assert_eq!(assignment("a=90deg").unwrap().motion, Some(Motion::Turns));
+        assert_eq!(assignment("a=pos:5mm,vel=1m/s").unwrap().motion, Some(Motion::Slides));
+        assert_eq!(assignment("a=1").unwrap().motion, None);
+        assert!(assignment("a=pos:5mm,vel=1rad/s").unwrap_err().contains("mixes units"));
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_named() {
+        for (text, phrase) in [
+            ("elbow", "JOINT=VALUE"),
+            ("=0.5", "JOINT=VALUE"),
+            ("elbow=", "no target"),
+            ("elbow=up", "`up` is not a number"),
+            ("elbow=torque:1", "`torque` is not a mode"),
+            ("elbow=vel:90deg", "deg/s"),
+            ("elbow=eff:1,kp=5", "`kp` does not go with this mode"),
+            ("elbow=vel:1,kp=5", "takes kd, ff"),
+            ("elbow=pos:1,kp", "KEY=VALUE"),
+            ("elbow=pos:1,kp=1,kp=2", "given twice"),
+        ] {
+            let refused = assignment(text).unwrap_err();
+            assert!(refused.contains(phrase), "{text}: {refused}");
+        }
+    }
+
+    #[test]
+    fn a_placement_is_a_position_and_perhaps_a_rate() {
+        let read = placement("left elbow=0.5,-1").unwrap();
+        assert_eq!((read.joint.as_str(), read.position, read.velocity), ("left elbow", 0.5, -1.0));
+        let read = placement("elbow=180deg").unwrap();
+        assert_eq!((read.position, read.velocity), (std::f64::consts::PI, 0.0));
+        assert!(placement("elbow=1,2,3").is_err());
+    }
+}

@@ -1,0 +1,173 @@
+//! A connection to a daemon, and how every call goes through it.
+
+use std::{future::Future, sync::Arc, time::Duration};
+
+use simd_proto::{
+    API_VERSION, API_VERSION_HEADER,
+    v1::{
+        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
+        joint_service_client::JointServiceClient, simulation_service_client::SimulationServiceClient,
+    },
+};
+use tonic::{
+    Request, Response, Status,
+    metadata::{Ascii, MetadataValue},
+    service::{Interceptor, interceptor::InterceptedService},
+    transport::{Channel, Endpoint},
+};
+
+use crate::{Error, endpoint, error::root_cause};
+
+/// Answers larger than this are refused, so that a faulty daemon cannot fill the
+/// client's memory. Scenes and assets are the largest answers.
+const MAX_ANSWER_BYTES: usize = 64 * 1024 * 1024;
+
+/// A connection to one daemon. Cheap to clone; clones share the connection, which
+/// is made again by itself after it broke.
+#[derive(Clone, Debug)]
+pub struct Client {
+    channel: InterceptedService<Channel, SayVersion>,
+    endpoint: Arc<str>,
+    timeout: Duration,
+}
+
+/// How to connect, and how long to wait.
+#[derive(Clone, Copy, Debug)]
+pub struct ConnectOptions {
+    /// For the connection itself.
+    pub connect_timeout: Duration,
+    /// For each call that is not a stream and does not say otherwise.
+    pub timeout: Duration,
+}
+
+impl Default for ConnectOptions {
+    fn default() -> Self {
+        Self { connect_timeout: Duration::from_secs(3), timeout: Duration::from_secs(10) }
+    }
+}
+
+impl Client {
+    /// Connects to the daemon at `endpoint`: `host`, `host:port` or
+    /// `http://host:port`. The port is [`DEFAULT_PORT`](crate::DEFAULT_PORT) where it is left out.
+    ///
+    /// # Errors
+    /// [`Error::Endpoint`] where the text is no endpoint, [`Error::Unreachable`]
+    /// where nobody listens there.
+    pub async fn connect(endpoint: &str) -> Result<Self, Error> {
+        Self::connect_with(endpoint, ConnectOptions::default()).await
+    }
+
+    /// Like [`connect`](Self::connect), with other times to wait.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub async fn connect_with(endpoint: &str, options: ConnectOptions) -> Result<Self, Error> {
+        let url = endpoint::url(endpoint)?;
+        let to_endpoint = Endpoint::from_shared(url)
+            .map_err(|error| Error::Endpoint { endpoint: endpoint.to_owned(), reason: root_cause(&error) })?;
+        let channel = to_endpoint
+            .connect_timeout(options.connect_timeout)
+            // A target is small and must not wait for the next one to fill a packet.
+            .tcp_nodelay(true)
+            // A watch that says nothing must still find out that the daemon is gone.
+            .http2_keep_alive_interval(Duration::from_secs(10))
+            .keep_alive_timeout(Duration::from_secs(10))
+            .connect()
+            .await
+            .map_err(|error| Error::Unreachable {
+                endpoint: endpoint.to_owned(),
+                reason: root_cause(&error),
+            })?;
+        Ok(Self {
+            channel: InterceptedService::new(channel, SayVersion::new()),
+            endpoint: endpoint.into(),
+            timeout: options.timeout,
+        })
+    }
+
+    /// As it was given to [`connect`](Self::connect).
+    pub fn endpoint(&self) -> &str {
+        &self.endpoint
+    }
+
+    /// How long calls wait for their answer.
+    pub fn timeout(&self) -> Duration {
+        self.timeout
+    }
+
+    /// The same connection, with another time to wait for answers.
+    #[must_use]
+    pub fn with_timeout(mut self, timeout: Duration) -> Self {
+        self.timeout = timeout;
+        self
+    }
+
+    pub(crate) fn simulation(&self) -> SimulationServiceClient<InterceptedService<Channel, SayVersion>> {
+        SimulationServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn entity(&self) -> EntityServiceClient<InterceptedService<Channel, SayVersion>> {
+        EntityServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn joint(&self) -> JointServiceClient<InterceptedService<Channel, SayVersion>> {
+        JointServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn event(&self) -> EventServiceClient<InterceptedService<Channel, SayVersion>> {
+        EventServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    /// Waits for an answer as long as calls usually may take.
+    pub(crate) async fn unary<T>(
+        &self,
+        call: impl Future<Output = Result<Response<T>, Status>>,
+    ) -> Result<T, Error> {
+        self.unary_for(Duration::ZERO, call).await
+    }
+
+    /// Waits `longer` than usual: for calls that the daemon itself makes wait.
+    ///
+    /// Giving up drops the call, which tells the daemon; a `grpc-timeout` header
+    /// would only add a second clock to disagree with.
+    pub(crate) async fn unary_for<T>(
+        &self,
+        longer: Duration,
+        call: impl Future<Output = Result<Response<T>, Status>>,
+    ) -> Result<T, Error> {
+        let after = self.timeout.saturating_add(longer);
+        match tokio::time::timeout(after, call).await {
+            Ok(answer) => self.opened(answer),
+            Err(_) => Err(Error::TimedOut { endpoint: self.endpoint.to_string(), after }),
+        }
+    }
+
+    /// What a call gave, without the envelope.
+    pub(crate) fn opened<T>(&self, answer: Result<Response<T>, Status>) -> Result<T, Error> {
+        answer.map(Response::into_inner).map_err(|status| Error::from_status(&status, &self.endpoint))
+    }
+}
+
+/// A field that the schema promises and the type cannot.
+pub(crate) fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
+    field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
+}
+
+/// Adds the client's version to each call, so that the daemon can say which side is older.
+#[derive(Clone, Debug)]
+pub(crate) struct SayVersion(Option<MetadataValue<Ascii>>);
+
+impl SayVersion {
+    fn new() -> Self {
+        Self(MetadataValue::try_from(API_VERSION.to_string()).ok())
+    }
+}
+
+impl Interceptor for SayVersion {
+    fn call(&mut self, mut request: Request<()>) -> Result<Request<()>, Status> {
+        if let Some(version) = &self.0 {
+            request.metadata_mut().insert(API_VERSION_HEADER, version.clone());
+        }
+        Ok(request)
+    }
+}

@@ -1,0 +1,188 @@
+//! Robots in the world: bringing them in, taking them out, where they are.
+
+use simd_proto::v1::{
+    ApplyLinkWrenchRequest, DeleteEntityRequest, DescriptionSource, EntityInfo, GetAssetRequest,
+    GetEntityInfoRequest, GetEntityStateRequest, GetEntityStateResponse, GetLinkPosesRequest,
+    GetLinkPosesResponse, GetSceneRequest, GetSceneResponse, ListEntitiesRequest, LoadReport,
+    ReloadEntityRequest, SetEntityStateRequest, SpawnEntityRequest, Stamp, ValidateDescriptionRequest,
+    ValidateDescriptionResponse, description_source::Source,
+};
+
+use crate::{Client, Error, client::present};
+
+/// A robot that came into the world.
+#[derive(Clone, Debug)]
+pub struct Spawned {
+    /// What it is, under the name it got.
+    pub entity: EntityInfo,
+    /// What was done to its description on the way in.
+    pub report: LoadReport,
+    /// The moment from which it is in the world.
+    pub stamp: Stamp,
+}
+
+/// A robot whose description was read again.
+#[derive(Clone, Debug)]
+pub struct Reloaded {
+    /// What it is now.
+    pub entity: EntityInfo,
+    /// What was done to its description on the way in.
+    pub report: LoadReport,
+    /// The moment from which it is so.
+    pub stamp: Stamp,
+    /// Joints that it did not have before.
+    pub added_joints: Vec<String>,
+    /// Joints that it has no longer.
+    pub removed_joints: Vec<String>,
+}
+
+/// `EntityService`, but for the upload of files: see [`Client::load`].
+impl Client {
+    /// Brings a robot into the world, from a source that the daemon has.
+    ///
+    /// # Errors
+    /// `ROBOT_EXISTS`, `INVALID_DESCRIPTION`, `DESCRIPTION_NOT_UPLOADED`,
+    /// `ASSET_NOT_UPLOADED`, `PATH_NOT_ALLOWED`, `FILE_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn spawn(&self, request: SpawnEntityRequest) -> Result<Spawned, Error> {
+        let answer = self.unary(self.entity().spawn_entity(request)).await?;
+        Ok(Spawned {
+            entity: present(answer.entity, "entity")?,
+            report: present(answer.report, "report")?,
+            stamp: present(answer.stamp, "stamp")?,
+        })
+    }
+
+    /// Reads a robot's description again, from where it came or from a new source.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, and as [`spawn`](Self::spawn).
+    pub async fn reload(&self, request: ReloadEntityRequest) -> Result<Reloaded, Error> {
+        let answer = self.unary(self.entity().reload_entity(request)).await?;
+        Ok(Reloaded {
+            entity: present(answer.entity, "entity")?,
+            report: present(answer.report, "report")?,
+            stamp: present(answer.stamp, "stamp")?,
+            added_joints: answer.added_joints,
+            removed_joints: answer.removed_joints,
+        })
+    }
+
+    /// Reads a description as a spawn would, and only reports.
+    ///
+    /// # Errors
+    /// As [`spawn`](Self::spawn); what is wrong with the description is in the report.
+    pub async fn validate(
+        &self,
+        source: DescriptionSource,
+        scale: Option<f64>,
+    ) -> Result<ValidateDescriptionResponse, Error> {
+        let request = ValidateDescriptionRequest { source: Some(source), scale };
+        self.unary(self.entity().validate_description(request)).await
+    }
+
+    /// Takes a robot out of the world.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn delete_robot(&self, robot: &str) -> Result<Stamp, Error> {
+        let request = DeleteEntityRequest { robot: robot.to_owned(), ..Default::default() };
+        present(self.unary(self.entity().delete_entity(request)).await?.stamp, "stamp")
+    }
+
+    /// The robots in the world, in the order in which they came.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn robots(&self) -> Result<Vec<EntityInfo>, Error> {
+        Ok(self.unary(self.entity().list_entities(ListEntitiesRequest {})).await?.entities)
+    }
+
+    /// One robot: base, mass, links.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn robot_info(&self, robot: &str) -> Result<EntityInfo, Error> {
+        let request = GetEntityInfoRequest { robot: robot.to_owned() };
+        present(self.unary(self.entity().get_entity_info(request)).await?.entity, "entity")
+    }
+
+    /// Where a robot's root link is, and how it moves.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn robot_state(&self, robot: &str) -> Result<GetEntityStateResponse, Error> {
+        let request = GetEntityStateRequest { robot: robot.to_owned() };
+        self.unary(self.entity().get_entity_state(request)).await
+    }
+
+    /// Puts a robot's root link elsewhere.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn set_robot_state(&self, request: SetEntityStateRequest) -> Result<Stamp, Error> {
+        present(self.unary(self.entity().set_entity_state(request)).await?.stamp, "stamp")
+    }
+
+    /// World poses of links; of all robots where none is named.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn link_poses(&self, robots: &[&str]) -> Result<GetLinkPosesResponse, Error> {
+        let request = GetLinkPosesRequest { robots: owned(robots) };
+        self.unary(self.entity().get_link_poses(request)).await
+    }
+
+    /// What is to be drawn; of all robots where none is named.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn scene(&self, robots: &[&str]) -> Result<GetSceneResponse, Error> {
+        let request = GetSceneRequest { robots: owned(robots) };
+        self.unary(self.entity().get_scene(request)).await
+    }
+
+    /// The whole of a file that a scene names.
+    ///
+    /// # Errors
+    /// Where the daemon has no such file.
+    pub async fn asset(&self, sha256: &str) -> Result<Vec<u8>, Error> {
+        let mut bytes = Vec::new();
+        loop {
+            let request =
+                GetAssetRequest { sha256: sha256.to_owned(), offset: bytes.len() as u64, max_bytes: 0 };
+            let part = self.unary(self.entity().get_asset(request)).await?;
+            let is_last = bytes.len() as u64 + part.data.len() as u64 >= part.total_bytes;
+            if part.data.is_empty() && !is_last {
+                return Err(Error::Answer { reason: "an asset's part is empty".to_owned() });
+            }
+            bytes.extend_from_slice(&part.data);
+            if is_last {
+                return Ok(bytes);
+            }
+        }
+    }
+
+    /// Pushes a link.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn apply_wrench(&self, request: ApplyLinkWrenchRequest) -> Result<Stamp, Error> {
+        present(self.unary(self.entity().apply_link_wrench(request)).await?.stamp, "stamp")
+    }
+}
+
+/// A robot's description on the daemon's own disk, below one of its asset roots.
+impl Client {
+    /// Brings a robot into the world whose URDF is on the daemon's disk.
+    ///
+    /// # Errors
+    /// `PATH_NOT_ALLOWED`, `FILE_NOT_FOUND`, and as [`spawn`](Self::spawn).
+    pub async fn load_on_daemon(&self, path: &str, request: SpawnEntityRequest) -> Result<Spawned, Error> {
+        let source = DescriptionSource { source: Some(Source::Path(path.to_owned())), ..Default::default() };
+        self.spawn(SpawnEntityRequest { source: Some(source), ..request }).await
+    }
+}
+
+fn owned(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}

@@ -1,0 +1,66 @@
+//! What happened in the world.
+
+use std::time::Duration;
+
+use simd_proto::v1::{Event, NextEventsRequest, NextEventsResponse, WatchEventsRequest, WatchEventsResponse};
+use tonic::Streaming;
+
+use crate::{Client, Error, client::present};
+
+/// `EventService`.
+impl Client {
+    /// Events as they happen: from now on where `after_sequence` is 0.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn watch_events(&self, after_sequence: u64) -> Result<EventWatch, Error> {
+        let request = WatchEventsRequest { after_sequence };
+        let events = self.unary(self.event().watch_events(request)).await?;
+        Ok(EventWatch { client: self.clone(), events })
+    }
+
+    /// The events after `after_sequence`, waiting at most `wait` (up to 60 s) for the first.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn next_events(
+        &self,
+        after_sequence: u64,
+        wait: Duration,
+    ) -> Result<NextEventsResponse, Error> {
+        let request = NextEventsRequest { after_sequence, timeout: wait.as_secs_f64() };
+        self.unary_for(wait, self.event().next_events(request)).await
+    }
+}
+
+/// An event, and how many before it this reader was too slow for.
+#[derive(Clone, Debug)]
+pub struct Observed {
+    /// What happened.
+    pub event: Event,
+    /// Events between the one before and this one that are gone.
+    pub missed: u64,
+}
+
+/// Events as the daemon sends them.
+#[derive(Debug)]
+pub struct EventWatch {
+    client: Client,
+    events: Streaming<WatchEventsResponse>,
+}
+
+impl EventWatch {
+    /// The next event; `None` where the daemon ended the stream in good order.
+    ///
+    /// # Errors
+    /// Where the connection broke.
+    pub async fn next(&mut self) -> Result<Option<Observed>, Error> {
+        match self.events.message().await {
+            Ok(Some(answer)) => {
+                Ok(Some(Observed { event: present(answer.event, "event")?, missed: answer.missed }))
+            }
+            Ok(None) => Ok(None),
+            Err(status) => Err(Error::from_status(&status, self.client.endpoint())),
+        }
+    }
+}

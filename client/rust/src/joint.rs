@@ -1,0 +1,188 @@
+//! Joints: what they are, what they do, what they are asked to do.
+
+use std::time::Duration;
+
+use simd_proto::v1::{
+    ClaimJointsRequest, ClampedTarget, GetJointLayoutRequest, GetJointStatesRequest, JointLayout,
+    JointProperties, JointReset, JointSelection, JointStates, JointTarget, NextJointStatesRequest,
+    ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest, SetJointTargetsRequest,
+    SetJointTargetsResponse, Stamp, WatchJointStatesRequest, WatchJointStatesResponse,
+};
+use tonic::Streaming;
+
+use crate::{Client, Error, RobotReading, client::present, simulation::wall_seconds, target::robot_targets};
+
+/// All joints of a robot.
+pub fn every_joint(robot: &str) -> JointSelection {
+    JointSelection { robot: robot.to_owned(), joints: Vec::new() }
+}
+
+/// Some joints of a robot, in this order.
+pub fn some_joints(robot: &str, joints: impl IntoIterator<Item = impl Into<String>>) -> JointSelection {
+    JointSelection { robot: robot.to_owned(), joints: joints.into_iter().map(Into::into).collect() }
+}
+
+/// `JointService`, but for the stream of controllers: see [`Control`](crate::Control).
+impl Client {
+    /// The joints of a robot, fixed ones included.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn joint_layout(&self, robot: &str) -> Result<JointLayout, Error> {
+        let request = GetJointLayoutRequest { robot: robot.to_owned() };
+        present(self.unary(self.joint().get_joint_layout(request)).await?.layout, "layout")
+    }
+
+    /// The newest state, at once; of all robots where nothing is selected.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`.
+    pub async fn joint_states(&self, selections: Vec<JointSelection>) -> Result<JointStates, Error> {
+        let request = GetJointStatesRequest { selections };
+        present(self.unary(self.joint().get_joint_states(request)).await?.states, "states")
+    }
+
+    /// The newest state of one robot's joints, with their names: a layout and a
+    /// state in one.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`.
+    pub async fn read_joints(&self, selection: &JointSelection) -> Result<RobotReading, Error> {
+        let mut layout = self.joint_layout(&selection.robot).await?;
+        let mut states = self.joint_states(vec![selection.clone()]).await?;
+        // A reload may have come between the two calls; two in a row are an error.
+        if !RobotReading::fits(&layout, &states) {
+            layout = self.joint_layout(&selection.robot).await?;
+            states = self.joint_states(vec![selection.clone()]).await?;
+        }
+        RobotReading::new(&layout, selection, &states)
+    }
+
+    /// Gives joints of one or several robots new targets, all at one step or none.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`, `JOINT_NOT_ACTUATED`,
+    /// `TARGET_BEYOND_LIMIT`, `JOINT_CLAIMED`, `LAYOUT_CHANGED`.
+    pub async fn set_targets(
+        &self,
+        request: SetJointTargetsRequest,
+    ) -> Result<SetJointTargetsResponse, Error> {
+        self.unary(self.joint().set_joint_targets(request)).await
+    }
+
+    /// Gives joints of one robot new targets. What lies beyond a limit is clamped,
+    /// and the answer says which those are.
+    ///
+    /// # Errors
+    /// As [`set_targets`](Self::set_targets).
+    pub async fn set_robot_targets(
+        &self,
+        robot: &str,
+        targets: impl IntoIterator<Item = JointTarget>,
+    ) -> Result<Vec<ClampedTarget>, Error> {
+        let robots = vec![robot_targets(robot, targets)];
+        let request = SetJointTargetsRequest { robots, ..Default::default() };
+        Ok(self.set_targets(request).await?.clamped)
+    }
+
+    /// Puts joints of one robot at a position and a rate; all of them back to where
+    /// they were spawned where none is named.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn reset_joints(&self, robot: &str, joints: Vec<JointReset>) -> Result<Stamp, Error> {
+        let robots = vec![RobotReset { robot: robot.to_owned(), joints }];
+        let request = ResetJointsRequest { robots, ..Default::default() };
+        present(self.unary(self.joint().reset_joints(request)).await?.stamp, "stamp")
+    }
+
+    /// Changes joints' damping, friction, armature, limits and default gains.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn set_joint_properties(
+        &self,
+        robot: &str,
+        joints: Vec<JointProperties>,
+    ) -> Result<Stamp, Error> {
+        let request = SetJointPropertiesRequest { robot: robot.to_owned(), joints, ..Default::default() };
+        present(self.unary(self.joint().set_joint_properties(request)).await?.stamp, "stamp")
+    }
+
+    /// Takes joints for this client. The answer is the secret to set them with.
+    ///
+    /// # Errors
+    /// `JOINT_CLAIMED` where another holds one of them.
+    pub async fn claim_joints(
+        &self,
+        selections: Vec<JointSelection>,
+        holder: &str,
+        lease: Duration,
+    ) -> Result<String, Error> {
+        let request = ClaimJointsRequest {
+            selections,
+            holder: holder.to_owned(),
+            lease: lease.as_secs_f64(),
+            ..Default::default()
+        };
+        Ok(self.unary(self.joint().claim_joints(request)).await?.claim)
+    }
+
+    /// Gives claimed joints back. They hold their position.
+    ///
+    /// # Errors
+    /// `CLAIM_NOT_FOUND`.
+    pub async fn release_joints(&self, claim: &str) -> Result<(), Error> {
+        let request = ReleaseJointsRequest { claim: claim.to_owned(), ..Default::default() };
+        self.unary(self.joint().release_joints(request)).await.map(drop)
+    }
+
+    /// The newest state once its `stamp.sequence` is beyond `after_sequence` (0 for
+    /// any), or the state there is after `wait`, at most 60 s.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`.
+    pub async fn next_states(
+        &self,
+        after_sequence: u64,
+        wait: Duration,
+        selections: Vec<JointSelection>,
+    ) -> Result<JointStates, Error> {
+        let timeout = wait.as_secs_f64();
+        let request = NextJointStatesRequest { after_sequence, timeout, selections };
+        let answer = self.unary_for(wall_seconds(timeout), self.joint().next_joint_states(request)).await?;
+        present(answer.states, "states")
+    }
+
+    /// States at a rate per wall second; 0 is the daemon's own. A slow reader reads
+    /// old states: use [`Control`](crate::Control) or [`next_states`](Self::next_states) to act on them.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn watch(&self, selections: Vec<JointSelection>, rate: f64) -> Result<JointWatch, Error> {
+        let request = WatchJointStatesRequest { selections, rate };
+        let states = self.unary(self.joint().watch_joint_states(request)).await?;
+        Ok(JointWatch { client: self.clone(), states })
+    }
+}
+
+/// States as the daemon sends them.
+#[derive(Debug)]
+pub struct JointWatch {
+    client: Client,
+    states: Streaming<WatchJointStatesResponse>,
+}
+
+impl JointWatch {
+    /// The next state; `None` where the daemon ended the stream in good order.
+    ///
+    /// # Errors
+    /// Where a selected robot is gone, or the connection broke.
+    pub async fn next(&mut self) -> Result<Option<JointStates>, Error> {
+        match self.states.message().await {
+            Ok(Some(answer)) => present(answer.states, "states").map(Some),
+            Ok(None) => Ok(None),
+            Err(status) => Err(Error::from_status(&status, self.client.endpoint())),
+        }
+    }
+}

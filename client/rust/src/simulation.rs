@@ -1,0 +1,156 @@
+//! The world: its time, whether it runs, how it is stepped, and its snapshots.
+
+use std::time::Duration;
+
+use simd_proto::v1::{
+    DeleteSnapshotRequest, GetPhysicsRequest, GetSimulationStateRequest, GetSimulationStateResponse,
+    GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, ListSnapshotsRequest,
+    Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreSnapshotRequest, SaveSnapshotRequest,
+    SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest, SimulationState, SnapshotInfo, Stamp,
+    StepSimulationRequest, WorldStatistics,
+};
+
+use crate::{Client, Error, client::present};
+
+/// `SimulationService`.
+impl Client {
+    /// Who answers: versions, limits, features. Works whatever the daemon's version.
+    ///
+    /// # Errors
+    /// Where the daemon does not answer.
+    pub async fn simulator_info(&self) -> Result<GetSimulatorInfoResponse, Error> {
+        self.unary(self.simulation().get_simulator_info(GetSimulatorInfoRequest {})).await
+    }
+
+    /// Whether the world is playing, paused or stopped, and since when that is known.
+    ///
+    /// # Errors
+    /// Where the daemon does not answer or is of another version.
+    pub async fn simulation_state(&self) -> Result<GetSimulationStateResponse, Error> {
+        self.unary(self.simulation().get_simulation_state(GetSimulationStateRequest {})).await
+    }
+
+    /// Lets time run.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn play(&self) -> Result<Stamp, Error> {
+        self.set_simulation_state(SimulationState::Playing).await
+    }
+
+    /// Lets time stand.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn pause(&self) -> Result<Stamp, Error> {
+        self.set_simulation_state(SimulationState::Paused).await
+    }
+
+    /// Pauses, and puts time and robots back to the start.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn stop(&self) -> Result<Stamp, Error> {
+        self.set_simulation_state(SimulationState::Stopped).await
+    }
+
+    /// Plays, pauses or stops. The answer is the moment from which it holds.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn set_simulation_state(&self, state: SimulationState) -> Result<Stamp, Error> {
+        let request = SetSimulationStateRequest { state: state.into(), ..Default::default() };
+        let answer = self.unary(self.simulation().set_simulation_state(request)).await?;
+        present(answer.stamp, "stamp")
+    }
+
+    /// Does so many steps of a world that does not play, and answers when they are
+    /// done. There is no time limit: dropping the call ends the steps.
+    ///
+    /// # Errors
+    /// `WRONG_STATE` while playing, `LIMIT_EXCEEDED` for too many, `SUPERSEDED`
+    /// where a play, pause or reset came between.
+    pub async fn step(&self, steps: u64) -> Result<Stamp, Error> {
+        let request = StepSimulationRequest { steps, ..Default::default() };
+        let answer = self.opened(self.simulation().step_simulation(request).await)?;
+        present(answer.stamp, "stamp")
+    }
+
+    /// Puts the world back, by scope.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn reset(&self, request: ResetSimulationRequest) -> Result<ResetSimulationResponse, Error> {
+        self.unary(self.simulation().reset_simulation(request)).await
+    }
+
+    /// Gravity, time step, substeps, pace.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn physics(&self) -> Result<Physics, Error> {
+        let answer = self.unary(self.simulation().get_physics(GetPhysicsRequest {})).await?;
+        present(answer.physics, "physics")
+    }
+
+    /// Changes what is given and leaves the rest.
+    ///
+    /// # Errors
+    /// `INVALID_VALUE` where one value is refused; then none is changed.
+    pub async fn set_physics(&self, request: SetPhysicsRequest) -> Result<SetPhysicsResponse, Error> {
+        self.unary(self.simulation().set_physics(request)).await
+    }
+
+    /// How well the world keeps time. Never waits for a step, and so is also a ping.
+    ///
+    /// # Errors
+    /// Where the daemon does not answer or is of another version.
+    pub async fn world_statistics(&self) -> Result<WorldStatistics, Error> {
+        let answer = self.unary(self.simulation().get_world_statistics(GetWorldStatisticsRequest {})).await?;
+        present(answer.statistics, "statistics")
+    }
+
+    /// Keeps the state of the world in the daemon's memory. An empty name lets the
+    /// daemon make one up.
+    ///
+    /// # Errors
+    /// `LIMIT_EXCEEDED` where there are too many.
+    pub async fn save_snapshot(&self, name: &str) -> Result<SnapshotInfo, Error> {
+        let request = SaveSnapshotRequest { name: name.to_owned(), ..Default::default() };
+        let answer = self.unary(self.simulation().save_snapshot(request)).await?;
+        present(answer.snapshot, "snapshot")
+    }
+
+    /// Puts the world back to a snapshot.
+    ///
+    /// # Errors
+    /// `SNAPSHOT_NOT_FOUND`.
+    pub async fn restore_snapshot(&self, name: &str) -> Result<Stamp, Error> {
+        let request = RestoreSnapshotRequest { name: name.to_owned(), ..Default::default() };
+        let answer = self.unary(self.simulation().restore_snapshot(request)).await?;
+        present(answer.stamp, "stamp")
+    }
+
+    /// The snapshots that are kept, oldest first.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn snapshots(&self) -> Result<Vec<SnapshotInfo>, Error> {
+        let answer = self.unary(self.simulation().list_snapshots(ListSnapshotsRequest {})).await?;
+        Ok(answer.snapshots)
+    }
+
+    /// Forgets a snapshot.
+    ///
+    /// # Errors
+    /// `SNAPSHOT_NOT_FOUND`.
+    pub async fn delete_snapshot(&self, name: &str) -> Result<(), Error> {
+        let request = DeleteSnapshotRequest { name: name.to_owned(), ..Default::default() };
+        self.unary(self.simulation().delete_snapshot(request)).await.map(drop)
+    }
+}
+
+/// Wall seconds that a request asks the daemon to wait, as a duration to wait here.
+pub(crate) fn wall_seconds(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::ZERO)
+}

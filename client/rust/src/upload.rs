@@ -1,0 +1,212 @@
+//! Sends a robot's URDF and what the daemon lacks of its files, then spawns it.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs::File,
+    io::{self, Read, Seek as _, SeekFrom},
+    path::{Path, PathBuf},
+};
+
+use sha2::{Digest as _, Sha256};
+use simd_proto::v1::{
+    AssetSearch, AssetState, DescriptionSource, PrepareDescriptionRequest, PrepareDescriptionResponse,
+    ReloadEntityRequest, SpawnEntityRequest, UploadAssetRequest, description_source::Source,
+};
+
+use crate::{Client, Error, NotFound, Package, Reloaded, Spawned};
+
+/// Of one message: far below the daemon's limit, and large enough that the
+/// number of round trips does not matter.
+const PART_BYTES: usize = 1024 * 1024;
+
+/// The way of a robot on this disk into the world.
+impl Client {
+    /// Sends a robot and brings it into the world: a URDF file, or a package folder
+    /// that holds one. The request says all but the source. Files that are not
+    /// found are warnings in the report.
+    ///
+    /// # Errors
+    /// As [`Package::open`], [`upload`](Self::upload) and [`spawn`](Self::spawn).
+    pub async fn load(&self, path: impl AsRef<Path>, request: SpawnEntityRequest) -> Result<Spawned, Error> {
+        let source = self.upload(&Package::open(path)?).await?;
+        self.spawn(SpawnEntityRequest { source: Some(source), ..request }).await
+    }
+
+    /// Sends a robot's new export, and reloads the robot of that name from it.
+    ///
+    /// # Errors
+    /// As [`Package::open`], [`upload`](Self::upload) and [`reload`](Self::reload).
+    pub async fn reload_from(
+        &self,
+        path: impl AsRef<Path>,
+        request: ReloadEntityRequest,
+    ) -> Result<Reloaded, Error> {
+        let source = self.upload(&Package::open(path)?).await?;
+        self.reload(ReloadEntityRequest { source: Some(source), ..request }).await
+    }
+
+    /// Sends a URDF and those of its files that the daemon lacks. What comes back
+    /// is a source to spawn, validate or reload.
+    ///
+    /// # Errors
+    /// `INVALID_DESCRIPTION` where the URDF cannot be read at all, `LIMIT_EXCEEDED`,
+    /// [`Error::File`] where a file of the robot cannot be read.
+    pub async fn upload(&self, package: &Package) -> Result<DescriptionSource, Error> {
+        let prepared = self.prepare(package, BTreeMap::new()).await?;
+        let mut files = Files::default();
+        for requirement in &prepared.assets {
+            files.find(package, &requirement.uri).await?;
+        }
+        if !files.hashes.is_empty() {
+            let prepared = self.prepare(package, files.hashes.clone()).await?;
+            let mut sent = BTreeSet::new();
+            for requirement in prepared.assets.iter().filter(|asset| asset.state() == AssetState::Lacking) {
+                let Some(hash) = files.hashes.get(&requirement.uri) else { continue };
+                let Some(path) = files.paths.get(hash) else { continue };
+                if sent.insert(hash) {
+                    self.send(path, hash).await?;
+                }
+            }
+        }
+        Ok(DescriptionSource {
+            source: Some(Source::Description(prepared.description)),
+            assets: files.hashes,
+            missing: files.missing,
+        })
+    }
+
+    async fn prepare(
+        &self,
+        package: &Package,
+        assets: BTreeMap<String, String>,
+    ) -> Result<PrepareDescriptionResponse, Error> {
+        let request = PrepareDescriptionRequest { urdf: package.urdf.clone(), assets };
+        self.unary(self.entity().prepare_description(request)).await
+    }
+
+    /// Sends one file in parts.
+    async fn send(&self, path: &Path, sha256: &str) -> Result<(), Error> {
+        let unreadable = |source| Error::File { path: path.to_path_buf(), source };
+        let total_bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+        let mut offset = 0;
+        loop {
+            let data = read_part(path, offset).await.map_err(unreadable)?;
+            let length = data.len() as u64;
+            let request = UploadAssetRequest { sha256: sha256.to_owned(), total_bytes, offset, data };
+            self.unary(self.entity().upload_asset(request)).await?;
+            offset += length;
+            // A file that shrank meanwhile ends early, and the daemon finds out by its hash.
+            if length == 0 || offset >= total_bytes {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// What was found for a robot's URIs.
+#[derive(Default)]
+struct Files {
+    /// By URI.
+    hashes: BTreeMap<String, String>,
+    /// By hash.
+    paths: BTreeMap<String, PathBuf>,
+    /// By URI.
+    missing: BTreeMap<String, AssetSearch>,
+    /// Hashes by path: a visual and its collision shape often share a file.
+    known: BTreeMap<PathBuf, String>,
+}
+
+impl Files {
+    async fn find(&mut self, package: &Package, uri: &str) -> Result<(), Error> {
+        let path = match package.locator.find(uri) {
+            Ok(path) => path,
+            Err(not_found) => {
+                self.missing.insert(uri.to_owned(), AssetSearch { places: places(not_found) });
+                return Ok(());
+            }
+        };
+        let hash = match self.known.get(&path) {
+            Some(hash) => hash.clone(),
+            None => hash_of(&path).await.map_err(|source| Error::File { path: path.clone(), source })?,
+        };
+        self.known.insert(path.clone(), hash.clone());
+        self.paths.insert(hash.clone(), path);
+        self.hashes.insert(uri.to_owned(), hash);
+        Ok(())
+    }
+}
+
+/// For people to read in the report, after "looked in". A file that may not be
+/// given away says so, or its owner would look for it where it is.
+fn places(not_found: NotFound) -> Vec<String> {
+    let mut places: Vec<String> = not_found.places.iter().map(|place| place.display().to_string()).collect();
+    match places.last_mut() {
+        Some(last) if not_found.refused => last.push_str(&format!(" (refused: {})", not_found.reason)),
+        Some(_) => {}
+        None => places.push(format!("no place, because {}", not_found.reason)),
+    }
+    places
+}
+
+/// Lower-case hexadecimal SHA-256 of a file.
+async fn hash_of(path: &Path) -> io::Result<String> {
+    let path = path.to_path_buf();
+    off_the_runtime(move || {
+        let mut hasher = Sha256::new();
+        io::copy(&mut File::open(path)?, &mut hasher)?;
+        Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    })
+    .await
+}
+
+async fn read_part(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
+    let path = path.to_path_buf();
+    off_the_runtime(move || {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(offset))?;
+        let mut data = Vec::new();
+        file.take(PART_BYTES as u64).read_to_end(&mut data)?;
+        Ok(data)
+    })
+    .await
+}
+
+/// Files may be slow, and a runtime's threads must not wait for them.
+async fn off_the_runtime<T: Send + 'static>(
+    work: impl FnOnce() -> io::Result<T> + Send + 'static,
+) -> io::Result<T> {
+    tokio::task::spawn_blocking(work).await.map_err(io::Error::other)?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn not_found(places: &[&str], refused: bool) -> NotFound {
+        NotFound {
+            reason: "`x` leads out of it".into(),
+            places: places.iter().map(PathBuf::from).collect(),
+            refused,
+        }
+    }
+
+    #[test]
+    fn the_places_of_a_refused_file_say_why() {
+        assert_eq!(places(not_found(&["/a", "/b"], false)), ["/a", "/b"]);
+        assert_eq!(places(not_found(&["/a", "/b"], true)), ["/a", "/b (refused: `x` leads out of it)"]);
+        assert_eq!(places(not_found(&[], true)), ["no place, because `x` leads out of it"]);
+    }
+
+    #[tokio::test]
+    async fn a_hash_is_lower_case_hexadecimal_and_a_part_begins_at_its_offset() {
+        let dir = tempfile::TempDir::new().unwrap();
+        let path = dir.path().join("a.stl");
+        std::fs::write(&path, "abc").unwrap();
+        // From FIPS 180-2, appendix B.1.
+        let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(hash_of(&path).await.unwrap(), expected);
+        assert_eq!(read_part(&path, 1).await.unwrap(), b"bc");
+        assert_eq!(read_part(&path, 3).await.unwrap(), b"");
+        assert!(hash_of(&dir.path().join("none")).await.is_err());
+    }
+}

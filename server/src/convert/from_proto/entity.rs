@@ -1,0 +1,179 @@
+//! Requests of the entity service: descriptions, robots, where they are, pushes.
+
+use std::collections::BTreeMap;
+
+use bytes::Bytes;
+use glamx::DPose3;
+use simd_core::Command;
+use simd_core::simulation::command::LinkWrench;
+use simd_model::robot::Sha256;
+use simd_proto::v1;
+
+use super::geometry;
+use crate::convert::field::{BadField, Path};
+use crate::handle::{Source, SpawnRequest};
+
+/// A digest as text.
+pub fn sha256(at: &Path<'_>, text: &str) -> Result<Sha256, BadField> {
+    Sha256::parse(text).ok_or_else(|| {
+        at.refuse(
+            format_args!("{:?}", text.chars().take(80).collect::<String>()),
+            "it must be a SHA-256 as 64 hexadecimal digits",
+        )
+    })
+}
+
+/// Digests by URI.
+pub fn assets(at: &Path<'_>, given: BTreeMap<String, String>) -> Result<BTreeMap<String, Sha256>, BadField> {
+    given
+        .into_iter()
+        .map(|(uri, text)| {
+            let digest = sha256(&at.entry("assets", &uri), &text)?;
+            Ok((uri, digest))
+        })
+        .collect()
+}
+
+/// An URDF and what was found for its URIs.
+pub fn prepare(
+    request: v1::PrepareDescriptionRequest,
+) -> Result<(Bytes, BTreeMap<String, Sha256>), BadField> {
+    Ok((urdf(&Path::ROOT.field("urdf"), request.urdf)?, assets(&Path::ROOT, request.assets)?))
+}
+
+fn urdf(at: &Path<'_>, bytes: Vec<u8>) -> Result<Bytes, BadField> {
+    if bytes.is_empty() {
+        return Err(at.refuse("empty", "it must be the text of an URDF file"));
+    }
+    Ok(bytes.into())
+}
+
+/// Part of an uploaded file: digest of the whole, its size, where the part begins, the part.
+pub fn upload(request: v1::UploadAssetRequest) -> Result<(Sha256, u64, u64, Bytes), BadField> {
+    let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
+    Ok((digest, request.total_bytes, request.offset, request.data.into()))
+}
+
+/// Where a description comes from.
+pub fn source(at: &Path<'_>, given: Option<v1::DescriptionSource>) -> Result<Source, BadField> {
+    let given = at.given(given)?;
+    let assets = assets(at, given.assets)?;
+    let missing = given.missing.into_iter().map(|(uri, search)| (uri, search.places)).collect();
+    Ok(match at.field("source").given(given.source)? {
+        v1::description_source::Source::Description(text) => {
+            Source::Uploaded { description: sha256(&at.field("description"), &text)?, assets, missing }
+        }
+        v1::description_source::Source::Urdf(bytes) => {
+            Source::Inline { urdf: urdf(&at.field("urdf"), bytes)?, assets, missing }
+        }
+        v1::description_source::Source::Path(path) => {
+            if path.is_empty() {
+                return Err(at.field("path").refuse("empty", "it must be a path on the daemon's disk"));
+            }
+            Source::Path(path)
+        }
+    })
+}
+
+/// Factor on lengths; absent is 1.
+pub fn scale(scale: Option<f64>) -> Result<f64, BadField> {
+    match scale {
+        None => Ok(1.0),
+        Some(scale) if scale > 0.0 && scale <= 1_000.0 => Ok(scale),
+        Some(scale) => Err(Path::ROOT.field("scale").refuse(scale, "it must be above 0 and at most 1000")),
+    }
+}
+
+/// A robot to bring in.
+pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> {
+    let fixed_base = match Path::ROOT.field("base").known(request.base)? {
+        v1::Base::Unspecified => None,
+        v1::Base::Fixed => Some(true),
+        v1::Base::Free => Some(false),
+    };
+    let passive = match Path::ROOT.field("initial_mode").known(request.initial_mode)? {
+        v1::InitialMode::Unspecified | v1::InitialMode::Holding => false,
+        v1::InitialMode::Passive => true,
+    };
+    let joint_positions = request
+        .joint_positions
+        .into_iter()
+        .map(|(joint, position)| {
+            let position = Path::ROOT.entry("joint_positions", &joint).finite(position)?;
+            Ok((joint, position))
+        })
+        .collect::<Result<_, BadField>>()?;
+    Ok(SpawnRequest {
+        source: source(&Path::ROOT.field("source"), request.source)?,
+        name: Path::ROOT.field("name").short(request.name)?,
+        allow_renaming: request.allow_renaming,
+        pose: match request.pose {
+            Some(given) => geometry::pose(&Path::ROOT.field("pose"), given)?,
+            None => DPose3::IDENTITY,
+        },
+        fixed_base,
+        passive,
+        joint_positions,
+        scale: scale(request.scale)?,
+        strict: request.strict,
+    })
+}
+
+/// The robot's name, and where its new description comes from.
+pub fn reload(
+    robot: String,
+    source: Option<v1::DescriptionSource>,
+) -> Result<(String, Option<Source>), BadField> {
+    let robot = Path::ROOT.field("robot").name(robot)?;
+    let source = source.map(|given| self::source(&Path::ROOT.field("source"), Some(given))).transpose()?;
+    Ok((robot, source))
+}
+
+/// The robot that a request is about.
+pub fn robot(robot: String) -> Result<String, BadField> {
+    Path::ROOT.field("robot").name(robot)
+}
+
+/// Robots that a client wants to see, each once; none means all.
+pub fn robots(given: Vec<String>) -> Result<Vec<String>, BadField> {
+    let robots = given
+        .into_iter()
+        .enumerate()
+        .map(|(index, robot)| Path::ROOT.item("robots", index).name(robot))
+        .collect::<Result<Vec<_>, _>>()?;
+    Path::ROOT.each_once("robots", &robots)?;
+    Ok(robots)
+}
+
+/// Where a robot is to be, and how it is to move.
+pub fn set_entity_state(request: v1::SetEntityStateRequest) -> Result<Command, BadField> {
+    Ok(Command::SetEntityState {
+        robot: robot(request.robot)?,
+        pose: request.pose.map(|given| geometry::pose(&Path::ROOT.field("pose"), given)).transpose()?,
+        twist: request.twist.map(|given| geometry::twist(&Path::ROOT.field("twist"), given)).transpose()?,
+    })
+}
+
+/// A push on a link.
+pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadField> {
+    let at = Path::ROOT.field("wrench");
+    let (force, torque) = geometry::wrench(&at, at.given(request.wrench)?)?;
+    let in_link_axes = match Path::ROOT.field("frame").known(request.frame)? {
+        v1::WrenchFrame::Unspecified | v1::WrenchFrame::World => false,
+        v1::WrenchFrame::Link => true,
+    };
+    Ok(Command::ApplyWrench(LinkWrench {
+        robot: robot(request.robot)?,
+        link: Path::ROOT.field("link").name(request.link)?,
+        force,
+        torque,
+        in_link_axes,
+        point: geometry::vector_or_zero(&Path::ROOT.field("point"), request.point)?,
+        persistent: request.persistent,
+    }))
+}
+
+/// A file that a client asks for.
+pub fn asset(request: &v1::GetAssetRequest) -> Result<Sha256, BadField> {
+    sha256(&Path::ROOT.field("sha256"), &request.sha256)
+}

@@ -1,0 +1,12 @@
+//! Requests to the daemon's own types. A value that cannot be is refused by the
+//! path of its field; whether names exist is for the world to say.
+
+pub mod entity;
+pub mod event;
+pub mod geometry;
+pub mod joint;
+pub mod simulation;
+pub mod state;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,89 @@
+//! Requests of the simulation service.
+
+use simd_core::simulation::command::{PhysicsChange, ResetScope};
+use simd_proto::v1;
+
+use super::geometry;
+use crate::convert::field::{BadField, Path};
+use crate::handle::{Pace, RunState};
+
+/// Seconds that a step may advance.
+const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
+/// Parts that a step may be done in.
+const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1_000;
+/// Simulated seconds to a wall second.
+const REAL_TIME_FACTOR: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
+
+/// The state that the world is to be in.
+pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, BadField> {
+    let at = Path::ROOT.field("state");
+    match at.known(request.state)? {
+        v1::SimulationState::Unspecified => {
+            Err(at.refuse("not given", "it must be STOPPED, PLAYING or PAUSED"))
+        }
+        v1::SimulationState::Stopped => Ok(RunState::Stopped),
+        v1::SimulationState::Playing => Ok(RunState::Playing),
+        v1::SimulationState::Paused => Ok(RunState::Paused),
+    }
+}
+
+/// How many steps to do. The upper limit is the daemon's.
+pub fn steps(request: &v1::StepSimulationRequest) -> Result<u64, BadField> {
+    if request.steps == 0 {
+        return Err(Path::ROOT.field("steps").refuse(0, "it must be at least 1"));
+    }
+    Ok(request.steps)
+}
+
+/// What to put back; nothing said means time and state.
+pub fn reset_scope(request: &v1::ResetSimulationRequest) -> ResetScope {
+    let scope = ResetScope { time: request.time, state: request.state, spawned: request.spawned };
+    if scope == ResetScope::default() {
+        return ResetScope { time: true, state: true, spawned: false };
+    }
+    scope
+}
+
+/// New settings; a pace that is half given keeps the other half of the present one.
+pub fn physics_change(
+    request: &v1::SetPhysicsRequest,
+    present: Pace,
+) -> Result<(PhysicsChange, Option<Pace>), BadField> {
+    let gravity =
+        request.gravity.map(|given| geometry::vector(&Path::ROOT.field("gravity"), given)).transpose()?;
+    let time_step =
+        request.time_step.map(|given| Path::ROOT.field("time_step").within(given, TIME_STEP)).transpose()?;
+    if let Some(given) = request.substeps.filter(|given| !SUBSTEPS.contains(given)) {
+        return Err(Path::ROOT.field("substeps").refuse(given, "it must be within 1 and 1000"));
+    }
+    let change = PhysicsChange { gravity, time_step, substeps: request.substeps };
+    Ok((change, pace(request, present)?))
+}
+
+fn pace(request: &v1::SetPhysicsRequest, present: Pace) -> Result<Option<Pace>, BadField> {
+    let given = request
+        .real_time_factor
+        .map(|given| Path::ROOT.field("real_time_factor").within(given, REAL_TIME_FACTOR))
+        .transpose()?;
+    let factor = given.unwrap_or(present.factor());
+    Ok(match (Path::ROOT.field("pace").known(request.pace)?, present) {
+        (v1::PaceMode::Unspecified, _) if given.is_none() => None,
+        (v1::PaceMode::RealTime, _) | (v1::PaceMode::Unspecified, Pace::RealTime { .. }) => {
+            Some(Pace::RealTime { factor })
+        }
+        (v1::PaceMode::AsFastAsPossible, _) | (v1::PaceMode::Unspecified, Pace::AsFastAsPossible { .. }) => {
+            Some(Pace::AsFastAsPossible { factor })
+        }
+    })
+}
+
+/// The name of a snapshot that must be there.
+pub fn snapshot_name(name: String) -> Result<String, BadField> {
+    Path::ROOT.field("name").name(name)
+}
+
+/// The name of a snapshot to be made; `None` for the daemon to make one up.
+pub fn new_snapshot_name(name: String) -> Result<Option<String>, BadField> {
+    let name = Path::ROOT.field("name").short(name)?;
+    Ok((!name.is_empty()).then_some(name))
+}

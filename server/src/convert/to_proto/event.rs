@@ -1,0 +1,64 @@
+//! Answers of the event service.
+
+use simd_core::simulation::EventKind;
+use simd_core::{Event, Moment};
+use simd_proto::v1;
+
+use super::{simulation, stamp};
+use crate::handle::{Happened, LoggedEvent, Pace};
+
+/// Something that happened.
+pub fn event(logged: LoggedEvent) -> v1::Event {
+    let (at, kind) = happened(logged.what);
+    v1::Event {
+        sequence: logged.sequence,
+        stamp: Some(stamp::stamp(at, Some(logged.wall_time), logged.state_sequence)),
+        kind: Some(kind),
+    }
+}
+
+fn happened(what: Happened) -> (Moment, v1::event::Kind) {
+    match what {
+        Happened::World(Event { at, kind }) => (at, world(kind)),
+        Happened::PhysicsChanged { at, settings, pace } => {
+            let physics = Some(simulation::physics(&settings, pace));
+            (at, v1::event::Kind::PhysicsChanged(v1::PhysicsChanged { physics }))
+        }
+        Happened::StateChanged { at, state } => {
+            let state = simulation::run_state(state).into();
+            (at, v1::event::Kind::SimulationStateChanged(v1::SimulationStateChanged { state }))
+        }
+        Happened::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
+    }
+}
+
+fn world(kind: EventKind) -> v1::event::Kind {
+    match kind {
+        EventKind::EntitySpawned { robot } => v1::event::Kind::EntitySpawned(v1::EntitySpawned { robot }),
+        EventKind::EntityDeleted { robot } => v1::event::Kind::EntityDeleted(v1::EntityDeleted { robot }),
+        EventKind::EntityReloaded { robot, layout_version } => {
+            v1::event::Kind::EntityReloaded(v1::EntityReloaded { robot, layout_version })
+        }
+        EventKind::EntityDisabled { robot, reason } => {
+            v1::event::Kind::EntityDisabled(v1::EntityDisabled { robot, reason })
+        }
+        EventKind::Reset(scope) => v1::event::Kind::SimulationReset(v1::SimulationReset {
+            time: scope.time,
+            state: scope.state,
+            spawned: scope.spawned,
+        }),
+        // The driver logs `Happened::PhysicsChanged` instead, which knows the pace.
+        EventKind::PhysicsChanged(settings) => v1::event::Kind::PhysicsChanged(v1::PhysicsChanged {
+            physics: Some(simulation::physics(&settings, Pace::default())),
+        }),
+        EventKind::JointsClaimed { holder, joints } => {
+            v1::event::Kind::JointsClaimed(v1::JointsClaimed { holder, joints })
+        }
+        EventKind::JointsReleased { holder, joints, lapsed } => {
+            v1::event::Kind::JointsReleased(v1::JointsReleased { holder, joints, lapsed })
+        }
+        EventKind::SnapshotRestored { name } => {
+            v1::event::Kind::SnapshotRestored(v1::SnapshotRestored { name })
+        }
+    }
+}

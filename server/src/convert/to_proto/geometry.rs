@@ -1,0 +1,27 @@
+//! Vectors, poses and velocities to the wire.
+
+use glamx::{DPose3, DVec3};
+use simd_proto::v1;
+
+/// A vector.
+pub fn vector(vector: DVec3) -> v1::Vector3 {
+    v1::Vector3 { x: vector.x, y: vector.y, z: vector.z }
+}
+
+/// A transform.
+pub fn pose(pose: DPose3) -> v1::Pose {
+    let [x, y, z, w] = pose.rotation.to_array();
+    v1::Pose { position: Some(vector(pose.translation)), orientation: Some(v1::Quaternion { x, y, z, w }) }
+}
+
+/// Velocities in world axes.
+pub fn twist(linear: DVec3, angular: DVec3) -> v1::Twist {
+    v1::Twist { linear: Some(vector(linear)), angular: Some(vector(angular)) }
+}
+
+/// A transform as seven numbers: x y z, then the quaternion x y z w.
+pub fn pose_values(pose: &DPose3) -> [f64; 7] {
+    let [x, y, z] = pose.translation.to_array();
+    let [qx, qy, qz, qw] = pose.rotation.to_array();
+    [x, y, z, qx, qy, qz, qw]
+}

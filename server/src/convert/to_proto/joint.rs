@@ -1,0 +1,131 @@
+//! Answers about joints: what they are, and targets that were clamped.
+
+use simd_core::simulation::command::Clamped;
+use simd_core::simulation::query::JointStatus;
+use simd_core::simulation::snapshot::{EntityLayout, Flags, Mode, Snapshot};
+use simd_model::robot::{Joint, JointKind, Limits};
+use simd_proto::v1;
+
+use super::geometry::{self, vector};
+use super::simulation::count;
+
+/// The joints of the robot at a place of a snapshot. `status` has one for each
+/// joint of the robot's model.
+pub fn layout(
+    snapshot: &Snapshot,
+    place: usize,
+    entity: &EntityLayout,
+    status: &[JointStatus],
+) -> v1::JointLayout {
+    let world_from_link = snapshot.link_poses(place).unwrap_or_default();
+    let joints = entity
+        .model
+        .joints
+        .iter()
+        .zip(status)
+        .enumerate()
+        .map(|(index, (joint, status))| {
+            let mut info = joint_info(entity, index, joint, status);
+            info.world_from_joint = world_from_link.get(joint.child).copied().map(geometry::pose);
+            info
+        })
+        .collect();
+    v1::JointLayout {
+        robot: entity.name.clone(),
+        layout_version: entity.version,
+        joints,
+        position_count: count(entity.positions.len()),
+        velocity_count: count(entity.velocities.len()),
+    }
+}
+
+fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &JointStatus) -> v1::JointInfo {
+    let link = |index: usize| entity.model.links.get(index).map(|l| l.name.clone()).unwrap_or_default();
+    let positions = entity.joint_positions.get(index).cloned().unwrap_or_default();
+    let velocities = entity.joint_velocities.get(index).cloned().unwrap_or_default();
+    let has_axis = !matches!(joint.kind, JointKind::Fixed | JointKind::Floating);
+    v1::JointInfo {
+        index: count(index),
+        name: joint.name.clone(),
+        r#type: joint_type(joint.kind).into(),
+        axis: has_axis.then(|| vector(joint.axis)),
+        parent_link: link(joint.parent),
+        child_link: link(joint.child),
+        parent_from_joint: Some(geometry::pose(joint.parent_from_joint)),
+        world_from_joint: None,
+        limits: Some(limits(&status.limits)),
+        damping: status.damping,
+        friction: status.friction,
+        armature: status.armature,
+        mimic: joint.mimic.map(|mimic| v1::JointMimic {
+            joint: entity.model.joints.get(mimic.joint).map(|j| j.name.clone()).unwrap_or_default(),
+            multiplier: mimic.multiplier,
+            offset: mimic.offset,
+        }),
+        mode: mode(status.mode).into(),
+        gains: Some(gains(status.gains)),
+        default_gains: Some(gains(status.default_gains)),
+        position_index: count(positions.start),
+        position_count: count(positions.len()),
+        velocity_index: count(velocities.start),
+        velocity_count: count(velocities.len()),
+        claimed_by: status.claimed_by.clone().unwrap_or_default(),
+    }
+}
+
+fn joint_type(kind: JointKind) -> v1::JointType {
+    match kind {
+        JointKind::Revolute => v1::JointType::Revolute,
+        JointKind::Continuous => v1::JointType::Continuous,
+        JointKind::Prismatic => v1::JointType::Prismatic,
+        JointKind::Fixed => v1::JointType::Fixed,
+        JointKind::Floating => v1::JointType::Floating,
+        JointKind::Planar => v1::JointType::Planar,
+    }
+}
+
+fn limits(limits: &Limits) -> v1::JointLimits {
+    v1::JointLimits {
+        lower: limits.lower,
+        upper: limits.upper,
+        effort: limits.effort,
+        velocity: limits.velocity,
+    }
+}
+
+fn gains((stiffness, damping): (f64, f64)) -> v1::JointGains {
+    v1::JointGains { stiffness, damping }
+}
+
+/// What an actuator does.
+pub fn mode(mode: Mode) -> v1::JointMode {
+    match mode {
+        Mode::None => v1::JointMode::None,
+        Mode::Passive => v1::JointMode::Passive,
+        Mode::Position => v1::JointMode::Position,
+        Mode::Velocity => v1::JointMode::Velocity,
+        Mode::Effort => v1::JointMode::Effort,
+        Mode::Hold => v1::JointMode::Hold,
+    }
+}
+
+/// A bit set of `JointFlag`.
+pub fn flags(flags: Flags) -> u32 {
+    let bit = |set: bool, flag: v1::JointFlag| if set { flag as u32 } else { 0 };
+    bit(flags.saturated, v1::JointFlag::Saturated)
+        | bit(flags.at_lower, v1::JointFlag::AtLowerLimit)
+        | bit(flags.at_upper, v1::JointFlag::AtUpperLimit)
+}
+
+/// Targets that lay beyond a limit.
+pub fn clamped(clamped: Vec<Clamped>) -> Vec<v1::ClampedTarget> {
+    clamped
+        .into_iter()
+        .map(|Clamped { robot, joint, requested, applied }| v1::ClampedTarget {
+            robot,
+            joint,
+            requested,
+            applied,
+        })
+        .collect()
+}

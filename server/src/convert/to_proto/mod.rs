@@ -1,0 +1,12 @@
+//! The daemon's own types to answers.
+
+pub mod entity;
+pub mod event;
+pub mod geometry;
+pub mod joint;
+pub mod scene;
+pub mod simulation;
+pub mod stamp;
+
+#[cfg(test)]
+mod tests;

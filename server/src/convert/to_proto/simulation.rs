@@ -1,0 +1,103 @@
+//! Answers of the simulation service.
+
+use simd_core::PhysicsSettings;
+use simd_core::simulation::command::SnapshotInfo;
+use simd_model::robot::JointKind;
+use simd_proto::{API_VERSION, v1};
+
+use super::geometry::vector;
+use super::stamp;
+use crate::handle::{DaemonInfo, Limits, Pace, Published, RunState, Statistics};
+
+/// Optional features that this daemon has.
+const FEATURES: [&str; 6] = ["claims", "events", "health", "reflection", "snapshots", "wrenches"];
+
+/// Who answers.
+pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
+    v1::GetSimulatorInfoResponse {
+        simulator: "simd".to_owned(),
+        version: info.version.to_owned(),
+        api_major: API_VERSION.major,
+        api_minor: API_VERSION.minor,
+        name: info.name.clone(),
+        limits: Some(limits(&info.limits)),
+        features: FEATURES.map(str::to_owned).to_vec(),
+    }
+}
+
+fn limits(limits: &Limits) -> v1::Limits {
+    v1::Limits {
+        max_robots: limits.robots,
+        max_links: limits.links,
+        max_description_bytes: limits.description_bytes,
+        max_asset_bytes: limits.asset_bytes,
+        max_upload_store_bytes: limits.upload_store_bytes,
+        max_message_bytes: limits.message_bytes,
+        max_steps: limits.steps,
+        max_snapshots: limits.snapshots,
+    }
+}
+
+/// Whether the world runs.
+pub fn run_state(state: RunState) -> v1::SimulationState {
+    match state {
+        RunState::Stopped => v1::SimulationState::Stopped,
+        RunState::Playing => v1::SimulationState::Playing,
+        RunState::Paused => v1::SimulationState::Paused,
+    }
+}
+
+/// The settings in force.
+pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
+    let mode = match pace {
+        Pace::RealTime { .. } => v1::PaceMode::RealTime,
+        Pace::AsFastAsPossible { .. } => v1::PaceMode::AsFastAsPossible,
+    };
+    v1::Physics {
+        gravity: Some(vector(settings.gravity)),
+        time_step: settings.time_step,
+        substeps: settings.substeps,
+        real_time_factor: pace.factor(),
+        pace: mode.into(),
+    }
+}
+
+/// How well the world keeps time.
+pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
+    let entities = &newest.snapshot.world.entities;
+    let moving = entities
+        .iter()
+        .flat_map(|entity| &entity.model.joints)
+        .filter(|joint| joint.kind != JointKind::Fixed)
+        .count();
+    v1::WorldStatistics {
+        stamp: Some(stamp::published(newest)),
+        state: run_state(now.state).into(),
+        target_real_time_factor: match now.pace {
+            Pace::RealTime { factor } => factor,
+            Pace::AsFastAsPossible { .. } => f64::INFINITY,
+        },
+        real_time_factor: now.real_time_factor,
+        overruns: now.overruns,
+        dropped_lag: now.dropped_lag,
+        iterations: now.iterations,
+        robots: count(entities.len()),
+        joints: count(moving),
+        step_duration: now.step_duration,
+        mailbox_refusals: now.mailbox_refusals,
+    }
+}
+
+/// A kept state. Nothing was published for its moment, so that it has no wall time.
+pub fn snapshot(info: &SnapshotInfo) -> v1::SnapshotInfo {
+    v1::SnapshotInfo {
+        name: info.name.clone(),
+        stamp: Some(stamp::stamp(info.at, None, 0)),
+        robots: count(info.robots),
+    }
+}
+
+/// A number of things as the wire has it.
+pub(super) fn count(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}

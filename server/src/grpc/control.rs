@@ -1,0 +1,147 @@
+//! `Control`: a stream in which each request is one credit, may carry targets,
+//! and is answered by exactly one state.
+//!
+//! The answers are one future that the transport polls when it has room to send:
+//! there is no task and no queue in between, so that a state is read at the moment
+//! it can leave. A reader that stalls has at most the one answer to its last
+//! request on the way to it, in the buffers of HTTP/2, and the answer to
+//! its next request is the newest state again.
+
+use std::sync::Arc;
+
+use simd_core::{Command, Reply};
+use simd_proto::v1;
+use tokio_util::sync::CancellationToken;
+use tonic::{Status, Streaming};
+
+use super::mismatched;
+use super::status::Explained;
+use super::transport::with_reason;
+use crate::SimHandle;
+use crate::convert::from_proto::joint::set_targets;
+use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
+use crate::convert::{BadField, Selection, to_proto};
+use crate::handle::{CallError, Done, Published, RunState};
+
+/// One controller's stream.
+#[derive(Debug)]
+pub(super) struct Control {
+    handle: SimHandle,
+    draining: CancellationToken,
+    requests: Streaming<v1::ControlRequest>,
+    /// What to answer with, from request to request.
+    selection: Selection,
+    /// Sequence of the state in the last answer; 0 for none.
+    answered: u64,
+}
+
+impl Control {
+    pub(super) fn new(handle: SimHandle, requests: Streaming<v1::ControlRequest>) -> Self {
+        let draining = handle.draining();
+        Self { handle, draining, requests, selection: Selection::default(), answered: 0 }
+    }
+
+    /// Takes one request and answers it. Ends with the requests, or when the daemon drains.
+    pub(super) async fn answer_next(mut self) -> Result<Option<(v1::ControlResponse, Self)>, Status> {
+        let draining = self.draining.clone();
+        let answer = async {
+            let Some(request) = self.requests.message().await.map_err(with_reason)? else { return Ok(None) };
+            Ok(self.answer(request).await.map(|answer| (answer, self)))
+        };
+        draining.run_until_cancelled(answer).await.unwrap_or(Ok(None))
+    }
+
+    /// The answer to one request; none where the daemon drains.
+    async fn answer(&mut self, request: v1::ControlRequest) -> Option<v1::ControlResponse> {
+        match self.try_answer(request).await {
+            Ok(answer) => Some(answer),
+            Err(Refused::Field(error)) => Some(self.refusal((&error).into())),
+            Err(Refused::Call(CallError::ShuttingDown)) => None,
+            Err(Refused::Call(error)) => Some(self.refusal((&error).into())),
+        }
+    }
+
+    async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {
+        let timeout = control_timeout(request.timeout)?;
+        let wait = wait(request.wait)?;
+        let targets = set_targets(request.robots, request.limit_policy, request.claim)?;
+        // Targets hold only where their answer can be given.
+        let world = &self.handle.newest().snapshot.world;
+        if request.selections.is_empty() {
+            self.selection.resolve(world)?;
+        } else {
+            let mut selection = Selection::new(selections(request.selections)?);
+            selection.resolve(world)?;
+            self.selection = selection;
+        }
+
+        let mut clamped = Vec::new();
+        let mut after = self.answered;
+        if targets.robots.is_empty() {
+            if let Some(claim) = &targets.claim {
+                self.handle.renew(claim);
+            }
+        } else {
+            let done = self.handle.command(Command::SetTargets(targets)).await?;
+            after = after.max(self.before_shown(&done));
+            clamped = match done.applied.reply {
+                Reply::Targets { clamped } => to_proto::joint::clamped(clamped),
+                other => return Err(mismatched(&other).into()),
+            };
+        }
+        let state = match wait {
+            Wait::NewerState => self.handle.newer_than(after, timeout).await?,
+            Wait::None => self.handle.newest(),
+        };
+        let states = Some(self.states(&state)?);
+        Ok(v1::ControlResponse { states, clamped, refusal: None })
+    }
+
+    /// The sequence before the first state that shows what a command did: while
+    /// playing that is the next step's, else the state is published with the command.
+    fn before_shown(&self, done: &Done) -> u64 {
+        match self.handle.statistics().state {
+            RunState::Playing => done.sequence,
+            RunState::Paused | RunState::Stopped => done.sequence.saturating_sub(1),
+        }
+    }
+
+    fn states(&mut self, state: &Arc<Published>) -> Result<v1::JointStates, simd_core::Error> {
+        let states = self.selection.states(state)?;
+        self.answered = state.sequence;
+        Ok(states)
+    }
+
+    /// A refusal with the newest state, at once: a controller must learn of it
+    /// even where the world is paused and no newer state will come. Without a
+    /// state where the robots or joints that are wanted are not there.
+    fn refusal(&mut self, explained: Explained) -> v1::ControlResponse {
+        let newest = self.handle.newest();
+        let states = self.states(&newest).ok();
+        v1::ControlResponse { states, clamped: Vec::new(), refusal: Some(explained.into()) }
+    }
+}
+
+/// Why a request is refused.
+enum Refused {
+    Field(BadField),
+    Call(CallError),
+}
+
+impl From<BadField> for Refused {
+    fn from(error: BadField) -> Self {
+        Self::Field(error)
+    }
+}
+
+impl From<CallError> for Refused {
+    fn from(error: CallError) -> Self {
+        Self::Call(error)
+    }
+}
+
+impl From<simd_core::Error> for Refused {
+    fn from(error: simd_core::Error) -> Self {
+        Self::Call(error.into())
+    }
+}

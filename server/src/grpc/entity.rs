@@ -1,0 +1,281 @@
+//! The entity service: robots in, robots out, where they are.
+
+use std::sync::Arc;
+
+use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::{Command, Error};
+use simd_proto::v1::{self, entity_service_server::EntityService};
+use tonic::{Request, Response, Status};
+
+use super::command_once;
+use crate::SimHandle;
+use crate::convert::field::Path;
+use crate::convert::from_proto::entity as from_proto;
+use crate::convert::to_proto::{self, stamp};
+use crate::handle::{CallError, Loaded, Published, Reloaded};
+
+/// Largest part of a file in one answer, in bytes: with what is around it, it
+/// fits the 4 MiB that gRPC clients accept where nothing else is said.
+const MAX_PART: u64 = (4 << 20) - (64 << 10);
+
+/// Serves `simd.v1.EntityService`.
+#[derive(Clone, Debug)]
+pub struct Service {
+    handle: SimHandle,
+}
+
+impl Service {
+    /// Serves what a handle leads to.
+    pub fn new(handle: SimHandle) -> Self {
+        Self { handle }
+    }
+
+    fn info(&self, state: &Published, place: usize, entity: &EntityLayout) -> v1::EntityInfo {
+        let description = self.handle.description_of(&entity.name);
+        to_proto::entity::entity_info(entity, state.snapshot.roots.get(place), description)
+    }
+
+    /// A robot that has just come; `None` where it is gone again by now.
+    fn info_of(&self, robot: &str) -> Option<v1::EntityInfo> {
+        let state = self.handle.newest();
+        let (place, entity) = state.snapshot.entity(robot)?;
+        Some(self.info(&state, place, entity))
+    }
+}
+
+/// A robot by name, with its place among the robots.
+fn find<'a>(state: &'a Published, robot: &str) -> Result<(usize, &'a Arc<EntityLayout>), CallError> {
+    state.snapshot.entity(robot).ok_or_else(|| CallError::World(not_found(state, robot)))
+}
+
+fn not_found(state: &Published, robot: &str) -> Error {
+    let known = state.snapshot.world.entities.iter().map(|entity| entity.name.clone()).collect();
+    Error::RobotNotFound { robot: robot.to_owned(), known }
+}
+
+/// The robots of these names, in this order; of no names, all there are.
+fn find_all<'a>(
+    state: &'a Published,
+    robots: &[String],
+) -> Result<Vec<(usize, &'a Arc<EntityLayout>)>, CallError> {
+    if robots.is_empty() {
+        return Ok(state.snapshot.world.entities.iter().enumerate().collect());
+    }
+    robots.iter().map(|robot| find(state, robot)).collect()
+}
+
+#[tonic::async_trait]
+impl EntityService for Service {
+    async fn prepare_description(
+        &self,
+        request: Request<v1::PrepareDescriptionRequest>,
+    ) -> Result<Response<v1::PrepareDescriptionResponse>, Status> {
+        let (urdf, assets) = from_proto::prepare(request.into_inner())?;
+        let prepared = self.handle.prepare(urdf, assets).await?;
+        Ok(Response::new(to_proto::entity::prepared(prepared)))
+    }
+
+    async fn upload_asset(
+        &self,
+        request: Request<v1::UploadAssetRequest>,
+    ) -> Result<Response<v1::UploadAssetResponse>, Status> {
+        let (sha256, total, offset, data) = from_proto::upload(request.into_inner())?;
+        let received_bytes = self.handle.upload(sha256, total, offset, data).await?;
+        Ok(Response::new(v1::UploadAssetResponse { received_bytes }))
+    }
+
+    async fn validate_description(
+        &self,
+        request: Request<v1::ValidateDescriptionRequest>,
+    ) -> Result<Response<v1::ValidateDescriptionResponse>, Status> {
+        let request = request.into_inner();
+        let source = from_proto::source(&Path::ROOT.field("source"), request.source)?;
+        let scale = from_proto::scale(request.scale)?;
+        let (report, summary, entity) = match self.handle.validate(source, scale).await {
+            Ok(validated) => {
+                let entity =
+                    validated.model.map(|model| to_proto::entity::described(&model, validated.description));
+                (validated.report, validated.summary, entity)
+            }
+            // The report is what was asked for, and it ends with the reason.
+            Err(CallError::InvalidDescription { message, report }) => (*report, message, None),
+            Err(error) => return Err(error.into()),
+        };
+        let report = Some(to_proto::entity::report(report, summary));
+        Ok(Response::new(v1::ValidateDescriptionResponse { report, entity }))
+    }
+
+    async fn spawn_entity(
+        &self,
+        request: Request<v1::SpawnEntityRequest>,
+    ) -> Result<Response<v1::SpawnEntityResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let spawn = from_proto::spawn(request)?;
+        let handle = self.handle.clone();
+        let work = async move { handle.spawn(spawn).await };
+        let Loaded { done, name, report, summary } = self.handle.once(&request_id, work).await?;
+        Ok(Response::new(v1::SpawnEntityResponse {
+            entity: self.info_of(&name),
+            report: Some(to_proto::entity::report(report, summary)),
+            stamp: Some(stamp::done(&done)),
+        }))
+    }
+
+    async fn reload_entity(
+        &self,
+        request: Request<v1::ReloadEntityRequest>,
+    ) -> Result<Response<v1::ReloadEntityResponse>, Status> {
+        let v1::ReloadEntityRequest { robot, source, strict, request_id } = request.into_inner();
+        let (robot, source) = from_proto::reload(robot, source)?;
+        let (handle, name) = (self.handle.clone(), robot.clone());
+        let work = async move { handle.reload(name, source, strict).await };
+        let Reloaded { done, report, summary, added, removed } = self.handle.once(&request_id, work).await?;
+        Ok(Response::new(v1::ReloadEntityResponse {
+            entity: self.info_of(&robot),
+            report: Some(to_proto::entity::report(report, summary)),
+            stamp: Some(stamp::done(&done)),
+            added_joints: added,
+            removed_joints: removed,
+        }))
+    }
+
+    async fn delete_entity(
+        &self,
+        request: Request<v1::DeleteEntityRequest>,
+    ) -> Result<Response<v1::DeleteEntityResponse>, Status> {
+        let request = request.into_inner();
+        let command = Command::Delete { robot: from_proto::robot(request.robot)? };
+        let done = command_once(&self.handle, &request.request_id, command).await?;
+        Ok(Response::new(v1::DeleteEntityResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn list_entities(
+        &self,
+        _request: Request<v1::ListEntitiesRequest>,
+    ) -> Result<Response<v1::ListEntitiesResponse>, Status> {
+        let state = self.handle.newest();
+        let entities = state.snapshot.world.entities.iter().enumerate();
+        Ok(Response::new(v1::ListEntitiesResponse {
+            entities: entities.map(|(place, entity)| self.info(&state, place, entity)).collect(),
+            stamp: Some(stamp::published(&state)),
+        }))
+    }
+
+    async fn get_entity_info(
+        &self,
+        request: Request<v1::GetEntityInfoRequest>,
+    ) -> Result<Response<v1::GetEntityInfoResponse>, Status> {
+        let robot = from_proto::robot(request.into_inner().robot)?;
+        let state = self.handle.newest();
+        let (place, entity) = find(&state, &robot)?;
+        let entity = Some(self.info(&state, place, entity));
+        Ok(Response::new(v1::GetEntityInfoResponse { entity }))
+    }
+
+    async fn get_entity_state(
+        &self,
+        request: Request<v1::GetEntityStateRequest>,
+    ) -> Result<Response<v1::GetEntityStateResponse>, Status> {
+        let robot = from_proto::robot(request.into_inner().robot)?;
+        let state = self.handle.newest();
+        let (place, _entity) = find(&state, &robot)?;
+        let root = state.snapshot.roots.get(place);
+        Ok(Response::new(v1::GetEntityStateResponse {
+            stamp: Some(stamp::published(&state)),
+            pose: root.map(|root| to_proto::geometry::pose(root.pose)),
+            twist: root.map(|root| to_proto::geometry::twist(root.linear, root.angular)),
+        }))
+    }
+
+    async fn set_entity_state(
+        &self,
+        request: Request<v1::SetEntityStateRequest>,
+    ) -> Result<Response<v1::SetEntityStateResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let command = from_proto::set_entity_state(request)?;
+        let done = command_once(&self.handle, &request_id, command).await?;
+        Ok(Response::new(v1::SetEntityStateResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn get_link_poses(
+        &self,
+        request: Request<v1::GetLinkPosesRequest>,
+    ) -> Result<Response<v1::GetLinkPosesResponse>, Status> {
+        let robots = from_proto::robots(request.into_inner().robots)?;
+        let state = self.handle.newest();
+        let robots = find_all(&state, &robots)?
+            .into_iter()
+            .map(|(place, entity)| to_proto::entity::link_poses(&state.snapshot, place, entity))
+            .collect();
+        Ok(Response::new(v1::GetLinkPosesResponse { stamp: Some(stamp::published(&state)), robots }))
+    }
+
+    async fn get_scene(
+        &self,
+        request: Request<v1::GetSceneRequest>,
+    ) -> Result<Response<v1::GetSceneResponse>, Status> {
+        let robots = from_proto::robots(request.into_inner().robots)?;
+        let state = self.handle.newest();
+        let robots = find_all(&state, &robots)?
+            .into_iter()
+            .map(|(_place, entity)| to_proto::scene::robot_scene(entity))
+            .collect();
+        Ok(Response::new(v1::GetSceneResponse { robots, stamp: Some(stamp::published(&state)) }))
+    }
+
+    async fn get_asset(
+        &self,
+        request: Request<v1::GetAssetRequest>,
+    ) -> Result<Response<v1::GetAssetResponse>, Status> {
+        let request = request.into_inner();
+        let sha256 = from_proto::asset(&request)?;
+        let asset = self
+            .handle
+            .asset(&sha256)
+            .ok_or_else(|| CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() })?;
+        let total_bytes = asset.len() as u64;
+        let data = part(&asset, request.offset, request.max_bytes).ok_or_else(|| {
+            let expected = format!("it must be at most the file's size, {total_bytes}");
+            Path::ROOT.field("offset").refuse(request.offset, expected)
+        })?;
+        Ok(Response::new(v1::GetAssetResponse { data: data.to_vec(), total_bytes }))
+    }
+
+    async fn apply_link_wrench(
+        &self,
+        request: Request<v1::ApplyLinkWrenchRequest>,
+    ) -> Result<Response<v1::ApplyLinkWrenchResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let command = from_proto::link_wrench(request)?;
+        let done = command_once(&self.handle, &request_id, command).await?;
+        Ok(Response::new(v1::ApplyLinkWrenchResponse { stamp: Some(stamp::done(&done)) }))
+    }
+}
+
+/// At most `max` bytes (0: as much as fits) from `offset`; `None` beyond the end.
+fn part(file: &[u8], offset: u64, max: u64) -> Option<&[u8]> {
+    let rest = file.get(usize::try_from(offset).ok()?..)?;
+    let most = if max == 0 { MAX_PART } else { max.min(MAX_PART) };
+    let length = usize::try_from(most).unwrap_or(usize::MAX).min(rest.len());
+    rest.get(..length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_comes_in_parts_that_fit_a_message() {
+        let file = vec![7_u8; MAX_PART as usize + 10];
+        assert_eq!(part(&file, 0, 0).map(<[u8]>::len), Some(MAX_PART as usize));
+        assert_eq!(part(&file, MAX_PART, 0).map(<[u8]>::len), Some(10));
+        assert_eq!(part(&file, 0, u64::MAX).map(<[u8]>::len), Some(MAX_PART as usize));
+        assert_eq!(part(&file, 3, 4).map(<[u8]>::len), Some(4));
+        assert_eq!(part(&file, file.len() as u64, 0).map(<[u8]>::len), Some(0));
+        assert_eq!(part(&file, file.len() as u64 + 1, 0), None);
+        assert_eq!(part(&file, u64::MAX, 0), None);
+    }
+}

@@ -1,0 +1,72 @@
+//! `grpc.health.v1`: serving until the daemon drains. Unlike the service that
+//! tonic-health brings, its streams end then, so that a watcher holds up no shutdown.
+
+use std::future::ready;
+
+use futures_util::{StreamExt as _, stream};
+use simd_proto::v1;
+use tokio_util::sync::CancellationToken;
+use tonic::server::NamedService;
+use tonic::{Request, Response, Status};
+use tonic_health::pb::health_check_response::ServingStatus;
+use tonic_health::pb::health_server::Health;
+use tonic_health::pb::{HealthCheckRequest, HealthCheckResponse};
+
+use super::BoxStream;
+
+/// Says whether the daemon serves.
+#[derive(Debug)]
+pub(super) struct HealthService {
+    draining: CancellationToken,
+}
+
+impl HealthService {
+    pub(super) fn new(draining: CancellationToken) -> Self {
+        Self { draining }
+    }
+
+    /// Of a service by name; empty for the daemon as a whole.
+    fn status(&self, service: &str) -> Option<ServingStatus> {
+        let known = [
+            "",
+            <v1::simulation_service_server::SimulationServiceServer<()> as NamedService>::NAME,
+            <v1::entity_service_server::EntityServiceServer<()> as NamedService>::NAME,
+            <v1::joint_service_server::JointServiceServer<()> as NamedService>::NAME,
+            <v1::event_service_server::EventServiceServer<()> as NamedService>::NAME,
+        ];
+        let serving =
+            if self.draining.is_cancelled() { ServingStatus::NotServing } else { ServingStatus::Serving };
+        known.contains(&service).then_some(serving)
+    }
+}
+
+fn response(status: ServingStatus) -> HealthCheckResponse {
+    HealthCheckResponse { status: status.into() }
+}
+
+#[tonic::async_trait]
+impl Health for HealthService {
+    async fn check(
+        &self,
+        request: Request<HealthCheckRequest>,
+    ) -> Result<Response<HealthCheckResponse>, Status> {
+        let service = request.into_inner().service;
+        let status = self.status(&service).ok_or_else(|| Status::not_found("no such service"))?;
+        Ok(Response::new(response(status)))
+    }
+
+    type WatchStream = BoxStream<HealthCheckResponse>;
+
+    async fn watch(
+        &self,
+        request: Request<HealthCheckRequest>,
+    ) -> Result<Response<Self::WatchStream>, Status> {
+        let now = self.status(&request.into_inner().service).unwrap_or(ServingStatus::ServiceUnknown);
+        let draining = self.draining.clone();
+        let last = async move {
+            draining.cancelled().await;
+            Ok(response(ServingStatus::NotServing))
+        };
+        Ok(Response::new(Box::pin(stream::once(ready(Ok(response(now)))).chain(stream::once(last)))))
+    }
+}

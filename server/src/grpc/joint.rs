@@ -1,0 +1,212 @@
+//! The joint service: what joints are, what they do, what they are asked to do.
+
+use futures_util::stream;
+use simd_core::{Answer, Command, Error, Query, Reply};
+use simd_proto::v1::{self, joint_service_server::JointService};
+use tokio::time::{Interval, MissedTickBehavior, interval};
+use tonic::{Request, Response, Status, Streaming};
+
+use super::control::Control;
+use super::{BoxStream, command_once, mismatched};
+use crate::SimHandle;
+use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
+use crate::convert::{Selection, to_proto, to_proto::stamp};
+use crate::handle::CallError;
+
+/// How often a layout is asked for again where a reload comes between question and answer.
+const LAYOUT_ATTEMPTS: usize = 3;
+
+/// Serves `simd.v1.JointService`.
+#[derive(Clone, Debug)]
+pub struct Service {
+    handle: SimHandle,
+}
+
+impl Service {
+    /// Serves what a handle leads to.
+    pub fn new(handle: SimHandle) -> Self {
+        Self { handle }
+    }
+
+    /// The joints of a robot: settings from the world, places from the newest
+    /// state. Both must be of one layout, or the indices would be another robot's.
+    async fn layout(&self, robot: &str) -> Result<v1::JointLayout, CallError> {
+        let mut changed = Error::RobotNotFound { robot: robot.to_owned(), known: Vec::new() };
+        for _attempt in 0..LAYOUT_ATTEMPTS {
+            let answer = self.handle.query(Query::Joints { robot: robot.to_owned() }).await?;
+            let Answer::Joints { layout_version, joints } = answer else {
+                return Err(mismatched(&answer));
+            };
+            let state = self.handle.newest();
+            match state.snapshot.entity(robot) {
+                Some((place, entity)) if entity.version == layout_version => {
+                    return Ok(to_proto::joint::layout(&state.snapshot, place, entity, &joints));
+                }
+                Some((_place, entity)) => {
+                    changed = Error::LayoutChanged {
+                        robot: robot.to_owned(),
+                        requested: layout_version,
+                        present: entity.version,
+                    };
+                }
+                None => {}
+            }
+        }
+        Err(changed.into())
+    }
+}
+
+#[tonic::async_trait]
+impl JointService for Service {
+    async fn get_joint_layout(
+        &self,
+        request: Request<v1::GetJointLayoutRequest>,
+    ) -> Result<Response<v1::GetJointLayoutResponse>, Status> {
+        let robot = from_proto::layout_of(request.into_inner())?;
+        let layout = Some(self.layout(&robot).await?);
+        Ok(Response::new(v1::GetJointLayoutResponse { layout }))
+    }
+
+    async fn get_joint_states(
+        &self,
+        request: Request<v1::GetJointStatesRequest>,
+    ) -> Result<Response<v1::GetJointStatesResponse>, Status> {
+        let mut selection = Selection::new(from_proto_state::selections(request.into_inner().selections)?);
+        let states = selection.states(&self.handle.newest()).map_err(CallError::World)?;
+        Ok(Response::new(v1::GetJointStatesResponse { states: Some(states) }))
+    }
+
+    async fn set_joint_targets(
+        &self,
+        request: Request<v1::SetJointTargetsRequest>,
+    ) -> Result<Response<v1::SetJointTargetsResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let targets = from_proto::set_joint_targets(request)?;
+        // Here and not by the command alone: a retry that is answered from memory renews too.
+        if let Some(claim) = &targets.claim {
+            self.handle.renew(claim);
+        }
+        let done = command_once(&self.handle, &request_id, Command::SetTargets(targets)).await?;
+        let stamp = Some(stamp::done(&done));
+        match done.applied.reply {
+            Reply::Targets { clamped } => {
+                let clamped = to_proto::joint::clamped(clamped);
+                Ok(Response::new(v1::SetJointTargetsResponse { stamp, clamped }))
+            }
+            other => Err(mismatched(&other).into()),
+        }
+    }
+
+    async fn reset_joints(
+        &self,
+        request: Request<v1::ResetJointsRequest>,
+    ) -> Result<Response<v1::ResetJointsResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let command = from_proto::reset_joints(request)?;
+        let done = command_once(&self.handle, &request_id, command).await?;
+        Ok(Response::new(v1::ResetJointsResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn set_joint_properties(
+        &self,
+        request: Request<v1::SetJointPropertiesRequest>,
+    ) -> Result<Response<v1::SetJointPropertiesResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let command = from_proto::set_joint_properties(request)?;
+        let done = command_once(&self.handle, &request_id, command).await?;
+        Ok(Response::new(v1::SetJointPropertiesResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn claim_joints(
+        &self,
+        request: Request<v1::ClaimJointsRequest>,
+    ) -> Result<Response<v1::ClaimJointsResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let (joints, holder, lease) = from_proto::claim_joints(request)?;
+        let handle = self.handle.clone();
+        let work = async move { handle.claim(joints, holder, lease).await };
+        let (claim, done) = self.handle.once(&request_id, work).await?;
+        Ok(Response::new(v1::ClaimJointsResponse { claim, stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn release_joints(
+        &self,
+        request: Request<v1::ReleaseJointsRequest>,
+    ) -> Result<Response<v1::ReleaseJointsResponse>, Status> {
+        let request = request.into_inner();
+        let claim = from_proto::claim(&request)?;
+        let handle = self.handle.clone();
+        let work = async move { handle.release(&claim).await };
+        let done = self.handle.once(&request.request_id, work).await?;
+        Ok(Response::new(v1::ReleaseJointsResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    type ControlStream = BoxStream<v1::ControlResponse>;
+
+    async fn control(
+        &self,
+        request: Request<Streaming<v1::ControlRequest>>,
+    ) -> Result<Response<Self::ControlStream>, Status> {
+        let control = Control::new(self.handle.clone(), request.into_inner());
+        Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
+    }
+
+    async fn next_joint_states(
+        &self,
+        request: Request<v1::NextJointStatesRequest>,
+    ) -> Result<Response<v1::NextJointStatesResponse>, Status> {
+        let request = request.into_inner();
+        let timeout = from_proto_state::next_timeout(request.timeout)?;
+        let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
+        // A name that is not there is refused at once and not after a wait.
+        selection.resolve(&self.handle.newest().snapshot.world).map_err(CallError::World)?;
+        let state = self.handle.newer_than(request.after_sequence, Some(timeout)).await?;
+        let states = selection.states(&state).map_err(CallError::World)?;
+        Ok(Response::new(v1::NextJointStatesResponse { states: Some(states) }))
+    }
+
+    type WatchJointStatesStream = BoxStream<v1::WatchJointStatesResponse>;
+
+    async fn watch_joint_states(
+        &self,
+        request: Request<v1::WatchJointStatesRequest>,
+    ) -> Result<Response<Self::WatchJointStatesStream>, Status> {
+        let request = request.into_inner();
+        let mut ticks = interval(from_proto_state::period(request.rate)?);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
+        selection.resolve(&self.handle.newest().snapshot.world).map_err(CallError::World)?;
+        let watcher = Watcher { handle: self.handle.clone(), selection, ticks, sent: 0 };
+        Ok(Response::new(Box::pin(stream::try_unfold(watcher, Watcher::next))))
+    }
+}
+
+/// One who watches at a rate. A state is looked up when the network asks for the
+/// next one; what the network holds by then is older.
+struct Watcher {
+    handle: SimHandle,
+    selection: Selection,
+    ticks: Interval,
+    /// Sequence of the last state that was sent.
+    sent: u64,
+}
+
+impl Watcher {
+    async fn next(mut self) -> Result<Option<(v1::WatchJointStatesResponse, Self)>, Status> {
+        let Some(_tick) = self.handle.draining().run_until_cancelled(self.ticks.tick()).await else {
+            return Ok(None);
+        };
+        let state = match self.handle.newer_than(self.sent, None).await {
+            Ok(state) => state,
+            Err(CallError::ShuttingDown) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        self.sent = state.sequence;
+        let states = self.selection.states(&state).map_err(CallError::World)?;
+        Ok(Some((v1::WatchJointStatesResponse { states: Some(states) }, self)))
+    }
+}

@@ -1,0 +1,182 @@
+//! The simulation service: the world, its time, whether it runs, how it is stepped.
+
+use simd_core::simulation::command::SnapshotInfo;
+use simd_core::{Answer, Command, Query, Reply};
+use simd_proto::v1::{self, simulation_service_server::SimulationService};
+use tonic::{Request, Response, Status};
+
+use super::{command_once, mismatched};
+use crate::SimHandle;
+use crate::convert::from_proto::simulation as from_proto;
+use crate::convert::to_proto::{simulation as to_proto, stamp};
+use crate::handle::CallError;
+
+/// Serves `simd.v1.SimulationService`.
+#[derive(Clone, Debug)]
+pub struct Service {
+    handle: SimHandle,
+}
+
+impl Service {
+    /// Serves what a handle leads to.
+    pub fn new(handle: SimHandle) -> Self {
+        Self { handle }
+    }
+
+    async fn snapshots(&self) -> Result<Vec<SnapshotInfo>, CallError> {
+        match self.handle.query(Query::Snapshots).await? {
+            Answer::Snapshots(snapshots) => Ok(snapshots),
+            other @ Answer::Joints { .. } => Err(mismatched(&other)),
+        }
+    }
+
+    /// `snapshot-1`, or the next number that is free.
+    async fn unused_snapshot_name(&self) -> Result<String, CallError> {
+        let taken = self.snapshots().await?;
+        let free = |name: &String| taken.iter().all(|snapshot| snapshot.name != *name);
+        let mut names = (1_u64..).map(|number| format!("snapshot-{number}"));
+        names.find(free).ok_or(CallError::Internal { message: "every name is taken".to_owned() })
+    }
+}
+
+#[tonic::async_trait]
+impl SimulationService for Service {
+    async fn get_simulator_info(
+        &self,
+        _request: Request<v1::GetSimulatorInfoRequest>,
+    ) -> Result<Response<v1::GetSimulatorInfoResponse>, Status> {
+        Ok(Response::new(to_proto::simulator_info(self.handle.info())))
+    }
+
+    async fn get_simulation_state(
+        &self,
+        _request: Request<v1::GetSimulationStateRequest>,
+    ) -> Result<Response<v1::GetSimulationStateResponse>, Status> {
+        Ok(Response::new(v1::GetSimulationStateResponse {
+            state: to_proto::run_state(self.handle.statistics().state).into(),
+            stamp: Some(stamp::published(&self.handle.newest())),
+        }))
+    }
+
+    async fn set_simulation_state(
+        &self,
+        request: Request<v1::SetSimulationStateRequest>,
+    ) -> Result<Response<v1::SetSimulationStateResponse>, Status> {
+        let request = request.into_inner();
+        let state = from_proto::run_state(&request)?;
+        let handle = self.handle.clone();
+        let done =
+            self.handle.once(&request.request_id, async move { handle.set_state(state).await }).await?;
+        Ok(Response::new(v1::SetSimulationStateResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn step_simulation(
+        &self,
+        request: Request<v1::StepSimulationRequest>,
+    ) -> Result<Response<v1::StepSimulationResponse>, Status> {
+        let request = request.into_inner();
+        let steps = from_proto::steps(&request)?;
+        let handle = self.handle.clone();
+        let done = self.handle.once(&request.request_id, async move { handle.step(steps).await }).await?;
+        Ok(Response::new(v1::StepSimulationResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn reset_simulation(
+        &self,
+        request: Request<v1::ResetSimulationRequest>,
+    ) -> Result<Response<v1::ResetSimulationResponse>, Status> {
+        let request = request.into_inner();
+        let command = Command::Reset(from_proto::reset_scope(&request));
+        let done = command_once(&self.handle, &request.request_id, command).await?;
+        let stamp = Some(stamp::done(&done));
+        match done.applied.reply {
+            Reply::Reset { deleted } => Ok(Response::new(v1::ResetSimulationResponse { stamp, deleted })),
+            other => Err(mismatched(&other).into()),
+        }
+    }
+
+    async fn get_physics(
+        &self,
+        _request: Request<v1::GetPhysicsRequest>,
+    ) -> Result<Response<v1::GetPhysicsResponse>, Status> {
+        let (settings, pace) = self.handle.physics();
+        Ok(Response::new(v1::GetPhysicsResponse { physics: Some(to_proto::physics(&settings, pace)) }))
+    }
+
+    async fn set_physics(
+        &self,
+        request: Request<v1::SetPhysicsRequest>,
+    ) -> Result<Response<v1::SetPhysicsResponse>, Status> {
+        let request = request.into_inner();
+        let (_settings, present) = self.handle.physics();
+        let (change, pace) = from_proto::physics_change(&request, present)?;
+        let handle = self.handle.clone();
+        let work = async move { handle.set_physics(change, pace).await };
+        let (done, settings, pace) = self.handle.once(&request.request_id, work).await?;
+        Ok(Response::new(v1::SetPhysicsResponse {
+            physics: Some(to_proto::physics(&settings, pace)),
+            stamp: Some(stamp::done(&done)),
+        }))
+    }
+
+    async fn get_world_statistics(
+        &self,
+        _request: Request<v1::GetWorldStatisticsRequest>,
+    ) -> Result<Response<v1::GetWorldStatisticsResponse>, Status> {
+        let statistics = to_proto::statistics(&self.handle.newest(), &self.handle.statistics());
+        Ok(Response::new(v1::GetWorldStatisticsResponse { statistics: Some(statistics) }))
+    }
+
+    async fn save_snapshot(
+        &self,
+        request: Request<v1::SaveSnapshotRequest>,
+    ) -> Result<Response<v1::SaveSnapshotResponse>, Status> {
+        let request = request.into_inner();
+        let given = from_proto::new_snapshot_name(request.name)?;
+        let service = self.clone();
+        let work = async move {
+            let name = match given {
+                Some(name) => name,
+                None => service.unused_snapshot_name().await?,
+            };
+            service.handle.command(Command::SaveSnapshot { name }).await
+        };
+        let done = self.handle.once(&request.request_id, work).await?;
+        match done.applied.reply {
+            Reply::Snapshot(info) => {
+                Ok(Response::new(v1::SaveSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) }))
+            }
+            other => Err(mismatched(&other).into()),
+        }
+    }
+
+    async fn restore_snapshot(
+        &self,
+        request: Request<v1::RestoreSnapshotRequest>,
+    ) -> Result<Response<v1::RestoreSnapshotResponse>, Status> {
+        let request = request.into_inner();
+        let command = Command::RestoreSnapshot { name: from_proto::snapshot_name(request.name)? };
+        let done = command_once(&self.handle, &request.request_id, command).await?;
+        Ok(Response::new(v1::RestoreSnapshotResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn list_snapshots(
+        &self,
+        _request: Request<v1::ListSnapshotsRequest>,
+    ) -> Result<Response<v1::ListSnapshotsResponse>, Status> {
+        let snapshots = self.snapshots().await?;
+        Ok(Response::new(v1::ListSnapshotsResponse {
+            snapshots: snapshots.iter().map(to_proto::snapshot).collect(),
+        }))
+    }
+
+    async fn delete_snapshot(
+        &self,
+        request: Request<v1::DeleteSnapshotRequest>,
+    ) -> Result<Response<v1::DeleteSnapshotResponse>, Status> {
+        let request = request.into_inner();
+        let command = Command::DeleteSnapshot { name: from_proto::snapshot_name(request.name)? };
+        command_once(&self.handle, &request.request_id, command).await?;
+        Ok(Response::new(v1::DeleteSnapshotResponse {}))
+    }
+}

@@ -1,0 +1,191 @@
+use simd_core::Error;
+use simd_model::LoadReport;
+
+use super::*;
+use crate::handle::RunState;
+
+fn text(text: &str) -> String {
+    text.to_owned()
+}
+
+/// Each error once, with the code and the reason that `error.proto` gives it.
+fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
+    let (robot, joint, known) = (text("arm"), text("elbow"), vec![text("left")]);
+    let message = text("a sentence");
+    vec![
+        (
+            Error::RobotNotFound { robot: robot.clone(), known: known.clone() }.into(),
+            Code::NotFound,
+            "ROBOT_NOT_FOUND",
+            &["robot"],
+        ),
+        (
+            Error::JointNotFound { robot: robot.clone(), joint: joint.clone(), known: known.clone() }.into(),
+            Code::NotFound,
+            "JOINT_NOT_FOUND",
+            &["joint", "robot"],
+        ),
+        (
+            Error::LinkNotFound { robot: robot.clone(), link: text("hand"), known: known.clone() }.into(),
+            Code::NotFound,
+            "LINK_NOT_FOUND",
+            &["link", "robot"],
+        ),
+        (Error::RobotExists { robot: robot.clone() }.into(), Code::AlreadyExists, "ROBOT_EXISTS", &["robot"]),
+        (
+            Error::InvalidValue { element: text("x"), value: text("NaN"), expected: text("finite") }.into(),
+            Code::InvalidArgument,
+            "INVALID_VALUE",
+            &[],
+        ),
+        (
+            Error::JointNotActuated { robot: robot.clone(), joint: joint.clone(), why: text("is fixed") }
+                .into(),
+            Code::InvalidArgument,
+            "JOINT_NOT_ACTUATED",
+            &["joint", "robot"],
+        ),
+        (
+            Error::TargetBeyondLimit { joint: joint.clone(), requested: 2.0, lower: -1.0, upper: 1.0 }.into(),
+            Code::OutOfRange,
+            "TARGET_BEYOND_LIMIT",
+            &["joint", "lower", "upper"],
+        ),
+        (
+            Error::LayoutChanged { robot: robot.clone(), requested: 1, present: 2 }.into(),
+            Code::Aborted,
+            "LAYOUT_CHANGED",
+            &["robot"],
+        ),
+        (
+            Error::JointClaimed { robot, joint, holder: text("me") }.into(),
+            Code::FailedPrecondition,
+            "JOINT_CLAIMED",
+            &["holder", "joint", "robot"],
+        ),
+        (Error::ClaimNotFound.into(), Code::NotFound, "CLAIM_NOT_FOUND", &[]),
+        (
+            Error::SnapshotNotFound { name: text("a"), known }.into(),
+            Code::NotFound,
+            "SNAPSHOT_NOT_FOUND",
+            &["snapshot"],
+        ),
+        (
+            Error::LimitExceeded { what: text("robots"), value: 2, limit: 1 }.into(),
+            Code::ResourceExhausted,
+            "LIMIT_EXCEEDED",
+            &[],
+        ),
+        (
+            CallError::InvalidValue { element: text("x"), value: text("1"), expected: text("0") },
+            Code::InvalidArgument,
+            "INVALID_VALUE",
+            &[],
+        ),
+        (CallError::MailboxFull { capacity: 1 }, Code::ResourceExhausted, "MAILBOX_FULL", &[]),
+        (
+            CallError::LimitExceeded { what: text("steps"), value: 2, limit: 1 },
+            Code::ResourceExhausted,
+            "LIMIT_EXCEEDED",
+            &[],
+        ),
+        (
+            CallError::WrongState { state: RunState::Playing, message: message.clone() },
+            Code::FailedPrecondition,
+            "WRONG_STATE",
+            &["state"],
+        ),
+        (
+            CallError::Superseded { by: text("a pause"), steps_done: 1, steps: 2 },
+            Code::Cancelled,
+            "SUPERSEDED",
+            &[],
+        ),
+        (
+            CallError::InvalidDescription {
+                message: message.clone(),
+                report: Box::new(LoadReport::default()),
+            },
+            Code::InvalidArgument,
+            "INVALID_DESCRIPTION",
+            &[],
+        ),
+        (
+            CallError::DescriptionNotUploaded { sha256: text("00") },
+            Code::FailedPrecondition,
+            "DESCRIPTION_NOT_UPLOADED",
+            &[],
+        ),
+        (
+            CallError::AssetNotUploaded { uri: text("a.stl"), sha256: text("00") },
+            Code::FailedPrecondition,
+            "ASSET_NOT_UPLOADED",
+            &["sha256", "uri"],
+        ),
+        (
+            CallError::UploadMismatch { message: message.clone() },
+            Code::InvalidArgument,
+            "UPLOAD_MISMATCH",
+            &[],
+        ),
+        (
+            CallError::PathNotAllowed { message: message.clone() },
+            Code::PermissionDenied,
+            "PATH_NOT_ALLOWED",
+            &[],
+        ),
+        (CallError::FileNotFound { message: message.clone() }, Code::NotFound, "FILE_NOT_FOUND", &[]),
+        (CallError::ShuttingDown, Code::Unavailable, "SHUTTING_DOWN", &[]),
+        (CallError::Internal { message }, Code::Internal, "INTERNAL", &[]),
+    ]
+}
+
+#[test]
+fn each_error_has_the_code_the_reason_and_the_metadata_that_the_schema_says() {
+    for (error, code, reason, keys) in table() {
+        let status = Status::from(error.clone());
+        assert_eq!(status.code(), code, "{reason}");
+        assert_eq!(status.message(), error.to_string());
+        let info = status.get_details_error_info().unwrap();
+        assert_eq!((info.reason.as_str(), info.domain.as_str()), (reason, "simd"));
+        let mut present: Vec<_> = info.metadata.keys().map(String::as_str).collect();
+        present.sort_unstable();
+        assert_eq!(present, keys, "{reason}");
+        assert_eq!(status.get_details_bad_request().is_some(), reason == "INVALID_VALUE", "{reason}");
+
+        let refusal = v1::Refusal::from(Explained::from(&error));
+        assert_eq!(refusal.code, i32::from(code));
+        assert_eq!(refusal.reason().as_str_name(), format!("ERROR_REASON_{reason}"));
+        assert_eq!(refusal.message, error.to_string());
+        assert_eq!(refusal.metadata.keys().map(String::as_str).collect::<Vec<_>>(), keys);
+    }
+}
+
+#[test]
+fn a_bad_field_is_named_in_a_bad_request() {
+    let error = BadField { field: text("a[0].b"), value: text("NaN"), expected: text("it must be finite") };
+    let status = Status::from(error);
+    assert_eq!(status.code(), Code::InvalidArgument);
+    assert_eq!(status.message(), "a[0].b is NaN; it must be finite");
+    let violation = status.get_details_bad_request().unwrap().field_violations.remove(0);
+    assert_eq!(
+        (violation.field.as_str(), violation.description.as_str()),
+        ("a[0].b", "is NaN; it must be finite")
+    );
+}
+
+#[test]
+fn the_state_that_is_wrong_is_named_without_its_prefix() {
+    let error = CallError::WrongState { state: RunState::Playing, message: text("pause first") };
+    let info = Status::from(error).get_details_error_info().unwrap();
+    assert_eq!(info.metadata["state"], "PLAYING");
+}
+
+#[test]
+fn however_long_a_name_is_the_status_fits_into_headers() {
+    let robot = "\u{e4}".repeat(100_000);
+    let status = Status::from(CallError::World(Error::RobotNotFound { robot, known: Vec::new() }));
+    // Each byte of the message may take three as percent-encoding, each of the details four thirds as base64.
+    assert!(status.message().len() * 3 + status.details().len() * 4 / 3 < 8 << 10);
+    assert!(status.message().ends_with("..."));
+}

@@ -1,0 +1,94 @@
+//! The front-end over a real connection: a daemon without its configuration, on a port of its own.
+
+mod control;
+mod draining;
+mod services;
+
+use simd_core::PhysicsSettings;
+use simd_core::Simulation;
+use simd_core::simulation::WorldLimits;
+use simd_proto::v1;
+use simd_proto::v1::entity_service_client::EntityServiceClient;
+use simd_proto::v1::event_service_client::EventServiceClient;
+use simd_proto::v1::joint_service_client::JointServiceClient;
+use simd_proto::v1::simulation_service_client::SimulationServiceClient;
+use tokio::net::TcpListener;
+use tokio::task::JoinHandle;
+use tonic::Status;
+use tonic::transport::{Channel, Endpoint};
+use tonic_types::StatusExt as _;
+
+use crate::SimHandle;
+use crate::convert::test_world::spawn;
+use crate::driver;
+use crate::handle::{DaemonInfo, Limits, RunState};
+use crate::loading::Loader;
+
+/// A daemon with one robot, `arm`, and a client's connection to it.
+struct Daemon {
+    handle: SimHandle,
+    channel: Channel,
+    server: JoinHandle<Result<(), tonic::transport::Error>>,
+}
+
+impl Daemon {
+    async fn start(state: RunState) -> Self {
+        let limits = Limits::default();
+        let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+        let driver = driver::start(world, driver::Config { state, ..Default::default() }).unwrap();
+        let info = DaemonInfo { name: "test".into(), version: "0.0.0", limits };
+        let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+        handle.command(spawn("arm", &[])).await.unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = format!("http://{}", listener.local_addr().unwrap());
+        let server = tokio::spawn(super::serve(handle.clone(), listener));
+        let channel = Endpoint::from_shared(address).unwrap().connect().await.unwrap();
+        Self { handle, channel, server }
+    }
+
+    fn simulation(&self) -> SimulationServiceClient<Channel> {
+        SimulationServiceClient::new(self.channel.clone())
+    }
+
+    fn entities(&self) -> EntityServiceClient<Channel> {
+        EntityServiceClient::new(self.channel.clone())
+    }
+
+    fn joints(&self) -> JointServiceClient<Channel> {
+        JointServiceClient::new(self.channel.clone())
+    }
+
+    fn events(&self) -> EventServiceClient<Channel> {
+        EventServiceClient::new(self.channel.clone())
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        self.handle.draining().cancel();
+        self.handle.end_driver();
+    }
+}
+
+fn reason(status: &Status) -> String {
+    status.get_details_error_info().unwrap().reason
+}
+
+fn shoulder() -> v1::JointSelection {
+    v1::JointSelection { robot: "arm".into(), joints: vec!["shoulder".into()] }
+}
+
+/// The shoulder's target, for one robot.
+fn move_shoulder(robot: &str, position: f64) -> Vec<v1::RobotTargets> {
+    let target = v1::PositionTarget { position, ..Default::default() };
+    let target = v1::JointTarget {
+        joint: "shoulder".into(),
+        axis: 0,
+        target: Some(v1::joint_target::Target::Position(target)),
+    };
+    vec![v1::RobotTargets { robot: robot.into(), joints: vec![target], ..Default::default() }]
+}
+
+fn sequence(states: &v1::JointStates) -> u64 {
+    states.stamp.as_ref().unwrap().sequence
+}

@@ -1,0 +1,97 @@
+//! Gives a reason to what tonic itself refuses before a service sees it, so that
+//! clients find one on every refusal: too long a message, bytes that are no
+//! message, a method that this daemon does not have.
+
+use std::convert::Infallible;
+use std::pin::Pin;
+use std::task::{Context, Poll};
+
+use simd_proto::v1::ErrorReason;
+use tonic::body::Body;
+use tonic::codegen::Service;
+use tonic::codegen::http::{Request, Response};
+use tonic::server::NamedService;
+use tonic::{Code, Status};
+
+use super::status::Explained;
+
+/// A service whose refusals all have a reason.
+#[derive(Clone, Debug)]
+pub struct Reasoned<S>(pub S);
+
+impl<S: NamedService> NamedService for Reasoned<S> {
+    const NAME: &'static str = S::NAME;
+}
+
+impl<S> Service<Request<Body>> for Reasoned<S>
+where
+    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
+    S::Future: Unpin,
+{
+    type Response = Response<Body>;
+    type Error = Infallible;
+    type Future = Answer<S::Future>;
+
+    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
+        self.0.poll_ready(context)
+    }
+
+    fn call(&mut self, request: Request<Body>) -> Self::Future {
+        Answer(self.0.call(request))
+    }
+}
+
+/// The answer of a [`Reasoned`] service.
+#[derive(Debug)]
+pub struct Answer<F>(F);
+
+impl<F> Future for Answer<F>
+where
+    F: Future<Output = Result<Response<Body>, Infallible>> + Unpin,
+{
+    type Output = F::Output;
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
+        Pin::new(&mut self.0).poll(context).map_ok(|response| {
+            // Only a refusal has its status in the headers; else it comes after the answer.
+            match Status::from_header_map(response.headers()) {
+                Some(status) if status.details().is_empty() => with_reason(status).into_http(),
+                Some(_) | None => response,
+            }
+        })
+    }
+}
+
+/// A status of tonic's own with what clients expect of every refusal.
+pub fn with_reason(status: Status) -> Status {
+    if !status.details().is_empty() {
+        return status;
+    }
+    let message = status.message();
+    match status.code() {
+        Code::OutOfRange | Code::ResourceExhausted => {
+            let message = format!("the message is longer than Limits.max_message_bytes: {message}");
+            Explained::new(ErrorReason::LimitExceeded, message).into()
+        }
+        Code::Internal | Code::InvalidArgument | Code::Unknown => {
+            let message = format!("the request is no message of this schema: {message}");
+            Explained::new(ErrorReason::InvalidValue, message).into()
+        }
+        Code::Unimplemented => {
+            let message = format!("this daemon has no such method, or reads no such encoding: {message}");
+            Explained::new(ErrorReason::NotSupported, message).into()
+        }
+        // The connection or the caller ended: nobody reads it.
+        Code::Ok
+        | Code::Cancelled
+        | Code::DeadlineExceeded
+        | Code::NotFound
+        | Code::AlreadyExists
+        | Code::PermissionDenied
+        | Code::FailedPrecondition
+        | Code::Aborted
+        | Code::Unavailable
+        | Code::DataLoss
+        | Code::Unauthenticated => status,
+    }
+}
