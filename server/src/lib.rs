@@ -1,1 +1,20 @@
-//! The daemon.
+//! The simd daemon. A call goes: front-end, `convert`, [`SimHandle`], mailbox,
+//! driver thread, and back.
+//!
+//! * [`handle`]: the one way to the world, for every front-end.
+//! * [`driver`]: the thread that owns the world and its pace.
+//! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
+//! * [`convert`]: wire types to core types and back.
+//! * [`grpc`]: the gRPC front-end.
+//! * [`config`]: what the operator can say.
+//! * [`daemon`]: all of it put together, from start to drain.
+
+pub mod config;
+pub mod convert;
+pub mod daemon;
+pub mod driver;
+pub mod grpc;
+pub mod handle;
+pub mod loading;
+
+pub use handle::SimHandle;

@@ -1,0 +1,192 @@
+//! What the operator can say: flags beat the configuration file, which beats the
+//! defaults. Everything is checked before a port is bound.
+
+mod file;
+mod flags;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+use glamx::DPose3;
+use simd_core::simulation::WorldLimits;
+use simd_core::simulation::command::PhysicsChange;
+use simd_core::{Command, PhysicsSettings, Simulation};
+use tracing_subscriber::EnvFilter;
+
+use crate::driver;
+use crate::handle::{Limits, Pace, RunState};
+
+/// Everything that a daemon is started with.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// What it is called on the network: `[A-Za-z0-9_-]+`.
+    pub name: String,
+    /// Where gRPC is served; port 0 takes a free one.
+    pub listen: SocketAddr,
+    /// Allows an address that others can reach.
+    pub insecure: bool,
+    /// What is logged, as `tracing_subscriber::EnvFilter` reads it.
+    pub log: String,
+    /// Folders below which clients may name robots on this disk.
+    pub asset_roots: Vec<PathBuf>,
+    /// Robots to load before the first step.
+    pub robots: Vec<Robot>,
+    /// Gravity, time step, substeps.
+    pub physics: PhysicsSettings,
+    /// Pace, and whether the world plays once the robots are loaded.
+    pub driver: driver::Config,
+    /// What requests must stay within.
+    pub limits: Limits,
+}
+
+/// A robot to load at the start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// A `.urdf`, or a package's folder.
+    pub path: PathBuf,
+    /// Empty: the name in the URDF.
+    pub name: String,
+    /// `world_from_root`.
+    pub pose: DPose3,
+    /// `None` fixes a root link called `world`.
+    pub fixed: Option<bool>,
+    /// Joints are not actuated, instead of holding their position.
+    pub passive: bool,
+    /// Positions to start from, rad or m, by joint.
+    pub positions: BTreeMap<String, f64>,
+    /// Lengths are multiplied by it.
+    pub scale: f64,
+    /// Refuse a robot whose report has a warning.
+    pub strict: bool,
+}
+
+/// What is wrong, in one sentence.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// With the flags.
+    #[error("{0}")]
+    Usage(String),
+    /// With the configuration file.
+    #[error("{0}")]
+    File(String),
+    /// Nothing: help or the version was asked for, and this is it.
+    #[error("{0}")]
+    Shown(String),
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            name: "simd".into(),
+            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
+            insecure: false,
+            log: "info".into(),
+            asset_roots: Vec::new(),
+            robots: Vec::new(),
+            physics: PhysicsSettings::default(),
+            driver: driver::Config::default(),
+            limits: Limits::default(),
+        }
+    }
+}
+
+impl Robot {
+    /// A robot at the origin, as its description has it.
+    pub fn at(path: PathBuf) -> Self {
+        Self {
+            path,
+            name: String::new(),
+            pose: DPose3::IDENTITY,
+            fixed: None,
+            passive: false,
+            positions: BTreeMap::new(),
+            scale: 1.0,
+            strict: false,
+        }
+    }
+}
+
+impl Config {
+    /// From a command line, the program's name first.
+    ///
+    /// # Errors
+    /// One sentence for the first mistake. The help and the version come this way too.
+    pub fn from_args(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
+        let flags = flags::Flags::read(args)?;
+        let mut config = Self::default();
+        if let Some(path) = &flags.config {
+            file::read(path)
+                .and_then(|file| file.apply(path, &mut config))
+                .map_err(|sentence| ConfigError::File(format!("{}: {sentence}", path.display())))?;
+        }
+        let listen_by_flag = flags.listen.is_some();
+        flags.apply(&mut config).map_err(ConfigError::Usage)?;
+        config.check_exposure().map_err(if listen_by_flag {
+            ConfigError::Usage
+        } else {
+            ConfigError::File
+        })?;
+        Ok(config)
+    }
+
+    /// Anyone who reaches the port commands the robots.
+    fn check_exposure(&self) -> Result<(), String> {
+        if self.listen.ip().is_loopback() || self.insecure {
+            return Ok(());
+        }
+        Err(format!(
+            "{} can be reached from other machines, and this release has neither TLS nor tokens yet: anyone \
+             who reaches it commands the robots; listen on 127.0.0.1, or say --insecure",
+            self.listen
+        ))
+    }
+
+    /// Changes physics settings, where the world would accept them.
+    fn change_physics(&mut self, change: PhysicsChange) -> Result<(), String> {
+        let limits = WorldLimits { robots: 0, snapshots: 0 };
+        let mut world = Simulation::new(self.physics, limits);
+        world.apply(&Command::SetPhysics(change)).map_err(|refused| refused.to_string())?;
+        self.physics = *world.settings();
+        Ok(())
+    }
+
+    fn change_pace(&mut self, factor: Option<f64>, as_fast_as_possible: bool) -> Result<(), String> {
+        let factor = factor.unwrap_or(self.driver.pace.factor());
+        let free = as_fast_as_possible || matches!(self.driver.pace, Pace::AsFastAsPossible { .. });
+        self.driver.pace = if free { Pace::AsFastAsPossible { factor } } else { Pace::RealTime { factor } };
+        self.driver.pace.check().map_err(|refused| refused.to_string())
+    }
+
+    fn change_name(&mut self, name: String) -> Result<(), String> {
+        if name.is_empty() || name != simd_model::wire_name(&name) || name.len() > 64 {
+            return Err(format!("name is {name:?}; it must be 1 to 64 of the characters A-Z a-z 0-9 _ -"));
+        }
+        self.name = name;
+        Ok(())
+    }
+
+    fn change_log(&mut self, log: String) -> Result<(), String> {
+        EnvFilter::try_new(&log).map_err(|error| {
+            format!(
+                "log is {log:?}; it must be a level like \"info\" or filters like \"simd=debug\" ({error})"
+            )
+        })?;
+        self.log = log;
+        Ok(())
+    }
+
+    fn add_asset_root(&mut self, folder: PathBuf) -> Result<(), String> {
+        let unreadable = |error| format!("asset root {}: {error}", folder.display());
+        std::fs::read_dir(&folder).map_err(unreadable)?;
+        self.asset_roots.push(folder);
+        Ok(())
+    }
+
+    fn pause(&mut self) {
+        self.driver.state = RunState::Paused;
+    }
+}

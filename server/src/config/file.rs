@@ -1,0 +1,139 @@
+//! The configuration file: TOML, and a key that is not known is a mistake.
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use glamx::{DPose3, DQuat, DVec3, EulerRot};
+use serde::Deserialize;
+use simd_core::simulation::command::PhysicsChange;
+
+use super::{Config, Robot};
+
+/// All that a file can say; see `simd --help`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    name: Option<String>,
+    listen: Option<SocketAddr>,
+    insecure: Option<bool>,
+    log: Option<String>,
+    #[serde(default)]
+    asset_roots: Vec<PathBuf>,
+    paused: Option<bool>,
+    #[serde(default)]
+    physics: PhysicsTable,
+    #[serde(default)]
+    robots: Vec<RobotTable>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PhysicsTable {
+    gravity: Option<[f64; 3]>,
+    time_step: Option<f64>,
+    substeps: Option<u32>,
+    real_time_factor: Option<f64>,
+    as_fast_as_possible: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RobotTable {
+    path: PathBuf,
+    #[serde(default)]
+    name: String,
+    #[serde(default)]
+    xyz: [f64; 3],
+    #[serde(default)]
+    rpy: [f64; 3],
+    fixed: Option<bool>,
+    #[serde(default)]
+    passive: bool,
+    #[serde(default)]
+    positions: BTreeMap<String, f64>,
+    scale: Option<f64>,
+    #[serde(default)]
+    strict: bool,
+}
+
+/// Reads a file. The error is the rest of a sentence that begins with the file's name.
+pub(super) fn read(path: &Path) -> Result<File, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| format!("cannot be read: {error}"))?;
+    parse(&text)
+}
+
+pub(super) fn parse(text: &str) -> Result<File, String> {
+    toml::from_str(text).map_err(|error| sentence(text, &error))
+}
+
+/// Line, key, and what is wrong with it.
+fn sentence(text: &str, error: &toml::de::Error) -> String {
+    let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    let Some(before) = error.span().and_then(|span| text.get(..span.start)) else {
+        return message;
+    };
+    let number = before.matches('\n').count();
+    let line = text.lines().nth(number).unwrap_or_default();
+    match line.split_once('=').map(|(key, _)| key.trim()) {
+        Some(key) if !message.contains(&format!("`{key}`")) => {
+            format!("line {}: {key}: {message}", number + 1)
+        }
+        _ => format!("line {}: {message}", number + 1),
+    }
+}
+
+impl File {
+    /// Puts what the file says over the configuration. Relative paths begin at
+    /// the file's folder. The error is the rest of a sentence, as in [`read`].
+    pub(super) fn apply(self, path: &Path, config: &mut Config) -> Result<(), String> {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        if let Some(listen) = self.listen {
+            config.listen = listen;
+        }
+        if let Some(name) = self.name {
+            config.change_name(name)?;
+        }
+        if let Some(log) = self.log {
+            config.change_log(log)?;
+        }
+        let PhysicsTable { gravity, time_step, substeps, real_time_factor, as_fast_as_possible } =
+            self.physics;
+        config.change_physics(PhysicsChange { gravity: gravity.map(DVec3::from), time_step, substeps })?;
+        config.change_pace(real_time_factor, as_fast_as_possible.unwrap_or(false))?;
+        if self.paused == Some(true) {
+            config.pause();
+        }
+        config.insecure |= self.insecure.unwrap_or(false);
+        for root in self.asset_roots {
+            config.add_asset_root(folder.join(root))?;
+        }
+        for robot in self.robots {
+            config.robots.push(robot.placed(folder)?);
+        }
+        Ok(())
+    }
+}
+
+impl RobotTable {
+    fn placed(self, folder: &Path) -> Result<Robot, String> {
+        let numbers = self.xyz.iter().chain(&self.rpy).chain(self.positions.values()).chain(&self.scale);
+        if let Some(number) = numbers.copied().find(|number| !number.is_finite()) {
+            let path = self.path.display();
+            return Err(format!("robot {path}: {number} in xyz, rpy, positions or scale; it must be finite"));
+        }
+        // URDF's rpy: about the fixed axes x, then y, then z.
+        let [roll, pitch, yaw] = self.rpy;
+        let rotation = DQuat::from_euler(EulerRot::ZYX, yaw, pitch, roll);
+        Ok(Robot {
+            path: folder.join(self.path),
+            name: self.name,
+            pose: DPose3::from_parts(DVec3::from(self.xyz), rotation),
+            fixed: self.fixed,
+            passive: self.passive,
+            positions: self.positions,
+            scale: self.scale.unwrap_or(1.0),
+            strict: self.strict,
+        })
+    }
+}

@@ -1,0 +1,146 @@
+//! Each mistake of an operator is one sentence that names it.
+
+use std::fs;
+
+use super::*;
+
+fn args(flags: &str) -> Result<Config, ConfigError> {
+    Config::from_args(std::iter::once("simd").chain(flags.split_whitespace()).map(OsString::from))
+}
+
+fn usage(flags: &str) -> String {
+    match args(flags) {
+        Err(ConfigError::Usage(sentence)) => sentence,
+        other => panic!("{flags:?} gives {other:?}"),
+    }
+}
+
+/// A configuration from a file with this text, and flags after it.
+fn file(text: &str, flags: &str) -> Result<Config, ConfigError> {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("simd.toml");
+    fs::write(&path, text).unwrap();
+    args(&format!("--config {} {flags}", path.display()))
+}
+
+fn file_mistake(text: &str) -> String {
+    match file(text, "") {
+        Err(ConfigError::File(sentence)) => sentence,
+        other => panic!("{text:?} gives {other:?}"),
+    }
+}
+
+#[test]
+fn nothing_said_is_loopback_real_time_and_playing() {
+    let config = args("").unwrap();
+    assert_eq!(config.listen.to_string(), "127.0.0.1:7400");
+    assert_eq!(config.driver.state, RunState::Playing);
+    assert_eq!(config.driver.pace, Pace::RealTime { factor: 1.0 });
+    assert_eq!(config.physics, PhysicsSettings::default());
+    assert!(config.robots.is_empty() && config.asset_roots.is_empty());
+}
+
+#[test]
+fn flags_beat_the_file_and_the_file_beats_the_defaults() {
+    let text = r#"
+        name = "from_file"
+        listen = "127.0.0.1:1"
+        paused = true
+        [physics]
+        gravity = [0, 0, -1]
+        time_step = 0.002
+        substeps = 4
+        real_time_factor = 2
+        [[robots]]
+        path = "arm"
+        xyz = [1, 2, 3]
+        rpy = [0, 0, 1.5707963267948966]
+        fixed = true
+        positions = { shoulder = 0.5 }
+        [[robots]]
+        path = "/other.urdf"
+    "#;
+    let config = file(text, "--listen 127.0.0.1:2 --gravity -1,0,0 --load third.urdf --rtf 0.5").unwrap();
+    assert_eq!((config.name.as_str(), config.listen.port()), ("from_file", 2));
+    assert_eq!(config.driver.state, RunState::Paused);
+    assert_eq!(config.driver.pace, Pace::RealTime { factor: 0.5 });
+    let expected =
+        PhysicsSettings { gravity: glamx::DVec3::new(-1.0, 0.0, 0.0), time_step: 0.002, substeps: 4 };
+    assert_eq!(config.physics, expected);
+    let paths: Vec<_> = config.robots.iter().map(|robot| robot.path.to_str().unwrap()).collect();
+    assert!(paths[0].ends_with("/arm") && paths[0].starts_with('/'), "from the file's folder: {paths:?}");
+    assert_eq!(paths[1..], ["/other.urdf", "third.urdf"]);
+    let turned = config.robots[0].pose * glamx::DVec3::X;
+    assert!((turned - glamx::DVec3::new(1.0, 3.0, 3.0)).length() < 1e-12, "{turned}");
+}
+
+#[test]
+fn an_unknown_key_is_named_with_its_line() {
+    let sentence = file_mistake("paused = true\n[physics]\ntimestep = 0.001\n");
+    assert!(sentence.contains("simd.toml: line 3: unknown field `timestep`"), "{sentence}");
+    assert!(sentence.contains("`time_step`"), "{sentence}");
+    let sentence = file_mistake("[[robots]]\npath = \"a\"\npose = 1\n");
+    assert!(sentence.contains("line 3: unknown field `pose`"), "{sentence}");
+}
+
+#[test]
+fn a_value_of_the_wrong_kind_is_named_with_its_line() {
+    let sentence = file_mistake("[physics]\nreal_time_factor = \"fast\"\n");
+    assert!(sentence.contains("line 2: real_time_factor: "), "{sentence}");
+    assert!(file_mistake("listen = \"here\"").contains("line 1: listen: "));
+    assert!(file_mistake("[[robots]]\nname = \"arm\"\n").contains("missing field `path`"));
+    assert!(file_mistake("paused = tru").contains("line 1"));
+    assert!(file_mistake("[physics]\ngravity = [0, 0]").contains("line 2"));
+}
+
+#[test]
+fn values_out_of_range_are_refused_with_the_range() {
+    assert!(usage("--rtf 0").contains("between 0.001 and 1000"));
+    assert!(usage("--rtf nan").contains("between 0.001 and 1000"));
+    assert!(file_mistake("[physics]\nreal_time_factor = 2000").contains("real_time_factor is 2000"));
+    assert!(usage("--time-step -1").contains("the time step is -1"));
+    assert!(usage("--asset-root /nowhere").contains("asset root /nowhere: "));
+    assert!(file_mistake("asset_roots = [\"nowhere\"]").contains("/nowhere: "));
+    assert!(usage("--name a/b").contains("name is \"a/b\""));
+    assert!(file_mistake("log = \"a=b=c\"").contains("log is"));
+    assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [nan, 0, 0]").contains("must be finite"));
+}
+
+#[test]
+fn a_mistake_in_the_flags_is_one_sentence() {
+    for (flags, word) in [
+        ("--bogus", "--bogus"),
+        ("--listen here", "--listen"),
+        ("--gravity 1,2", "three numbers"),
+        ("--time-step", "--time-step"),
+        ("extra", "extra"),
+    ] {
+        let sentence = usage(flags);
+        assert!(sentence.contains(word) && !sentence.contains('\n'), "{flags}: {sentence}");
+        assert!(sentence.ends_with("; see simd --help"), "{sentence}");
+    }
+}
+
+#[test]
+fn an_address_that_others_can_reach_must_be_asked_for() {
+    assert!(usage("--listen 0.0.0.0:7400").contains("--insecure"));
+    assert!(file_mistake("listen = \"192.168.0.1:7400\"").contains("neither TLS nor tokens yet"));
+    assert!(args("--listen 0.0.0.0:7400 --insecure").is_ok());
+    assert!(args("--listen [::1]:0").is_ok());
+}
+
+#[test]
+fn a_file_that_is_not_there_is_a_mistake_of_the_file() {
+    let Err(ConfigError::File(sentence)) = args("--config /nowhere/simd.toml") else { panic!() };
+    assert!(sentence.starts_with("/nowhere/simd.toml: cannot be read: "), "{sentence}");
+}
+
+#[test]
+fn the_help_shows_the_file_and_the_exit_codes() {
+    let Err(ConfigError::Shown(help)) = args("--help") else { panic!() };
+    assert!(help.contains("[[robots]]") && help.contains("Exit codes:"));
+    let (_, example) = help.split_once("):\n").unwrap();
+    let (example, _) = example.split_once("Exit codes").unwrap();
+    let example = example.replace("\n  ", "\n").replace("/srv/robots\"]", "/\"]");
+    assert!(file(example.trim(), "").is_ok(), "the example in the help is a file that can be read");
+}

@@ -1,0 +1,228 @@
+//! All of it put together, from start to drain.
+//!
+//! The order of a start: asset roots, port, driver (paused), robots, play, serve.
+//! So an operator learns of a mistake in the first second, and the first step is
+//! the first that any robot sees.
+
+mod signals;
+#[cfg(test)]
+mod tests;
+
+use std::io::Write as _;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use simd_core::Simulation;
+use simd_core::simulation::WorldLimits;
+use simd_model::Severity;
+use tokio::net::TcpListener;
+use tokio::task::JoinHandle;
+
+use crate::config::{Config, Robot};
+use crate::driver;
+use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use crate::loading::Loader;
+use signals::Signals;
+
+/// Calls and streams end within this time of a drain, or are cut off.
+const DRAIN: Duration = Duration::from_millis(2200);
+/// The driver ends within this time after that, or is left behind.
+const LAST_STEP: Duration = Duration::from_millis(300);
+
+/// Why a daemon does not start, or ends by itself.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// An asset root is not a folder that can be read.
+    #[error("asset root {folder}: {source}", folder = folder.display())]
+    AssetRoot {
+        /// As the operator wrote it.
+        folder: PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// The address cannot be listened on.
+    #[error("cannot listen on {address}: {source}")]
+    Listen {
+        /// As the operator wrote it.
+        address: SocketAddr,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A robot cannot be loaded.
+    #[error("cannot load {path}: {source}", path = path.display())]
+    Robot {
+        /// As the operator wrote it.
+        path: PathBuf,
+        /// Why.
+        source: CallError,
+    },
+    /// The system gives no threads or no signals.
+    #[error("cannot start: {0}")]
+    System(std::io::Error),
+    /// The driver failed.
+    #[error("the physics thread ended: {0}")]
+    Driver(String),
+    /// The server failed.
+    #[error("the server ended: {0}")]
+    Server(String),
+    /// A second signal came while it drained.
+    #[error("cut off by a second signal")]
+    CutOff,
+}
+
+impl Error {
+    /// The process's exit code, as `simd --help` has it.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            // An asset root was there when the configuration was read.
+            Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
+            Self::Listen { .. } => 4,
+            Self::Robot { .. } => 5,
+        }
+    }
+}
+
+/// A daemon that runs.
+#[derive(Debug)]
+pub struct Running {
+    /// The way to its world.
+    pub handle: SimHandle,
+    /// Where it listens, with the port that it got.
+    pub address: SocketAddr,
+    server: JoinHandle<Result<(), tonic::transport::Error>>,
+}
+
+/// Starts a daemon within this process: no signals, no line on stdout.
+///
+/// # Errors
+/// Where an address, a folder or a robot is not as the configuration has it.
+pub async fn start(config: Config) -> Result<Running, Error> {
+    let loader = Loader::new(config.limits, &config.asset_roots)
+        .map_err(|(folder, source)| Error::AssetRoot { folder, source })?;
+    let listen = |source| Error::Listen { address: config.listen, source };
+    let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
+    let address = listener.local_addr().map_err(listen)?;
+
+    let limits = config.limits;
+    let world = Simulation::new(
+        config.physics,
+        WorldLimits { robots: limits.robots as usize, snapshots: limits.snapshots as usize },
+    );
+    // Robots come before the first step.
+    let paused = driver::Config { state: RunState::Paused, ..config.driver };
+    let link = driver::start(world, paused).map_err(Error::System)?;
+    let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
+    let handle = SimHandle::new(link, loader, info);
+    let ready = async {
+        for robot in config.robots {
+            load(&handle, robot).await?;
+        }
+        if config.driver.state != RunState::Paused {
+            let driver = |error: CallError| Error::Driver(error.to_string());
+            handle.set_state(config.driver.state).await.map_err(driver)?;
+        }
+        Ok(())
+    };
+    if let Err(error) = ready.await {
+        handle.end_driver();
+        return Err(error);
+    }
+    let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener));
+    Ok(Running { handle, address, server })
+}
+
+/// A robot that the operator named; what its report warns of is logged.
+async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
+    let path = robot.path;
+    let request = SpawnRequest {
+        source: Source::Path(path.display().to_string()),
+        name: robot.name,
+        allow_renaming: false,
+        pose: robot.pose,
+        fixed_base: robot.fixed,
+        passive: robot.passive,
+        joint_positions: robot.positions.into_iter().collect(),
+        scale: robot.scale,
+        strict: robot.strict,
+    };
+    let loaded = handle.spawn_at_start(path.clone(), request).await;
+    let loaded = loaded.map_err(|source| Error::Robot { path, source })?;
+    for finding in loaded.report.at_least(Severity::Warning) {
+        let line = finding.line.unwrap_or(0);
+        tracing::warn!(robot = loaded.name, line, "{}: {}", finding.element, finding.message);
+    }
+    Ok(())
+}
+
+impl Running {
+    /// Returns when the daemon ends without having been told to, with the reason.
+    pub async fn failed(&mut self) -> Error {
+        let driver_ended = self.handle.driver_ended();
+        tokio::select! {
+            () = driver_ended.cancelled() => {
+                Error::Driver(self.handle.driver_failure().unwrap_or("nobody told it to").to_owned())
+            }
+            served = &mut self.server => Error::Server(match served {
+                Ok(Ok(())) => "nobody told it to".to_owned(),
+                Ok(Err(error)) => error.to_string(),
+                Err(panicked) => panicked.to_string(),
+            }),
+        }
+    }
+
+    /// Ends every stream with OK, takes no more calls, and ends the world. What
+    /// has not ended by itself after two seconds is cut off.
+    pub async fn drain(self) {
+        self.handle.draining().cancel();
+        let abort = self.server.abort_handle();
+        match tokio::time::timeout(DRAIN, self.server).await {
+            Ok(Ok(Ok(()))) => {}
+            Ok(Ok(Err(error))) => tracing::warn!(%error, "the server failed while draining"),
+            Ok(Err(error)) => tracing::warn!(%error, "the server failed while draining"),
+            Err(_elapsed) => {
+                tracing::warn!("calls did not end in time and are cut off");
+                abort.abort();
+            }
+        }
+        self.handle.end_driver();
+        if tokio::time::timeout(LAST_STEP, self.handle.driver_ended().cancelled()).await.is_err() {
+            tracing::warn!("the last step takes too long and is left behind");
+        }
+    }
+}
+
+/// Runs a daemon as the process: says on stdout when it is ready, in one line,
+/// and drains at SIGTERM or SIGINT.
+///
+/// # Errors
+/// See [`Error`]; its exit code is the process's.
+pub async fn run(config: Config) -> Result<(), Error> {
+    let mut signals = Signals::new().map_err(Error::System)?;
+    let name = config.name.clone();
+    tracing::info!(version = env!("CARGO_PKG_VERSION"), name, "simd starts");
+    let mut running = tokio::select! {
+        running = start(config) => running?,
+        // Nobody was served yet, so there is nothing to drain.
+        _ = signals.next() => return Ok(()),
+    };
+    tracing::info!(address = %running.address, "serving gRPC");
+    // Whoever closed stdout does not want the line.
+    let mut stdout = std::io::stdout().lock();
+    let _ = writeln!(stdout, "simd {name} is listening on http://{}", running.address)
+        .and_then(|()| stdout.flush());
+    drop(stdout);
+
+    let signal = tokio::select! {
+        signal = signals.next() => signal,
+        error = running.failed() => return Err(error),
+    };
+    tracing::info!(signal, "draining");
+    tokio::select! {
+        () = running.drain() => {
+            tracing::info!("drained");
+            Ok(())
+        }
+        _ = signals.next() => Err(Error::CutOff),
+    }
+}

@@ -1,0 +1,58 @@
+//! Starts and drains, in this process.
+
+use super::*;
+
+fn config() -> Config {
+    Config { listen: "127.0.0.1:0".parse().unwrap(), ..Config::default() }
+}
+
+#[tokio::test]
+async fn a_daemon_starts_on_a_port_of_its_own_plays_and_drains() {
+    let running = start(config()).await.unwrap();
+    assert_ne!(running.address.port(), 0);
+    assert_eq!(running.handle.statistics().state, RunState::Playing);
+    let first = running.handle.newest();
+    let next = running.handle.newer_than(first.sequence, None).await.unwrap();
+    assert!(next.snapshot.at.step > 0);
+    let handle = running.handle.clone();
+    running.drain().await;
+    assert!(handle.driver_ended().is_cancelled());
+}
+
+#[tokio::test]
+async fn a_port_in_use_is_named_and_has_its_exit_code() {
+    let other = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = other.local_addr().unwrap();
+    let error = start(Config { listen: address, ..config() }).await.unwrap_err();
+    assert_eq!(error.exit_code(), 4);
+    assert!(error.to_string().starts_with(&format!("cannot listen on {address}: ")), "{error}");
+}
+
+#[tokio::test]
+async fn a_robot_that_cannot_be_loaded_is_named_and_has_its_exit_code() {
+    let robots = vec![Robot::at("/nowhere/arm.urdf".into())];
+    let error = start(Config { robots, ..config() }).await.unwrap_err();
+    assert_eq!(error.exit_code(), 5);
+    assert!(error.to_string().starts_with("cannot load /nowhere/arm.urdf: cannot read"), "{error}");
+}
+
+#[tokio::test]
+async fn an_asset_root_that_is_not_there_is_named() {
+    let error = start(Config { asset_roots: vec!["/nowhere".into()], ..config() }).await.unwrap_err();
+    assert!(error.to_string().starts_with("asset root /nowhere: "), "{error}");
+}
+
+#[tokio::test]
+async fn robots_are_there_before_the_first_step() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("box.urdf");
+    std::fs::write(&path, r#"<robot name="box"><link name="base"/></robot>"#).unwrap();
+    let mut paused = config();
+    paused.driver.state = RunState::Paused;
+    paused.robots = vec![Robot { name: "first".into(), ..Robot::at(path) }];
+    let running = start(paused).await.unwrap();
+    let newest = running.handle.newest();
+    assert_eq!(newest.snapshot.at.step, 0);
+    assert!(newest.snapshot.entity("first").is_some());
+    running.drain().await;
+}

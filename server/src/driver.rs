@@ -1,0 +1,142 @@
+//! The thread that alone owns the world: it applies commands between steps, keeps
+//! the pace, and publishes what the world looks like.
+//!
+//! It is an OS thread and no task, it holds no lock across a step, and it waits
+//! for nobody but its mailbox and the clock.
+
+mod board;
+mod event;
+mod mailbox;
+mod main_loop;
+mod meter;
+mod pacer;
+mod step_queue;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+pub(crate) mod toy;
+mod world;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use simd_core::Snapshot;
+
+pub(crate) use board::Board;
+pub(crate) use event::{Event, ReplyTo};
+pub(crate) use mailbox::Mailbox;
+pub(crate) use world::World;
+
+use crate::handle::{EventLog, Pace, RunState, Statistics};
+use board::Publisher;
+use mailbox::{Inbox, mailbox};
+use main_loop::{Driver, period};
+use meter::Meter;
+use pacer::Pacer;
+use step_queue::StepQueue;
+
+/// How the driver drives.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// Calls that may wait for it.
+    pub mailbox: usize,
+    /// Wall time by which the world may be late before lag is dropped.
+    pub lag_limit: Duration,
+    /// What it begins in.
+    pub state: RunState,
+    /// What it begins with.
+    pub pace: Pace,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            mailbox: 1024,
+            lag_limit: Duration::from_millis(200),
+            state: RunState::Playing,
+            pace: Pace::default(),
+        }
+    }
+}
+
+/// What others hold of the driver.
+#[derive(Clone, Debug)]
+pub(crate) struct Link {
+    /// Where calls go.
+    pub(crate) mailbox: Mailbox,
+    /// Where states are read.
+    pub(crate) board: Arc<Board>,
+    /// Where it says what happened.
+    pub(crate) events: Arc<EventLog>,
+}
+
+/// Starts the thread.
+///
+/// # Errors
+/// Where the system gives no thread.
+pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> {
+    let (driver, link) = build(world, config);
+    std::thread::Builder::new().name("simd-driver".into()).spawn(move || run(driver))?;
+    Ok(link)
+}
+
+/// A driver that does not run yet.
+fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
+    let now = Instant::now();
+    let (mailbox, inbox) = mailbox(config.mailbox);
+    let mut snapshot = Snapshot::default();
+    world.observe(&mut snapshot);
+    let settings = world.settings();
+    let publisher = Publisher::new(snapshot, settings, Statistics::at_start(config.state, config.pace));
+    let events = Arc::new(EventLog::default());
+    let link = Link { mailbox, board: publisher.board().clone(), events: events.clone() };
+    let driver = Driver {
+        world,
+        inbox,
+        publisher,
+        events,
+        state: config.state,
+        pace: config.pace,
+        pacer: Pacer::new(period(config.pace, &settings), config.lag_limit, now),
+        meter: Meter::new(now),
+        steps: StepQueue::default(),
+        iterations: 0,
+        served: 0,
+    };
+    (driver, link)
+}
+
+/// Until it is told to end or fails. A fault in the world ends the world; it
+/// must not leave its clients hanging.
+fn run<W: World>(mut driver: Driver<W>) {
+    sharpen_timer();
+    let outcome = catch_unwind(AssertUnwindSafe(|| driver.run()));
+    let failure = outcome.err().map(|payload| panic_message(payload.as_ref()));
+    if let Some(failure) = &failure {
+        tracing::error!(%failure, "the physics thread panicked; the daemon ends");
+    }
+    let Driver { inbox, steps, .. } = driver;
+    end(inbox, steps, failure);
+}
+
+/// The reason is there before anybody who waits is let go.
+fn end(inbox: Inbox, steps: StepQueue, failure: Option<String>) {
+    inbox.end(failure);
+    drop(steps);
+}
+
+/// What a panic said.
+pub(crate) fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("it panicked").to_owned()
+}
+
+/// Linux lets a sleeping thread sleep 50 us longer to save wake-ups; a step of
+/// 0.1 ms has no such time.
+fn sharpen_timer() {
+    #[cfg(target_os = "linux")]
+    if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
+        tracing::debug!(%error, "the timer stays coarse");
+    }
+}

@@ -1,0 +1,150 @@
+//! Where the driver puts the newest state for everybody to read. Newest wins;
+//! the driver never waits for a reader, nor a reader for the driver.
+
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use arc_swap::ArcSwap;
+use simd_core::{PhysicsSettings, Snapshot};
+use tokio::sync::Notify;
+
+use crate::handle::{Published, Statistics};
+
+/// Old states that are kept for their memory. Readers that stall hold more
+/// than these; then the driver allocates.
+const RETIRED: usize = 8;
+
+/// The newest state, for readers.
+#[derive(Debug)]
+pub(crate) struct Board {
+    newest: ArcSwap<Published>,
+    changed: Notify,
+}
+
+/// The one who writes on a [`Board`].
+#[derive(Debug)]
+pub(crate) struct Publisher {
+    board: Arc<Board>,
+    /// Candidates for the next state: those that nobody reads any more.
+    retired: Vec<Arc<Published>>,
+    sequence: u64,
+}
+
+impl Board {
+    /// The newest state, at once.
+    pub(crate) fn newest(&self) -> Arc<Published> {
+        self.newest.load_full()
+    }
+
+    /// The newest state once it is newer than `sequence`.
+    pub(crate) async fn newer_than(&self, sequence: u64) -> Arc<Published> {
+        loop {
+            // Made before the look, so that a state published between look and wait wakes it.
+            let changed = self.changed.notified();
+            let newest = self.newest();
+            if newest.sequence > sequence {
+                return newest;
+            }
+            changed.await;
+        }
+    }
+}
+
+impl Publisher {
+    /// A board with a first state, sequence 1, and its writer.
+    pub(crate) fn new(snapshot: Snapshot, physics: PhysicsSettings, statistics: Statistics) -> Self {
+        let first = Published { sequence: 1, wall_time: SystemTime::now(), snapshot, physics, statistics };
+        let board = Board { newest: ArcSwap::from_pointee(first), changed: Notify::new() };
+        Self { board: Arc::new(board), retired: Vec::with_capacity(RETIRED), sequence: 1 }
+    }
+
+    /// For readers.
+    pub(crate) fn board(&self) -> &Arc<Board> {
+        &self.board
+    }
+
+    /// Of the newest state.
+    pub(crate) fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Publishes what `fill` writes over an old state; sequence and time are set here.
+    pub(crate) fn publish(&mut self, fill: impl FnOnce(&mut Published)) -> SystemTime {
+        let mut next = self.unread();
+        self.sequence += 1;
+        let wall_time = SystemTime::now();
+        // It is unread, so this does not copy.
+        let state = Arc::make_mut(&mut next);
+        state.sequence = self.sequence;
+        state.wall_time = wall_time;
+        fill(state);
+        let old = self.board.newest.swap(next);
+        if self.retired.len() == RETIRED {
+            self.retired.remove(0);
+        }
+        self.retired.push(old);
+        self.board.changed.notify_waiters();
+        wall_time
+    }
+
+    /// A state that nobody else holds: an old one, or a copy of the newest.
+    fn unread(&mut self) -> Arc<Published> {
+        match self.retired.iter_mut().position(|old| Arc::get_mut(old).is_some()) {
+            Some(place) => self.retired.swap_remove(place),
+            None => Arc::new(Published::clone(&self.board.newest.load())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::handle::{Pace, RunState};
+
+    fn publisher() -> Publisher {
+        let statistics = Statistics::at_start(RunState::Paused, Pace::default());
+        Publisher::new(Snapshot::default(), PhysicsSettings::default(), statistics)
+    }
+
+    #[test]
+    fn a_steady_publisher_reuses_two_states() {
+        let mut publisher = publisher();
+        let mut seen = std::collections::BTreeSet::new();
+        for _ in 0..1000 {
+            publisher.publish(|state| state.snapshot.positions.resize(100, 0.0));
+            let newest = publisher.board().newest();
+            seen.insert((Arc::as_ptr(&newest) as usize, newest.snapshot.positions.as_ptr() as usize));
+        }
+        assert_eq!(seen.len(), 2);
+        assert_eq!(publisher.board().newest().sequence, 1001);
+    }
+
+    #[test]
+    fn a_state_that_is_read_never_changes() {
+        let mut publisher = publisher();
+        let held: Vec<_> = (0..100_u64)
+            .map(|n| {
+                publisher.publish(|state| state.snapshot.at.step = n);
+                publisher.board().newest()
+            })
+            .collect();
+        for (n, state) in held.iter().enumerate() {
+            assert_eq!((state.snapshot.at.step, state.sequence), (n as u64, n as u64 + 2));
+        }
+        assert!(publisher.retired.len() <= RETIRED);
+    }
+
+    #[tokio::test]
+    async fn a_reader_that_waits_gets_the_newest_and_skips_what_was_between() {
+        let mut publisher = publisher();
+        let board = publisher.board().clone();
+        let write = async {
+            for _ in 0..3 {
+                publisher.publish(|_| ());
+            }
+        };
+        let (read, ()) = tokio::join!(board.newer_than(1), write);
+        assert_eq!(read.sequence, 4);
+        assert_eq!(board.newer_than(3).await.sequence, 4, "it does not wait for what is there");
+    }
+}

@@ -1,0 +1,57 @@
+//! Everything that can wake the driver.
+
+use simd_core::simulation::command::PhysicsChange;
+use simd_core::{Answer, Command, PhysicsSettings, Query};
+use tokio::sync::oneshot;
+
+use crate::handle::{CallError, Done, Pace, RunState};
+
+/// Where an answer goes. Each call gets exactly one; one that is dropped
+/// without an answer means that the driver has ended.
+pub(crate) type ReplyTo<T> = oneshot::Sender<Result<T, CallError>>;
+
+/// What wakes the driver.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// It is time for a step. Not posted: the pace or a pending [`Event::Step`] makes it.
+    StepDue,
+    /// Change the world.
+    Command {
+        /// How.
+        command: Command,
+        /// Once it holds.
+        reply: ReplyTo<Done>,
+    },
+    /// Ask the world.
+    Query {
+        /// What.
+        query: Query,
+        /// At once.
+        reply: ReplyTo<Answer>,
+    },
+    /// Play, pause or stop.
+    SetState {
+        /// Which of them.
+        state: RunState,
+        /// Once it holds.
+        reply: ReplyTo<Done>,
+    },
+    /// Do steps, as fast as possible, while not playing.
+    Step {
+        /// At least 1.
+        steps: u64,
+        /// After the last one; dropped by a caller who does not want them any more.
+        reply: ReplyTo<Done>,
+    },
+    /// Change how steps are done and when: both or, where one is refused, nothing.
+    SetPhysics {
+        /// How.
+        change: PhysicsChange,
+        /// When; its factor is checked before it gets here.
+        pace: Option<Pace>,
+        /// With what is in force from then on.
+        reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
+    },
+    /// End.
+    Shutdown,
+}

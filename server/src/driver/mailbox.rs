@@ -1,0 +1,145 @@
+//! The one queue to the driver: bounded, and a full one refuses at once.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
+
+use tokio_util::sync::CancellationToken;
+
+use super::event::Event;
+use crate::handle::CallError;
+
+/// The end that calls are posted into.
+#[derive(Clone, Debug)]
+pub(crate) struct Mailbox {
+    sender: SyncSender<Event>,
+    shared: Arc<Shared>,
+}
+
+/// The driver's end.
+#[derive(Debug)]
+pub(crate) struct Inbox {
+    receiver: Receiver<Event>,
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    capacity: usize,
+    refusals: AtomicU64,
+    /// Set beside [`Event::Shutdown`], which may find the mailbox full.
+    closing: AtomicBool,
+    /// Cancelled when the driver has ended, well or not.
+    ended: CancellationToken,
+    /// What it panicked with.
+    failure: OnceLock<String>,
+}
+
+/// A mailbox for `capacity` calls.
+pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
+    let (sender, receiver) = sync_channel(capacity);
+    let shared = Arc::new(Shared {
+        capacity,
+        refusals: AtomicU64::new(0),
+        closing: AtomicBool::new(false),
+        ended: CancellationToken::new(),
+        failure: OnceLock::new(),
+    });
+    (Mailbox { sender, shared: shared.clone() }, Inbox { receiver, shared })
+}
+
+impl Mailbox {
+    /// Posts without ever waiting.
+    pub(crate) fn post(&self, event: Event) -> Result<(), CallError> {
+        self.sender.try_send(event).map_err(|refused| match refused {
+            TrySendError::Full(_) => {
+                self.shared.refusals.fetch_add(1, Ordering::Relaxed);
+                CallError::MailboxFull { capacity: self.shared.capacity }
+            }
+            TrySendError::Disconnected(_) => self.end(),
+        })
+    }
+
+    /// Ends the driver after the step that it is in.
+    pub(crate) fn close(&self) {
+        self.shared.closing.store(true, Ordering::Release);
+        // Only to wake it: where the mailbox is full it is awake, and sees the flag.
+        let _ = self.sender.try_send(Event::Shutdown);
+    }
+
+    /// Calls that found it full.
+    pub(crate) fn refusals(&self) -> u64 {
+        self.shared.refusals.load(Ordering::Relaxed)
+    }
+
+    /// Cancelled when the driver has ended, well or not.
+    pub(crate) fn ended(&self) -> &CancellationToken {
+        &self.shared.ended
+    }
+
+    /// What the driver failed with, if it did.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.shared.failure.get().map(String::as_str)
+    }
+
+    /// Why a driver that has ended gives no answer.
+    pub(crate) fn end(&self) -> CallError {
+        match self.failure() {
+            Some(failure) => CallError::Internal { message: format!("the physics thread ended: {failure}") },
+            None => CallError::ShuttingDown,
+        }
+    }
+}
+
+impl Inbox {
+    /// What waits already.
+    pub(crate) fn try_next(&self) -> Option<Event> {
+        if self.is_closing() {
+            return Some(Event::Shutdown);
+        }
+        match self.receiver.try_recv() {
+            Ok(event) => Some(event),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Event::Shutdown),
+        }
+    }
+
+    /// What comes before a deadline.
+    pub(crate) fn next_before(&self, deadline: Instant) -> Option<Event> {
+        if self.is_closing() {
+            return Some(Event::Shutdown);
+        }
+        match self.receiver.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            Ok(event) => Some(event),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => Some(Event::Shutdown),
+        }
+    }
+
+    /// What comes, however long that takes. Nobody left to post ends the driver.
+    pub(crate) fn next(&self) -> Event {
+        if self.is_closing() {
+            return Event::Shutdown;
+        }
+        self.receiver.recv().unwrap_or(Event::Shutdown)
+    }
+
+    /// Calls that found it full.
+    pub(crate) fn refusals(&self) -> u64 {
+        self.shared.refusals.load(Ordering::Relaxed)
+    }
+
+    /// Says how the driver ended. What still waits is dropped with the inbox
+    /// after that, so that whoever waited finds the reason.
+    pub(crate) fn end(self, failure: Option<String>) {
+        if let Some(failure) = failure {
+            let _ = self.shared.failure.set(failure);
+        }
+        self.shared.ended.cancel();
+    }
+
+    fn is_closing(&self) -> bool {
+        self.shared.closing.load(Ordering::Acquire)
+    }
+}

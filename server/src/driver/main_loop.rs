@@ -1,0 +1,271 @@
+//! The driver's loop: waits for an event, handles it, forever. Every cause of
+//! change is in [`Driver::handle_event`].
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use simd_core::simulation::EventKind;
+use simd_core::simulation::command::{PhysicsChange, ResetScope};
+use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
+
+use super::board::Publisher;
+use super::event::Event;
+use super::mailbox::Inbox;
+use super::meter::Meter;
+use super::pacer::{Due, Pacer};
+use super::step_queue::StepQueue;
+use super::world::World;
+use crate::handle::{CallError, Done, EventLog, Happened, Pace, RunState, Statistics};
+
+/// While a step is due, at most this many calls are served before it: a flood
+/// of calls does not stop the world, and a world that is always late does not
+/// stop the calls.
+const CALLS_PER_STEP: u32 = 256;
+
+/// Owns the world and everything that decides when it steps.
+pub(super) struct Driver<W> {
+    pub(super) world: W,
+    pub(super) inbox: Inbox,
+    pub(super) publisher: Publisher,
+    pub(super) events: Arc<EventLog>,
+    pub(super) state: RunState,
+    pub(super) pace: Pace,
+    pub(super) pacer: Pacer,
+    pub(super) meter: Meter,
+    /// Steps that callers wait for; empty while playing.
+    pub(super) steps: StepQueue,
+    /// Since the start.
+    pub(super) iterations: u64,
+    /// Calls since the last step.
+    pub(super) served: u32,
+}
+
+impl<W: World> Driver<W> {
+    /// Until it is told to end.
+    pub(super) fn run(&mut self) {
+        while self.turn().is_continue() {}
+    }
+
+    /// One event.
+    pub(super) fn turn(&mut self) -> ControlFlow<()> {
+        let event = self.next_event();
+        self.handle_event(event)
+    }
+
+    /// Calls go before a step that is due, in the order in which they came, up to a bound.
+    fn next_event(&mut self) -> Event {
+        let due = match self.state {
+            RunState::Playing => Some(self.pacer.next(Instant::now())),
+            RunState::Paused | RunState::Stopped if self.steps.is_wanted() => Some(Due::Now),
+            RunState::Paused | RunState::Stopped => None,
+        };
+        match due {
+            Some(Due::Now) if self.served >= CALLS_PER_STEP => Event::StepDue,
+            Some(Due::Now) => self.inbox.try_next().unwrap_or(Event::StepDue),
+            Some(Due::At(deadline)) => self.inbox.next_before(deadline).unwrap_or(Event::StepDue),
+            None => self.inbox.next(),
+        }
+    }
+
+    /// A caller that is gone does not read its answer, which is no fault.
+    fn handle_event(&mut self, event: Event) -> ControlFlow<()> {
+        self.served = self.served.saturating_add(1);
+        match event {
+            Event::StepDue => self.step(),
+            Event::Command { command, reply } => drop(reply.send(self.command(&command))),
+            Event::Query { query, reply } => drop(reply.send(self.world.query(&query).map_err(Into::into))),
+            Event::SetState { state, reply } => drop(reply.send(self.set_state(state))),
+            Event::Step { steps, reply } => match self.state {
+                RunState::Playing => drop(reply.send(Err(CallError::WrongState {
+                    state: self.state,
+                    message: "simulation is playing; pause it before stepping".into(),
+                }))),
+                RunState::Paused | RunState::Stopped => self.steps.push(steps, reply),
+            },
+            Event::SetPhysics { change, pace, reply } => drop(reply.send(self.set_physics(change, pace))),
+            Event::Shutdown => return ControlFlow::Break(()),
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The one place where a command reaches the world: what passes here, with
+    /// the step at which it did, is a complete recording of a run.
+    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+        let applied = self.world.apply(command)?;
+        tracing::trace!(epoch = applied.at.epoch, step = applied.at.step, ?command, "applied");
+        // A restored state brings its own time step.
+        self.follow_pace();
+        Ok(applied)
+    }
+
+    fn command(&mut self, command: &Command) -> Result<Done, CallError> {
+        let applied = self.apply(command)?;
+        match command {
+            Command::Reset(_) => self.steps.supersede("a reset"),
+            Command::RestoreSnapshot { .. } => self.steps.supersede("a restored snapshot"),
+            _ => {}
+        }
+        // While playing the next step shows it, unless it is so large a change
+        // that whoever asks for it looks for it at once.
+        if self.state != RunState::Playing || changes_the_world_as_a_whole(command) {
+            self.publish();
+        }
+        self.log_events();
+        Ok(self.done(applied))
+    }
+
+    fn step(&mut self) {
+        self.served = 0;
+        let begun = Instant::now();
+        self.world.step();
+        let ended = Instant::now();
+        self.iterations += 1;
+        self.meter.record(ended, self.world.settings().time_step, ended - begun);
+        let became_paused = self.state == RunState::Stopped;
+        match self.state {
+            RunState::Playing => self.pacer.stepped(),
+            // It is no longer where it starts from.
+            RunState::Stopped => self.state = RunState::Paused,
+            RunState::Paused => {}
+        }
+        self.publish();
+        self.log_events();
+        let at = self.world.now();
+        if became_paused {
+            self.log(Happened::StateChanged { at, state: RunState::Paused });
+        }
+        if let Some(dropped_lag) = self.pacer.report(ended) {
+            tracing::warn!(dropped_lag, "the world cannot keep up; lag is dropped");
+            self.log(Happened::Overrun { at, dropped_lag });
+        }
+        if let Some(reply) = self.steps.stepped() {
+            let _ = reply.send(Ok(self.done(Applied { at, reply: Reply::Done })));
+        }
+    }
+
+    fn set_state(&mut self, state: RunState) -> Result<Done, CallError> {
+        let now = Instant::now();
+        let before = self.state;
+        match state {
+            RunState::Playing if before == RunState::Playing => {}
+            RunState::Playing => {
+                self.steps.supersede("a play");
+                self.pacer.restart(now);
+                self.meter.restart(now);
+            }
+            RunState::Paused => self.steps.supersede("a pause"),
+            RunState::Stopped => {
+                self.apply(&Command::Reset(ResetScope { time: true, state: true, spawned: false }))?;
+                self.steps.supersede("a stop");
+            }
+        }
+        self.state = state;
+        self.publish();
+        self.log_events();
+        let at = self.world.now();
+        if state != before {
+            self.log(Happened::StateChanged { at, state });
+        }
+        Ok(self.done(Applied { at, reply: Reply::Done }))
+    }
+
+    fn set_physics(
+        &mut self,
+        change: PhysicsChange,
+        pace: Option<Pace>,
+    ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
+        let (settings_before, pace_before) = (self.world.settings(), self.pace);
+        let at = if change == PhysicsChange::default() {
+            self.world.now()
+        } else {
+            self.apply(&Command::SetPhysics(change))?.at
+        };
+        self.pace = pace.unwrap_or(self.pace);
+        self.follow_pace();
+        self.publish();
+        self.log_events();
+        let settings = self.world.settings();
+        if self.pace != pace_before && settings == settings_before {
+            // The world knows nothing of a pace, so it told of nothing.
+            self.log(Happened::PhysicsChanged { at, settings, pace: self.pace });
+        }
+        Ok((self.done(Applied { at, reply: Reply::Physics(settings) }), settings, self.pace))
+    }
+
+    /// Tells the pacer how long a step may take.
+    fn follow_pace(&mut self) {
+        let period = period(self.pace, &self.world.settings());
+        self.pacer.set_period(period, Instant::now());
+    }
+
+    fn publish(&mut self) {
+        let playing = self.state == RunState::Playing;
+        let statistics = Statistics {
+            state: self.state,
+            pace: self.pace,
+            real_time_factor: if playing { self.meter.real_time_factor() } else { 0.0 },
+            overruns: self.pacer.overruns(),
+            dropped_lag: self.pacer.dropped_lag(),
+            iterations: self.iterations,
+            step_duration: self.meter.step_duration(),
+            mailbox_refusals: self.inbox.refusals(),
+        };
+        let world = &self.world;
+        self.publisher.publish(|state| {
+            world.observe(&mut state.snapshot);
+            state.physics = world.settings();
+            state.statistics = statistics;
+        });
+    }
+
+    /// Logs what happened in the world, after the state that shows it is published.
+    fn log_events(&mut self) {
+        for event in self.world.take_events() {
+            let happened = match event.kind {
+                EventKind::PhysicsChanged(settings) => {
+                    Happened::PhysicsChanged { at: event.at, settings, pace: self.pace }
+                }
+                _ => Happened::World(event),
+            };
+            self.log(happened);
+        }
+    }
+
+    fn log(&self, what: Happened) {
+        self.events.push(std::time::SystemTime::now(), self.publisher.sequence(), what);
+    }
+
+    fn done(&self, applied: Applied) -> Done {
+        let newest = self.publisher.board().newest();
+        Done { applied, sequence: newest.sequence, wall_time: newest.wall_time }
+    }
+}
+
+/// Wall seconds of a step; `None` where nothing is waited for.
+pub(super) fn period(pace: Pace, settings: &PhysicsSettings) -> Option<f64> {
+    match pace {
+        Pace::RealTime { factor } => Some(settings.time_step / factor),
+        Pace::AsFastAsPossible { .. } => None,
+    }
+}
+
+fn changes_the_world_as_a_whole(command: &Command) -> bool {
+    match command {
+        Command::Spawn(_)
+        | Command::Reload(_)
+        | Command::Delete { .. }
+        | Command::SetPhysics(_)
+        | Command::Reset(_)
+        | Command::RestoreSnapshot { .. } => true,
+        Command::SetTargets(_)
+        | Command::ResetJoints { .. }
+        | Command::SetJointProperties { .. }
+        | Command::Claim { .. }
+        | Command::Release { .. }
+        | Command::SetEntityState { .. }
+        | Command::ApplyWrench(_)
+        | Command::SaveSnapshot { .. }
+        | Command::DeleteSnapshot { .. } => false,
+    }
+}

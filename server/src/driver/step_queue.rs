@@ -1,0 +1,64 @@
+//! Steps that callers asked for while the world does not play, in order.
+
+use std::collections::VecDeque;
+
+use super::event::ReplyTo;
+use crate::handle::{CallError, Done};
+
+/// How many calls may wait. Each holds a connection, so this is far beyond use.
+const PENDING: usize = 1024;
+
+/// Calls that wait for their steps.
+#[derive(Debug, Default)]
+pub(super) struct StepQueue {
+    calls: VecDeque<Pending>,
+}
+
+#[derive(Debug)]
+struct Pending {
+    steps: u64,
+    done: u64,
+    reply: ReplyTo<Done>,
+}
+
+impl StepQueue {
+    /// Appends a call, or refuses it.
+    pub(super) fn push(&mut self, steps: u64, reply: ReplyTo<Done>) {
+        if self.calls.len() == PENDING {
+            let refused = CallError::LimitExceeded {
+                what: "the number of waiting step calls".into(),
+                value: PENDING as u64 + 1,
+                limit: PENDING as u64,
+            };
+            drop(reply.send(Err(refused)));
+            return;
+        }
+        self.calls.push_back(Pending { steps, done: 0, reply });
+    }
+
+    /// Whether a step is to be done. Calls whose caller is gone are dropped: what
+    /// was done of them stays done.
+    pub(super) fn is_wanted(&mut self) -> bool {
+        while self.calls.front().is_some_and(|call| call.reply.is_closed()) {
+            self.calls.pop_front();
+        }
+        !self.calls.is_empty()
+    }
+
+    /// Counts a step; gives the call that it completes.
+    pub(super) fn stepped(&mut self) -> Option<ReplyTo<Done>> {
+        let first = self.calls.front_mut()?;
+        first.done += 1;
+        if first.done < first.steps {
+            return None;
+        }
+        self.calls.pop_front().map(|call| call.reply)
+    }
+
+    /// Ends all calls; `by` says what did.
+    pub(super) fn supersede(&mut self, by: &str) {
+        for Pending { steps, done, reply } in self.calls.drain(..) {
+            drop(reply.send(Err(CallError::Superseded { by: by.into(), steps_done: done, steps })));
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What the driver needs of a world. There is one world, [`Simulation`]; tests of
+//! the driver bring their own, which stalls and fails when it is told to.
+
+use simd_core::{
+    Answer, Applied, Command, Error, Event, Moment, PhysicsSettings, Query, Simulation, Snapshot,
+};
+
+/// A world that commands change and steps move.
+pub(crate) trait World: Send + 'static {
+    /// See [`Simulation::apply`].
+    fn apply(&mut self, command: &Command) -> Result<Applied, Error>;
+    /// See [`Simulation::query`].
+    fn query(&self, query: &Query) -> Result<Answer, Error>;
+    /// See [`Simulation::step`].
+    fn step(&mut self);
+    /// See [`Simulation::now`].
+    fn now(&self) -> Moment;
+    /// See [`Simulation::settings`].
+    fn settings(&self) -> PhysicsSettings;
+    /// See [`Simulation::observe`].
+    fn observe(&self, snapshot: &mut Snapshot);
+    /// See [`Simulation::take_events`].
+    fn take_events(&mut self) -> Vec<Event>;
+}
+
+impl World for Simulation {
+    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+        Simulation::apply(self, command)
+    }
+
+    fn query(&self, query: &Query) -> Result<Answer, Error> {
+        Simulation::query(self, query)
+    }
+
+    fn step(&mut self) {
+        Simulation::step(self);
+    }
+
+    fn now(&self) -> Moment {
+        Simulation::now(self)
+    }
+
+    fn settings(&self) -> PhysicsSettings {
+        *Simulation::settings(self)
+    }
+
+    fn observe(&self, snapshot: &mut Snapshot) {
+        Simulation::observe(self, snapshot);
+    }
+
+    fn take_events(&mut self) -> Vec<Event> {
+        Simulation::take_events(self)
+    }
+}

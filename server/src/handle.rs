@@ -1,0 +1,251 @@
+//! The one way to the world, for every front-end: plain types, no wire types.
+//!
+//! * Here: commands and questions to the driver, states, events, the end.
+//! * `claims`: claims on joints and their leases.
+//! * `once`: answers to retries.
+//! * Bringing robots in is in [`crate::loading`].
+
+mod call_error;
+mod claims;
+mod event_log;
+mod info;
+mod once;
+mod published;
+mod robots;
+#[cfg(test)]
+mod tests;
+
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+
+use simd_core::simulation::command::PhysicsChange;
+use simd_core::{Answer, Command, PhysicsSettings, Query};
+use tokio::sync::oneshot;
+use tokio_util::sync::CancellationToken;
+
+pub use call_error::CallError;
+pub(crate) use event_log::EventLog;
+pub use event_log::{EventBatch, Happened, LoggedEvent};
+pub use info::{DaemonInfo, Limits};
+pub use published::{Done, Pace, Published, RunState, Statistics};
+pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, Validated};
+
+use crate::driver::{self, Event, ReplyTo};
+use crate::loading::Loader;
+use claims::Leases;
+use once::Answers;
+
+/// The one way to the world. Clones are the same handle.
+#[derive(Clone, Debug)]
+pub struct SimHandle {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    driver: driver::Link,
+    loader: Loader,
+    answers: Answers,
+    leases: Leases,
+    info: DaemonInfo,
+    draining: CancellationToken,
+}
+
+impl SimHandle {
+    /// A handle on a driver that was started.
+    pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
+        let (answers, leases, draining) = Default::default();
+        Self { inner: Arc::new(Inner { driver, loader, answers, leases, info, draining }) }
+    }
+
+    /// Changes the world.
+    ///
+    /// # Errors
+    /// Where the world refuses, or the mailbox is full.
+    pub async fn command(&self, command: Command) -> Result<Done, CallError> {
+        if let Command::SetTargets(targets) = &command
+            && let Some(claim) = &targets.claim
+        {
+            self.renew(claim);
+        }
+        self.ask(|reply| Event::Command { command, reply }).await
+    }
+
+    /// Asks the world what a state does not show.
+    ///
+    /// # Errors
+    /// Where there is no such thing, or the mailbox is full.
+    pub async fn query(&self, query: Query) -> Result<Answer, CallError> {
+        self.ask(|reply| Event::Query { query, reply }).await
+    }
+
+    /// Plays, pauses or stops.
+    ///
+    /// # Errors
+    /// Where the mailbox is full.
+    pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
+        self.ask(|reply| Event::SetState { state, reply }).await
+    }
+
+    /// Does steps as fast as possible, and answers when they are done. Dropping
+    /// the future ends them.
+    ///
+    /// # Errors
+    /// While playing, where the number is 0 or beyond the limit, where a play, a
+    /// pause, a stop or a reset comes between, and where the daemon drains.
+    pub async fn step(&self, steps: u64) -> Result<Done, CallError> {
+        let limit = self.inner.info.limits.steps;
+        if steps == 0 {
+            return Err(CallError::InvalidValue {
+                element: "steps".into(),
+                value: "0".into(),
+                expected: "it must be at least 1".into(),
+            });
+        }
+        if steps > limit {
+            return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
+        }
+        self.until_drained(self.ask(|reply| Event::Step { steps, reply })).await?
+    }
+
+    /// Changes how steps follow the wall clock.
+    ///
+    /// # Errors
+    /// Where the factor is not within 0.001 and 1,000.
+    pub async fn set_pace(&self, pace: Pace) -> Result<Done, CallError> {
+        let (done, _, _) = self.set_physics(PhysicsChange::default(), Some(pace)).await?;
+        Ok(done)
+    }
+
+    /// Changes how steps are done and how they follow the wall clock: both or,
+    /// where one of them is refused, nothing. Answers with what is in force.
+    ///
+    /// # Errors
+    /// Where a value is not within its bounds.
+    pub async fn set_physics(
+        &self,
+        change: PhysicsChange,
+        pace: Option<Pace>,
+    ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
+        if let Some(pace) = pace {
+            pace.check()?;
+        }
+        self.ask(|reply| Event::SetPhysics { change, pace, reply }).await
+    }
+
+    /// The newest state, at once.
+    pub fn newest(&self) -> Arc<Published> {
+        self.inner.driver.board.newest()
+    }
+
+    /// The newest state once it is newer than `sequence`; after `timeout`, the
+    /// newest that there is.
+    ///
+    /// # Errors
+    /// Where the daemon drains before that, or the driver failed.
+    pub async fn newer_than(
+        &self,
+        sequence: u64,
+        timeout: Option<Duration>,
+    ) -> Result<Arc<Published>, CallError> {
+        let newer = self.inner.driver.board.newer_than(sequence);
+        let Some(timeout) = timeout else { return self.until_drained(newer).await };
+        match tokio::time::timeout(timeout, self.until_drained(newer)).await {
+            Ok(newer) => newer,
+            Err(_elapsed) => Ok(self.newest()),
+        }
+    }
+
+    /// How well the world keeps time. Never waits for a step.
+    pub fn statistics(&self) -> Statistics {
+        let mailbox_refusals = self.inner.driver.mailbox.refusals();
+        Statistics { mailbox_refusals, ..self.newest().statistics }
+    }
+
+    /// What is in force.
+    pub fn physics(&self) -> (PhysicsSettings, Pace) {
+        let newest = self.newest();
+        (newest.physics, newest.statistics.pace)
+    }
+
+    /// Who this daemon is, and its limits.
+    pub fn info(&self) -> &DaemonInfo {
+        &self.inner.info
+    }
+
+    /// Does the work of a request, or gives the answer that the same id got
+    /// before; the last 1,024 ids are remembered. Work with an id runs to its end
+    /// even where the caller goes away. Work without one is simply awaited.
+    ///
+    /// # Errors
+    /// Those of the work; and where the id was used for another kind of request.
+    pub async fn once<T, W>(&self, request_id: &str, work: W) -> Result<T, CallError>
+    where
+        T: Clone + Send + Sync + 'static,
+        W: Future<Output = Result<T, CallError>> + Send + 'static,
+    {
+        self.inner.answers.once(request_id, work).await
+    }
+
+    /// What happened after an event's number, at once.
+    pub fn events_after(&self, sequence: u64) -> EventBatch {
+        self.inner.driver.events.after(sequence)
+    }
+
+    /// What happened after an event's number, waiting at most `timeout` for the first.
+    ///
+    /// # Errors
+    /// Where the daemon drains before that, or the driver failed.
+    pub async fn next_events(&self, after: u64, timeout: Duration) -> Result<EventBatch, CallError> {
+        self.until_drained(self.inner.driver.events.next(after, timeout)).await
+    }
+
+    /// Cancelled when the daemon drains: every stream ends with OK then.
+    pub fn draining(&self) -> CancellationToken {
+        self.inner.draining.clone()
+    }
+
+    /// Cancelled when the driver has ended, because it was told to or because it failed.
+    pub(crate) fn driver_ended(&self) -> CancellationToken {
+        self.inner.driver.mailbox.ended().clone()
+    }
+
+    /// What the driver failed with, if it did.
+    pub(crate) fn driver_failure(&self) -> Option<&str> {
+        self.inner.driver.mailbox.failure()
+    }
+
+    /// Ends the driver after the step that it is in.
+    pub(crate) fn end_driver(&self) {
+        self.inner.driver.mailbox.close();
+    }
+
+    /// What is known of robots' descriptions.
+    pub(crate) fn loader(&self) -> &Loader {
+        &self.inner.loader
+    }
+
+    async fn ask<T>(&self, event: impl FnOnce(ReplyTo<T>) -> Event) -> Result<T, CallError> {
+        let (reply, answer) = oneshot::channel();
+        let mailbox = &self.inner.driver.mailbox;
+        mailbox.post(event(reply))?;
+        match answer.await {
+            Ok(answer) => answer,
+            Err(_dropped) => {
+                // Only an ending driver drops a question; then it says why.
+                mailbox.ended().cancelled().await;
+                Err(mailbox.end())
+            }
+        }
+    }
+
+    async fn until_drained<T>(&self, work: impl Future<Output = T>) -> Result<T, CallError> {
+        tokio::select! {
+            biased;
+            done = work => Ok(done),
+            () = self.inner.draining.cancelled() => Err(CallError::ShuttingDown),
+            () = self.inner.driver.mailbox.ended().cancelled() => Err(self.inner.driver.mailbox.end()),
+        }
+    }
+}

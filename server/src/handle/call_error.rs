@@ -1,0 +1,114 @@
+//! Why a call failed, alike for every front-end.
+
+use simd_model::LoadReport;
+
+use super::RunState;
+
+/// Why a call failed. Each message is a sentence for people.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum CallError {
+    /// The world refused.
+    #[error(transparent)]
+    World(#[from] simd_core::Error),
+    /// A value that the daemon itself refuses.
+    #[error("{element} is {value}; {expected}")]
+    InvalidValue {
+        /// What, for instance `real_time_factor`.
+        element: String,
+        /// What was given.
+        value: String,
+        /// What would be accepted, as "it must be ...".
+        expected: String,
+    },
+    /// Too many commands are waiting.
+    #[error("the daemon's mailbox is full ({capacity} commands wait); try again")]
+    MailboxFull {
+        /// How many may wait.
+        capacity: usize,
+    },
+    /// One of the daemon's limits.
+    #[error("{what} would be {value}, and the limit is {limit}")]
+    LimitExceeded {
+        /// What is counted.
+        what: String,
+        /// What it would be.
+        value: u64,
+        /// What it may be.
+        limit: u64,
+    },
+    /// Not in this state, for instance stepping while playing.
+    #[error("{message}")]
+    WrongState {
+        /// The state that the world is in.
+        state: RunState,
+        /// Names the remedy.
+        message: String,
+    },
+    /// A reset, a pause or a play ended the call.
+    #[error("{by} ended the call after {steps_done} of {steps} steps")]
+    Superseded {
+        /// For instance "a pause".
+        by: String,
+        /// Steps that were done and stay done.
+        steps_done: u64,
+        /// Steps that were asked for.
+        steps: u64,
+    },
+    /// The description cannot be understood.
+    #[error("{message}")]
+    InvalidDescription {
+        /// Names the element and the line.
+        message: String,
+        /// Everything that was found up to there.
+        report: Box<LoadReport>,
+    },
+    /// It was never uploaded, or is no longer kept.
+    #[error("description {sha256} is not kept here; send it again with PrepareDescription")]
+    DescriptionNotUploaded {
+        /// Its name.
+        sha256: String,
+    },
+    /// It was never uploaded, or is no longer kept.
+    #[error("asset {uri:?} ({sha256}) is not kept here; send it with UploadAsset")]
+    AssetNotUploaded {
+        /// As the description writes it.
+        uri: String,
+        /// What the request says it is.
+        sha256: String,
+    },
+    /// The bytes are not those that were said.
+    #[error("{message}")]
+    UploadMismatch {
+        /// What does not fit.
+        message: String,
+    },
+    /// Not below an asset root.
+    #[error("{message}")]
+    PathNotAllowed {
+        /// Names the remedy.
+        message: String,
+    },
+    /// No such file on the daemon's disk.
+    #[error("{message}")]
+    FileNotFound {
+        /// Names the path.
+        message: String,
+    },
+    /// The daemon goes down.
+    #[error("the daemon is shutting down")]
+    ShuttingDown,
+    /// A fault of the daemon.
+    #[error("the daemon failed: {message}")]
+    Internal {
+        /// For its log and for a bug report.
+        message: String,
+    },
+}
+
+impl CallError {
+    /// Whether the same request, sent again, may well succeed: such an answer is
+    /// not the answer to a request's id.
+    pub(crate) fn is_passing(&self) -> bool {
+        matches!(self, Self::MailboxFull { .. } | Self::ShuttingDown | Self::Internal { .. })
+    }
+}

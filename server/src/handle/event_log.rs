@@ -1,0 +1,174 @@
+//! What happened, numbered without holes; the last 1,024 are kept.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
+
+use simd_core::{Event, Moment, PhysicsSettings};
+use tokio::sync::Notify;
+
+use super::{Pace, RunState};
+
+/// How many events are kept.
+const KEPT: usize = 1024;
+
+/// Something that happened, with its number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedEvent {
+    /// From 1, without holes.
+    pub sequence: u64,
+    /// When it was logged.
+    pub wall_time: SystemTime,
+    /// Of the newest state that was published by then.
+    pub state_sequence: u64,
+    /// What it was.
+    pub what: Happened,
+}
+
+/// What can happen.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Happened {
+    /// In the world. Never `EventKind::PhysicsChanged`; see [`Happened::PhysicsChanged`].
+    World(Event),
+    /// To how it is stepped, by the world or by the driver.
+    PhysicsChanged {
+        /// When.
+        at: Moment,
+        /// In force from then on.
+        settings: PhysicsSettings,
+        /// In force from then on.
+        pace: Pace,
+    },
+    /// To whether it runs.
+    StateChanged {
+        /// When.
+        at: Moment,
+        /// From then on.
+        state: RunState,
+    },
+    /// It could not keep up.
+    Overrun {
+        /// When.
+        at: Moment,
+        /// Wall seconds, since the event of this kind before.
+        dropped_lag: f64,
+    },
+}
+
+/// Events after a number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EventBatch {
+    /// In order.
+    pub events: Vec<LoggedEvent>,
+    /// Events after that number that are gone.
+    pub missed: u64,
+    /// Of the newest event there is.
+    pub last_sequence: u64,
+}
+
+/// The last events, for any number of readers.
+#[derive(Debug, Default)]
+pub(crate) struct EventLog {
+    /// Held for a push or a copy, never across a step.
+    kept: Mutex<Kept>,
+    grown: Notify,
+}
+
+#[derive(Debug, Default)]
+struct Kept {
+    events: VecDeque<LoggedEvent>,
+    last_sequence: u64,
+}
+
+impl EventLog {
+    /// Appends an event.
+    pub(crate) fn push(&self, wall_time: SystemTime, state_sequence: u64, what: Happened) {
+        {
+            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            kept.last_sequence += 1;
+            let sequence = kept.last_sequence;
+            if kept.events.len() == KEPT {
+                kept.events.pop_front();
+            }
+            kept.events.push_back(LoggedEvent { sequence, wall_time, state_sequence, what });
+        }
+        self.grown.notify_waiters();
+    }
+
+    /// Events after a number, at once.
+    pub(crate) fn after(&self, sequence: u64) -> EventBatch {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        // A number from before a restart of the daemon may lie ahead.
+        let wanted = kept.last_sequence.saturating_sub(sequence);
+        let there = wanted.min(kept.events.len() as u64);
+        let skipped = kept.events.len() - there as usize;
+        EventBatch {
+            events: kept.events.iter().skip(skipped).cloned().collect(),
+            missed: wanted - there,
+            last_sequence: kept.last_sequence,
+        }
+    }
+
+    /// Events after a number, waiting for the first.
+    pub(crate) async fn next(&self, after: u64, timeout: Duration) -> EventBatch {
+        let wait = async {
+            loop {
+                let grown = self.grown.notified();
+                let batch = self.after(after);
+                if !batch.events.is_empty() || batch.missed > 0 {
+                    return batch;
+                }
+                grown.await;
+            }
+        };
+        match tokio::time::timeout(timeout, wait).await {
+            Ok(batch) => batch,
+            Err(_elapsed) => self.after(after),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn overrun(log: &EventLog) {
+        log.push(SystemTime::UNIX_EPOCH, 0, Happened::Overrun { at: Moment::default(), dropped_lag: 1.0 });
+    }
+
+    #[test]
+    fn events_are_numbered_from_one_and_read_after_a_number() {
+        let log = EventLog::default();
+        assert_eq!(log.after(0), EventBatch::default());
+        (0..3).for_each(|_| overrun(&log));
+        let batch = log.after(1);
+        assert_eq!(batch.events.iter().map(|e| e.sequence).collect::<Vec<_>>(), [2, 3]);
+        assert_eq!((batch.missed, batch.last_sequence), (0, 3));
+    }
+
+    #[test]
+    fn a_slow_reader_is_told_how_many_it_missed() {
+        let log = EventLog::default();
+        (0..KEPT + 10).for_each(|_| overrun(&log));
+        let batch = log.after(4);
+        assert_eq!(batch.events.len(), KEPT);
+        assert_eq!(batch.events[0].sequence, 11);
+        assert_eq!(batch.missed, 6);
+    }
+
+    #[test]
+    fn a_number_from_another_life_of_the_daemon_reads_nothing() {
+        let log = EventLog::default();
+        overrun(&log);
+        assert_eq!(log.after(99).events, []);
+    }
+
+    #[tokio::test]
+    async fn a_waiting_reader_gets_the_next_event() {
+        let log = EventLog::default();
+        let read = log.next(0, Duration::from_secs(60));
+        let write = async { overrun(&log) };
+        let (batch, ()) = tokio::join!(read, write);
+        assert_eq!(batch.events.len(), 1);
+    }
+}

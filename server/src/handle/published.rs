@@ -1,0 +1,126 @@
+//! What the driver makes known to everybody: states of the world, how well it
+//! keeps time, and that a command was done.
+
+use std::time::SystemTime;
+
+use simd_core::{Applied, PhysicsSettings, Snapshot};
+
+use super::CallError;
+
+/// A state of the world as the daemon published it.
+#[derive(Clone, Debug)]
+pub struct Published {
+    /// Larger than that of every state published before.
+    pub sequence: u64,
+    /// When it was published.
+    pub wall_time: SystemTime,
+    /// What the world looked like.
+    pub snapshot: Snapshot,
+    /// Gravity, time step and substeps that were in force.
+    pub physics: PhysicsSettings,
+    /// How well it kept time.
+    pub statistics: Statistics,
+}
+
+/// Whether the world runs, in the words of `simulation_interfaces`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunState {
+    /// Paused and put back to the start.
+    Stopped,
+    /// Steps follow the pace.
+    Playing,
+    /// No step but those asked for.
+    Paused,
+}
+
+/// How steps follow the wall clock while playing. The factor is kept while it
+/// is not used, so that going back to real time needs no number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pace {
+    /// Sim time follows wall time.
+    RealTime {
+        /// Simulated seconds to a wall second, 0.001 to 1,000.
+        factor: f64,
+    },
+    /// Steps follow each other at once.
+    AsFastAsPossible {
+        /// For a later return to real time.
+        factor: f64,
+    },
+}
+
+impl Pace {
+    /// Simulated seconds to a wall second, in force or kept for later.
+    pub fn factor(self) -> f64 {
+        match self {
+            Self::RealTime { factor } | Self::AsFastAsPossible { factor } => factor,
+        }
+    }
+
+    /// # Errors
+    /// Where the factor is not within 0.001 and 1,000.
+    pub fn check(self) -> Result<(), CallError> {
+        if (0.001..=1000.0).contains(&self.factor()) {
+            return Ok(());
+        }
+        Err(CallError::InvalidValue {
+            element: "real_time_factor".into(),
+            value: self.factor().to_string(),
+            expected: "it must be between 0.001 and 1000".into(),
+        })
+    }
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self::RealTime { factor: 1.0 }
+    }
+}
+
+/// How well the world keeps time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statistics {
+    /// Whether the world runs.
+    pub state: RunState,
+    /// What was asked for.
+    pub pace: Pace,
+    /// Simulated seconds to a wall second over about the last second of playing; 0 when not playing.
+    pub real_time_factor: f64,
+    /// How often lag was dropped.
+    pub overruns: u64,
+    /// Wall seconds of lag dropped in all.
+    pub dropped_lag: f64,
+    /// Steps since the daemon started.
+    pub iterations: u64,
+    /// Mean wall seconds of a step's computation over about the last second.
+    pub step_duration: f64,
+    /// Requests that found the mailbox full.
+    pub mailbox_refusals: u64,
+}
+
+impl Statistics {
+    /// Of a world that has not stepped yet.
+    pub fn at_start(state: RunState, pace: Pace) -> Self {
+        Self {
+            state,
+            pace,
+            real_time_factor: 0.0,
+            overruns: 0,
+            dropped_lag: 0.0,
+            iterations: 0,
+            step_duration: 0.0,
+            mailbox_refusals: 0,
+        }
+    }
+}
+
+/// A command that was done, and the state that the daemon had published by then.
+#[derive(Clone, Debug)]
+pub struct Done {
+    /// `applied.at` is the moment from which the command holds.
+    pub applied: Applied,
+    /// Of the newest published state when the reply was made.
+    pub sequence: u64,
+    /// When that state was published.
+    pub wall_time: SystemTime,
+}

@@ -1,0 +1,130 @@
+//! The handle on a driver that runs.
+
+use std::sync::Mutex;
+
+use tokio::time::Instant;
+
+use super::*;
+use crate::driver::toy::{Toy, nothing};
+
+type Applied = Arc<Mutex<Vec<(u64, Command)>>>;
+
+/// A handle on a toy world, and the commands that reach it.
+fn handle(toy: Toy, state: RunState) -> (SimHandle, Applied) {
+    let applied = toy.applied.clone();
+    let driver = driver::start(toy, driver::Config { state, ..Default::default() }).unwrap();
+    let limits = Limits::default();
+    let info = DaemonInfo { name: "test".into(), version: "0", limits };
+    (SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info), applied)
+}
+
+pub(super) fn paused() -> SimHandle {
+    handle(Toy::default(), RunState::Paused).0
+}
+
+#[tokio::test]
+async fn a_command_is_done_and_its_state_can_be_read() {
+    let handle = paused();
+    let before = handle.newest().sequence;
+    let done = handle.command(nothing()).await.unwrap();
+    assert!(done.sequence > before);
+    assert!(handle.newest().sequence >= done.sequence);
+    assert_eq!(handle.step(10).await.unwrap().applied.at.step, 10);
+    assert_eq!(handle.statistics().iterations, 10);
+}
+
+#[tokio::test]
+async fn a_world_that_panics_fails_every_call_with_the_reason() {
+    let (handle, _) = handle(Toy::panicking_at(3), RunState::Paused);
+    let waiting = handle.newer_than(1_000, None);
+    let (during, waiting) = tokio::join!(handle.step(10), waiting);
+    let after = handle.command(nothing()).await;
+    for error in [during.unwrap_err(), waiting.unwrap_err(), after.unwrap_err()] {
+        assert!(
+            matches!(&error, CallError::Internal { message } if message.contains("on purpose")),
+            "{error}"
+        );
+    }
+    assert!(handle.driver_ended().is_cancelled());
+    assert!(handle.driver_failure().is_some());
+}
+
+#[tokio::test]
+async fn after_the_end_calls_are_refused_as_shutting_down() {
+    let handle = paused();
+    handle.end_driver();
+    handle.driver_ended().cancelled().await;
+    assert!(matches!(handle.command(nothing()).await, Err(CallError::ShuttingDown)));
+    assert!(matches!(handle.step(1).await, Err(CallError::ShuttingDown)));
+}
+
+#[tokio::test]
+async fn draining_ends_what_waits() {
+    let handle = paused();
+    let drain = async { handle.draining().cancel() };
+    let (state, events, ()) = tokio::join!(
+        handle.newer_than(1_000, None),
+        handle.next_events(1_000, Duration::from_secs(3600)),
+        drain,
+    );
+    assert!(matches!(state, Err(CallError::ShuttingDown)));
+    assert!(matches!(events, Err(CallError::ShuttingDown)));
+    let steps = handle.step(handle.info().limits.steps).await;
+    assert!(matches!(steps, Err(CallError::ShuttingDown)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn waiting_in_vain_gives_the_newest_there_is() {
+    let handle = paused();
+    let newest = handle.newest().sequence;
+    let waited = handle.newer_than(newest, Some(Duration::from_secs(60))).await.unwrap();
+    assert_eq!(waited.sequence, newest);
+}
+
+#[tokio::test]
+async fn steps_and_factors_out_of_bounds_are_refused() {
+    let handle = paused();
+    assert!(matches!(handle.step(0).await, Err(CallError::InvalidValue { .. })));
+    assert!(matches!(handle.step(u64::MAX).await, Err(CallError::LimitExceeded { .. })));
+    for factor in [0.0, -1.0, f64::NAN, 1001.0] {
+        let refused = handle.set_pace(Pace::AsFastAsPossible { factor }).await;
+        assert!(matches!(refused, Err(CallError::InvalidValue { .. })), "{factor}");
+    }
+    let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };
+    let bad = Some(Pace::RealTime { factor: 0.0 });
+    assert!(handle.set_physics(change, bad).await.is_err());
+    assert_eq!(handle.physics().0.time_step, 0.001, "all or nothing");
+    let (_, settings, pace) = handle.set_physics(change, Some(Pace::RealTime { factor: 0.5 })).await.unwrap();
+    assert_eq!(handle.physics(), (settings, pace));
+}
+
+#[tokio::test]
+async fn a_lease_out_of_bounds_is_refused() {
+    let handle = paused();
+    for lease in [Duration::ZERO, Duration::from_secs(3601)] {
+        let refused = handle.claim(Vec::new(), "me".into(), lease).await;
+        assert!(matches!(refused, Err(CallError::InvalidValue { .. })));
+    }
+}
+
+/// While the test waits for the driver's thread, tokio's paused clock runs on to
+/// the next timer by itself: that is the end of the lease.
+#[tokio::test(start_paused = true)]
+async fn a_claim_that_is_not_used_lapses_and_is_released() {
+    let (handle, applied) = handle(Toy::default(), RunState::Paused);
+    let begun = Instant::now();
+    let (claim, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(10)).await.unwrap();
+    assert_eq!(claim.len(), 32);
+    let mut released = false;
+    while !released {
+        // The release publishes a state.
+        let newest = handle.newest().sequence;
+        let wait = handle.newer_than(newest, Some(Duration::from_secs(1)));
+        let _ = wait.await.unwrap();
+        let applied = applied.lock().unwrap();
+        released = applied.iter().any(
+            |(_, command)| matches!(command, Command::Release { claim: c, lapsed: true } if *c == claim),
+        );
+    }
+    assert!(begun.elapsed() >= Duration::from_secs(10));
+}

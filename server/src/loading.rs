@@ -1,0 +1,144 @@
+//! Descriptions and assets, from uploads and from disk, to robots.
+//!
+//! * `store`, `partial`: what was uploaded.
+//! * `disk`: what lies on the daemon's own disk.
+//! * `reading`: from there to a model.
+//! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
+//! * Here: what is kept of it all, and which robot came from where.
+
+mod calls;
+mod disk;
+mod partial;
+mod reading;
+mod store;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use simd_model::RobotModel;
+use simd_model::robot::Sha256;
+use tokio::sync::Semaphore;
+
+use crate::handle::{CallError, Limits};
+use disk::Roots;
+use partial::Partials;
+use reading::{Origin, Used};
+use store::Store;
+
+/// Descriptions that are read at one time: the physics thread wants a core too.
+const TURNS: usize = 2;
+/// Descriptions that are read or wait for it.
+const SEATS: usize = 64;
+
+/// Keeps uploads and knows where robots came from.
+#[derive(Debug)]
+pub(crate) struct Loader {
+    limits: Limits,
+    roots: Roots,
+    turns: Arc<Semaphore>,
+    seats: Arc<Semaphore>,
+    /// Held for a look or a change, never while something is read or hashed.
+    shelf: Mutex<Shelf>,
+}
+
+#[derive(Debug)]
+struct Shelf {
+    store: Store,
+    partials: Partials,
+    known: Vec<Known>,
+}
+
+/// Where a model came from. Lives as long as the model does, be it in the world,
+/// in a kept snapshot, or in somebody's hands: so a robot that a snapshot brings
+/// back still has its description and its meshes.
+#[derive(Debug)]
+struct Known {
+    model: Weak<RobotModel>,
+    origin: Origin,
+    description: Sha256,
+    scale: f64,
+    /// The description and the files.
+    pinned: Vec<Sha256>,
+}
+
+impl Loader {
+    /// # Errors
+    /// Where an asset root is not a folder that can be read, with that root.
+    pub(crate) fn new(limits: Limits, asset_roots: &[PathBuf]) -> Result<Self, (PathBuf, std::io::Error)> {
+        let shelf = Shelf {
+            store: Store::new(limits.upload_store_bytes),
+            partials: Partials::default(),
+            known: Vec::new(),
+        };
+        Ok(Self {
+            limits,
+            roots: Roots::new(asset_roots)?,
+            turns: Arc::new(Semaphore::new(TURNS)),
+            seats: Arc::new(Semaphore::new(SEATS)),
+            shelf: Mutex::new(shelf),
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shelf> {
+        self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn check_description(&self, bytes: usize) -> Result<(), CallError> {
+        let (value, limit) = (bytes as u64, self.limits.description_bytes);
+        if value <= limit {
+            return Ok(());
+        }
+        Err(CallError::LimitExceeded { what: "the size of the description in bytes".into(), value, limit })
+    }
+
+    /// Keeps what a robot was made from for as long as its model lives.
+    fn keep(&self, model: &Arc<RobotModel>, used: Used, origin: Origin, scale: f64) -> Result<(), CallError> {
+        let Used { description, urdf, files } = used;
+        let origin = match origin {
+            Origin::Inline { assets, missing, .. } => Origin::Kept { description, assets, missing },
+            Origin::Kept { .. } | Origin::BelowRoot(_) | Origin::Operator(_) => origin,
+        };
+        let mut shelf = self.lock();
+        shelf.forget_the_dead();
+        let mut pinned = Vec::with_capacity(files.len() + 1);
+        for (sha256, bytes) in std::iter::once((description, urdf)).chain(files) {
+            if let Err(full) = shelf.store.insert(sha256, bytes) {
+                shelf.store.unpin(&pinned);
+                return Err(full);
+            }
+            // At once, lest the next one takes its room.
+            shelf.store.pin(&[sha256]);
+            pinned.push(sha256);
+        }
+        shelf.known.push(Known { model: Arc::downgrade(model), origin, description, scale, pinned });
+        Ok(())
+    }
+
+    fn insert(&self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
+        let mut shelf = self.lock();
+        shelf.forget_the_dead();
+        shelf.store.insert(sha256, bytes)
+    }
+
+    fn with_known<T>(&self, model: &Arc<RobotModel>, look: impl FnOnce(&Known) -> T) -> Option<T> {
+        let shelf = self.lock();
+        let model = Arc::as_ptr(model);
+        shelf.known.iter().find(|known| std::ptr::eq(known.model.as_ptr(), model)).map(look)
+    }
+}
+
+impl Shelf {
+    /// Lets go of the files of models that are no more.
+    fn forget_the_dead(&mut self) {
+        let Self { store, known, .. } = self;
+        known.retain(|known| {
+            let lives = known.model.strong_count() > 0;
+            if !lives {
+                store.unpin(&known.pinned);
+            }
+            lives
+        });
+    }
+}

@@ -1,0 +1,228 @@
+//! Bringing robots in, as every front-end can ask for it.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use bytes::Bytes;
+use simd_core::simulation::command::{Reload, Spawn};
+use simd_core::{Command, Reply};
+use simd_model::robot::Sha256;
+use simd_model::{LoadReport, ReadOptions, RobotModel, wire_name};
+
+use super::partial::Progress;
+use super::reading::{Origin, Reading, summary};
+use crate::handle::{
+    AssetState, CallError, Loaded, Prepared, Reloaded, SimHandle, Source, SpawnRequest, Validated,
+};
+
+impl SimHandle {
+    /// Keeps a description and says which of its files are lacking.
+    ///
+    /// # Errors
+    /// Where it is too large or cannot be read at all.
+    pub async fn prepare(
+        &self,
+        urdf: Bytes,
+        assets: BTreeMap<String, Sha256>,
+    ) -> Result<Prepared, CallError> {
+        let loader = self.loader();
+        loader.check_description(urdf.len())?;
+        let (described, description, urdf) = loader
+            .off_thread(move || {
+                let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
+                (simd_model::describe(&urdf), Sha256::of(&urdf), urdf)
+            })
+            .await?;
+        let described = described.map_err(refused)?;
+        loader.insert(description, urdf)?;
+        let shelf = loader.lock();
+        let state = |uri: String| {
+            let state = match assets.get(&uri) {
+                None => AssetState::Unresolved,
+                Some(sha256) if shelf.store.contains(sha256) => AssetState::Present,
+                Some(_) => AssetState::Lacking,
+            };
+            (uri, state)
+        };
+        let assets = described.asset_uris.into_iter().map(state).collect();
+        Ok(Prepared { description, name: wire_name(&described.name), assets })
+    }
+
+    /// Takes a part of a file; gives how much of it is here.
+    ///
+    /// # Errors
+    /// Where the file is too large, where parts do not fit, and where the whole
+    /// does not have the hash.
+    pub async fn upload(
+        &self,
+        sha256: Sha256,
+        total: u64,
+        offset: u64,
+        data: Bytes,
+    ) -> Result<u64, CallError> {
+        let loader = self.loader();
+        let limit = loader.limits.asset_bytes;
+        if total > limit {
+            let what = "the size of the file in bytes".into();
+            return Err(CallError::LimitExceeded { what, value: total, limit });
+        }
+        let bytes = {
+            let mut shelf = loader.lock();
+            if let Some(kept) = shelf.store.get(&sha256) {
+                let there = kept.len() as u64;
+                if there == total {
+                    return Ok(there);
+                }
+                let message = format!("the file {sha256} has {there} bytes, not {total}");
+                return Err(CallError::UploadMismatch { message });
+            }
+            match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
+                Progress::Received(received) => return Ok(received),
+                Progress::Complete(bytes) => bytes,
+            }
+        };
+        let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
+        if found != sha256 {
+            let message = format!("the file has the hash {found}, not {sha256}; send it anew");
+            return Err(CallError::UploadMismatch { message });
+        }
+        loader.insert(sha256, bytes)?;
+        Ok(total)
+    }
+
+    /// Reads a description as a spawn would, and only reports.
+    ///
+    /// # Errors
+    /// Where its bytes cannot be had.
+    pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
+        let options = ReadOptions { scale, strict: false };
+        let reading = self.loader().read(&source.into(), options).await?;
+        let description = reading.used.description;
+        Ok(match reading.outcome {
+            Ok((model, report)) => {
+                Validated { summary: summary(&model, &report), report, model: Some(model), description }
+            }
+            Err(refused) => Validated {
+                summary: format!("refused: {refused}"),
+                report: refused.report,
+                model: None,
+                description,
+            },
+        })
+    }
+
+    /// Brings a robot into the world.
+    ///
+    /// # Errors
+    /// Where it cannot be read, and where the world refuses it.
+    pub async fn spawn(&self, request: SpawnRequest) -> Result<Loaded, CallError> {
+        let origin = request.source.clone().into();
+        self.bring_in(origin, request, false).await
+    }
+
+    /// Brings in a robot that the operator named: from any path, and to stay at a
+    /// reset of spawned robots.
+    pub(crate) async fn spawn_at_start(
+        &self,
+        path: PathBuf,
+        request: SpawnRequest,
+    ) -> Result<Loaded, CallError> {
+        self.bring_in(Origin::Operator(path), request, true).await
+    }
+
+    async fn bring_in(
+        &self,
+        origin: Origin,
+        request: SpawnRequest,
+        loaded_at_start: bool,
+    ) -> Result<Loaded, CallError> {
+        let SpawnRequest { name, scale, strict, .. } = &request;
+        let (model, report) = self.make(origin, ReadOptions { scale: *scale, strict: *strict }).await?;
+        let summary = summary(&model, &report);
+        let wanted = if name.is_empty() { &model.name } else { name };
+        let spawn = Spawn {
+            name: wire_name(wanted),
+            allow_renaming: request.allow_renaming,
+            model,
+            pose: request.pose,
+            fixed_base: request.fixed_base,
+            passive: request.passive,
+            joint_positions: request.joint_positions,
+            loaded_at_start,
+        };
+        let mut name = spawn.name.clone();
+        let done = self.command(Command::Spawn(Box::new(spawn))).await?;
+        if let Reply::Spawned { name: given } = &done.applied.reply {
+            name.clone_from(given);
+        }
+        tracing::info!(robot = name, "spawned {summary}");
+        Ok(Loaded { done, name, report, summary })
+    }
+
+    /// Gives a robot a new model: from a new source, or from where it came from, read again.
+    ///
+    /// # Errors
+    /// Where there is no such robot, and where the model cannot be read.
+    pub async fn reload(
+        &self,
+        robot: String,
+        source: Option<Source>,
+        strict: bool,
+    ) -> Result<Reloaded, CallError> {
+        let (origin, scale) = {
+            let newest = self.newest();
+            let Some((_, entity)) = newest.snapshot.entity(&robot) else {
+                let entities = newest.snapshot.world.entities.iter();
+                let known = entities.map(|entity| entity.name.clone()).collect();
+                return Err(simd_core::Error::RobotNotFound { robot, known }.into());
+            };
+            let known = self.loader().with_known(&entity.model, |known| (known.origin.clone(), known.scale));
+            match (source, known) {
+                (Some(source), known) => (source.into(), known.map_or(1.0, |(_, scale)| scale)),
+                (None, Some(known)) => known,
+                (None, None) => {
+                    let message = format!("it is not known where robot {robot:?} came from");
+                    return Err(CallError::Internal { message });
+                }
+            }
+        };
+        let (model, report) = self.make(origin, ReadOptions { scale, strict }).await?;
+        let summary = summary(&model, &report);
+        tracing::info!(robot, "reloads {summary}");
+        let done = self.command(Command::Reload(Box::new(Reload { robot, model }))).await?;
+        let (added, removed) = match &done.applied.reply {
+            Reply::Reloaded { added, removed } => (added.clone(), removed.clone()),
+            _ => Default::default(),
+        };
+        Ok(Reloaded { done, report, summary, added, removed })
+    }
+
+    /// The hash of a robot's description.
+    pub fn description_of(&self, robot: &str) -> Option<Sha256> {
+        let newest = self.newest();
+        let (_, entity) = newest.snapshot.entity(robot)?;
+        self.loader().with_known(&entity.model, |known| known.description)
+    }
+
+    /// A file that was uploaded or that a robot uses.
+    pub fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
+        self.loader().lock().store.get(sha256).map(Bytes::from_owner)
+    }
+
+    async fn make(
+        &self,
+        origin: Origin,
+        options: ReadOptions,
+    ) -> Result<(Arc<RobotModel>, LoadReport), CallError> {
+        let Reading { used, outcome } = self.loader().read(&origin, options).await?;
+        let (model, report) = outcome.map_err(refused)?;
+        self.loader().keep(&model, used, origin, options.scale)?;
+        Ok((model, report))
+    }
+}
+
+fn refused(refused: simd_model::Refused) -> CallError {
+    CallError::InvalidDescription { message: refused.message, report: Box::new(refused.report) }
+}

@@ -1,0 +1,185 @@
+//! Robots on the daemon's own disk: which paths a client may name, and the
+//! files that a URDF there names.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use simd_assets::{Locator, NoUrdf, below, find_urdf};
+use simd_model::robot::Sha256;
+use simd_model::{Asset, Assets};
+
+use crate::handle::CallError;
+
+/// Folders below which clients may name files.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Roots {
+    /// As the operator wrote them, absolute, and as they really are.
+    roots: Vec<(PathBuf, PathBuf)>,
+}
+
+/// A URDF on the disk.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct OnDisk {
+    /// Where it is.
+    pub(super) urdf: PathBuf,
+    /// What its files must be below; `None` for a robot that the operator named.
+    pub(super) root: Option<PathBuf>,
+}
+
+impl Roots {
+    /// # Errors
+    /// Where one is not a folder that can be read, with that one.
+    pub(super) fn new(folders: &[PathBuf]) -> Result<Self, (PathBuf, std::io::Error)> {
+        let root = |folder: &PathBuf| {
+            let failed = |error| (folder.clone(), error);
+            let given = std::path::absolute(folder).map_err(failed)?;
+            let real = folder.canonicalize().map_err(failed)?;
+            std::fs::read_dir(&real).map_err(failed)?;
+            Ok((given, real))
+        };
+        Ok(Self { roots: folders.iter().map(root).collect::<Result<_, _>>()? })
+    }
+
+    /// The URDF that a client's path stands for. A relative path begins at a root.
+    /// Of what lies outside of the roots, nobody learns whether it exists.
+    ///
+    /// # Errors
+    /// Where it lies outside, also by a symbolic link, or is no robot.
+    pub(super) fn find(&self, path: &str) -> Result<OnDisk, CallError> {
+        if self.roots.is_empty() {
+            return Err(not_allowed(format!(
+                "the path {path:?} cannot be used, since this daemon has no asset root; start it with \
+                 --asset-root FOLDER, or send the robot's files"
+            )));
+        }
+        let mut missing = false;
+        for (given, real) in &self.roots {
+            for root in [given, real] {
+                let Some(inside) = stays_in(root, Path::new(path)) else { continue };
+                if let Some(found) = below(real, &inside) {
+                    let urdf = find_urdf(&found).map_err(no_urdf)?;
+                    // The file in a folder may again be a symbolic link.
+                    return match below(real, &urdf) {
+                        Some(urdf) => Ok(OnDisk { urdf, root: Some(real.clone()) }),
+                        None => Err(leads_out(path)),
+                    };
+                }
+                if inside.symlink_metadata().is_ok() {
+                    return Err(leads_out(path));
+                }
+                missing = true;
+            }
+        }
+        Err(if missing {
+            CallError::FileNotFound { message: format!("there is no file {path:?} below the asset roots") }
+        } else {
+            not_allowed(format!("the path {path:?} is not below one of the daemon's asset roots"))
+        })
+    }
+}
+
+/// The URDF of a robot that the operator named: any path will do.
+pub(super) fn find_for_operator(path: &Path) -> Result<OnDisk, CallError> {
+    find_urdf(path).map(|urdf| OnDisk { urdf, root: None }).map_err(no_urdf)
+}
+
+/// `path` without `..`, where it is below `root` by its text.
+fn stays_in(root: &Path, path: &Path) -> Option<PathBuf> {
+    let mut joined = PathBuf::new();
+    for component in root.join(path).components() {
+        match component {
+            Component::ParentDir => drop(joined.pop()),
+            Component::CurDir => {}
+            Component::Prefix(_) | Component::RootDir | Component::Normal(_) => joined.push(component),
+        }
+    }
+    joined.starts_with(root).then_some(joined)
+}
+
+/// A file of at most so many bytes.
+pub(super) fn read_file(path: &Path, limit: u64) -> Result<Arc<[u8]>, CallError> {
+    let unreadable = |error: std::io::Error| CallError::FileNotFound {
+        message: format!("cannot read {}: {error}", path.display()),
+    };
+    let mut bytes = Vec::new();
+    // A file may grow while it is read.
+    std::fs::File::open(path)
+        .map_err(unreadable)?
+        .take(limit + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() as u64 > limit {
+        return Err(CallError::LimitExceeded {
+            what: format!("the size of {} in bytes", path.display()),
+            value: std::fs::metadata(path).map_or(bytes.len() as u64, |metadata| metadata.len()),
+            limit,
+        });
+    }
+    Ok(bytes.into())
+}
+
+/// The files that a URDF on the disk names.
+#[derive(Debug)]
+pub(super) struct DiskAssets {
+    locator: Locator,
+    limit: u64,
+    /// What was read, for viewers.
+    read: RefCell<BTreeMap<Sha256, Arc<[u8]>>>,
+}
+
+impl DiskAssets {
+    /// Files of at most `limit` bytes each.
+    pub(super) fn new(place: &OnDisk, limit: u64) -> Self {
+        let locator = Locator::new(&place.urdf);
+        let locator = match &place.root {
+            Some(root) => locator.within(root),
+            None => locator,
+        };
+        Self { locator, limit, read: RefCell::default() }
+    }
+
+    /// Everything that was read.
+    pub(super) fn into_files(self) -> Vec<(Sha256, Arc<[u8]>)> {
+        self.read.into_inner().into_iter().collect()
+    }
+}
+
+impl Assets for DiskAssets {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        let path = self.locator.find(uri).map_err(|not_found| {
+            if not_found.places.is_empty() {
+                return vec![format!("nowhere, because {}", not_found.reason)];
+            }
+            not_found.places.iter().map(|place| place.display().to_string()).collect()
+        })?;
+        let bytes = read_file(&path, self.limit).map_err(|error| vec![error.to_string()])?;
+        let sha256 = Sha256::of(&bytes);
+        let bytes = self.read.borrow_mut().entry(sha256).or_insert(bytes).clone();
+        Ok(Asset { sha256, bytes })
+    }
+}
+
+fn no_urdf(error: NoUrdf) -> CallError {
+    match error {
+        NoUrdf::Unreadable { .. } => CallError::FileNotFound { message: error.to_string() },
+        NoUrdf::Unfit { path, reason } => CallError::InvalidValue {
+            element: "path".into(),
+            value: format!("{:?}", path.display().to_string()),
+            expected: format!("it {reason}"),
+        },
+    }
+}
+
+fn leads_out(path: &str) -> CallError {
+    not_allowed(format!("the path {path:?} leads out of the asset roots through a symbolic link"))
+}
+
+fn not_allowed(message: String) -> CallError {
+    CallError::PathNotAllowed { message }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,132 @@
+//! Uploads that are not complete yet: bounded in number and bytes, and forgotten
+//! when nothing more comes. Told the time.
+
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+use simd_model::robot::Sha256;
+
+use crate::handle::CallError;
+
+/// Uploads under way at one time.
+const COUNT: usize = 64;
+/// Bytes of all of them; more than the largest file, so that one always fits.
+const BYTES: usize = 512 << 20;
+/// An upload is abandoned when nothing came for so long.
+const ABANDONED: Duration = Duration::from_secs(60);
+
+/// Files of which a part has come.
+#[derive(Debug, Default)]
+pub(super) struct Partials {
+    by_hash: HashMap<Sha256, Partial>,
+}
+
+#[derive(Debug)]
+struct Partial {
+    total: u64,
+    bytes: Vec<u8>,
+    touched: Instant,
+}
+
+/// How far an upload is.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Progress {
+    /// So many bytes are here.
+    Received(u64),
+    /// All of it; whether it has the hash is not checked yet.
+    Complete(Vec<u8>),
+}
+
+impl Partials {
+    /// Adds a part. Part 0 begins anew unless it is what is here already; a later
+    /// part must begin where the last ended, or repeat what is here.
+    ///
+    /// # Errors
+    /// Where the part does not fit to those before. What was here stays.
+    pub(super) fn append(
+        &mut self,
+        sha256: Sha256,
+        total: u64,
+        offset: u64,
+        data: &[u8],
+        now: Instant,
+    ) -> Result<Progress, CallError> {
+        self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < ABANDONED);
+        if offset.checked_add(data.len() as u64).is_none_or(|end| end > total) {
+            return Err(mismatch(format!(
+                "the part of {} bytes at {offset} goes beyond the file's {total} bytes",
+                data.len()
+            )));
+        }
+        if offset > 0 {
+            self.check_continues(&sha256, total, offset)?;
+        }
+        if !self.by_hash.contains_key(&sha256) {
+            self.make_room(COUNT - 1, usize::MAX, None);
+        }
+        let partial =
+            self.by_hash.entry(sha256).or_insert(Partial { total, bytes: Vec::new(), touched: now });
+        partial.touched = now;
+        // Fits: it is not beyond what is here.
+        let start = offset as usize;
+        let there = partial.bytes.get(start..).unwrap_or_default();
+        let repeated = there.len().min(data.len());
+        if partial.total != total || there.get(..repeated) != data.get(..repeated) {
+            if offset > 0 {
+                return Err(mismatch(format!("the part at {offset} is not what was sent before")));
+            }
+            (partial.total, partial.bytes) = (total, data.to_vec());
+        } else {
+            partial.bytes.extend_from_slice(data.get(repeated..).unwrap_or_default());
+        }
+        let received = partial.bytes.len() as u64;
+        if received == total {
+            let complete = self.by_hash.remove(&sha256).map(|partial| partial.bytes);
+            return Ok(Progress::Complete(complete.unwrap_or_default()));
+        }
+        self.make_room(COUNT, BYTES, Some(&sha256));
+        Ok(Progress::Received(received))
+    }
+
+    fn check_continues(&self, sha256: &Sha256, total: u64, offset: u64) -> Result<(), CallError> {
+        let Some(partial) = self.by_hash.get(sha256) else {
+            return Err(mismatch(format!(
+                "the part at {offset} continues an upload that is not under way (abandoned ones are \
+                 forgotten); begin anew at 0"
+            )));
+        };
+        if partial.total != total {
+            return Err(mismatch(format!("the file's size was {} bytes and is {total} now", partial.total)));
+        }
+        if offset > partial.bytes.len() as u64 {
+            return Err(mismatch(format!(
+                "the part begins at {offset}, and only {} bytes are here",
+                partial.bytes.len()
+            )));
+        }
+        Ok(())
+    }
+
+    /// Forgets uploads, the longest untouched first, until there are at most so many.
+    fn make_room(&mut self, count: usize, bytes: usize, but: Option<&Sha256>) {
+        loop {
+            let held: usize = self.by_hash.values().map(|partial| partial.bytes.len()).sum();
+            if self.by_hash.len() <= count && held <= bytes {
+                return;
+            }
+            let others = self.by_hash.iter().filter(|(sha256, _)| Some(*sha256) != but);
+            let Some(oldest) = others.min_by_key(|(_, partial)| partial.touched).map(|(sha256, _)| *sha256)
+            else {
+                return;
+            };
+            self.by_hash.remove(&oldest);
+        }
+    }
+}
+
+fn mismatch(message: String) -> CallError {
+    CallError::UploadMismatch { message }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,198 @@
+//! From where a description is to what it says: off the physics thread and off
+//! the async workers, two at a time.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use simd_model::robot::{JointKind, Sha256};
+use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel, Severity};
+
+use super::Loader;
+use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
+use crate::driver::panic_message;
+use crate::handle::{CallError, Source};
+
+/// Where a robot comes from, to be read now or again later.
+#[derive(Clone, Debug)]
+pub(super) enum Origin {
+    /// A description that is kept here, and its files.
+    Kept { description: Sha256, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
+    /// A description that came with the request.
+    Inline { urdf: Bytes, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
+    /// A path that a client named.
+    BelowRoot(String),
+    /// A path that the operator named.
+    Operator(PathBuf),
+}
+
+impl From<Source> for Origin {
+    fn from(source: Source) -> Self {
+        match source {
+            Source::Uploaded { description, assets, missing } => Self::Kept { description, assets, missing },
+            Source::Inline { urdf, assets, missing } => Self::Inline { urdf, assets, missing },
+            Source::Path(path) => Self::BelowRoot(path),
+        }
+    }
+}
+
+/// A description that was read.
+#[derive(Debug)]
+pub(super) struct Reading {
+    pub(super) used: Used,
+    /// The robot, or why there is none.
+    pub(super) outcome: Result<(Arc<RobotModel>, LoadReport), Refused>,
+}
+
+/// The bytes that a robot was made from.
+#[derive(Debug)]
+pub(super) struct Used {
+    pub(super) description: Sha256,
+    pub(super) urdf: Arc<[u8]>,
+    pub(super) files: Vec<(Sha256, Arc<[u8]>)>,
+}
+
+/// Bytes to read a robot from, or where they are.
+enum Material {
+    Sent { urdf: Arc<[u8]>, files: SentAssets },
+    Disk(OnDisk),
+}
+
+/// Files that a client sent.
+struct SentAssets {
+    found: BTreeMap<String, Asset>,
+    missing: BTreeMap<String, Vec<String>>,
+}
+
+impl Assets for SentAssets {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        self.found.get(uri).cloned().ok_or_else(|| self.missing.get(uri).cloned().unwrap_or_default())
+    }
+}
+
+impl Loader {
+    /// Reads a robot.
+    ///
+    /// # Errors
+    /// Where its bytes cannot be had; what is wrong with them is in the reading's outcome.
+    pub(super) async fn read(&self, origin: &Origin, options: ReadOptions) -> Result<Reading, CallError> {
+        // Not written as two comparisons: NaN is outside too.
+        if !(f64::MIN_POSITIVE..=1000.0).contains(&options.scale) {
+            return Err(CallError::InvalidValue {
+                element: "scale".into(),
+                value: options.scale.to_string(),
+                expected: "it must be above 0 and at most 1000".into(),
+            });
+        }
+        let limits = self.limits;
+        let (origin, roots) = (origin.clone(), self.roots.clone());
+        let sent = match &origin {
+            Origin::Kept { description, assets, missing } => {
+                let urdf = self.lock().store.get(description);
+                let lacking = || CallError::DescriptionNotUploaded { sha256: description.to_string() };
+                Some((urdf.ok_or_else(lacking)?, self.gather(assets)?, missing.clone()))
+            }
+            Origin::Inline { urdf, assets, missing } => {
+                self.check_description(urdf.len())?;
+                Some((Arc::from(&urdf[..]), self.gather(assets)?, missing.clone()))
+            }
+            Origin::BelowRoot(_) | Origin::Operator(_) => None,
+        };
+        self.off_thread(move || {
+            let material = match (sent, &origin) {
+                (Some((urdf, found, missing)), _) => {
+                    Material::Sent { urdf, files: SentAssets { found, missing } }
+                }
+                (None, Origin::BelowRoot(path)) => Material::Disk(roots.find(path)?),
+                (None, Origin::Operator(path)) => Material::Disk(find_for_operator(path)?),
+                (None, Origin::Kept { .. } | Origin::Inline { .. }) => {
+                    return Err(CallError::Internal { message: "an upload without its bytes".into() });
+                }
+            };
+            match material {
+                Material::Sent { urdf, files } => {
+                    let outcome = simd_model::read(&urdf, &files, &options);
+                    let files = files.found.into_values().map(|file| (file.sha256, file.bytes)).collect();
+                    Ok(Reading::new(urdf, files, outcome))
+                }
+                Material::Disk(place) => {
+                    let urdf = read_file(&place.urdf, limits.description_bytes)?;
+                    let files = DiskAssets::new(&place, limits.asset_bytes);
+                    let outcome = simd_model::read(&urdf, &files, &options);
+                    Ok(Reading::new(urdf, files.into_files(), outcome))
+                }
+            }
+        })
+        .await?
+    }
+
+    /// The kept files of an upload.
+    fn gather(&self, assets: &BTreeMap<String, Sha256>) -> Result<BTreeMap<String, Asset>, CallError> {
+        let mut shelf = self.lock();
+        let found = assets.iter().map(|(uri, sha256)| match shelf.store.get(sha256) {
+            Some(bytes) => Ok((uri.clone(), Asset { sha256: *sha256, bytes })),
+            None => Err(CallError::AssetNotUploaded { uri: uri.clone(), sha256: sha256.to_string() }),
+        });
+        found.collect()
+    }
+
+    /// Does work that takes long, when it is its turn. The work ends, and its turn
+    /// with it, though the caller goes away.
+    pub(super) async fn off_thread<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        let Ok(seat) = self.seats.clone().try_acquire_owned() else {
+            return Err(CallError::LimitExceeded {
+                what: "the number of descriptions and files that wait to be read".into(),
+                value: super::SEATS as u64 + 1,
+                limit: super::SEATS as u64,
+            });
+        };
+        let turn = self.turns.clone().acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
+        let done = tokio::task::spawn_blocking(move || {
+            let done = work();
+            drop((seat, turn));
+            done
+        });
+        done.await.map_err(|error| match error.try_into_panic() {
+            Ok(payload) => CallError::Internal {
+                message: format!("a description could not be read: {}", panic_message(payload.as_ref())),
+            },
+            Err(_cancelled) => CallError::ShuttingDown,
+        })
+    }
+}
+
+impl Reading {
+    fn new(
+        urdf: Arc<[u8]>,
+        files: Vec<(Sha256, Arc<[u8]>)>,
+        outcome: Result<(RobotModel, LoadReport), Refused>,
+    ) -> Self {
+        let outcome = outcome.map(|(model, report)| (Arc::new(model), report));
+        Self { used: Used { description: Sha256::of(&urdf), urdf, files }, outcome }
+    }
+}
+
+/// A report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".
+pub(super) fn summary(model: &RobotModel, report: &LoadReport) -> String {
+    let moving = model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).count();
+    let warnings = report.findings.iter().filter(|finding| finding.severity == Severity::Warning).count();
+    let mut summary = format!(
+        "{}: {}, {}",
+        model.name,
+        counted(model.links.len(), "link"),
+        counted(moving, "moving joint")
+    );
+    if warnings > 0 {
+        summary += &format!("; {}", counted(warnings, "warning"));
+    }
+    summary
+}
+
+fn counted(count: usize, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
+}

@@ -1,0 +1,171 @@
+//! Files that were uploaded, by their hash: what no robot uses goes first, the
+//! longest unused before the rest.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use simd_model::robot::Sha256;
+
+use crate::handle::CallError;
+
+/// What a file is charged beside its bytes, so that a million empty files are
+/// not free.
+const ENTRY_BYTES: u64 = 1024;
+
+/// Files by hash, up to a number of bytes.
+#[derive(Debug)]
+pub(super) struct Store {
+    files: HashMap<Sha256, File>,
+    /// Files that no robot uses, by when they were used last.
+    idle: BTreeMap<u64, Sha256>,
+    bytes: u64,
+    limit: u64,
+    /// Counts uses.
+    clock: u64,
+}
+
+#[derive(Debug)]
+struct File {
+    bytes: Arc<[u8]>,
+    used: u64,
+    /// Robots that use it.
+    pins: u32,
+}
+
+impl Store {
+    /// An empty store for so many bytes.
+    pub(super) fn new(limit: u64) -> Self {
+        Self { files: HashMap::new(), idle: BTreeMap::new(), bytes: 0, limit, clock: 0 }
+    }
+
+    /// Whether a file is here. No use of it.
+    pub(super) fn contains(&self, sha256: &Sha256) -> bool {
+        self.files.contains_key(sha256)
+    }
+
+    /// A file, which is used by that.
+    pub(super) fn get(&mut self, sha256: &Sha256) -> Option<Arc<[u8]>> {
+        let file = self.files.get_mut(sha256)?;
+        self.clock += 1;
+        let before = std::mem::replace(&mut file.used, self.clock);
+        if self.idle.remove(&before).is_some() {
+            self.idle.insert(self.clock, *sha256);
+        }
+        Some(file.bytes.clone())
+    }
+
+    /// Keeps a file under the hash that it has.
+    ///
+    /// # Errors
+    /// Where robots use so much of the store that it does not fit.
+    pub(super) fn insert(&mut self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
+        if self.get(&sha256).is_some() {
+            return Ok(());
+        }
+        let size = charge(&bytes);
+        while self.bytes + size > self.limit {
+            let Some((_, oldest)) = self.idle.pop_first() else {
+                return Err(CallError::LimitExceeded {
+                    what: "the size of all kept files, in bytes,".into(),
+                    value: self.bytes + size,
+                    limit: self.limit,
+                });
+            };
+            if let Some(file) = self.files.remove(&oldest) {
+                self.bytes -= charge(&file.bytes);
+            }
+        }
+        self.clock += 1;
+        self.bytes += size;
+        self.idle.insert(self.clock, sha256);
+        self.files.insert(sha256, File { bytes, used: self.clock, pins: 0 });
+        Ok(())
+    }
+
+    /// Keeps files for as long as a robot uses them.
+    pub(super) fn pin(&mut self, files: &[Sha256]) {
+        for sha256 in files {
+            if let Some(file) = self.files.get_mut(sha256) {
+                file.pins += 1;
+                self.idle.remove(&file.used);
+            }
+        }
+    }
+
+    /// Ends what [`Store::pin`] began.
+    pub(super) fn unpin(&mut self, files: &[Sha256]) {
+        for sha256 in files {
+            if let Some(file) = self.files.get_mut(sha256) {
+                file.pins = file.pins.saturating_sub(1);
+                if file.pins == 0 {
+                    self.idle.insert(file.used, *sha256);
+                }
+            }
+        }
+    }
+}
+
+fn charge(bytes: &[u8]) -> u64 {
+    bytes.len() as u64 + ENTRY_BYTES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(n: u8) -> (Sha256, Arc<[u8]>) {
+        let bytes = vec![n; 1000];
+        (Sha256::of(&bytes), bytes.into())
+    }
+
+    /// For three files of [`file`].
+    fn store() -> Store {
+        Store::new(3 * (1000 + ENTRY_BYTES))
+    }
+
+    fn put(store: &mut Store, n: u8) -> Sha256 {
+        let (sha256, bytes) = file(n);
+        store.insert(sha256, bytes).unwrap();
+        sha256
+    }
+
+    #[test]
+    fn the_longest_unused_file_makes_room() {
+        let mut store = store();
+        let [a, b, c] = [0, 1, 2].map(|n| put(&mut store, n));
+        assert_eq!(store.get(&a).as_deref(), Some(&*file(0).1));
+        let d = put(&mut store, 3);
+        assert_eq!([a, b, c, d].map(|file| store.contains(&file)), [true, false, true, true]);
+        put(&mut store, 2);
+        put(&mut store, 4);
+        assert_eq!([a, c, d].map(|file| store.contains(&file)), [false, true, true], "sent again is used");
+    }
+
+    #[test]
+    fn what_a_robot_uses_stays() {
+        let mut store = store();
+        let used = [0, 1].map(|n| put(&mut store, n));
+        store.pin(&used);
+        store.pin(&used[..1]);
+        for n in 2..10 {
+            put(&mut store, n);
+        }
+        assert!(used.iter().all(|file| store.contains(file)));
+        store.unpin(&used);
+        for n in 2..10 {
+            put(&mut store, n);
+        }
+        assert_eq!(used.map(|file| store.contains(&file)), [true, false], "the first is pinned once more");
+    }
+
+    #[test]
+    fn a_store_full_of_used_files_refuses_and_names_its_limit() {
+        let mut store = store();
+        let used = [0, 1, 2].map(|n| put(&mut store, n));
+        store.pin(&used);
+        let (sha256, bytes) = file(3);
+        let refused = store.insert(sha256, bytes).unwrap_err().to_string();
+        assert!(refused.ends_with("and the limit is 6072"), "{refused}");
+        assert!(used.iter().all(|file| store.contains(file)));
+    }
+}

@@ -1,0 +1,245 @@
+//! From bytes and paths to robots in a world.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use bytes::Bytes;
+use glamx::DPose3;
+use simd_core::simulation::WorldLimits;
+use simd_core::{Command, PhysicsSettings, Simulation};
+
+use super::*;
+use crate::driver;
+use crate::handle::{AssetState, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+
+/// A robot with these joints, each to a link of its own, and a mesh.
+fn urdf(name: &str, joints: &[&str]) -> String {
+    let mut text = format!(
+        r#"<robot name="{name}"><link name="base"><visual><geometry>
+        <mesh filename="package://{name}/meshes/base.STL"/></geometry></visual></link>"#
+    );
+    for joint in joints {
+        text += &format!(
+            r#"<link name="{joint}_link"><inertial><mass value="1"/>
+            <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+            <joint name="{joint}" type="continuous"><parent link="base"/><child link="{joint}_link"/>
+            <axis xyz="0 0 1"/></joint>"#
+        );
+    }
+    text + "</robot>"
+}
+
+/// A binary STL of one triangle.
+fn stl(size: f32) -> Vec<u8> {
+    let mut file = vec![0; 80];
+    file.extend(1_u32.to_le_bytes());
+    for number in [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, size, 0.0, 0.0, 0.0, size, 0.0_f32] {
+        file.extend(number.to_le_bytes());
+    }
+    file.extend([0, 0]);
+    file
+}
+
+fn daemon(limits: Limits, roots: &[PathBuf]) -> SimHandle {
+    let limits_of_world = WorldLimits { robots: 10, snapshots: 10 };
+    let world = Simulation::new(PhysicsSettings::default(), limits_of_world);
+    let config = driver::Config { state: RunState::Paused, ..Default::default() };
+    let link = driver::start(world, config).unwrap();
+    let info = DaemonInfo { name: "test".into(), version: "0", limits };
+    SimHandle::new(link, Loader::new(limits, roots).unwrap(), info)
+}
+
+fn request(source: Source) -> SpawnRequest {
+    SpawnRequest {
+        source,
+        name: String::new(),
+        allow_renaming: false,
+        pose: DPose3::IDENTITY,
+        fixed_base: Some(true),
+        passive: false,
+        joint_positions: Vec::new(),
+        scale: 1.0,
+        strict: false,
+    }
+}
+
+fn inline(urdf: String) -> Source {
+    Source::Inline { urdf: urdf.into(), assets: BTreeMap::new(), missing: BTreeMap::new() }
+}
+
+const URI: &str = "package://arm/meshes/base.STL";
+
+#[tokio::test]
+async fn a_robot_comes_by_prepare_upload_and_spawn() {
+    let handle = daemon(Limits::default(), &[]);
+    let (text, mesh) = (Bytes::from(urdf("arm", &["elbow"])), Bytes::from(stl(1.0)));
+    let prepared = handle.prepare(text.clone(), BTreeMap::new()).await.unwrap();
+    assert_eq!(prepared.name, "arm");
+    assert_eq!(prepared.assets, [(URI.to_owned(), AssetState::Unresolved)]);
+    let sha256 = Sha256::of(&mesh);
+    let assets = BTreeMap::from([(URI.to_owned(), sha256)]);
+    let prepared = handle.prepare(text, assets.clone()).await.unwrap();
+    assert_eq!(prepared.assets, [(URI.to_owned(), AssetState::Lacking)]);
+
+    let description = prepared.description;
+    let source = Source::Uploaded { description, assets: assets.clone(), missing: BTreeMap::new() };
+    let early = handle.spawn(request(source.clone())).await.unwrap_err();
+    assert!(matches!(&early, CallError::AssetNotUploaded { uri, .. } if uri == URI), "{early}");
+
+    let total = mesh.len() as u64;
+    assert_eq!(handle.upload(sha256, total, 0, mesh.slice(..100)).await.unwrap(), 100);
+    assert_eq!(handle.upload(sha256, total, 100, mesh.slice(100..)).await.unwrap(), total);
+    assert_eq!(handle.asset(&sha256), Some(mesh));
+
+    let loaded = handle.spawn(request(source)).await.unwrap();
+    assert_eq!((loaded.name.as_str(), loaded.summary.as_str()), ("arm", "arm: 2 links, 1 moving joint"));
+    assert_eq!(handle.description_of("arm"), Some(description));
+    assert!(handle.newest().snapshot.entity("arm").is_some(), "it is there once the answer is");
+}
+
+#[tokio::test]
+async fn bytes_that_have_another_hash_are_refused() {
+    let handle = daemon(Limits::default(), &[]);
+    let refused = handle.upload(Sha256::of(b"a"), 1, 0, Bytes::from_static(b"b")).await.unwrap_err();
+    assert!(matches!(refused, CallError::UploadMismatch { .. }), "{refused}");
+    assert_eq!(handle.asset(&Sha256::of(b"a")), None);
+    let beyond = handle.upload(Sha256::of(b"a"), 1 << 40, 0, Bytes::new()).await;
+    assert!(matches!(beyond, Err(CallError::LimitExceeded { .. })));
+}
+
+#[tokio::test]
+async fn a_description_that_was_never_sent_is_asked_for() {
+    let handle = daemon(Limits::default(), &[]);
+    let description = Sha256::of(b"");
+    let source = Source::Uploaded { description, assets: BTreeMap::new(), missing: BTreeMap::new() };
+    let refused = handle.spawn(request(source)).await.unwrap_err();
+    assert!(matches!(refused, CallError::DescriptionNotUploaded { .. }));
+}
+
+#[tokio::test]
+async fn names_are_made_fit_for_the_wire() {
+    let handle = daemon(Limits::default(), &[]);
+    let loaded = handle.spawn(request(inline(urdf("Bench Arm", &[])))).await.unwrap();
+    assert_eq!(loaded.name, "Bench_Arm");
+    let named = SpawnRequest { name: "my/arm 2".into(), ..request(inline(urdf("arm", &[]))) };
+    assert_eq!(handle.spawn(named).await.unwrap().name, "my_arm_2");
+}
+
+#[tokio::test]
+async fn a_missing_mesh_is_a_warning_that_names_the_places() {
+    let handle = daemon(Limits::default(), &[]);
+    let missing = BTreeMap::from([(URI.to_owned(), vec!["/home/me/arm/meshes/base.STL".to_owned()])]);
+    let source = Source::Inline { urdf: urdf("arm", &[]).into(), assets: BTreeMap::new(), missing };
+    let loaded = handle.spawn(request(source)).await.unwrap();
+    assert!(loaded.summary.ends_with("; 1 warning"), "{}", loaded.summary);
+    let report = format!("{:?}", loaded.report);
+    assert!(report.contains("/home/me/arm/meshes/base.STL"), "{report}");
+}
+
+#[tokio::test]
+async fn what_is_no_robot_is_refused_and_validation_says_why() {
+    let handle = daemon(Limits::default(), &[]);
+    let garbage = || inline("<robot".into());
+    let refused = handle.spawn(request(garbage())).await.unwrap_err();
+    assert!(matches!(refused, CallError::InvalidDescription { .. }), "{refused}");
+    let validated = handle.validate(garbage(), 1.0).await.unwrap();
+    assert!(validated.model.is_none() && validated.summary.starts_with("refused: "));
+    assert!(!validated.report.findings.is_empty());
+    let validated = handle.validate(inline(urdf("arm", &["a", "b"])), 1.0).await.unwrap();
+    assert_eq!(validated.summary, "arm: 3 links, 2 moving joints; 1 warning");
+    assert!(handle.newest().snapshot.world.entities.is_empty());
+    for scale in [0.0, -1.0, f64::NAN, 1001.0] {
+        let refused = handle.validate(garbage(), scale).await.unwrap_err();
+        assert!(matches!(refused, CallError::InvalidValue { .. }), "{scale}");
+    }
+}
+
+#[tokio::test]
+async fn a_description_beyond_the_limit_is_refused_before_it_is_read() {
+    let limits = Limits { description_bytes: 100, ..Limits::default() };
+    let handle = daemon(limits, &[]);
+    let text = urdf("arm", &[]);
+    let prepared = handle.prepare(text.clone().into(), BTreeMap::new()).await;
+    assert!(matches!(prepared, Err(CallError::LimitExceeded { limit: 100, .. })));
+    let spawned = handle.spawn(request(inline(text))).await;
+    assert!(matches!(spawned, Err(CallError::LimitExceeded { limit: 100, .. })));
+}
+
+fn write_package(root: &Path, joints: &[&str]) {
+    let folder = root.join("arm");
+    fs::create_dir_all(folder.join("urdf")).unwrap();
+    fs::create_dir_all(folder.join("meshes")).unwrap();
+    fs::write(folder.join("urdf/arm.urdf"), urdf("arm", joints)).unwrap();
+    fs::write(folder.join("meshes/base.STL"), stl(1.0)).unwrap();
+}
+
+#[tokio::test]
+async fn a_robot_from_disk_is_read_again_at_a_reload_and_keeps_its_scale() {
+    let dir = tempfile::tempdir().unwrap();
+    write_package(dir.path(), &["elbow"]);
+    let handle = daemon(Limits::default(), &[dir.path().to_path_buf()]);
+    let spawned = SpawnRequest { scale: 2.0, ..request(Source::Path("arm".into())) };
+    let loaded = handle.spawn(spawned).await.unwrap();
+    assert_eq!(loaded.summary, "arm: 2 links, 1 moving joint");
+    assert!(handle.asset(&Sha256::of(&stl(1.0))).is_some(), "viewers can have its mesh");
+    let before = handle.description_of("arm");
+
+    write_package(dir.path(), &["shoulder", "wrist"]);
+    let reloaded = handle.reload("arm".into(), None, false).await.unwrap();
+    assert_eq!(
+        (reloaded.added, reloaded.removed),
+        (vec!["shoulder".into(), "wrist".into()], vec!["elbow".into()])
+    );
+    assert_ne!(handle.description_of("arm"), before);
+    let newest = handle.newest();
+    let (_, entity) = newest.snapshot.entity("arm").unwrap();
+    assert_eq!(handle.loader().with_known(&entity.model, |known| known.scale), Some(2.0));
+
+    let nobody = handle.reload("nobody".into(), None, false).await.unwrap_err();
+    assert!(nobody.to_string().contains("\"arm\""), "{nobody}");
+}
+
+#[tokio::test]
+async fn the_operator_may_load_from_anywhere_and_reload_from_there() {
+    let dir = tempfile::tempdir().unwrap();
+    write_package(dir.path(), &["elbow"]);
+    let handle = daemon(Limits::default(), &[]);
+    let path = dir.path().join("arm");
+    let source = Source::Path(path.display().to_string());
+    let refused = handle.spawn(request(source.clone())).await.unwrap_err();
+    assert!(matches!(refused, CallError::PathNotAllowed { .. }), "{refused}");
+    let loaded = handle.spawn_at_start(path, request(source)).await.unwrap();
+    assert!(handle.newest().snapshot.entity(&loaded.name).unwrap().1.loaded_at_start);
+    handle.reload(loaded.name, None, false).await.unwrap();
+}
+
+#[tokio::test]
+async fn files_of_robots_stay_and_those_of_deleted_robots_make_room() {
+    // Room for two descriptions.
+    let text = |n: u8| urdf(&format!("arm{n}"), &["elbow"]);
+    let each = text(0).len() as u64 + 1024;
+    let limits = Limits { upload_store_bytes: 2 * each, ..Limits::default() };
+    let handle = daemon(limits, &[]);
+    for n in 0..2 {
+        handle.spawn(request(inline(text(n)))).await.unwrap();
+    }
+    let full = handle.spawn(request(inline(text(2)))).await.unwrap_err();
+    assert!(matches!(full, CallError::LimitExceeded { .. }), "{full}");
+    handle.command(Command::Delete { robot: "arm0".into() }).await.unwrap();
+    // States of before, which still show the robot, are written over.
+    handle.step(100).await.unwrap();
+    handle.spawn(request(inline(text(2)))).await.unwrap();
+    assert!(handle.asset(&Sha256::of(text(0).as_bytes())).is_none());
+    assert!(handle.asset(&Sha256::of(text(1).as_bytes())).is_some());
+}
+
+#[tokio::test]
+async fn a_fault_while_reading_is_a_fault_of_one_call() {
+    let handle = daemon(Limits::default(), &[]);
+    for _ in 0..SEATS {
+        let failed = handle.loader().off_thread::<()>(|| panic!("on purpose")).await.unwrap_err();
+        assert!(matches!(&failed, CallError::Internal { message } if message.contains("on purpose")));
+    }
+    handle.spawn(request(inline(urdf("arm", &[])))).await.unwrap();
+}
