@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test build lint nextest bench reference clean
+.PHONY: demo test test-data build lint nextest bench reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -14,16 +14,24 @@ demo: build
 	  '  simctl robot list' \
 	  '  simctl joint list bench_arm' \
 	  '  simctl joint set bench_arm shoulder=0.5' \
-	  '  simctl joint watch bench_arm' '' \
+	  '  simctl joint watch bench_arm --count 5' '' \
 	  'Ctrl-C here stops the daemon.' ''
-	@exec $(BIN)/simd --name demo --load "tests/assets/Bench_Arm-1.2 rev B"
+	@exec $(BIN)/simd --name demo --config tests/assets/demo.toml
 
 build:
 	$(CARGO) build --locked -p simd-server -p simd-cli
 
 # Installs what the tests need, and runs every suite.
-test: lint nextest
+test: lint nextest test-data build
 	$(CARGO) nextest run --locked --workspace
+
+# Robots that others made, for the suites: never committed.
+test-data: target/test-venv/installed
+
+target/test-venv/installed: tests/requirements.txt
+	python3 -m venv target/test-venv
+	target/test-venv/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
 nextest:
 	@$(CARGO) nextest --version >/dev/null 2>&1 || \
@@ -34,9 +42,13 @@ lint:
 	cd proto && npm ci --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 
-# Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness.
+# Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
+# step beside MuJoCo, PyBullet and rapier, with a plot in target/bench.
 bench:
-	$(CARGO) bench --locked --profile dev -p simd-tests
+	$(CARGO) bench --locked --profile dev -p simd-tests --bench figures
+	python3 -m venv target/bench-venv
+	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt
+	CARGO="$(CARGO)" target/bench-venv/bin/python tests/benches/peers.py
 
 # Makes the reference figures of the physics suite again.
 reference:

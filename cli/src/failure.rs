@@ -34,10 +34,19 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 
 /// One line on stderr about something that was done, but perhaps not as it was meant.
 pub(crate) fn warn(sentence: &str) {
+    say("warning", sentence);
+}
+
+/// One line on stderr about what a newcomer may want to know.
+pub(crate) fn hint(sentence: &str) {
+    say("hint", sentence);
+}
+
+fn say(kind: &str, sentence: &str) {
     let mut stderr = io::stderr().lock();
-    let name =
-        if has_colour(stderr.is_terminal()) { "\x1b[33msimctl: warning:\x1b[0m" } else { "simctl: warning:" };
-    let _ = writeln!(stderr, "{name} {}", plain(sentence));
+    let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[33m", "\x1b[0m") } else { ("", "") };
+    // Nothing is left to tell it to where stderr is gone.
+    let _ = writeln!(stderr, "{begin}simctl: {kind}:{end} {}", plain(sentence));
 }
 
 fn is_closed_pipe(error: &anyhow::Error) -> bool {

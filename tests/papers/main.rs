@@ -1,4 +1,5 @@
 //! Documents rot, tests do not: what the papers name must be there.
+#![cfg(test)]
 
 use std::path::{Path, PathBuf};
 

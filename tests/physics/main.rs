@@ -1,5 +1,6 @@
 //! Physics that can be checked: each test states its formula or source, its
 //! tolerance and why.
+#![cfg(test)]
 
 mod chains;
 mod convergence;

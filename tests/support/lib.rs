@@ -1,4 +1,7 @@
 //! What the suites share.
 
+pub mod daemon;
+pub mod process;
+pub mod pybullet_data;
 pub mod robots;
 pub mod statistics;

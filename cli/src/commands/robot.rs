@@ -2,20 +2,20 @@
 
 mod view;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use simd_client::{
-    Client, Package,
+    Client, Error, Package,
     proto::{
-        Base, DescriptionSource, InitialMode, LoadReport, Pose, ReloadEntityRequest, Severity,
+        Base, DescriptionSource, ErrorReason, InitialMode, LoadReport, Pose, ReloadEntityRequest, Severity,
         SpawnEntityRequest, description_source::Source,
     },
 };
 
 use crate::{
     args::{PackageFolder, package_folder},
-    failure::warn,
+    failure::{hint, warn},
     output::Output,
     pose,
     target::{Placement, placement},
@@ -119,7 +119,9 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
 }
 
 async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Result<()> {
-    let source = source(client, arguments.path, arguments.on_daemon, &arguments.packages).await?;
+    let path = &arguments.path;
+    let source = source(client, path, arguments.on_daemon, &arguments.packages).await?;
+    let is_base_given = arguments.fixed || arguments.free;
     let request = SpawnEntityRequest {
         source: Some(source),
         name: arguments.name.unwrap_or_default(),
@@ -137,13 +139,16 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         strict: arguments.strict,
         request_id: String::new(),
     };
-    let spawned = client.spawn(request).await?;
+    let spawned = client.spawn(request).await.map_err(|error| naming(path, error))?;
     warn_of(&spawned.report);
+    if spawned.entity.base() == Base::Free && !is_base_given {
+        hint("its base is free, so it falls; --fixed holds it in place");
+    }
     output.one(&Loaded::from(spawned))
 }
 
 async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::Result<()> {
-    let source = match arguments.path {
+    let source = match &arguments.path {
         Some(path) => Some(source(client, path, arguments.on_daemon, &arguments.packages).await?),
         None => None,
     };
@@ -153,7 +158,10 @@ async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::R
         strict: arguments.strict,
         request_id: String::new(),
     };
-    let reloaded = client.reload(request).await?;
+    let reloaded = match &arguments.path {
+        Some(path) => client.reload(request).await.map_err(|error| naming(path, error))?,
+        None => client.reload(request).await?,
+    };
     warn_of(&reloaded.report);
     output.one(&ReloadedView::from(reloaded))
 }
@@ -161,7 +169,7 @@ async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::R
 /// Sends what the daemon lacks, or names what it has.
 async fn source(
     client: &Client,
-    path: PathBuf,
+    path: &Path,
     on_daemon: bool,
     packages: &[PackageFolder],
 ) -> anyhow::Result<DescriptionSource> {
@@ -172,7 +180,20 @@ async fn source(
     let package = packages
         .iter()
         .fold(Package::open(path)?, |package, known| package.with_package(&known.name, &known.folder));
-    Ok(client.upload(&package).await?)
+    client.upload(&package).await.map_err(|error| naming(&package.path, error))
+}
+
+/// The daemon knows the line of a mistake, but not of which file.
+fn naming(path: &Path, error: Error) -> anyhow::Error {
+    let is_about_file = match &error {
+        Error::Refused(refusal) => {
+            refusal.reason == ErrorReason::InvalidDescription
+                || refusal.fields.iter().any(|(field, _)| field == "urdf")
+        }
+        _ => false,
+    };
+    let error = anyhow::Error::from(error);
+    if is_about_file { error.context(path.display().to_string()) } else { error }
 }
 
 /// Where warnings are seen even if stdout is read by a program.

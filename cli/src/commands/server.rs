@@ -59,7 +59,11 @@ async fn ping(client: &Client, output: Output, number: u64, interval: Duration) 
         output.item(&Ping { sequence, round_trip_ms, stamp })?;
     }
     round_trips.sort_by(f64::total_cmp);
-    let at = |part: usize| round_trips.get((round_trips.len() - 1) * part / 100).copied().unwrap_or_default();
+    // The nearest rank: of four answers the slowest is the one within which 99 % came.
+    let at = |part: usize| {
+        let rank = (round_trips.len() * part).div_ceil(100);
+        round_trips.get(rank.saturating_sub(1)).copied().unwrap_or_default()
+    };
     output.remark(&Page::of_line(format!(
         "{}: min {} ms, median {} ms, 99 % {} ms, max {} ms",
         count(round_trips.len(), "answer"),

@@ -14,7 +14,7 @@ pub enum Error {
     #[error("{0}")]
     Refused(Refusal),
     /// Nobody listens there, or the connection broke.
-    #[error("no daemon answers at {endpoint}; start one with `simd`, or name another with --endpoint")]
+    #[error("no daemon answers at {endpoint}; start one with `simd`, or name the endpoint of another")]
     Unreachable {
         /// As it was given.
         endpoint: String,
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn a_broken_connection_says_where_and_what_to_do() {
         let error = Error::from_status(&Status::unavailable("tcp connect error"), "lab:1");
-        let sentence = "no daemon answers at lab:1; start one with `simd`, or name another with --endpoint";
+        let sentence = "no daemon answers at lab:1; start one with `simd`, or name the endpoint of another";
         assert_eq!(error.to_string(), sentence);
         assert_eq!(error.code(), Some(Code::Unavailable));
     }

@@ -10,14 +10,23 @@ const MAX_NAME_BYTES: usize = 1024;
 
 /// A field whose value cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field} is {value}; {expected}")]
+#[error("{field}{of} is {value}; {expected}")]
 pub struct BadField {
     /// Its path, for instance `robots[0].joints[2].position.position`.
     pub field: String,
+    /// What it belongs to, for people: ` (joint "elbow")`, or nothing.
+    pub of: String,
     /// What was given.
     pub value: String,
     /// What would be accepted, as "it must be ...".
     pub expected: String,
+}
+
+impl BadField {
+    /// Says which joint the field is of.
+    pub fn of_joint(self, joint: &str) -> Self {
+        Self { of: format!(" (joint {joint:?})"), ..self }
+    }
 }
 
 /// Where in a request a value stands. Costs nothing until it is written.
@@ -56,7 +65,12 @@ impl<'a> Path<'a> {
 
     /// The refusal of what stands here.
     pub fn refuse(&self, value: impl fmt::Display, expected: impl Into<String>) -> BadField {
-        BadField { field: self.to_string(), value: value.to_string(), expected: expected.into() }
+        BadField {
+            field: self.to_string(),
+            of: String::new(),
+            value: value.to_string(),
+            expected: expected.into(),
+        }
     }
 
     /// What must be there.

@@ -77,7 +77,7 @@ pub async fn serve(handle: SimHandle, listener: TcpListener) -> Result<(), tonic
     tokio::select! {
         served = server.serve_with_incoming_shutdown(incoming, draining.cancelled()) => served,
         () = deadline => {
-            tracing::warn!("calls were still open {} s after draining began", DRAIN_GRACE.as_secs());
+            tracing::warn!("connections were still open {} s after draining began", DRAIN_GRACE.as_secs());
             Ok(())
         }
     }

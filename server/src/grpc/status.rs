@@ -91,7 +91,7 @@ fn code(reason: ErrorReason) -> Code {
 
 impl From<&BadField> for Explained {
     fn from(error: &BadField) -> Self {
-        let BadField { field, value, expected } = error;
+        let BadField { field, of: _, value, expected } = error;
         Self::new(ErrorReason::InvalidValue, error).field(field, value, expected)
     }
 }

@@ -1,8 +1,24 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run.
+#![allow(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a benchmark prints, and ends where it cannot go on"
+)]
 
+mod lateness;
+mod round_trip;
 mod step;
 
 fn main() {
+    // The echoes of the round trips are this program once more, so that both ends of each
+    // path are processes.
+    match std::env::args().nth(1).as_deref() {
+        Some(round_trip::ECHO) => return round_trip::echo(),
+        Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
+        _ => {}
+    }
     step::print();
+    round_trip::print();
+    lateness::print();
 }

@@ -1,1 +1,71 @@
-fn main() {}
+//! The worker of `peers.py`: steps robots in simd and in rapier, a batch at a time, so that the
+//! driver can let the simulators take turns.
+//!
+//! The argument is a file with a list of [`Scene`]s. Each line of the input, `simd 3 2000`, is
+//! answered with a line of JSON: how long 2000 steps of scene 3 took. `joints 3` is answered with
+//! what each of its joints holds, by which gains.
+
+mod in_rapier;
+mod in_simd;
+mod scene;
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::io::{BufRead as _, Write as _};
+use std::time::Instant;
+
+use scene::Scene;
+
+/// A world that can be stepped.
+trait World {
+    /// Puts it back to the start: still, in the pose that its actuators hold.
+    fn put_back(&mut self);
+    fn step(&mut self);
+    /// The largest distance of a joint from the position that it should hold, rad or m.
+    fn error(&self) -> f64;
+}
+
+/// Steps before the time is taken, as a part of those that are timed.
+const WARM_UP: usize = 10;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let Some(path) = std::env::args().nth(1).filter(|argument| argument != "--bench") else {
+        return Ok(());
+    };
+    let scenes: Vec<Scene> = serde_json::from_slice(&std::fs::read(path)?)?;
+    let mut worlds = BTreeMap::new();
+    for line in std::io::stdin().lock().lines() {
+        let line = line?;
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let answer = match words[..] {
+            ["joints", scene] => serde_json::to_value(scenes[scene.parse::<usize>()?].joints())?,
+            [engine, scene, steps] => {
+                let key = (engine.to_owned(), scene.parse::<usize>()?);
+                let scene = &scenes[key.1];
+                let world = worlds.entry(key).or_insert_with(|| build(engine, scene));
+                batch(world.as_mut(), steps.parse()?)
+            }
+            _ => return Err(format!("{line:?} is no request").into()),
+        };
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{answer}")?;
+        out.flush()?;
+    }
+    Ok(())
+}
+
+fn build(engine: &str, scene: &Scene) -> Box<dyn World> {
+    match engine {
+        "simd" => Box::new(in_simd::Simd::new(scene)),
+        _ => Box::new(in_rapier::Rapier::new(scene)),
+    }
+}
+
+fn batch(world: &mut dyn World, steps: usize) -> serde_json::Value {
+    world.put_back();
+    (0..steps / WARM_UP).for_each(|_| world.step());
+    let start = Instant::now();
+    (0..steps).for_each(|_| world.step());
+    let seconds = start.elapsed().as_secs_f64();
+    serde_json::json!({ "seconds": seconds, "error": world.error() })
+}

@@ -30,6 +30,10 @@ pub const DEFAULT_BANDWIDTH: f64 = 300.0;
 /// Velocity damping over composite inertia by time step: static error under 0.1 %.
 pub const DEFAULT_VELOCITY_GAIN: f64 = 1000.0;
 
+/// The part of its effort limit that a joint's setpoint speeds up and brakes with; the
+/// rest is for gravity and for what other joints do.
+pub const PROFILE_EFFORT: f64 = 0.5;
+
 /// An axis that can be driven: a revolute or prismatic joint, or one of a planar one's three.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
@@ -74,9 +78,10 @@ pub struct Actuator {
     pub damping: Option<f64>,
     /// Added to the effort.
     pub feed_forward: f64,
-    /// Where a position target has got to: it moves no faster than the joint's
-    /// velocity limit.
+    /// Where a position target has got to on its way; see [`Axis::travel`].
     pub setpoint: f64,
+    /// How fast the setpoint moves.
+    pub setpoint_rate: f64,
 }
 
 /// The law of an actuator over one step, in the terms of dynamics: effort =
@@ -99,6 +104,19 @@ pub struct Drive {
     pub saturated: Option<f64>,
 }
 
+impl Actuator {
+    /// Holds a position; a joint that moves is braked first, and comes back.
+    pub fn hold(position: f64, rate: f64) -> Self {
+        Self {
+            mode: Mode::Hold,
+            target: position,
+            setpoint: position,
+            setpoint_rate: rate,
+            ..Self::default()
+        }
+    }
+}
+
 impl AxisSettings {
     /// What the joint itself adds to D: armature + h damping.
     pub fn resistance(&self, h: f64) -> f64 {
@@ -108,9 +126,10 @@ impl AxisSettings {
 
 impl Axis {
     /// Feeds everything that a step reads to a hasher.
-    pub fn hash(&self, hasher: &mut impl Hasher) {
+    pub fn hash_into(&self, hasher: &mut impl Hasher) {
         let AxisSettings { damping, friction, armature, limits, .. } = &self.settings;
-        let Actuator { mode, target, rate, stiffness, damping: kd, feed_forward, setpoint } = &self.actuator;
+        let Actuator { mode, target, rate, stiffness, damping: kd, feed_forward, setpoint, setpoint_rate } =
+            &self.actuator;
         hasher.write_u8(*mode as u8);
         let optional = [limits.lower, limits.upper, limits.effort, limits.velocity, *stiffness, *kd];
         for value in optional {
@@ -118,16 +137,15 @@ impl Axis {
         }
         let defaults =
             [self.settings.default_stiffness, self.settings.default_damping, self.settings.composite_inertia];
-        let values = [damping, friction, armature, target, rate, feed_forward, setpoint];
+        let values = [damping, friction, armature, target, rate, feed_forward, setpoint, setpoint_rate];
         for value in values.into_iter().chain(&defaults) {
             hasher.write_u64(value.to_bits());
         }
     }
 
-    /// Moves the setpoint on, and gives the law for a step of `h` seconds.
-    pub fn drive(&mut self, h: f64) -> Drive {
-        let settings = &self.settings;
-        let actuator = &mut self.actuator;
+    /// The law for a step of `h` seconds.
+    pub fn drive(&self, h: f64) -> Drive {
+        let (settings, actuator) = (&self.settings, &self.actuator);
         let limit = settings.limits.effort.unwrap_or(f64::INFINITY);
         let still = Drive { limit, ..Drive::default() };
         match actuator.mode {
@@ -139,28 +157,77 @@ impl Axis {
                 feed_forward: actuator.feed_forward,
                 ..still
             },
-            Mode::Position | Mode::Hold => {
-                let reach = settings.limits.velocity.map_or(f64::INFINITY, |limit| limit * h);
-                let left = actuator.target - actuator.setpoint;
-                let moved = left.clamp(-reach, reach);
-                actuator.setpoint = if left == moved { actuator.target } else { actuator.setpoint + moved };
-                // The damper does not pull along with the setpoint: the joint follows 2 / bandwidth
-                // seconds behind, and in return its rate never passes the limit.
-                Drive {
-                    stiffness: actuator.stiffness.unwrap_or(settings.default_stiffness),
-                    damping: actuator.damping.unwrap_or(settings.default_damping),
-                    position: actuator.setpoint,
-                    rate: actuator.rate,
-                    feed_forward: actuator.feed_forward,
-                    ..still
-                }
-            }
+            Mode::Position | Mode::Hold => Drive {
+                stiffness: actuator.stiffness.unwrap_or(settings.default_stiffness),
+                damping: actuator.damping.unwrap_or(settings.default_damping),
+                position: actuator.setpoint,
+                rate: actuator.rate,
+                feed_forward: actuator.feed_forward,
+                ..still
+            },
+        }
+    }
+
+    /// Moves the setpoint by one step of `h` towards the target: a trapezoidal velocity
+    /// profile, no faster than the joint's velocity limit, and speeding up and braking
+    /// with half of what its effort limit can do with its composite inertia. A joint
+    /// without those limits has its setpoint at the target at once.
+    ///
+    /// A stiff spring whose effort saturates all the way is a relay: it would swing
+    /// around the target for seconds. The damper does not pull along with the setpoint;
+    /// the joint follows 2 / bandwidth seconds behind, and never passes its rate.
+    pub fn travel(&mut self, h: f64) {
+        if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) {
+            return;
+        }
+        let AxisSettings { limits, composite_inertia, .. } = &self.settings;
+        let Actuator { target, setpoint, setpoint_rate, .. } = &mut self.actuator;
+        let fastest = limits.velocity.unwrap_or(f64::INFINITY);
+        let hardest =
+            limits.effort.map_or(f64::INFINITY, |effort| PROFILE_EFFORT * effort / composite_inertia);
+        let left = *target - *setpoint;
+        // The rate from which braking by `hardest` each step still ends at the target.
+        let gain = hardest * h;
+        let braking = if gain.is_finite() {
+            (gain * gain / 4.0 + 2.0 * hardest * left.abs()).sqrt() - gain / 2.0
+        } else {
+            f64::INFINITY
+        };
+        let most = fastest.min(braking);
+        let wanted = (left / h).max(-most).min(most);
+        *setpoint_rate += (wanted - *setpoint_rate).max(-gain).min(gain);
+        let moved = *setpoint_rate * h;
+        // Within rounding of the target it is there.
+        if (left - moved).abs() <= 1e-12 * left.abs().max(1.0) {
+            (*setpoint, *setpoint_rate) = (*target, 0.0);
+        } else {
+            *setpoint += moved;
+        }
+    }
+
+    /// Keeps the setpoint of a saturated actuator where the law asks for the limit and no
+    /// more (anti-windup by back-calculation): a joint that something stronger carried off
+    /// is braked with its whole effort, and then travels back along a profile, where a
+    /// setpoint that waited at the target would make it swing. A joint that is blocked
+    /// goes on to push with its limit.
+    pub fn follow(&mut self, saturated: &Drive, q: f64, qd: f64, h: f64) {
+        let Drive { stiffness, damping, rate, feed_forward, limit, .. } = *saturated;
+        if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || stiffness <= 0.0 {
+            return;
+        }
+        // The solved effort is smaller than the law's by what the implicit terms add to D.
+        let softening = 1.0 + (h * damping + h * h * stiffness) / self.settings.composite_inertia;
+        let middle = q + (damping * (qd - rate) - feed_forward) / stiffness;
+        let reach = limit * softening / stiffness;
+        let bounded = self.actuator.setpoint.max(middle - reach).min(middle + reach);
+        if bounded != self.actuator.setpoint {
+            (self.actuator.setpoint, self.actuator.setpoint_rate) = (bounded, qd);
         }
     }
 
     /// Stiffness and damping in force, for people.
     pub fn gains(&self, h: f64) -> (f64, f64) {
-        let drive = self.clone().drive(h);
+        let drive = self.drive(h);
         (drive.stiffness, drive.damping)
     }
 }

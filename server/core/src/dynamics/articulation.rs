@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 
-use super::actuator::{Axis, Drive, Mode};
+use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
 use super::constraint::{Constraints, Impulses, collect, respond, solve};
 use super::gains::set_default_gains;
@@ -91,12 +91,7 @@ impl Articulation {
         let tree = Arc::clone(&self.tree);
         let tree = &*tree;
         place_and_move(tree, &self.positions, &self.rates, &mut self.work.bodies);
-        for (axis, drive) in self.axes.iter_mut().zip(&mut self.drives) {
-            // An actuator that saturated in the last step mostly does in this one.
-            let saturated = drive.saturated;
-            *drive = axis.drive(h);
-            drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
-        }
+        self.set_drives(tree, h);
         for round in 0..MAX_ROUNDS {
             self.predict(tree, gravity, h);
             if round == 0 {
@@ -116,6 +111,25 @@ impl Articulation {
         }
         std::mem::swap(&mut self.rates, &mut self.new_rates);
         advance(tree, &mut self.positions, &self.rates, h);
+    }
+
+    /// Moves setpoints on, and takes each actuator's law for the step.
+    fn set_drives(&mut self, tree: &Tree, h: f64) {
+        for body in &tree.bodies {
+            if matches!(body.freedom, Freedom::Free { .. }) {
+                continue;
+            }
+            let (q, qd) = (self.positions[body.position], self.rates[body.velocity]);
+            let (axis, drive) = (&mut self.axes[body.velocity], &mut self.drives[body.velocity]);
+            let saturated = drive.saturated;
+            if saturated.is_some() {
+                axis.follow(drive, q, qd, h);
+            }
+            axis.travel(h);
+            *drive = axis.drive(h);
+            // An actuator that saturated in the last step mostly does in this one.
+            drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
+        }
     }
 
     /// Second and third pass: the new rates without constraints.
@@ -264,13 +278,13 @@ impl Articulation {
     }
 
     /// Feeds everything that a step reads to a hasher.
-    pub fn hash(&self, hasher: &mut impl Hasher) {
+    pub fn hash_into(&self, hasher: &mut impl Hasher) {
         let base = self.base.translation.to_array().into_iter().chain(self.base.rotation.to_array());
         for value in base.chain(self.positions.iter().copied()).chain(self.rates.iter().copied()) {
             hasher.write_u64(value.to_bits());
         }
         for axis in &self.axes {
-            axis.hash(hasher);
+            axis.hash_into(hasher);
         }
         for (drive, push) in self.drives.iter().zip(&self.external) {
             hasher.write_u64(drive.saturated.map_or(0, f64::to_bits));
@@ -278,7 +292,7 @@ impl Articulation {
                 hasher.write_u64(value.to_bits());
             }
         }
-        self.constraints.warm.hash(hasher);
+        self.constraints.warm.hash_into(hasher);
     }
 
     /// Sets default gains from the composite inertias at the present positions.
@@ -289,13 +303,7 @@ impl Articulation {
     /// Makes a joint hold the position that it has.
     pub fn hold(&mut self, body: usize) {
         let body = &self.tree.bodies[body];
-        let position = self.positions[body.position];
-        let axis = &mut self.axes[body.velocity];
-        axis.actuator = super::Actuator {
-            mode: Mode::Hold,
-            target: position,
-            setpoint: position,
-            ..super::Actuator::default()
-        };
+        let (position, rate) = (self.positions[body.position], self.rates[body.velocity]);
+        self.axes[body.velocity].actuator = Actuator::hold(position, rate);
     }
 }

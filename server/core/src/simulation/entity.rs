@@ -120,6 +120,9 @@ impl Entity {
                 self.push_links();
             }
             self.body.step(gravity, time_step / f64::from(substeps));
+            if !self.body.is_finite() {
+                break;
+            }
         }
         if self.pushes.iter().any(|push| !push.persistent) {
             self.pushes.retain(|push| push.persistent);

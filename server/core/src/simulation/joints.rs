@@ -9,6 +9,7 @@ use super::query::{Answer, JointStatus, Query};
 use super::snapshot::Mode;
 use super::targets::{finite_value, sane_limits};
 use super::{EventKind, Reply, Simulation};
+use crate::dynamics::Actuator;
 
 impl Simulation {
     /// Answers a question.
@@ -178,11 +179,11 @@ impl Entity {
         let tree = Arc::clone(self.body.tree());
         follow(&tree, self.body.positions_mut());
         for body in &tree.bodies {
-            let position = self.body.positions()[body.position];
+            let (position, rate) = (self.body.positions()[body.position], self.body.rates()[body.velocity]);
             let actuator = &mut self.body.axes_mut()[body.velocity].actuator;
             match actuator.mode {
-                Mode::Hold => (actuator.target, actuator.setpoint) = (position, position),
-                Mode::Position => actuator.setpoint = position,
+                Mode::Hold => *actuator = Actuator::hold(position, rate),
+                Mode::Position => (actuator.setpoint, actuator.setpoint_rate) = (position, rate),
                 Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => {}
             }
         }

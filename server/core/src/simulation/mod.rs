@@ -144,7 +144,7 @@ impl Simulation {
             hasher.write(entity.name.as_bytes());
             hasher.write_u64(entity.version);
             hasher.write_u8(entity.disabled.is_some().into());
-            entity.body.hash(&mut hasher);
+            entity.body.hash_into(&mut hasher);
         }
         hasher.finish()
     }

@@ -9,7 +9,7 @@ use super::entity::{Entity, Push, follow};
 use super::error::Error;
 use super::targets::finite_value;
 use super::{EventKind, Reply, Simulation};
-use crate::dynamics::Mode;
+use crate::dynamics::{Actuator, Mode};
 
 impl Simulation {
     pub(super) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
@@ -39,7 +39,7 @@ impl Simulation {
             entity.body.positions_mut()[position] = value;
             let axis = &mut entity.body.axes_mut()[rate];
             if axis.actuator.mode == Mode::Hold {
-                (axis.actuator.target, axis.actuator.setpoint) = (value, value);
+                axis.actuator = Actuator::hold(value, 0.0);
             }
         }
         let tree = std::sync::Arc::clone(entity.body.tree());

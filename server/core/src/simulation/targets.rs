@@ -129,7 +129,7 @@ impl Check<'_> {
         }
         let body = &entity.body.tree().bodies[body];
         let axis = &entity.body.axes()[body.velocity];
-        let position = entity.body.positions()[body.position];
+        let (position, rate) = (entity.body.positions()[body.position], entity.body.rates()[body.velocity]);
         finite(name, target)?;
         let limits = &axis.settings.limits;
         let mut bounded = |requested: f64, lower: f64, upper: f64| {
@@ -148,6 +148,11 @@ impl Check<'_> {
             Target::Position { position: wanted, velocity, stiffness, damping, feed_forward } => {
                 let (lower, upper) = limits.range();
                 let wanted = bounded(wanted, lower, upper)?;
+                // On from where the target before has got to, or from where the joint is.
+                let (setpoint, setpoint_rate) = match axis.actuator.mode {
+                    Mode::Position | Mode::Hold => (axis.actuator.setpoint, axis.actuator.setpoint_rate),
+                    Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => (position, rate),
+                };
                 Actuator {
                     mode: Mode::Position,
                     target: wanted,
@@ -155,7 +160,8 @@ impl Check<'_> {
                     stiffness,
                     damping: damping.or_else(|| stiffness.map(|k| critical(k, axis))),
                     feed_forward,
-                    setpoint: setpoint(axis, position, wanted),
+                    setpoint,
+                    setpoint_rate,
                 }
             }
             Target::Velocity { velocity, damping, feed_forward } => {
@@ -169,22 +175,10 @@ impl Check<'_> {
                 Actuator { mode: Mode::Effort, target, ..Actuator::default() }
             }
             Target::Passive => Actuator { mode: Mode::Passive, ..Actuator::default() },
-            Target::Hold => {
-                Actuator { mode: Mode::Hold, target: position, setpoint: position, ..Actuator::default() }
-            }
+            Target::Hold => Actuator::hold(position, rate),
         };
         self.accepted.push(Accepted { entity: place, rate: body.velocity, actuator });
         Ok(())
-    }
-}
-
-/// Where a new position target starts from: where the one before has got to, or
-/// where the joint is. Without a velocity limit it starts where it ends.
-fn setpoint(axis: &Axis, position: f64, target: f64) -> f64 {
-    match (axis.settings.limits.velocity, axis.actuator.mode) {
-        (None, _) => target,
-        (Some(_), Mode::Position | Mode::Hold) => axis.actuator.setpoint,
-        (Some(_), _) => position,
     }
 }
 

@@ -195,14 +195,14 @@ fn holding_stays_where_the_joint_was() {
 }
 
 /// Free of damping and gravity a constant effort gives a constant acceleration; the
-/// limit is that effort however far the target. Discrete: q_n = a h^2 n (n + 1) / 2.
+/// limit is that effort however fast the target. Discrete: q_n = a h^2 n (n + 1) / 2.
 #[test]
 fn a_saturated_actuator_moves_the_joint_as_its_limit_would() {
     let limited = arm_with(|joint| joint.limits.effort = Some(0.01));
     let mut world = world_with(1e-3, spawn("arm", limited));
     let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
     world.apply(&Command::SetPhysics(physics)).unwrap();
-    set(&mut world, position(3.0)).unwrap();
+    set(&mut world, velocity(1e3)).unwrap();
     let seen = run(&mut world, 0.5);
     let inertia = 0.0032199 + 0.19992 * 0.16597f64.powi(2);
     let expected = 0.01 / inertia * 1e-6 * 500.0 * 501.0 / 2.0;
@@ -292,6 +292,27 @@ fn a_position_target_moves_no_faster_than_the_velocity_limit() {
         assert!(look(&world).velocities[0] < 0.5 * 1.01);
     }
     assert!((run(&mut world, 0.5).positions[0] - 1.0).abs() < 1e-3);
+}
+
+/// A heavy joint with little effort: a spring that saturated all the way would be a relay
+/// and swing around the target for seconds. The profile speeds up and brakes with half the
+/// effort, so the way takes 2 sqrt(distance / acceleration) and ends without overshoot.
+#[test]
+fn a_weak_actuator_goes_to_its_target_without_swinging_around_it() {
+    let inertia = 0.0032199 + 0.19992 * 0.16597f64.powi(2);
+    let weak = arm_with(|joint| joint.limits.effort = Some(0.05));
+    let mut world = world_with(1e-3, spawn("arm", weak));
+    let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
+    world.apply(&Command::SetPhysics(physics)).unwrap();
+    set(&mut world, position(1.0)).unwrap();
+    let time = 2.0 * (inertia / (0.5 * 0.05)).sqrt();
+    assert!(run(&mut world, 0.9 * time).positions[0] < 1.0);
+    let mut farthest = 0.0f64;
+    for _ in 0..((0.1 * time + 0.05) / 1e-3) as u64 {
+        world.step();
+        farthest = farthest.max(look(&world).positions[0]);
+    }
+    assert!((look(&world).positions[0] - 1.0).abs() < 1e-3 && farthest < 1.0 + 1e-3, "{farthest}");
 }
 
 #[test]

@@ -69,7 +69,7 @@ impl Findings {
         let message = message.into();
         if self.strict.is_none() {
             let (element, line) = (label(node), Some(self.line(node)));
-            let message = format!("{message} (strict: warnings refuse)");
+            let message = format!("{message} (a warning, and strict loading refuses those)");
             self.strict = Some(Refusal { element, line, message });
         }
         self.push(Severity::Warning, node, disposition, message);

@@ -140,7 +140,9 @@ impl File<'_, '_, '_> {
                 let more = if many.len() > named.len() { ", ..." } else { "" };
                 let count = many.len();
                 let names = named.join(", ");
-                let message = format!("{count} links hang on no joint, where one must: {names}{more}");
+                let message = format!(
+                    "{count} root links, where a robot has one (the link that is no joint's child): {names}{more}"
+                );
                 Err(self.findings.refuse(self.mended.root, message))
             }
         }

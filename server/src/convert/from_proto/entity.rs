@@ -43,7 +43,7 @@ pub fn prepare(
 
 fn urdf(at: &Path<'_>, bytes: Vec<u8>) -> Result<Bytes, BadField> {
     if bytes.is_empty() {
-        return Err(at.refuse("empty", "it must be the text of an URDF file"));
+        return Err(at.refuse("empty", "it must be the text of a URDF file"));
     }
     Ok(bytes.into())
 }

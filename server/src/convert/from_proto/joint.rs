@@ -80,7 +80,13 @@ fn whole_target(at: &Path<'_>, whole: v1::WholeRobotTarget) -> Result<WholeTarge
 fn joint_target(at: &Path<'_>, given: v1::JointTarget) -> Result<JointTarget, BadField> {
     let joint = at.field("joint").name(given.joint)?;
     let axis = axis(at, given.axis)?;
-    let target = match at.field("target").given(given.target)? {
+    let given = at.field("target").given(given.target)?;
+    let target = target(at, given).map_err(|bad| bad.of_joint(&joint))?;
+    Ok(JointTarget { joint, axis, target })
+}
+
+fn target(at: &Path<'_>, given: v1::joint_target::Target) -> Result<Target, BadField> {
+    Ok(match given {
         v1::joint_target::Target::Position(target) => position_target(&at.field("position"), &target)?,
         v1::joint_target::Target::Velocity(target) => velocity_target(&at.field("velocity"), &target)?,
         v1::joint_target::Target::Effort(target) => {
@@ -89,8 +95,7 @@ fn joint_target(at: &Path<'_>, given: v1::JointTarget) -> Result<JointTarget, Ba
         }
         v1::joint_target::Target::Passive(v1::PassiveTarget {}) => Target::Passive,
         v1::joint_target::Target::Hold(v1::HoldTarget {}) => Target::Hold,
-    };
-    Ok(JointTarget { joint, axis, target })
+    })
 }
 
 fn position_target(at: &Path<'_>, given: &v1::PositionTarget) -> Result<Target, BadField> {
@@ -141,12 +146,10 @@ fn robot_reset(at: &Path<'_>, given: v1::RobotReset) -> Result<RobotReset, BadFi
     let mut joints = Vec::with_capacity(given.joints.len());
     for (index, reset) in given.joints.into_iter().enumerate() {
         let at = at.item("joints", index);
-        joints.push(JointReset {
-            joint: at.field("joint").name(reset.joint)?,
-            axis: axis(&at, reset.axis)?,
-            position: at.field("position").finite(reset.position)?,
-            velocity: at.field("velocity").finite(reset.velocity)?,
-        });
+        let joint = at.field("joint").name(reset.joint)?;
+        let finite = |name, value| at.field(name).finite(value).map_err(|bad| bad.of_joint(&joint));
+        let (position, velocity) = (finite("position", reset.position)?, finite("velocity", reset.velocity)?);
+        joints.push(JointReset { axis: axis(&at, reset.axis)?, joint, position, velocity });
     }
     at.each_once("joints", joints.iter().map(|reset| (&reset.joint, reset.axis)))?;
     Ok(RobotReset { robot, joints })

@@ -1,3 +1,5 @@
+//! What a request may say, and how what it may not is named.
+
 use std::time::Duration;
 
 use glamx::{DQuat, DVec3};

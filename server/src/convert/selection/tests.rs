@@ -1,3 +1,5 @@
+//! Selections over a small world.
+
 use super::*;
 use crate::convert::test_world::{publish, simulation, spawn};
 

@@ -1,3 +1,5 @@
+//! What goes out, held against the world it came from.
+
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::snapshot::{Flags, Mode};
 use simd_core::{Answer, Query};

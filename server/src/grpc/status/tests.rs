@@ -1,3 +1,5 @@
+//! Each refusal, its code, its reason and its details.
+
 use simd_core::Error;
 use simd_model::LoadReport;
 
@@ -163,7 +165,12 @@ fn each_error_has_the_code_the_reason_and_the_metadata_that_the_schema_says() {
 
 #[test]
 fn a_bad_field_is_named_in_a_bad_request() {
-    let error = BadField { field: text("a[0].b"), value: text("NaN"), expected: text("it must be finite") };
+    let error = BadField {
+        field: text("a[0].b"),
+        of: text(""),
+        value: text("NaN"),
+        expected: text("it must be finite"),
+    };
     let status = Status::from(error);
     assert_eq!(status.code(), Code::InvalidArgument);
     assert_eq!(status.message(), "a[0].b is NaN; it must be finite");

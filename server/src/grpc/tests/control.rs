@@ -130,7 +130,7 @@ async fn a_refusal_says_why_at_once_and_the_stream_goes_on() {
     let refused = controller.ask(with_target(f64::NAN)).await;
     let refusal = refused.refusal.unwrap();
     assert_eq!(refusal.reason(), v1::ErrorReason::InvalidValue);
-    assert!(refusal.message.starts_with("robots[0].joints[0].position.position is NaN"));
+    assert!(refusal.message.starts_with("robots[0].joints[0].position.position (joint \"shoulder\") is NaN"));
     assert_eq!(target(&refused.states.unwrap()), 0.5, "the world is unchanged");
 
     let nobody = v1::ControlRequest { robots: move_shoulder("nobody", 0.0), ..credit() };

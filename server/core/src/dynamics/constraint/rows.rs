@@ -28,7 +28,7 @@ impl Impulses {
     }
 
     /// Feeds every impulse to a hasher.
-    pub fn hash(&self, hasher: &mut impl Hasher) {
+    pub fn hash_into(&self, hasher: &mut impl Hasher) {
         for list in [&self.friction, &self.mimic, &self.lower, &self.upper] {
             list.iter().for_each(|impulse| hasher.write_u64(impulse.to_bits()));
         }

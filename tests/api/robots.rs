@@ -1,0 +1,117 @@
+//! Robots come over the network, change and go.
+
+use simd_client::proto::{self, JointType};
+use simd_client::{Package, Target, joint_target, some_joints};
+use simd_tests::daemon::{Daemon, fixed};
+use simd_tests::robots::assets;
+
+use crate::{arm, set, shoulder};
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_solidworks_export_loads_without_a_warning_and_says_what_it_is() {
+    let daemon = Daemon::paused().await;
+    let package = assets().join("Bench_Arm-1.2 rev B");
+    let spawned = daemon.client.load(&package, fixed("")).await.unwrap();
+    assert_eq!(spawned.entity.name, "bench_arm");
+    let warnings = |finding: &&proto::Finding| finding.severity() >= proto::Severity::Warning;
+    assert_eq!(spawned.report.findings.iter().filter(warnings).count(), 0);
+    let layout = daemon.client.joint_layout("bench_arm").await.unwrap();
+    let joint = &layout.joints[0];
+    assert_eq!((joint.name.as_str(), joint.r#type()), ("shoulder", JointType::Continuous));
+    assert_eq!((joint.parent_link.as_str(), joint.child_link.as_str()), ("base_link", "arm"));
+    // Absent is absent, not 0.
+    assert_eq!(joint.limits.unwrap_or_default(), proto::JointLimits::default());
+    // The mesh files came along.
+    let scene = daemon.client.scene(&[]).await.unwrap();
+    for shape in &scene.robots[0].visuals {
+        let Some(proto::shape::Geometry::Mesh(mesh)) = &shape.geometry else { panic!("{shape:?}") };
+        assert!(!daemon.client.asset(&mesh.sha256).await.unwrap().is_empty());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn names_with_spaces_work_from_the_folder_to_the_target() {
+    let daemon = Daemon::paused().await;
+    daemon.client.load(assets().join("Two Link.v2"), fixed("two")).await.unwrap();
+    let layout = daemon.client.joint_layout("two").await.unwrap();
+    let spaced = layout.joints.iter().find(|joint| joint.name.contains(' ')).unwrap();
+    let target = joint_target(spaced.name.clone(), Target::position(0.3));
+    daemon.client.set_robot_targets("two", [target]).await.unwrap();
+    daemon.pass(1.0).await;
+    let seen = daemon.client.read_joints(&some_joints("two", [spaced.name.clone()])).await.unwrap();
+    assert!((seen.joints[0].position[0] - 0.3).abs() < 1e-3, "{seen:?}");
+}
+
+/// The second upload of the same package sends no file: the daemon has them by hash.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_the_daemon_has_is_not_sent_again() {
+    let daemon = arm().await;
+    let package = Package::open(assets().join("Bench_Arm-1.2 rev B")).unwrap();
+    let source = daemon.client.upload(&package).await.unwrap();
+    let request = proto::SpawnEntityRequest { source: Some(source), ..fixed("again") };
+    daemon.client.spawn(request).await.unwrap();
+    let names: Vec<String> = daemon.client.robots().await.unwrap().into_iter().map(|r| r.name).collect();
+    assert_eq!(names, ["arm", "again"]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_missing_mesh_is_a_warning_that_names_the_places_searched() {
+    let daemon = Daemon::paused().await;
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = folder.path().join("robot.urdf");
+    let text = r#"<robot name="r"><link name="l"><visual><geometry>
+        <mesh filename="package://lost/meshes/part.STL"/></geometry></visual></link></robot>"#;
+    std::fs::write(&urdf, text).unwrap();
+    let spawned = daemon.client.load(&urdf, fixed("")).await.unwrap();
+    let finding = spawned.report.findings.iter().find(|f| f.message.contains("part.STL")).unwrap();
+    assert_eq!(finding.severity(), proto::Severity::Warning);
+    assert!(finding.message.contains(&folder.path().display().to_string()), "{}", finding.message);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_reload_keeps_what_both_exports_have() {
+    let daemon = arm().await;
+    set(&daemon, Target::position(0.4)).await;
+    daemon.pass(0.5).await;
+    let before = shoulder(&daemon).await;
+    let version = daemon.client.joint_layout("arm").await.unwrap().layout_version;
+    let request = proto::ReloadEntityRequest { robot: "arm".into(), ..Default::default() };
+    daemon.client.reload_from(assets().join("Bench_Arm-1.2 rev B"), request).await.unwrap();
+    let after = shoulder(&daemon).await;
+    assert_eq!((after.position, after.target), (before.position, 0.4));
+    assert_ne!(daemon.client.joint_layout("arm").await.unwrap().layout_version, version);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pose_scale_start_positions_and_passive_are_as_the_request_says() {
+    let daemon = Daemon::paused().await;
+    let request = proto::SpawnEntityRequest {
+        pose: Some(proto::Pose {
+            position: Some(proto::Vector3 { x: 1.0, y: 2.0, z: 3.0 }),
+            orientation: None,
+        }),
+        initial_mode: proto::InitialMode::Passive.into(),
+        joint_positions: [("shoulder".to_owned(), 0.25)].into(),
+        scale: Some(2.0),
+        ..fixed("arm")
+    };
+    daemon.client.load(assets().join("Bench_Arm-1.2 rev B"), request).await.unwrap();
+    let seen = shoulder(&daemon).await;
+    assert_eq!((seen.position, seen.mode), (0.25, proto::JointMode::Passive));
+    let poses = daemon.client.link_poses(&["arm"]).await.unwrap();
+    let [x, y, z] = poses.robots[0].poses[7..10] else { panic!("{poses:?}") };
+    // The joint's origin, (0, -0.022595, 0.19765), doubled.
+    assert!((x - 1.0).abs() < 1e-12 && (y - 2.0 + 0.04519).abs() < 1e-12 && (z - 3.3953).abs() < 1e-12);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_path_on_the_daemons_disk_works_below_an_asset_root_only() {
+    let daemon = Daemon::start(|config| config.asset_roots = vec![assets().join("seven_arm")]).await;
+    let inside = assets().join("seven_arm/urdf/seven_arm.urdf").display().to_string();
+    let outside = assets().join("Two Link.v2").display().to_string();
+    daemon.client.load_on_daemon(&inside, fixed("inside")).await.unwrap();
+    for path in [outside.as_str(), "/etc/passwd", "../../../etc/passwd"] {
+        let error = daemon.client.load_on_daemon(path, fixed("outside")).await.unwrap_err();
+        assert_eq!(error.reason(), Some(proto::ErrorReason::PathNotAllowed), "{path}: {error}");
+    }
+}

@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+"""Microseconds a step of simd beside MuJoCo, PyBullet and rapier; started by `make bench`.
+
+One run, one thread each. In every round each simulator steps each robot for a few milliseconds, in turn, so
+that whatever else the machine does hits all alike. Writes peers.json and peers.png into target/bench.
+"""
+
+import argparse
+import gc
+import json
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+REPOSITORY = HERE.parents[1]
+sys.path.insert(0, str(HERE / "peers"))
+
+import figures  # noqa: E402
+import in_mujoco  # noqa: E402
+import in_pybullet  # noqa: E402
+import robots  # noqa: E402
+from worker import Worker  # noqa: E402
+
+ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
+BATCH = 0.008
+"""Seconds that a batch of steps takes, about: less than most schedulers' slice."""
+LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
+"""Joints of the chains."""
+AS_RELEASED = {
+    "rapier3d-f64": {"opt-level": 3, "codegen-units": 1, "debug-assertions": "false", "overflow-checks": "false"},
+    "parry3d-f64": {"debug-assertions": "false"},
+    "nalgebra": {"debug-assertions": "false"},
+}
+"""How rapier's users build it: with the settings that simd-core has, and not those of our dependencies."""
+
+NOTES = """
+All: 1 ms a step, one thread, double precision, no shapes and so no contacts, limits on, each joint held at a bent
+pose that each batch starts from. Ratios are of batches of one round, and below 1 where it is faster than MuJoCo.
+simd      Simulation::step; actuators as a robot is spawned with, default gains, effort limits.
+MuJoCo    {mujoco}, mj_step with nstep: its loop in C. Euler. Position actuators with simd's stiffness; simd's damping
+          as joint damping, since Euler integrates that implicitly: as an actuator's kv it is not stable at these gains.
+          A mimic joint is the equality that it makes of it.
+PyBullet  {pybullet}, DIRECT, one stepSimulation a step called from Python. POSITION_CONTROL; its solver's
+          defaults; inertia from the file, fixed links merged. It ignores mimic: the follower has a motor of its own.
+rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed links merged; ForceBased motors of simd's
+          gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
+Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a bandwidth that is a sixth; `implicitfast` has kv in
+          the actuator too, and holds simd's gains.
+"""
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--rounds", type=int, default=60, help="of the robots")
+    arguments.add_argument("--chain-rounds", type=int, default=30, help="of the chains")
+    arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
+    options = arguments.parse_args()
+    folder = options.out / "robots"
+    folder.mkdir(parents=True, exist_ok=True)
+
+    table = robots.robots(folder)
+    chains = robots.chains(folder, LENGTHS)
+    scenes = table + chains
+    worker = Worker(build_worker(), scenes, folder)
+    load = os.getloadavg()
+    cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]
+    run("robots", cases[: len(table)], options.rounds)
+    run("chains", cases[len(table):], options.chain_rounds)
+    worker.close()
+
+    of_robots = {case.name: figures.summary(case.rounds) for case in cases[: len(table)]}
+    of_chains = {length: figures.summary(case.rounds) for length, case in zip(LENGTHS, cases[len(table):])}
+    show(of_robots, of_chains, load)
+    result = {
+        "machine": figures.machine(),
+        "notes": notes(),
+        "robots": of_robots,
+        "chains": of_chains,
+        "held_within": {case.name: case.errors for case in cases},
+        "batches_us_per_step": {case.name: case.rounds for case in cases},
+    }
+    (options.out / "peers.json").write_text(json.dumps(result, indent=1) + "\n")
+    figures.plot(of_chains, ENGINES, options.out / "peers.png")
+    print(f"written: {options.out / 'peers.json'}, {options.out / 'peers.png'}")
+
+
+class Case:
+    """A scene in each simulator."""
+
+    def __init__(self, worker, place, scene, in_table):
+        self.name = scene.name
+        joints = worker.joints(place)
+        self.engines = {
+            "simd": worker.engine("simd", place),
+            "MuJoCo": in_mujoco.engine(scene, joints),
+            "PyBullet": in_pybullet.engine(scene, joints),
+            "rapier": worker.engine("rapier", place),
+        }
+        if in_table:
+            kinds = in_mujoco.Settings
+            self.engines["explicit kv"] = in_mujoco.engine(scene, joints, kinds.EXPLICIT)
+            self.engines["implicitfast"] = in_mujoco.engine(scene, joints, kinds.IMPLICIT)
+        self.steps = {name: steps_of(engine) for name, engine in self.engines.items()}
+        self.rounds = {name: [] for name in self.engines}
+        self.errors = dict.fromkeys(self.engines, 0.0)
+
+    def round(self, turn):
+        """A batch in each simulator, another one first each time."""
+        names = list(self.engines)
+        for name in names[turn % len(names):] + names[: turn % len(names)]:
+            seconds, error = self.engines[name](self.steps[name])
+            self.rounds[name].append(seconds / self.steps[name] * 1e6)
+            self.errors[name] = max(self.errors[name], error)
+
+
+def steps_of(engine):
+    """How many steps make a batch."""
+    steps = 10
+    while True:
+        seconds, _ = engine(steps)
+        if seconds > BATCH / 4:
+            return max(10, round(steps * BATCH / seconds))
+        steps *= 2
+
+
+def run(what, cases, rounds):
+    gc.disable()
+    for turn in range(rounds):
+        print(f"\r{what}: round {turn + 1} of {rounds}", end="", file=sys.stderr, flush=True)
+        for case in cases:
+            case.round(turn)
+    print(file=sys.stderr)
+    gc.enable()
+
+
+def show(of_robots, of_chains, load):
+    chains = {f"chain of {length}": figure for length, figure in of_chains.items()}
+    everything = of_robots | chains
+    print(f"\nmicroseconds a step: median (5 % to 95 %); load average {load[0]:.1f} at the start")
+    print(figures.table(everything, ENGINES, "us_per_step"))
+    print("\nratio to MuJoCo's time")
+    print(figures.table(everything, [name for name in ENGINES if name != figures.BASE], f"to_{figures.BASE}"))
+    print("\nother settings of MuJoCo: microseconds a step")
+    print(figures.table(of_robots, ["MuJoCo", "explicit kv", "implicitfast"], "us_per_step"))
+    print("\nover joints, a straight line through the chains")
+    for engine in ENGINES:
+        slope, explained = figures.slope(LENGTHS, [of_chains[n][engine]["us_per_step"]["median"] for n in LENGTHS])
+        print(f"  {engine:10} {slope:8.3f} microseconds a joint, which explains {explained:.1%} of the variance")
+    print(notes())
+
+
+def notes():
+    return NOTES.format(mujoco=version("mujoco"), pybullet=version("pybullet"))
+
+
+def build_worker():
+    """Builds the bench binary `peers`, and says where it is."""
+    cargo = os.environ.get("CARGO", "cargo")
+    command = [cargo, "bench", "--locked", "--profile", "dev", "-p", "simd-tests", "--bench", "peers", "--no-run"]
+    for package, settings in AS_RELEASED.items():
+        for name, value in settings.items():
+            command += ["--config", f"profile.dev.package.{package}.{name}={value}"]
+    built = subprocess.run([*command, "--message-format=json"], cwd=REPOSITORY, stdout=subprocess.PIPE, check=True)
+    for line in built.stdout.splitlines():
+        message = json.loads(line)
+        if message.get("executable") and message["target"]["name"] == "peers":
+            return message["executable"]
+    raise RuntimeError("cargo built no bench called peers")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+//! What is stepped: copies of a robot, each holding a bent pose.
+
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+use serde::{Deserialize, Serialize};
+use simd_core::dynamics::gains::composite_inertia;
+use simd_core::dynamics::tree::Freedom;
+use simd_core::dynamics::{Tree, actuator};
+use simd_model::RobotModel;
+use simd_tests::robots;
+
+/// A time step of every simulator, seconds.
+pub(crate) const TIME_STEP: f64 = 1e-3;
+
+/// A robot, how it is put down, how often.
+#[derive(Deserialize)]
+pub(crate) struct Scene {
+    urdf: String,
+    /// Its root link can move.
+    pub(crate) free: bool,
+    /// Robots in the world, 3 m apart.
+    pub(crate) copies: usize,
+}
+
+/// What a joint of one axis holds, and how.
+#[derive(Clone, Serialize)]
+pub(crate) struct Held {
+    pub(crate) name: String,
+    /// Where it starts and stays, rad or m.
+    pub(crate) position: f64,
+    /// simd's default gains: N m/rad or N/m; N m s/rad or N s/m. None where it follows another joint.
+    pub(crate) gains: Option<(f64, f64)>,
+    /// The most effort that it may apply, N m or N.
+    pub(crate) effort: Option<f64>,
+}
+
+/// Where in its limits a joint is held: bent, and away from every limit.
+const BENT: [f64; 5] = [0.6, 0.4, 0.55, 0.35, 0.65];
+/// What a joint without limits counts as, rad.
+const UNLIMITED: (f64, f64) = (-3.0, 3.0);
+
+impl Scene {
+    pub(crate) fn model(&self) -> Arc<RobotModel> {
+        robots::read(&self.urdf).0
+    }
+
+    /// Where the root link of a copy is.
+    pub(crate) fn place(copy: usize) -> DPose3 {
+        DPose3::from_translation(DVec3::new(3.0 * (copy % 10) as f64, 3.0 * (copy / 10) as f64, 0.0))
+    }
+
+    /// What the joints that move hold, in the order of the tree's bodies.
+    pub(crate) fn joints(&self) -> Vec<Held> {
+        let model = self.model();
+        let tree = Tree::new(&model, !self.free);
+        let moving: Vec<_> = tree.bodies.iter().filter_map(|body| Some((body, body.joint?))).collect();
+        let mut q = vec![0.0; tree.position_count];
+        let mut held = Vec::new();
+        for (index, &(body, joint)) in moving.iter().enumerate() {
+            let joint = &model.joints[joint];
+            let (lower, upper) = joint.limits.lower.zip(joint.limits.upper).unwrap_or(UNLIMITED);
+            q[body.position] = lower + (upper - lower) * BENT[index % BENT.len()];
+        }
+        for pair in &tree.mimics {
+            let (follower, leader) = (&tree.bodies[pair.follower], &tree.bodies[pair.leader]);
+            q[follower.position] = pair.multiplier * q[leader.position] + pair.offset;
+        }
+        if let Some(Freedom::Free { .. }) = tree.bodies.first().map(|body| body.freedom) {
+            q[6] = 1.0;
+        }
+        let inertia = composite_inertia(&tree, &q);
+        for (body, joint) in moving {
+            let joint = &model.joints[joint];
+            let resistance = inertia[body.velocity] * actuator::DEFAULT_BANDWIDTH;
+            let gains = (resistance * actuator::DEFAULT_BANDWIDTH, 2.0 * resistance);
+            held.push(Held {
+                name: joint.name.clone(),
+                position: q[body.position],
+                gains: joint.mimic.is_none().then_some(gains),
+                effort: joint.limits.effort,
+            });
+        }
+        held
+    }
+}

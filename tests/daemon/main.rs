@@ -1,0 +1,24 @@
+//! The real `simd`, started as a process, and the real `simctl`: what a newcomer sees.
+
+#![cfg(test)]
+
+mod client;
+mod draining;
+mod mistakes;
+mod papers;
+mod programs;
+mod readme;
+mod strangers;
+mod transcript;
+
+use simd_tests::process::Process;
+
+/// What `make demo` starts, playing.
+pub(crate) async fn demo() -> Process {
+    Process::start(["--name", "demo", "--config", "tests/assets/demo.toml"]).await
+}
+
+/// The same, paused: time passes by `sim step` alone, so that its numbers are always the same.
+pub(crate) async fn paused() -> Process {
+    Process::start(["--name", "demo", "--config", "tests/assets/demo.toml", "--paused"]).await
+}

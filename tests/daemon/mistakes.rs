@@ -1,0 +1,118 @@
+//! Mistakes of an operator: one sentence on stderr, and the exit code that `simd --help` documents.
+
+use std::net::TcpListener;
+
+use simd_tests::process::{Home, Said};
+
+use crate::transcript::{Transcript, assert_snapshot};
+
+/// Runs `simd` with a mistake. What is logged before the sentence is left out.
+async fn refused(home: &Home, arguments: &[&str]) -> Said {
+    let mut said = home.run("simd", arguments).await;
+    assert_eq!(said.out, "", "{arguments:?}: a daemon that does not start is silent on stdout");
+    let (sentences, log): (Vec<&str>, Vec<&str>) =
+        said.err.lines().partition(|line| !line.contains(" INFO "));
+    assert!(log.iter().all(|line| line.contains(" simd_server::")), "{log:?}");
+    assert_eq!(sentences.len(), 1, "{arguments:?}: {sentences:?}");
+    assert!(sentences[0].starts_with("simd: "), "{sentences:?}");
+    said.err = format!("{}\n", sentences[0]);
+    said
+}
+
+/// A transcript of lines that are each refused with `code`.
+async fn transcript(home: &Home, code: i32, lines: &[Vec<&str>]) -> Transcript {
+    let mut transcript = Transcript::default();
+    for line in lines {
+        let said = refused(home, line).await;
+        assert_eq!(said.code, code, "{line:?}: {}", said.err);
+        transcript.add(&format!("simd {}", line.join(" ")), &said);
+    }
+    transcript
+}
+
+#[tokio::test]
+async fn a_bad_flag_is_named_in_one_sentence_and_exits_with_2() {
+    let lines = [
+        "--lisen 127.0.0.1:0",
+        "--listen here",
+        "--listen 0.0.0.0:7400",
+        "--rtf fast",
+        "--rtf 0",
+        "--time-step 1",
+        "--gravity 0,0",
+        "--name two_words!",
+        "--log simd=loud",
+        "--asset-root nowhere",
+        "--load",
+        "robot.urdf",
+    ];
+    let lines: Vec<Vec<&str>> = lines.iter().map(|line| line.split(' ').collect()).collect();
+    let transcript = transcript(&Home::new(), 2, &lines).await;
+    assert_snapshot("bad_flags", transcript.text(), &[]);
+}
+
+#[tokio::test]
+async fn a_bad_configuration_file_is_named_with_its_line_and_exits_with_3() {
+    let home = Home::new();
+    let files = [
+        ("unknown_key.toml", "name = \"lab\"\ntimestep = 0.001\n"),
+        ("wrong_type.toml", "[physics]\nreal_time_factor = \"fast\"\n"),
+        ("out_of_range.toml", "[physics]\ntime_step = 1.0\n"),
+        ("no_path.toml", "[[robots]]\nname = \"arm\"\n"),
+        ("no_toml.toml", "name is lab\n"),
+        ("exposed.toml", "listen = \"192.168.0.1:7400\"\n"),
+    ];
+    let mut lines = Vec::new();
+    for (name, text) in files {
+        std::fs::write(home.path().join(name), text).unwrap();
+        lines.push(home.path().join(name).display().to_string());
+    }
+    lines.push(home.path().join("missing.toml").display().to_string());
+    lines.push(home.path().display().to_string());
+    let lines: Vec<Vec<&str>> = lines.iter().map(|path| vec!["--config", path]).collect();
+    let transcript = transcript(&home, 3, &lines).await;
+    assert_snapshot("bad_files", transcript.text(), &[]);
+}
+
+#[tokio::test]
+async fn a_used_port_exits_with_4() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let transcript = transcript(&Home::new(), 4, &[vec!["--listen", &address]]).await;
+    assert_snapshot("used_port", transcript.text(), &[]);
+}
+
+#[tokio::test]
+async fn a_robot_that_cannot_be_loaded_at_the_start_exits_with_5() {
+    let home = Home::new();
+    let folder = home.path();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    write("broken.urdf", "<robot name=\"arm\">\n  <link name=\"base\">\n</robot>\n");
+    write("no_robot.urdf", "<sdf/>\n");
+    let link = |name: &str| format!("<link name=\"{name}\"/>");
+    let joint = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"fixed\"><parent link=\"{parent}\"/><child link=\"{child}\"/></joint>"
+        )
+    };
+    let two_roots = link("a") + &link("b");
+    write("two_roots.urdf", &format!("<robot name=\"r\">{two_roots}</robot>"));
+    let looped = link("a") + &link("b") + &joint("j", "a", "b") + &joint("k", "b", "a");
+    write("loop.urdf", &format!("<robot name=\"r\">{looped}</robot>"));
+    write("arm.xacro", "<robot/>");
+    std::fs::create_dir(folder.join("empty_package")).unwrap();
+    let names = [
+        "broken.urdf",
+        "no_robot.urdf",
+        "two_roots.urdf",
+        "loop.urdf",
+        "arm.xacro",
+        "empty_package",
+        "missing",
+    ];
+    let paths: Vec<String> = names.iter().map(|name| folder.join(name).display().to_string()).collect();
+    let lines: Vec<Vec<&str>> =
+        paths.iter().map(|path| vec!["--listen", "127.0.0.1:0", "--load", path]).collect();
+    let transcript = transcript(&home, 5, &lines).await;
+    assert_snapshot("bad_robots", transcript.text(), &[]);
+}

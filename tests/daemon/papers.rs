@@ -1,0 +1,121 @@
+//! The documents in `docs/` say what the programs say.
+
+use serde_json::Value;
+use simd_tests::process::repository;
+
+use crate::paused;
+
+fn read(paper: &str) -> String {
+    std::fs::read_to_string(repository().join("docs").join(paper)).unwrap()
+}
+
+/// Field names of documented and actual output are the same, and so are kinds of values where
+/// neither is null. Of a documented array the first item stands for all.
+fn assert_alike(place: &str, documented: &Value, actual: &Value) {
+    match (documented, actual) {
+        (Value::Object(documented), Value::Object(actual)) => {
+            let names = |object: &serde_json::Map<String, Value>| object.keys().cloned().collect::<Vec<_>>();
+            assert_eq!(names(documented), names(actual), "{place}");
+            for (name, value) in documented {
+                assert_alike(&format!("{place}.{name}"), value, &actual[name]);
+            }
+        }
+        (Value::Array(documented), Value::Array(actual)) => {
+            let Some(first) = documented.first() else { return };
+            assert!(!actual.is_empty(), "{place} is empty");
+            actual.iter().for_each(|item| assert_alike(&format!("{place}[]"), first, item));
+        }
+        (Value::Null, _) | (_, Value::Null) => {}
+        (documented, actual) => {
+            let kind = std::mem::discriminant::<Value>;
+            assert_eq!(kind(documented), kind(actual), "{place}: {documented} and {actual}");
+        }
+    }
+}
+
+/// Each JSON block, with the command in backticks that the paragraph before it begins with.
+fn documented(paper: &str) -> Vec<(String, Value)> {
+    let mut documents = Vec::new();
+    let mut paragraph = "";
+    for block in paper.split("\n\n") {
+        if let Some(json) = block.strip_prefix("```json\n") {
+            let command = paragraph.split('`').nth(1).unwrap_or_default();
+            let value = serde_json::from_str(json.trim_end_matches('`'));
+            documents.push((command.to_owned(), value.unwrap_or_else(|error| panic!("{command}: {error}"))));
+        }
+        paragraph = block;
+    }
+    documents
+}
+
+#[tokio::test]
+async fn each_json_document_of_the_paper_has_the_fields_that_simctl_writes() {
+    let paper = read("simctl.md");
+    let documents = documented(&paper);
+    assert!(documents.len() > 15, "only {} documents were found", documents.len());
+    let daemon = paused().await;
+    for (command, documented) in documents {
+        assert!(command.starts_with("simctl "), "{command:?} is no command");
+        let said = daemon.shell(&format!("{command} -o json"), &repository()).await;
+        assert_eq!(said.code, 0, "{command}: {}", said.err);
+        let actual = serde_json::from_str(&said.out).unwrap();
+        assert_alike(&command, &documented, &actual);
+    }
+}
+
+/// The text in the fence that begins with `begin`.
+fn fenced<'a>(paper: &'a str, begin: &str) -> &'a str {
+    let (_, rest) = paper.split_once(begin).unwrap_or_else(|| panic!("no fence begins with {begin:?}"));
+    rest.split("```").next().unwrap()
+}
+
+#[tokio::test]
+async fn the_configuration_file_of_the_paper_is_that_of_the_help() {
+    let help = simd_tests::process::Home::new().run("simd", ["--help"]).await.out;
+    let (_, file) = help.split_once("at its folder):\n").unwrap();
+    let (file, _) = file.split_once("\n\nExit codes").unwrap();
+    let file: Vec<&str> = file.lines().map(|line| line.strip_prefix("  ").unwrap_or(line)).collect();
+    assert_eq!(fenced(&read("daemon.md"), "```toml\n").trim_end(), file.join("\n"));
+}
+
+#[tokio::test]
+async fn each_flag_and_exit_code_of_the_help_is_in_the_paper() {
+    let help = simd_tests::process::Home::new().run("simd", ["--help"]).await.out;
+    let paper = read("daemon.md");
+    let flags: Vec<&str> = help
+        .lines()
+        .map(str::trim_start)
+        .filter(|line| line.starts_with("--"))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert!(flags.len() > 10, "{flags:?}");
+    for flag in flags {
+        assert!(paper.contains(&format!("`{flag}")), "docs/daemon.md lacks {flag}");
+    }
+    let (_, codes) = help.split_once("Exit codes:\n").unwrap();
+    for line in codes.lines() {
+        let (code, meaning) = line.trim().split_once(' ').unwrap();
+        let row = format!("| {code} | {} |", meaning.trim());
+        assert!(paper.contains(&row), "docs/daemon.md lacks {row:?}");
+    }
+}
+
+#[tokio::test]
+async fn the_limits_of_the_paper_are_those_that_the_daemon_reports() {
+    let paper = read("daemon.md");
+    let info = paused().await.client().await.simulator_info().await.unwrap();
+    let limits = info.limits.unwrap();
+    for (name, value) in [
+        ("max_robots", limits.max_robots.into()),
+        ("max_links", limits.max_links.into()),
+        ("max_description_bytes", limits.max_description_bytes),
+        ("max_asset_bytes", limits.max_asset_bytes),
+        ("max_upload_store_bytes", limits.max_upload_store_bytes),
+        ("max_message_bytes", limits.max_message_bytes),
+        ("max_steps", limits.max_steps),
+        ("max_snapshots", limits.max_snapshots.into()),
+    ] {
+        let row = format!("| `{name}` | {value} |");
+        assert!(paper.contains(&row), "docs/daemon.md lacks {row:?}");
+    }
+}

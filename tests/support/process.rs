@@ -1,0 +1,250 @@
+//! The real `simd` and `simctl` as processes, in an environment of their own.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::time::Duration;
+
+use simd_client::Client;
+use tempfile::TempDir;
+use tokio::io::{AsyncBufReadExt as _, BufReader, Lines};
+use tokio::process::{Child, ChildStderr, ChildStdout, Command};
+use tokio::time::timeout;
+
+/// Whatever takes longer has hung. Far beyond what a loaded machine needs.
+const HUNG: Duration = Duration::from_secs(60);
+
+/// A `simd` process on a free port of loopback. Dropping it kills it.
+#[derive(Debug)]
+pub struct Process {
+    /// `http://127.0.0.1:PORT`, as the daemon says it.
+    pub endpoint: String,
+    child: Child,
+    log: Lines<BufReader<ChildStderr>>,
+    /// Held open: a daemon may say more.
+    _stdout: Lines<BufReader<ChildStdout>>,
+    home: Home,
+}
+
+/// What a process said and how it ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    /// Its exit code; -1 where a signal ended it.
+    pub code: i32,
+    /// Its stdout.
+    pub out: String,
+    /// Its stderr.
+    pub err: String,
+}
+
+/// An empty place for configuration files, so that the user's own are not read.
+#[derive(Debug)]
+pub struct Home(TempDir);
+
+/// The folder that the paths in the README begin at.
+pub fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The folder of `simd` and `simctl`: that above the test's own executable.
+///
+/// # Panics
+/// Where they were not built.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub fn binaries() -> PathBuf {
+    let own = std::env::current_exe().unwrap_or_else(|error| panic!("{error}"));
+    let folder = own.parent().and_then(Path::parent).unwrap_or(Path::new("."));
+    for name in ["simd", "simctl"] {
+        let binary = folder.join(name);
+        assert!(binary.exists(), "there is no {}: `make build` builds it", binary.display());
+    }
+    folder.to_path_buf()
+}
+
+/// Waits for what must come soon.
+///
+/// # Panics
+/// Where it does not: then the test has failed.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub async fn soon<T>(what: &str, work: impl Future<Output = T>) -> T {
+    timeout(HUNG, work).await.unwrap_or_else(|_| panic!("{what} did not come within {HUNG:?}"))
+}
+
+impl Home {
+    /// A new one.
+    ///
+    /// # Panics
+    /// Where the disk gives none.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// A program of ours or of the system, beginning in the repository's folder, that finds `simd`
+    /// and `simctl` by their names and nothing else of the user's.
+    pub fn command(&self, program: impl AsRef<OsStr>) -> Command {
+        let inherited = std::env::var_os("PATH").unwrap_or_default();
+        let folders = std::iter::once(binaries()).chain(std::env::split_paths(&inherited));
+        let mut command = Command::new(program);
+        command
+            .current_dir(repository())
+            .env("PATH", std::env::join_paths(folders).unwrap_or(inherited.clone()))
+            .env("HOME", self.path())
+            .env("XDG_CONFIG_HOME", self.path())
+            .env_remove("SIMD_ENDPOINT")
+            .env_remove("NO_COLOR")
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .kill_on_drop(true);
+        command
+    }
+
+    /// Runs a program of ours until it ends.
+    ///
+    /// # Panics
+    /// Where it cannot be run or hangs.
+    pub async fn run<I: AsRef<OsStr>>(&self, program: &str, arguments: impl IntoIterator<Item = I>) -> Said {
+        let mut command = self.command(binaries().join(program));
+        command.args(arguments);
+        said(program, command).await
+    }
+}
+
+impl Default for Home {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Runs a command until it ends.
+///
+/// # Panics
+/// Where it cannot be run or hangs.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub async fn said(what: &str, mut command: Command) -> Said {
+    let output = soon(&format!("the end of {what}"), command.output()).await;
+    let output = output.unwrap_or_else(|error| panic!("{what}: {error}"));
+    Said {
+        code: output.status.code().unwrap_or(-1),
+        out: String::from_utf8_lossy(&output.stdout).into_owned(),
+        err: String::from_utf8_lossy(&output.stderr).into_owned(),
+    }
+}
+
+impl Process {
+    /// Starts a daemon, and waits until it says where it listens.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn start<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Self {
+        let home = Home::new();
+        let mut command = home.command(binaries().join("simd"));
+        command.args(["--listen", "127.0.0.1:0"]).args(arguments);
+        let mut child = command.spawn().unwrap_or_else(|error| panic!("{error}"));
+        let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
+            panic!("the daemon has no stdout and stderr");
+        };
+        let mut stdout = BufReader::new(stdout).lines();
+        let mut log = BufReader::new(stderr).lines();
+        let ready = soon("the daemon's line on stdout", stdout.next_line()).await;
+        let endpoint = match ready.as_ref().map(Option::as_deref) {
+            Ok(Some(line)) => line.split_once(" is listening on ").map(|(_, endpoint)| endpoint.to_owned()),
+            Ok(None) | Err(_) => None,
+        };
+        let Some(endpoint) = endpoint else {
+            let mut said = String::new();
+            while let Ok(Some(line)) = log.next_line().await {
+                said = said + &line + "\n";
+            }
+            panic!("the daemon does not say where it listens, but {ready:?} and\n{said}");
+        };
+        Self { endpoint, child, log, _stdout: stdout, home }
+    }
+
+    /// `127.0.0.1:PORT`.
+    pub fn address(&self) -> &str {
+        self.endpoint.trim_start_matches("http://")
+    }
+
+    /// A Rust client of it.
+    ///
+    /// # Panics
+    /// Where it does not answer.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn client(&self) -> Client {
+        Client::connect(&self.endpoint).await.unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// `simctl` with these arguments, for this daemon, not yet run.
+    pub fn simctl_command<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Command {
+        let mut command = self.home.command(binaries().join("simctl"));
+        command.env("SIMD_ENDPOINT", &self.endpoint).args(arguments);
+        command
+    }
+
+    /// Runs `simctl` with these arguments.
+    ///
+    /// # Panics
+    /// Where it hangs.
+    pub async fn simctl<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Said {
+        said("simctl", self.simctl_command(arguments)).await
+    }
+
+    /// Runs a line as a shell in `folder` would, that finds our programs and this daemon.
+    ///
+    /// # Panics
+    /// Where it hangs.
+    pub async fn shell(&self, line: &str, folder: &Path) -> Said {
+        let mut command = self.home.command("sh");
+        command.env("SIMD_ENDPOINT", &self.endpoint).current_dir(folder).args(["-c", line]);
+        said(line, command).await
+    }
+
+    /// Sends it a signal, for instance `TERM`.
+    ///
+    /// # Panics
+    /// Where it is gone already.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn signal(&self, name: &str) {
+        let Some(pid) = self.child.id() else { panic!("the daemon is gone already") };
+        let sent = self.shell(&format!("kill -{name} {pid}"), self.home.path()).await;
+        assert_eq!(sent.code, 0, "{}", sent.err);
+    }
+
+    /// Waits until its log has a line with this text.
+    ///
+    /// # Panics
+    /// Where it ends or hangs before that.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn logged(&mut self, text: &str) {
+        loop {
+            match soon(&format!("a line with {text:?} in the log"), self.log.next_line()).await {
+                Ok(Some(line)) if line.contains(text) => return,
+                Ok(Some(_)) => {}
+                ended => panic!("the log ends without a line with {text:?}: {ended:?}"),
+            }
+        }
+    }
+
+    /// Waits for its end: how it ended, and what its log had left to say.
+    ///
+    /// # Panics
+    /// Where it does not end.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn ended(&mut self) -> (ExitStatus, String) {
+        let mut left = String::new();
+        while let Ok(Some(line)) = soon("the end of the daemon's log", self.log.next_line()).await {
+            left = left + &line + "\n";
+        }
+        let status = soon("the daemon's end", self.child.wait()).await;
+        (status.unwrap_or_else(|error| panic!("{error}")), left)
+    }
+}
