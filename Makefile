@@ -39,7 +39,7 @@ nextest:
 
 lint:
 	$(CARGO) fmt --all --check
-	cd proto && npm ci --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint
+	cd proto && npm install --ignore-scripts --no-audit --no-fund --silent && npx --no-install buf lint
 	$(CARGO) clippy --locked --workspace --all-targets -- -D warnings
 
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
