@@ -31,6 +31,7 @@ fn spawn(world: &mut Simulation, name: &str, model: &Arc<RobotModel>, fixed: boo
         fixed_base: Some(fixed),
         passive,
         joint_positions: Vec::new(),
+        shapes: Default::default(),
         loaded_at_start: false,
     };
     apply(world, Command::Spawn(Box::new(spawn)));

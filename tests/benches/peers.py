@@ -47,8 +47,8 @@ PyBullet  {pybullet}, DIRECT, one stepSimulation a step called from Python. POSI
           defaults; inertia from the file, fixed links merged. It ignores mimic: the follower has a motor of its own.
 rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed links merged; ForceBased motors of simd's
           gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
-Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a bandwidth that is a sixth; `implicitfast` has kv in
-          the actuator too, and holds simd's gains.
+Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
+          humanoid; `implicitfast` has kv in the actuator too, and holds simd's gains.
 """
 
 
@@ -129,10 +129,10 @@ def steps_of(engine):
 def run(what, cases, rounds):
     gc.disable()
     for turn in range(rounds):
-        print(f"\r{what}: round {turn + 1} of {rounds}", end="", file=sys.stderr, flush=True)
+        if sys.stderr.isatty():
+            print(f"\r{what}: round {turn + 1} of {rounds} ", end="", file=sys.stderr, flush=True)
         for case in cases:
             case.round(turn)
-    print(file=sys.stderr)
     gc.enable()
 
 

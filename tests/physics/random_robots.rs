@@ -102,6 +102,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
         fixed_base: Some(rng.bool()),
         passive: rng.bool(),
         joint_positions: Vec::new(),
+        shapes: Default::default(),
         loaded_at_start: false,
     }
 }

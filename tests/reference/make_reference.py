@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes mujoco.json: trajectories of MuJoCo's Euler integrator for our test robots.
 
-Needs `pip install mujoco==4.0.0`; run from anywhere. Each case says which robot,
+Needs requirements.txt; run from anywhere. Each case says which robot,
 how it starts and is stepped, and where MuJoCo has it after some seconds. The suite
 tests/physics holds simd against these figures; MuJoCo reads the URDF itself, so
 that the import is compared too.
@@ -13,13 +13,19 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import pybullet_data
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE.parent / "assets"
+# Robots that others made, from the PyPI package `pybullet`.
+OTHERS = "pybullet_data/"
 
 
 def model(urdf: str, free: bool, damping: float, armature: float, time_step: float):
-    text = (ASSETS / urdf).read_text()
+    if urdf.startswith(OTHERS):
+        text = (Path(pybullet_data.getDataPath()) / urdf.removeprefix(OTHERS)).read_text()
+    else:
+        text = (ASSETS / urdf).read_text()
     # Shapes play no part here, and MuJoCo would want the mesh files.
     text = re.sub(r"<(visual|collision)\b.*?</\1>", "", text, flags=re.S)
     spec = mujoco.MjSpec.from_string(text)
@@ -29,7 +35,8 @@ def model(urdf: str, free: bool, damping: float, armature: float, time_step: flo
     compiled = spec.compile()
     compiled.opt.timestep = time_step
     compiled.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    compiled.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+    disable = mujoco.mjtDisableBit
+    compiled.opt.disableflags |= disable.mjDSBL_CONTACT | disable.mjDSBL_LIMIT | disable.mjDSBL_EQUALITY
     offset = 6 if free else 0
     compiled.dof_damping[offset:] = damping
     compiled.dof_armature[offset:] = armature
@@ -104,6 +111,23 @@ def main():
             ]
         cases.append(swing(f"planar, {ms}", planar, time_step=time_step, start=[0.1, -0.2, 0.5, 0.7],
                            rates=[0.3, 0.2, -1.0, 2.0]))
+    others = {
+        "kuka_iiwa/model.urdf": 7,
+        "franka_panda/panda.urdf": 9,
+        "a1/a1.urdf": 12,
+    }
+    for urdf, joints in others.items():
+        start = [0.3 * (-1) ** i * (i % 3 + 1) / 3 for i in range(joints)]
+        rates = [0.5 * (-1) ** (i // 2) for i in range(joints)]
+        for time_step in (1e-4, 1e-3, 4e-3):
+            ms = f"{time_step * 1e3:g} ms"
+            for free in (False, True) if joints == 12 else (False,):
+                base = "free" if free else "fixed"
+                cases += [
+                    swing(f"{urdf}, {base}, {ms}", OTHERS + urdf, time_step=time_step, free=free, start=start, rates=rates),
+                    swing(f"{urdf}, {base}, damping and armature, {ms}", OTHERS + urdf, time_step=time_step, free=free,
+                          start=start, rates=rates, damping=0.1, armature=0.01),
+                ]
     out = {"made_by": f"make_reference.py with MuJoCo {mujoco.__version__}", "cases": cases}
     (HERE / "mujoco.json").write_text(json.dumps(out, indent=1) + "\n")
     print(f"{len(cases)} cases")

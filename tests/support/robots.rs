@@ -12,13 +12,17 @@ pub fn assets() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("assets")
 }
 
-/// Reads a URDF below the folder of the test robots.
+/// Reads a URDF below the folder of the test robots, or, where it begins with
+/// `pybullet_data/`, one that others made.
 ///
 /// # Panics
 /// Where it cannot be read: then the test that asked for it has failed.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn read(urdf: &str) -> (Arc<RobotModel>, LoadReport) {
-    let path = assets().join(urdf);
+    let path = match urdf.strip_prefix("pybullet_data/") {
+        Some(urdf) => crate::pybullet_data::folder().join(urdf),
+        None => assets().join(urdf),
+    };
     let text = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let files = OnDisk(Locator::new(&path));
     match simd_model::read(&text, &files, &ReadOptions { scale: 1.0, strict: false }) {

@@ -3,8 +3,10 @@
 //! give equal bits on one build and machine.
 //!
 //! * [`dynamics`]: articulated bodies, as Featherstone's book has them.
+//! * [`collision`]: what robots touch with; all that is known of rapier.
 //! * [`simulation`]: the world: commands that change it, the step, what it looks like.
 
+pub mod collision;
 pub mod dynamics;
 pub mod simulation;
 

@@ -9,10 +9,10 @@ use bytes::Bytes;
 use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::Sha256;
-use simd_model::{LoadReport, ReadOptions, RobotModel, wire_name};
+use simd_model::{ReadOptions, wire_name};
 
 use super::partial::Progress;
-use super::reading::{Origin, Reading, summary};
+use super::reading::{Made, Origin, Reading, summary};
 use crate::handle::{
     AssetState, CallError, Loaded, Prepared, Reloaded, SimHandle, Source, SpawnRequest, Validated,
 };
@@ -101,7 +101,7 @@ impl SimHandle {
         let reading = self.loader().read(&source.into(), options).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {
-            Ok((model, report)) => {
+            Ok(Made { model, report, .. }) => {
                 Validated { summary: summary(&model, &report), report, model: Some(model), description }
             }
             Err(refused) => Validated {
@@ -139,13 +139,15 @@ impl SimHandle {
         loaded_at_start: bool,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, .. } = &request;
-        let (model, report) = self.make(origin, ReadOptions { scale: *scale, strict: *strict }).await?;
+        let options = ReadOptions { scale: *scale, strict: *strict };
+        let Made { model, shapes, report } = self.make(origin, options).await?;
         let summary = summary(&model, &report);
         let wanted = if name.is_empty() { &model.name } else { name };
         let spawn = Spawn {
             name: wire_name(wanted),
             allow_renaming: request.allow_renaming,
             model,
+            shapes,
             pose: request.pose,
             fixed_base: request.fixed_base,
             passive: request.passive,
@@ -188,10 +190,10 @@ impl SimHandle {
                 }
             }
         };
-        let (model, report) = self.make(origin, ReadOptions { scale, strict }).await?;
+        let Made { model, shapes, report } = self.make(origin, ReadOptions { scale, strict }).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
-        let done = self.command(Command::Reload(Box::new(Reload { robot, model }))).await?;
+        let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
         let (added, removed) = match &done.applied.reply {
             Reply::Reloaded { added, removed } => (added.clone(), removed.clone()),
             _ => Default::default(),
@@ -211,15 +213,11 @@ impl SimHandle {
         self.loader().lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    async fn make(
-        &self,
-        origin: Origin,
-        options: ReadOptions,
-    ) -> Result<(Arc<RobotModel>, LoadReport), CallError> {
+    async fn make(&self, origin: Origin, options: ReadOptions) -> Result<Made, CallError> {
         let Reading { used, outcome } = self.loader().read(&origin, options).await?;
-        let (model, report) = outcome.map_err(refused)?;
-        self.loader().keep(&model, used, origin, options.scale)?;
-        Ok((model, report))
+        let made = outcome.map_err(refused)?;
+        self.loader().keep(&made.model, used, origin, options.scale)?;
+        Ok(made)
     }
 }
 

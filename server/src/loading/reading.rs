@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use bytes::Bytes;
+use simd_core::collision::Shapes;
 use simd_model::robot::{JointKind, Sha256};
 use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel, Severity};
 
@@ -42,7 +43,16 @@ impl From<Source> for Origin {
 pub(super) struct Reading {
     pub(super) used: Used,
     /// The robot, or why there is none.
-    pub(super) outcome: Result<(Arc<RobotModel>, LoadReport), Refused>,
+    pub(super) outcome: Result<Made, Refused>,
+}
+
+/// A robot that can be spawned.
+#[derive(Debug)]
+pub(super) struct Made {
+    pub(super) model: Arc<RobotModel>,
+    /// Made here, because hulls of large meshes take long.
+    pub(super) shapes: Arc<Shapes>,
+    pub(super) report: LoadReport,
 }
 
 /// The bytes that a robot was made from.
@@ -171,7 +181,10 @@ impl Reading {
         files: Vec<(Sha256, Arc<[u8]>)>,
         outcome: Result<(RobotModel, LoadReport), Refused>,
     ) -> Self {
-        let outcome = outcome.map(|(model, report)| (Arc::new(model), report));
+        let outcome = outcome.map(|(model, report)| {
+            let shapes = Arc::new(Shapes::new(&model));
+            Made { model: Arc::new(model), shapes, report }
+        });
         Self { used: Used { description: Sha256::of(&urdf), urdf, files }, outcome }
     }
 }

@@ -28,6 +28,7 @@ impl Simd {
                 fixed_base: Some(!scene.free),
                 passive: false,
                 joint_positions: positions.clone(),
+                shapes: Default::default(),
                 loaded_at_start: false,
             };
             let spawned = world.apply(&Command::Spawn(Box::new(spawn)));

@@ -3,7 +3,7 @@
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
 use super::spatial::{Placement, Spatial};
-use super::tree::{Body, Freedom, Tree};
+use super::tree::{Body, Freedom, LinkFrame, Tree};
 use super::work::Work;
 
 /// Places and velocities of all bodies (Featherstone table 7.1, first loop).
@@ -77,6 +77,16 @@ impl Tree {
     /// `world_from_root` is where the root link is; `positions` are those of the
     /// joints alone, without a free root's.
     pub fn link_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
+        let bodies = self.body_poses(world_from_root, positions);
+        let pose = |link: &LinkFrame| {
+            let body = link.body.map_or(world_from_root, |body| bodies[body]);
+            body * link.body_from_link
+        };
+        self.links.iter().map(pose).collect()
+    }
+
+    /// `world_from_body` of each moving body; takes what [`Tree::link_poses`] takes.
+    pub fn body_poses(&self, world_from_root: DPose3, positions: &[f64]) -> Vec<DPose3> {
         let root = self.root_positions();
         let mut q = vec![0.0; root];
         q.extend_from_slice(positions);
@@ -90,13 +100,8 @@ impl Tree {
                 Some(parent) => bodies[parent].then(&placement(body, &q)),
             });
         }
-        self.links
-            .iter()
-            .map(|link| {
-                let body = link.body.map_or(&world_from_root, |body| &bodies[body]);
-                let rotation = DQuat::from_mat3(&body.rotation).normalize();
-                DPose3::from_parts(body.origin, rotation) * link.body_from_link
-            })
-            .collect()
+        let pose =
+            |body: &Placement| DPose3::from_parts(body.origin, DQuat::from_mat3(&body.rotation).normalize());
+        bodies.iter().map(pose).collect()
     }
 }

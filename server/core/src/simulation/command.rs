@@ -8,6 +8,7 @@ use simd_model::robot::Limits;
 
 use super::PhysicsSettings;
 use super::snapshot::Moment;
+use crate::collision::Shapes;
 
 /// A change of the world. Applied between steps: whole or, where it is refused, not at all.
 #[derive(Clone, Debug)]
@@ -92,6 +93,8 @@ pub struct Spawn {
     pub allow_renaming: bool,
     /// What it is.
     pub model: Arc<RobotModel>,
+    /// What it touches with; made from the model where there is time for it.
+    pub shapes: Arc<Shapes>,
     /// `world_from_root`.
     pub pose: DPose3,
     /// Whether its root link can move; `None` fixes a root link called `world`.
@@ -113,6 +116,8 @@ pub struct Reload {
     pub robot: String,
     /// What it is now.
     pub model: Arc<RobotModel>,
+    /// What it touches with now.
+    pub shapes: Arc<Shapes>,
 }
 
 /// New targets for joints of one or several robots, all or none.

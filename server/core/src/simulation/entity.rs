@@ -9,6 +9,7 @@ use simd_model::robot::{JointKind, Limits};
 
 use super::error::Error;
 use super::snapshot::{Flags, Mode, Snapshot};
+use crate::collision::{RobotColliders, Shapes};
 use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::tree::Freedom;
 use crate::dynamics::{Articulation, Axis, Tree};
@@ -24,6 +25,10 @@ pub(super) struct Entity {
     pub loaded_at_start: bool,
     /// What it is.
     pub model: Arc<RobotModel>,
+    /// What it touches with.
+    pub shapes: Arc<Shapes>,
+    /// Those in the world's colliders.
+    pub colliders: RobotColliders,
     /// Where it is and how it moves.
     pub body: Articulation,
     /// What a reset of scope `state` puts back.
@@ -96,6 +101,8 @@ impl Entity {
             version,
             loaded_at_start: false,
             model,
+            shapes: Arc::default(),
+            colliders: RobotColliders::default(),
             body,
             spawned,
             disabled,

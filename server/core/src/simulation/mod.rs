@@ -33,6 +33,8 @@ use snapshot::{EntityLayout, RootState, WorldLayout};
 pub use snapshot::{Moment, Snapshot};
 use world::Saved;
 
+use crate::collision::{ColliderPose, Colliders};
+
 /// A world of robots.
 #[derive(Debug)]
 pub struct Simulation {
@@ -43,6 +45,8 @@ pub struct Simulation {
     time_base: (u64, f64),
     /// In the order of their spawning.
     entities: Vec<Entity>,
+    /// Placed when somebody looks.
+    colliders: Colliders,
     /// By their secrets.
     claims: BTreeMap<String, Arc<Claim>>,
     /// Oldest first.
@@ -77,6 +81,7 @@ impl Simulation {
             now: Moment::default(),
             time_base: (0, 0.0),
             entities: Vec::new(),
+            colliders: Colliders::default(),
             claims: BTreeMap::new(),
             saved: Vec::new(),
             next_version: 1,
@@ -184,6 +189,23 @@ impl Simulation {
             snapshot.roots.push(RootState { pose, linear, angular, disabled: entity.disabled.clone() });
             entity.observe(snapshot);
         }
+    }
+
+    /// Where the colliders of a robot are, in the order of its shapes: where its links are now.
+    ///
+    /// # Errors
+    /// Where there is no such robot.
+    pub fn collider_poses(&mut self, robot: &str) -> Result<Vec<ColliderPose>, Error> {
+        let entity = &self.entities[self.place(robot)?];
+        let (tree, root) = (entity.body.tree(), entity.body.root_pose());
+        let bodies = tree.body_poses(root, &entity.body.positions()[tree.root_positions()..]);
+        self.colliders.place(&entity.colliders, root, &bodies);
+        Ok(self.colliders.poses(&entity.colliders))
+    }
+
+    /// How many colliders there are, and on how many of rapier's bodies.
+    pub fn collider_count(&self) -> (usize, usize) {
+        self.colliders.count()
     }
 
     /// A robot's place among the robots.

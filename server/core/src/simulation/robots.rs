@@ -29,6 +29,7 @@ impl Simulation {
         let mut entity =
             Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);
         entity.loaded_at_start = spawn.loaded_at_start;
+        entity.shapes = std::sync::Arc::clone(&spawn.shapes);
         for (joint, position) in &spawn.joint_positions {
             let element = || format!("the initial position of joint {joint:?}");
             let value = finite_value(element, *position)?;
@@ -46,6 +47,7 @@ impl Simulation {
         follow(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
         entity.spawned = entity.body.clone();
+        entity.colliders = self.colliders.insert(&tree, &entity.shapes);
         self.take_version();
         self.entities.push(entity);
         self.lay_out();
@@ -102,6 +104,9 @@ impl Simulation {
         let gone = before.keys().filter(|name| !now.contains(name));
         let removed: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
 
+        new.shapes = std::sync::Arc::clone(&reload.shapes);
+        self.colliders.remove(&self.entities[place].colliders);
+        new.colliders = self.colliders.insert(new.body.tree(), &new.shapes);
         let robot = reload.robot.clone();
         self.entities[place] = new;
         self.lay_out();
@@ -111,7 +116,8 @@ impl Simulation {
 
     pub(super) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
         let place = self.place(robot)?;
-        self.entities.remove(place);
+        let entity = self.entities.remove(place);
+        self.colliders.remove(&entity.colliders);
         self.lay_out();
         self.happened(EventKind::EntityDeleted { robot: robot.to_owned() });
         Ok(Reply::Done)

@@ -66,6 +66,7 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
         fixed_base: Some(true),
         passive: false,
         joint_positions: Vec::new(),
+        shapes: Default::default(),
         loaded_at_start: false,
     }
 }
@@ -392,7 +393,10 @@ fn a_reload_keeps_pose_positions_and_targets_of_joints_that_still_exist() {
     let wrist = Joint { name: "wrist".into(), parent: 1, child: 2, ..arm_joint() };
     longer.joints.push(wrist);
     let model = Arc::new(longer);
-    let reply = world.apply(&Command::Reload(Box::new(Reload { robot: "arm".into(), model }))).unwrap().reply;
+    let reply = world
+        .apply(&Command::Reload(Box::new(Reload { robot: "arm".into(), model, shapes: Default::default() })))
+        .unwrap()
+        .reply;
     assert_eq!(reply, Reply::Reloaded { added: vec!["wrist".into()], removed: Vec::new() });
     let after = look(&world);
     assert_eq!(after.roots[0].pose, at);

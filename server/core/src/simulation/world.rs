@@ -60,6 +60,7 @@ impl Simulation {
         if scope.spawned {
             self.entities.retain(|entity| {
                 if !entity.loaded_at_start {
+                    self.colliders.remove(&entity.colliders);
                     deleted.push(entity.name.clone());
                 }
                 entity.loaded_at_start
@@ -109,7 +110,12 @@ impl Simulation {
         let saved = self.saved.iter().find(|saved| saved.name == name);
         let Saved { at, time_base, settings, entities, .. } =
             saved.cloned().ok_or_else(|| self.no_snapshot(name))?;
-        self.entities = entities;
+        for entity in std::mem::replace(&mut self.entities, entities) {
+            self.colliders.remove(&entity.colliders);
+        }
+        for entity in &mut self.entities {
+            entity.colliders = self.colliders.insert(entity.body.tree(), &entity.shapes);
+        }
         self.settings = settings;
         // Claims are agreements between clients, not state of the world: who holds one now keeps it.
         for entity in &mut self.entities {

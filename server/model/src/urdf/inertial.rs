@@ -88,9 +88,16 @@ impl<'a, 'i> Said<'a, 'i> {
         };
         let center_of_mass = self.link_from_mass.translation;
         let tensor = self.tensor.map(inertia::checked);
-        if mass == 0.0 && !matches!(tensor, Some(Ok(_))) {
-            if let Some(Err(why)) = tensor {
-                findings.warn(node, Repaired, format!("{why}; with a mass of 0 it is read as 0"));
+        if mass == 0.0 {
+            match tensor {
+                Some(Err(why)) => {
+                    findings.warn(node, Repaired, format!("{why}; with a mass of 0 it is read as 0"));
+                }
+                // As MuJoCo and PyBullet read it: frames of robots are often written so.
+                Some(Ok(_)) => {
+                    findings.info(node, Repaired, "its mass is 0, so its inertia is read as 0");
+                }
+                None => {}
             }
             return Inertial::ZERO;
         }

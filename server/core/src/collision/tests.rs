@@ -1,0 +1,168 @@
+//! Colliders are where the links are.
+
+use std::sync::Arc;
+
+use glamx::{DPose3, DQuat, DVec3};
+use simd_model::RobotModel;
+use simd_model::robot::{Collision, Geometry, Joint, JointKind, Limits, Link, MeshAsset, Sha256};
+
+use super::Shapes;
+use crate::simulation::WorldLimits;
+use crate::simulation::command::{JointReset, RobotReset, Spawn};
+use crate::{Command, PhysicsSettings, Simulation, Snapshot};
+
+fn collision(at: DVec3, geometry: Geometry) -> Collision {
+    Collision { link_from_shape: DPose3::from_translation(at), geometry }
+}
+
+fn cube() -> Arc<MeshAsset> {
+    let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)));
+    Arc::new(MeshAsset {
+        sha256: Sha256([0; 32]),
+        vertices: corners.collect(),
+        triangles: vec![[0, 1, 2], [4, 5, 6]],
+    })
+}
+
+/// A base with a box; an arm with a sphere and a cylinder; a pad that is bolted to the arm, a
+/// mesh scaled and mirrored; and a frame that touches nothing.
+fn robot() -> RobotModel {
+    let link = |name: &str, collisions| Link {
+        name: name.into(),
+        inertial: simd_model::robot::Inertial {
+            mass: 1.0,
+            inertia: glamx::DMat3::from_diagonal(DVec3::ONE),
+            ..simd_model::robot::Inertial::ZERO
+        },
+        visuals: Vec::new(),
+        collisions,
+    };
+    let joint = |name: &str, kind, parent, child| Joint {
+        name: name.into(),
+        kind,
+        parent,
+        child,
+        parent_from_joint: DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), DQuat::from_rotation_x(0.4)),
+        axis: DVec3::new(0.6, 0.0, 0.8),
+        limits: Limits::default(),
+        damping: 0.0,
+        friction: 0.0,
+        mimic: None,
+    };
+    let size = DVec3::new(0.1, 0.2, 0.3);
+    let mesh =
+        Geometry::Mesh { uri: "cube.stl".into(), scale: DVec3::new(0.1, -0.2, 0.3), asset: Some(cube()) };
+    RobotModel {
+        name: "robot".into(),
+        links: vec![
+            link("base", vec![collision(DVec3::Z, Geometry::Box { size })]),
+            link(
+                "arm",
+                vec![
+                    collision(DVec3::X, Geometry::Sphere { radius: 0.1 }),
+                    collision(DVec3::Y, Geometry::Cylinder { radius: 0.1, length: 0.4 }),
+                ],
+            ),
+            link("pad", vec![collision(DVec3::ZERO, mesh)]),
+            link("frame", Vec::new()),
+        ],
+        joints: vec![
+            joint("shoulder", JointKind::Continuous, 0, 1),
+            joint("bolt", JointKind::Fixed, 1, 2),
+            joint("wrist", JointKind::Continuous, 2, 3),
+        ],
+    }
+}
+
+fn world(fixed: bool) -> Simulation {
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+    let model = Arc::new(robot());
+    let spawn = Spawn {
+        name: "robot".into(),
+        allow_renaming: false,
+        shapes: Arc::new(Shapes::new(&model)),
+        model,
+        pose: DPose3::from_translation(DVec3::new(1.0, 2.0, 3.0)),
+        fixed_base: Some(fixed),
+        passive: true,
+        joint_positions: Vec::new(),
+        loaded_at_start: false,
+    };
+    world.apply(&Command::Spawn(Box::new(spawn))).unwrap();
+    world
+}
+
+/// One rapier body for each moving body that has a shape, the bolted pad on the arm's, and
+/// one for the base; the frame has none.
+#[test]
+fn links_that_move_together_share_a_body_and_links_without_a_shape_have_none() {
+    assert_eq!(world(true).collider_count(), (4, 2));
+    assert_eq!(world(false).collider_count(), (4, 2));
+}
+
+#[test]
+fn colliders_are_where_the_links_are_after_any_motion() {
+    for fixed in [true, false] {
+        let mut world = world(fixed);
+        let joints = ["shoulder", "wrist"].map(|joint| JointReset {
+            joint: joint.into(),
+            axis: 0,
+            position: 0.7,
+            velocity: 3.0,
+        });
+        let robots = vec![RobotReset { robot: "robot".into(), joints: joints.to_vec() }];
+        world.apply(&Command::ResetJoints { robots }).unwrap();
+        for _ in 0..300 {
+            world.step();
+        }
+        let mut seen = Snapshot::default();
+        world.observe(&mut seen);
+        let links = seen.link_poses(0).unwrap();
+        let model = robot();
+        let poses = world.collider_poses("robot").unwrap();
+        let shapes =
+            model.links.iter().enumerate().flat_map(|(i, link)| link.collisions.iter().map(move |c| (i, c)));
+        let mut count = 0;
+        for ((link, collision), pose) in shapes.zip(&poses) {
+            assert_eq!(pose.link, link);
+            let expected = links[link] * collision.link_from_shape;
+            assert!((pose.world_from_shape.translation - expected.translation).length() < 1e-12);
+            // A cylinder's z, along which it is long, is rapier's y.
+            if let Geometry::Cylinder { .. } = collision.geometry {
+                let along = pose.world_from_shape.rotation * DVec3::Y;
+                assert!(along.dot(expected.rotation * DVec3::Z).abs() > 1.0 - 1e-12);
+            }
+            count += 1;
+        }
+        assert_eq!(count, 4);
+    }
+}
+
+#[test]
+fn colliders_go_with_their_robot_and_come_back_with_a_snapshot() {
+    let mut world = world(true);
+    world.apply(&Command::SaveSnapshot { name: "with".into() }).unwrap();
+    world.apply(&Command::Delete { robot: "robot".into() }).unwrap();
+    assert_eq!(world.collider_count(), (0, 0));
+    world.apply(&Command::RestoreSnapshot { name: "with".into() }).unwrap();
+    assert_eq!(world.collider_count(), (4, 2));
+    assert_eq!(world.collider_poses("robot").unwrap().len(), 4);
+}
+
+/// Points on a plane have no hull of their own; a plate stands in for it.
+#[test]
+fn a_flat_mesh_and_one_without_points_are_no_trouble() {
+    let mut model = robot();
+    let flat = MeshAsset {
+        sha256: Sha256([1; 32]),
+        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        triangles: vec![[0, 1, 2]],
+    };
+    let empty = MeshAsset { sha256: Sha256([2; 32]), vertices: Vec::new(), triangles: Vec::new() };
+    for (mesh, shapes) in [(flat, 4), (empty, 3)] {
+        let asset = Some(Arc::new(mesh));
+        let geometry = Geometry::Mesh { uri: "m.stl".into(), scale: DVec3::ONE, asset };
+        model.links[2].collisions[0].geometry = geometry;
+        assert_eq!(Shapes::new(&model).len(), shapes);
+    }
+}
