@@ -79,10 +79,9 @@ fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<SharedShape> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let first = *points.first()?;
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
-    if (most - least).min_element() > THINNEST {
-        if let Some(hull) = SharedShape::convex_hull(&points) {
-            return Some(hull);
-        }
+    let solid = (most - least).min_element() > THINNEST;
+    if let Some(hull) = solid.then(|| SharedShape::convex_hull(&points)).flatten() {
+        return Some(hull);
     }
     // The box stands where the points are, not about the origin.
     let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
