@@ -44,7 +44,7 @@ lint:
 
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
 # step beside MuJoCo, PyBullet and rapier, with a plot in target/bench.
-bench:
+bench: build
 	$(CARGO) bench --locked --profile dev -p simd-tests --bench figures
 	python3 -m venv target/bench-venv
 	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt

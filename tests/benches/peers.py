@@ -29,12 +29,6 @@ BATCH = 0.008
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
-AS_RELEASED = {
-    "rapier3d-f64": {"opt-level": 3, "codegen-units": 1, "debug-assertions": "false", "overflow-checks": "false"},
-    "parry3d-f64": {"debug-assertions": "false"},
-    "nalgebra": {"debug-assertions": "false"},
-}
-"""How rapier's users build it: with the settings that simd-core has, and not those of our dependencies."""
 
 NOTES = """
 All: 1 ms a step, one thread, double precision, no shapes and so no contacts, limits on, each joint held at a bent
@@ -160,9 +154,6 @@ def build_worker():
     """Builds the bench binary `peers`, and says where it is."""
     cargo = os.environ.get("CARGO", "cargo")
     command = [cargo, "bench", "--locked", "--profile", "dev", "-p", "simd-tests", "--bench", "peers", "--no-run"]
-    for package, settings in AS_RELEASED.items():
-        for name, value in settings.items():
-            command += ["--config", f"profile.dev.package.{package}.{name}={value}"]
     built = subprocess.run([*command, "--message-format=json"], cwd=REPOSITORY, stdout=subprocess.PIPE, check=True)
     for line in built.stdout.splitlines():
         message = json.loads(line)

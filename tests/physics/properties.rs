@@ -118,8 +118,8 @@ fn carries(tree: &Tree, body: usize) -> bool {
             }
         }
         at == body
-            && tree.bodies[i].inertia.mass.x_axis.x > 0.0
-            && tree.bodies[i].inertia.moment.determinant() > 0.0
+            && tree.bodies[i].inertia.mass > 0.0
+            && tree.bodies[i].inertia.moment.matrix().determinant() > 0.0
     })
 }
 

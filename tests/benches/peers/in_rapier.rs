@@ -3,14 +3,14 @@
 //! One body for all links that fixed joints connect, as in simd, so that rapier solves no more
 //! joints than there are. Its motors are implicit springs of simd's default gains.
 
-use glamx::{DPose3, DQuat, DVec3};
+use glamx::{DPose3, DQuat};
 use rapier3d_f64::dynamics::{
     GenericJointBuilder, JointAxesMask, JointAxis, MassProperties, MotorModel, MultibodyDofCoupling,
     RigidBodyBuilder, RigidBodyHandle,
 };
 use rapier3d_f64::pipeline::PhysicsWorld;
 use simd_core::dynamics::Tree;
-use simd_core::dynamics::spatial::{Inertia, cross_matrix};
+use simd_core::dynamics::inertia::Rigid;
 use simd_core::dynamics::tree::Freedom;
 use simd_core::simulation::PhysicsSettings;
 use simd_model::RobotModel;
@@ -142,10 +142,9 @@ impl World for Rapier {
     }
 }
 
-fn mass_properties(inertia: &Inertia) -> MassProperties {
-    let mass = inertia.mass.x_axis.x;
-    let first = DVec3::new(inertia.coupling.y_axis.z, -inertia.coupling.x_axis.z, inertia.coupling.x_axis.y);
-    let center = first / mass;
-    let shift = cross_matrix(center);
-    MassProperties::with_inertia_matrix(center, mass, inertia.moment + shift * shift * mass)
+fn mass_properties(inertia: &Rigid) -> MassProperties {
+    let center = inertia.first_moment / inertia.mass;
+    // The moment is about the body's origin, rapier's about the centre of mass.
+    let about_center = inertia.shifted(-center).moment;
+    MassProperties::with_inertia_matrix(center, inertia.mass, about_center.matrix())
 }

@@ -1,12 +1,13 @@
 //! Second and third pass: the articulated-body algorithm, with actuators and
 //! damping implicit in each joint's own entry.
 
-use glamx::DVec3;
+use glamx::{DMat3, DQuat, DVec3};
 
 use super::actuator::{Axis, Drive};
+use super::inertia::Articulated;
 use super::kinematics::free_pose;
 use super::six::SixByFactors;
-use super::spatial::{Inertia, Placement, Spatial};
+use super::spatial::{Placement, Spatial};
 use super::tree::{Freedom, Tree};
 use super::work::Workspace;
 
@@ -29,33 +30,38 @@ pub fn gather_inertia(
     work: &mut Workspace,
 ) {
     for ((body, at), push) in tree.bodies.iter().zip(&mut work.bodies).zip(external) {
-        at.articulated = body.inertia;
-        at.bias = at.velocity.cross_force(body.inertia.times(at.velocity)) - *push;
+        let inertia = body.inertia.turned(&at.rotation);
+        at.articulated = Articulated::of(&inertia);
+        at.bias = at.velocity.cross_force(inertia.times(at.velocity));
+        if *push != Spatial::ZERO {
+            at.bias -= Spatial::new(at.rotation * push.angular, at.rotation * push.linear);
+        }
     }
     for (i, body) in tree.bodies.iter().enumerate().rev() {
         let at = &mut work.bodies[i];
-        let (column, own, scale) = match body.freedom {
-            Freedom::Revolute => turning(&at.articulated),
-            Freedom::Prismatic => sliding(&at.articulated),
+        let z = at.rotation.z_axis;
+        let (column, largest) = match body.freedom {
+            Freedom::Revolute => (at.articulated.times_turn(z), at.articulated.moment.largest()),
+            Freedom::Prismatic => (at.articulated.times_slide(z), at.articulated.mass.largest()),
             Freedom::Free { slot } => {
                 // D is the whole of IA: nothing of it reaches the parent.
                 work.free[slot] = SixByFactors::new(&at.articulated);
                 continue;
             }
         };
+        let own = along(body.freedom, column, z);
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
         let (position, rate) = (q[body.position], qd[body.velocity]);
         let damping = axis.settings.damping;
         let d = own + axis.settings.resistance(h) + drive.resistance(h);
         let effort = drive.saturated.unwrap_or_else(|| drive.law(position, rate, h)) - damping * rate;
         at.column = column;
-        at.inverse_d = if d > scale * SINGULAR { 1.0 / d } else { 0.0 };
-        at.drive = effort - along(body.freedom, at.bias);
+        at.inverse_d = if d > largest * SINGULAR { 1.0 / d } else { 0.0 };
+        at.drive = effort - along(body.freedom, at.bias, z);
         let Some(parent) = body.parent else { continue };
         let left = at.articulated.without(column, at.inverse_d);
         let bias = at.bias + left.times(at.velocity_product) + column * (at.inverse_d * at.drive);
-        let (left, bias) =
-            (at.parent_from_body.inertia_to_parent(&left), at.parent_from_body.force_to_parent(bias));
+        let (left, bias) = (left.shifted(at.reach), bias.force_from(at.reach));
         let above = &mut work.bodies[parent];
         above.articulated += left;
         above.bias += bias;
@@ -79,26 +85,27 @@ pub fn accelerate(
     for (i, body) in tree.bodies.iter().enumerate() {
         let above = body.parent.map_or(base, |parent| work.bodies[parent].acceleration);
         let at = &mut work.bodies[i];
-        let carried = at.parent_from_body.motion_to_child(above) + at.velocity_product;
+        let carried = above.motion_at(at.reach) + at.velocity_product;
         let first = body.velocity;
         match body.freedom {
             Freedom::Revolute | Freedom::Prismatic => {
                 let qdd = at.inverse_d * (at.drive - at.column.dot(carried));
                 at.acceleration = carried;
-                *along_mut(body.freedom, &mut at.acceleration) += qdd;
+                *part_mut(body.freedom, &mut at.acceleration) += at.rotation.z_axis * qdd;
                 rates[first] = qd[first] + h * qdd;
             }
             Freedom::Free { slot } => {
                 at.acceleration = work.free[slot].solve(-at.bias);
-                let qdd = at.acceleration - carried;
-                // The linear rate is kept in the parent's axes, which do not turn with the
-                // body: d/dt (R v) = R (a + w x v).
-                let (_, rotation) = free_pose(&q[body.position..]);
+                let (linear_qdd, angular_qdd) =
+                    free_rates(at.acceleration - carried, &at.rotation, free_pose(&q[body.position..]).1);
                 let rate = &qd[first..];
                 let angular = DVec3::new(rate[3], rate[4], rate[5]);
                 let linear = DVec3::new(rate[0], rate[1], rate[2]);
-                let linear_qdd = rotation * qdd.linear + (rotation * angular).cross(linear);
-                write_free(&mut rates[first..], linear + linear_qdd * h, angular + qdd.angular * h);
+                // The linear rate is kept in the parent's axes, which do not turn with the
+                // body: d/dt (R v) = R (a + w x v).
+                let (_, rotation) = free_pose(&q[body.position..]);
+                let linear_qdd = linear_qdd + (rotation * angular).cross(linear);
+                write_free(&mut rates[first..], linear + linear_qdd * h, angular + angular_qdd * h);
             }
         }
     }
@@ -110,39 +117,30 @@ pub fn write_free(rates: &mut [f64], linear: DVec3, angular: DVec3) {
     rates[3..6].copy_from_slice(&angular.to_array());
 }
 
-/// S' f for an axis along z.
+/// A free body's motion relative to its parent, from the base's axes to those that its
+/// rates are kept in: linear in the parent's, angular in its own.
 #[inline]
-pub fn along(freedom: Freedom, force: Spatial) -> f64 {
+pub fn free_rates(motion: Spatial, base_from_body: &DMat3, parent_from_body: DQuat) -> (DVec3, DVec3) {
+    let own_from_base = base_from_body.transpose();
+    (parent_from_body * (own_from_base * motion.linear), own_from_base * motion.angular)
+}
+
+/// S' f for an axis along `z`.
+#[inline]
+pub fn along(freedom: Freedom, force: Spatial, z: DVec3) -> f64 {
     match freedom {
-        Freedom::Prismatic => force.linear.z,
-        _ => force.angular.z,
+        Freedom::Prismatic => force.linear.dot(z),
+        _ => force.angular.dot(z),
     }
 }
 
-/// The entry of a motion that S qd adds to, for an axis along z.
+/// The part of a motion that S qd adds to.
 #[inline]
-pub fn along_mut(freedom: Freedom, motion: &mut Spatial) -> &mut f64 {
+pub fn part_mut(freedom: Freedom, motion: &mut Spatial) -> &mut DVec3 {
     match freedom {
-        Freedom::Prismatic => &mut motion.linear.z,
-        _ => &mut motion.angular.z,
+        Freedom::Prismatic => &mut motion.linear,
+        _ => &mut motion.angular,
     }
-}
-
-/// U, S'U and the largest inertia of its kind, for S a turn about z.
-#[inline]
-pub fn turning(inertia: &Inertia) -> (Spatial, f64, f64) {
-    let (moment, coupling) = (&inertia.moment, &inertia.coupling);
-    let row = DVec3::new(coupling.x_axis.z, coupling.y_axis.z, coupling.z_axis.z);
-    let largest = moment.x_axis.x.max(moment.y_axis.y).max(moment.z_axis.z);
-    (Spatial::new(moment.z_axis, row), moment.z_axis.z, largest)
-}
-
-/// U, S'U and the largest inertia of its kind, for S a slide along z.
-#[inline]
-pub fn sliding(inertia: &Inertia) -> (Spatial, f64, f64) {
-    let (mass, coupling) = (&inertia.mass, &inertia.coupling);
-    let largest = mass.x_axis.x.max(mass.y_axis.y).max(mass.z_axis.z);
-    (Spatial::new(coupling.z_axis, mass.z_axis), mass.z_axis.z, largest)
 }
 
 /// Minus gravity in the base's axes.

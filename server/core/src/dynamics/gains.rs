@@ -2,9 +2,8 @@
 //! pose without tuning.
 
 use super::actuator::{Axis, DEFAULT_BANDWIDTH};
-use super::articulated::{sliding, turning};
+use super::inertia::Rigid;
 use super::kinematics::placement;
-use super::spatial::Inertia;
 use super::tree::{Freedom, Tree};
 
 /// The least composite inertia that gains are made of: joints that carry nothing
@@ -14,16 +13,17 @@ const LEAST: f64 = 1e-9;
 /// M_ii of each rate at positions `q`, armature not included: the composite
 /// rigid-body algorithm's diagonal (Featherstone table 6.2). 0 for free bodies.
 pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
-    let mut composite: Vec<Inertia> = tree.bodies.iter().map(|body| body.inertia).collect();
+    let mut composite: Vec<Rigid> = tree.bodies.iter().map(|body| body.inertia).collect();
     let mut diagonal = vec![0.0; tree.velocity_count];
     for (i, body) in tree.bodies.iter().enumerate().rev() {
         match body.freedom {
-            Freedom::Revolute => diagonal[body.velocity] = turning(&composite[i]).1,
-            Freedom::Prismatic => diagonal[body.velocity] = sliding(&composite[i]).1,
+            Freedom::Revolute => diagonal[body.velocity] = composite[i].moment.zz,
+            Freedom::Prismatic => diagonal[body.velocity] = composite[i].mass,
             Freedom::Free { .. } => {}
         }
         if let Some(parent) = body.parent {
-            let lifted = placement(body, q).inertia_to_parent(&composite[i]);
+            let at = placement(body, q);
+            let lifted = composite[i].turned(&at.rotation).shifted(at.origin);
             composite[parent] += lifted;
         }
     }

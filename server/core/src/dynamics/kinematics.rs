@@ -6,24 +6,53 @@ use super::spatial::{Placement, Spatial};
 use super::tree::{Body, Freedom, LinkFrame, Tree};
 use super::work::Work;
 
-/// Places and velocities of all bodies (Featherstone table 7.1, first loop).
+/// Places and velocities of all bodies (Featherstone table 7.1, first loop), in the
+/// base's axes.
 ///
-/// X_i = X_J X_T,  v_i = X_i v_parent + S qd,  c_i = v_i x S qd
+/// v_i = X v_parent + S qd,  c_i = v_i x S qd
 pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
     for (i, body) in tree.bodies.iter().enumerate() {
-        let parent_from_body = placement(body, q);
-        let joint_velocity = joint_velocity(body, q, qd);
-        let parent_velocity = match body.parent {
-            Some(parent) => parent_from_body.motion_to_child(work[parent].velocity),
-            None => Spatial::ZERO,
+        let (base_from_parent, parent_velocity) = match body.parent {
+            Some(parent) => (work[parent].rotation, work[parent].velocity),
+            None => (DMat3::IDENTITY, Spatial::ZERO),
         };
-        let velocity = parent_velocity + joint_velocity;
         let at = &mut work[i];
-        at.parent_from_body = parent_from_body;
-        at.velocity = velocity;
-        // S is constant in the body's own frame, so its apparent derivative is all there is.
-        at.velocity_product = velocity.cross_motion(joint_velocity);
+        // Where the joint is at position zero.
+        let zero = base_from_parent * body.at_zero.rotation;
+        let reach = base_from_parent * body.at_zero.origin;
+        let (q, qd) = (&q[body.position..], &qd[body.velocity..]);
+        let own = match body.freedom {
+            Freedom::Revolute => {
+                at.rotation = turned_about_z(&zero, q[0]);
+                at.reach = reach;
+                Spatial::new(zero.z_axis * qd[0], DVec3::ZERO)
+            }
+            Freedom::Prismatic => {
+                at.rotation = zero;
+                at.reach = reach + zero.z_axis * q[0];
+                Spatial::new(DVec3::ZERO, zero.z_axis * qd[0])
+            }
+            Freedom::Free { .. } => {
+                let (origin, rotation) = free_pose(q);
+                at.rotation = zero * DMat3::from_quat(rotation);
+                at.reach = reach + zero * origin;
+                // Linear in the parent's axes, angular in the body's own.
+                let (linear, angular) = (DVec3::new(qd[0], qd[1], qd[2]), DVec3::new(qd[3], qd[4], qd[5]));
+                Spatial::new(at.rotation * angular, zero * linear)
+            }
+        };
+        at.velocity = parent_velocity.motion_at(at.reach) + own;
+        // S moves with the body: its derivative in axes that stand still is v x S.
+        at.velocity_product = at.velocity.cross_motion(own);
     }
+}
+
+/// A frame after a turn about its own z.
+#[inline]
+fn turned_about_z(frame: &DMat3, angle: f64) -> DMat3 {
+    let (sin, cos) = angle.sin_cos();
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *frame;
+    DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, z)
 }
 
 /// `parent_from_body` at a position.
@@ -32,12 +61,7 @@ pub fn placement(body: &Body, q: &[f64]) -> Placement {
     let q = &q[body.position..];
     match body.freedom {
         Freedom::Revolute => {
-            let (sin, cos) = q[0].sin_cos();
-            let DMat3 { x_axis: x, y_axis: y, z_axis: z } = zero.rotation;
-            Placement {
-                rotation: DMat3::from_cols(x * cos + y * sin, y * cos - x * sin, z),
-                origin: zero.origin,
-            }
+            Placement { rotation: turned_about_z(&zero.rotation, q[0]), origin: zero.origin }
         }
         Freedom::Prismatic => {
             Placement { rotation: zero.rotation, origin: zero.origin + zero.rotation.z_axis * q[0] }
@@ -52,23 +76,6 @@ pub fn placement(body: &Body, q: &[f64]) -> Placement {
 /// The seven positions of a free body, as a pose.
 pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
     (DVec3::new(q[0], q[1], q[2]), DQuat::from_xyzw(q[3], q[4], q[5], q[6]))
-}
-
-/// S qd: the body's velocity relative to its parent, in its own frame.
-#[inline]
-fn joint_velocity(body: &Body, q: &[f64], qd: &[f64]) -> Spatial {
-    let qd = &qd[body.velocity..];
-    match body.freedom {
-        Freedom::Revolute => Spatial::new(DVec3::new(0.0, 0.0, qd[0]), DVec3::ZERO),
-        Freedom::Prismatic => Spatial::new(DVec3::ZERO, DVec3::new(0.0, 0.0, qd[0])),
-        Freedom::Free { .. } => {
-            let (_, rotation) = free_pose(&q[body.position..]);
-            Spatial::new(
-                DVec3::new(qd[3], qd[4], qd[5]),
-                rotation.inverse() * DVec3::new(qd[0], qd[1], qd[2]),
-            )
-        }
-    }
 }
 
 impl Tree {

@@ -2,8 +2,9 @@
 
 use glamx::{DMat3, DVec3};
 
+use super::inertia::Rigid;
 use super::kinematics::{free_pose, placement};
-use super::spatial::{Inertia, Placement, Spatial};
+use super::spatial::{Placement, Spatial};
 use super::tree::{Body, Freedom, Tree};
 
 /// M at positions `q`, row by row, `velocity_count` squared, armature not included:
@@ -12,10 +13,10 @@ use super::tree::{Body, Freedom, Tree};
 pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let n = tree.velocity_count;
     let places: Vec<Placement> = tree.bodies.iter().map(|body| placement(body, q)).collect();
-    let mut composite: Vec<Inertia> = tree.bodies.iter().map(|body| body.inertia).collect();
+    let mut composite: Vec<Rigid> = tree.bodies.iter().map(|body| body.inertia).collect();
     for (i, body) in tree.bodies.iter().enumerate().rev() {
         if let Some(parent) = body.parent {
-            let lifted = places[i].inertia_to_parent(&composite[i]);
+            let lifted = composite[i].turned(&places[i].rotation).shifted(places[i].origin);
             composite[parent] += lifted;
         }
     }

@@ -1,7 +1,7 @@
 //! Articulated bodies: one file per idea, as Featherstone's "Rigid Body Dynamics
 //! Algorithms" (2008) has them.
 //!
-//! * [`spatial`]: spatial vectors and inertias.
+//! * [`spatial`], [`inertia`], [`symmetric`]: spatial vectors and inertias.
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
 //! * [`actuator`], [`gains`]: what drives a joint.
@@ -14,11 +14,13 @@ pub mod articulated;
 pub mod articulation;
 pub mod constraint;
 pub mod gains;
+pub mod inertia;
 pub mod integrate;
 pub mod kinematics;
 pub mod mass_matrix;
 pub mod six;
 pub mod spatial;
+pub mod symmetric;
 pub mod tree;
 pub mod work;
 

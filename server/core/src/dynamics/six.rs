@@ -2,7 +2,8 @@
 
 use glamx::DVec3;
 
-use super::spatial::{Inertia, Spatial};
+use super::inertia::Articulated;
+use super::spatial::Spatial;
 
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
 #[derive(Clone, Debug, Default)]
@@ -15,7 +16,7 @@ pub struct SixByFactors {
 impl SixByFactors {
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
     /// Factorises. A direction whose inertia is below 1e-14 of the largest counts as without.
-    pub fn new(inertia: &Inertia) -> Self {
+    pub fn new(inertia: &Articulated) -> Self {
         let matrix = rows(inertia);
         let largest = (0..6).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
         let mut factors = Self::default();
@@ -63,14 +64,15 @@ impl SixByFactors {
 }
 
 /// The inertia as six rows.
-fn rows(inertia: &Inertia) -> [[f64; 6]; 6] {
+fn rows(inertia: &Articulated) -> [[f64; 6]; 6] {
     let mut rows = [[0.0; 6]; 6];
+    let (moment, mass) = (inertia.moment.matrix(), inertia.mass.matrix());
     for i in 0..3 {
         for j in 0..3 {
-            rows[i][j] = inertia.moment.col(j)[i];
+            rows[i][j] = moment.col(j)[i];
             rows[i][j + 3] = inertia.coupling.col(j)[i];
             rows[i + 3][j] = inertia.coupling.col(i)[j];
-            rows[i + 3][j + 3] = inertia.mass.col(j)[i];
+            rows[i + 3][j + 3] = mass.col(j)[i];
         }
     }
     rows
@@ -81,11 +83,12 @@ mod tests {
     use glamx::DMat3;
 
     use super::*;
+    use crate::dynamics::inertia::Rigid;
 
     #[test]
     fn solving_undoes_multiplying() {
         let moment = DMat3::from_diagonal(DVec3::new(0.2, 0.3, 0.4));
-        let inertia = Inertia::rigid(3.0, DVec3::new(0.3, -0.1, 0.2), moment);
+        let inertia = Articulated::of(&Rigid::new(3.0, DVec3::new(0.3, -0.1, 0.2), &moment));
         let motion = Spatial::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.5, 0.25));
         let back = SixByFactors::new(&inertia).solve(inertia.times(motion)) - motion;
         assert!(back.angular.length() + back.linear.length() < 1e-12);
@@ -93,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_point_mass_is_not_turned_to_infinity() {
-        let inertia = Inertia::rigid(3.0, DVec3::ZERO, DMat3::ZERO);
+        let inertia = Articulated::of(&Rigid::new(3.0, DVec3::ZERO, &DMat3::ZERO));
         let answer = SixByFactors::new(&inertia).solve(Spatial::new(DVec3::X, DVec3::new(0.0, 6.0, 0.0)));
         assert_eq!(answer, Spatial::new(DVec3::ZERO, DVec3::new(0.0, 2.0, 0.0)));
     }

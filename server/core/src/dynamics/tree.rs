@@ -1,8 +1,7 @@
 //! A robot as a tree of moving bodies: what never changes while it moves.
 //!
 //! Links that fixed joints connect are one body. A body's frame has its origin at
-//! its joint and, for joints of one axis, its z along that axis: then the joint's
-//! motion subspace S is a unit vector, and S'U is one entry of a matrix.
+//! its joint and, for joints of one axis, its z along that axis.
 
 use std::ops::Range;
 
@@ -10,7 +9,8 @@ use glamx::{DMat3, DPose3, DQuat, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::{Inertial, Joint, JointKind};
 
-use super::spatial::{Inertia, Placement};
+use super::inertia::Rigid;
+use super::spatial::Placement;
 
 /// A robot as a tree of moving bodies, parents before children.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ pub struct Body {
     /// `parent_from_body` at position zero.
     pub at_zero: Placement,
     /// Of all its links, in its own frame.
-    pub inertia: Inertia,
+    pub inertia: Rigid,
     /// Where its positions begin.
     pub position: usize,
     /// Where its rates begin.
@@ -204,7 +204,7 @@ impl Tree {
             parent,
             freedom,
             at_zero,
-            inertia: Inertia::ZERO,
+            inertia: Rigid::default(),
             position: self.position_count,
             velocity: self.velocity_count,
             joint,
@@ -216,12 +216,12 @@ impl Tree {
 }
 
 /// A link's inertia in the frame of its body.
-fn inertia_in_body(inertial: &Inertial, body_from_link: DPose3) -> Inertia {
+fn inertia_in_body(inertial: &Inertial, body_from_link: DPose3) -> Rigid {
     let rotation = DMat3::from_quat(body_from_link.rotation);
-    Inertia::rigid(
+    Rigid::new(
         inertial.mass,
         body_from_link.transform_point(inertial.center_of_mass),
-        rotation * inertial.inertia * rotation.transpose(),
+        &(rotation * inertial.inertia * rotation.transpose()),
     )
 }
 

@@ -1,19 +1,25 @@
 //! What a step computes for each body on the way: no meaning between steps.
 
-use super::six::SixByFactors;
-use super::spatial::{Inertia, Placement, Spatial};
+use glamx::{DMat3, DVec3};
 
-/// Of one body, in its own frame.
+use super::inertia::Articulated;
+use super::six::SixByFactors;
+use super::spatial::Spatial;
+
+/// Of one body. All vectors are in the base's axes and about the body's own origin:
+/// what goes from body to body is then only shifted, never turned.
 #[derive(Clone, Debug)]
 pub struct Work {
-    /// X: where it is in its parent.
-    pub parent_from_body: Placement,
+    /// `base_from_body`.
+    pub rotation: DMat3,
+    /// From its parent's origin to its own.
+    pub reach: DVec3,
     /// v.
     pub velocity: Spatial,
     /// c = v x S qd.
     pub velocity_product: Spatial,
     /// IA: what it and all that hangs on it resist a force with.
-    pub articulated: Inertia,
+    pub articulated: Articulated,
     /// pA: the force that goes with no acceleration.
     pub bias: Spatial,
     /// U = IA S.
@@ -34,10 +40,11 @@ pub struct Work {
 impl Default for Work {
     fn default() -> Self {
         Self {
-            parent_from_body: Placement::IDENTITY,
+            rotation: DMat3::IDENTITY,
+            reach: DVec3::ZERO,
             velocity: Spatial::ZERO,
             velocity_product: Spatial::ZERO,
-            articulated: Inertia::ZERO,
+            articulated: Articulated::default(),
             bias: Spatial::ZERO,
             column: Spatial::ZERO,
             inverse_d: 0.0,

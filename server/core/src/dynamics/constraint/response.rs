@@ -1,9 +1,7 @@
 //! M^-1 J': what an impulse does to all rates, by one trip up and down the
 //! factorised tree.
 
-use glamx::DVec3;
-
-use crate::dynamics::articulated::{along, along_mut, write_free};
+use crate::dynamics::articulated::{along, free_rates, part_mut, write_free};
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::{Freedom, Tree};
@@ -29,32 +27,31 @@ pub fn respond(tree: &Tree, q: &[f64], joints: &[(usize, f64)], work: &mut Works
         if let Freedom::Free { .. } = body.freedom {
             continue;
         }
-        at.impulse -= along(body.freedom, p);
+        at.impulse -= along(body.freedom, p, at.rotation.z_axis);
         let Some(parent) = body.parent else { continue };
         if at.impulse == 0.0 && p == Spatial::ZERO {
             continue;
         }
-        let p = at.parent_from_body.force_to_parent(p + at.column * (at.inverse_d * at.impulse));
+        let p = (p + at.column * (at.inverse_d * at.impulse)).force_from(at.reach);
         work.bodies[parent].delta += p;
     }
     // Down, through every branch.
     for (i, body) in tree.bodies.iter().enumerate() {
         let above = body.parent.map_or(Spatial::ZERO, |parent| work.bodies[parent].delta);
         let at = &mut work.bodies[i];
-        let carried = at.parent_from_body.motion_to_child(above);
+        let carried = above.motion_at(at.reach);
         match body.freedom {
             Freedom::Revolute | Freedom::Prismatic => {
                 let change = at.inverse_d * (at.impulse - at.column.dot(carried));
                 at.delta = carried;
-                *along_mut(body.freedom, &mut at.delta) += change;
+                *part_mut(body.freedom, &mut at.delta) += at.rotation.z_axis * change;
                 out[body.velocity] = change;
             }
             Freedom::Free { slot } => {
                 at.delta = work.free[slot].solve(-at.delta);
-                let change = at.delta - carried;
                 let (_, rotation) = free_pose(&q[body.position..]);
-                let linear: DVec3 = rotation * change.linear;
-                write_free(&mut out[body.velocity..], linear, change.angular);
+                let (linear, angular) = free_rates(at.delta - carried, &at.rotation, rotation);
+                write_free(&mut out[body.velocity..], linear, angular);
             }
         }
     }
