@@ -6,6 +6,7 @@ mod chains;
 mod convergence;
 mod energy;
 mod extremes;
+mod floating;
 mod mujoco;
 mod properties;
 mod random_robots;

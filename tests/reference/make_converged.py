@@ -11,9 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+import pybullet_data
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE.parent / "assets"
+# Robots that others made, from the PyPI package `pybullet`.
+OTHERS = "pybullet_data/"
 
 
 def integrate(model, q, v, damping, seconds, h):
@@ -37,7 +40,11 @@ def integrate(model, q, v, damping, seconds, h):
 
 
 def case(name, urdf, start, rates, damping=0.0, seconds=0.5):
-    model = pin.buildModelFromUrdf(str(ASSETS / urdf))
+    if urdf.startswith(OTHERS):
+        path = Path(pybullet_data.getDataPath()) / urdf.removeprefix(OTHERS)
+    else:
+        path = ASSETS / urdf
+    model = pin.buildModelFromUrdf(str(path))
     # A continuous joint is (cos, sin) in Pinocchio: integrate from its zero.
     q0 = pin.integrate(model, pin.neutral(model), np.array(start, float))
     v0 = np.array(rates, float)
@@ -67,6 +74,10 @@ def main():
         case("seven_arm with damping", arm, bent, moving, damping=0.2),
         case("branching", tree, [0.4, 0.1, -0.6, 0.8, -0.3], [1.0, 0.2, -2.0, 1.5, 3.0]),
     ]
+    for urdf, joints in {"kuka_iiwa/model.urdf": 7, "a1/a1.urdf": 12}.items():
+        start = [0.3 * (-1) ** i * (i % 3 + 1) / 3 for i in range(joints)]
+        rates = [0.5 * (-1) ** (i // 2) for i in range(joints)]
+        cases.append(case(urdf, OTHERS + urdf, start, rates, seconds=0.3))
     out = {"made_by": f"make_converged.py with Pinocchio {pin.__version__}", "cases": cases}
     (HERE / "pinocchio.json").write_text(json.dumps(out, indent=1) + "\n")
     for made in cases:
