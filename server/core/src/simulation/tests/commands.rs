@@ -1,0 +1,198 @@
+//! Commands: whole or not at all, and what each leaves behind.
+
+use super::*;
+
+#[test]
+fn several_robots_get_their_targets_together_or_not_at_all() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    let targets = |robot: &str, value: f64| RobotTargets {
+        robot: robot.into(),
+        joints: vec![JointTarget { joint: "shoulder".into(), axis: 0, target: position(value) }],
+        ..RobotTargets::default()
+    };
+    for (second, bad) in [("other", f64::NAN), ("nobody", 0.1)] {
+        let robots = vec![targets("arm", 0.4), targets(second, bad)];
+        let request = SetTargets { robots, ..SetTargets::default() };
+        world.apply(&Command::SetTargets(request)).unwrap_err();
+        assert_eq!(look(&world).targets, [0.0, 0.0]);
+    }
+    let robots = vec![targets("arm", 0.4), targets("other", 0.6)];
+    world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() })).unwrap();
+    assert_eq!(look(&world).targets, [0.4, 0.6]);
+}
+
+#[test]
+fn refusals_name_the_element_and_what_there_is() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    let said = |result: Result<Applied, Error>| result.unwrap_err().to_string();
+    assert_eq!(
+        said(set(&mut world, position(f64::NAN))),
+        "the position target of joint \"shoulder\" is NaN; it must be a finite number"
+    );
+    assert_eq!(
+        said(world.apply(&Command::Delete { robot: "leg".into() })),
+        "there is no robot \"leg\" in this world; robots are \"arm\""
+    );
+    assert_eq!(
+        said(world.apply(&Command::Spawn(Box::new(spawn("arm", arm()))))),
+        "there is a robot \"arm\" already; choose another name, delete it, or reload it"
+    );
+    let robots = vec![RobotReset {
+        robot: "arm".into(),
+        joints: vec![JointReset { joint: "elbow".into(), axis: 0, position: 0.0, velocity: 0.0 }],
+    }];
+    assert_eq!(
+        said(world.apply(&Command::ResetJoints { robots })),
+        "robot \"arm\" has no joint \"elbow\"; its joints are \"shoulder\""
+    );
+}
+
+#[test]
+fn a_claimed_joint_takes_targets_of_its_holder_only_and_holds_when_released() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
+    let claim = Command::Claim { claim: "secret".into(), holder: "planner".into(), joints };
+    world.apply(&claim).unwrap();
+    assert_eq!(
+        set(&mut world, position(0.1)).unwrap_err().to_string(),
+        "joint \"shoulder\" of robot \"arm\" is claimed by \"planner\""
+    );
+    let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: velocity(1.0) }];
+    let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
+    let own = SetTargets { robots, claim: Some("secret".into()), ..SetTargets::default() };
+    world.apply(&Command::SetTargets(own)).unwrap();
+    run(&mut world, 0.1);
+    world.apply(&Command::Release { claim: "secret".into(), lapsed: true }).unwrap();
+    assert_eq!(look(&world).modes, [Mode::Hold]);
+    set(&mut world, position(0.1)).unwrap();
+}
+
+#[test]
+fn a_reload_keeps_pose_positions_and_targets_of_joints_that_still_exist() {
+    let at = DPose3::from_translation(DVec3::new(1.0, 2.0, 3.0));
+    let mut world = world_with(1e-3, Spawn { pose: at, ..spawn("arm", arm()) });
+    set(&mut world, position(0.5)).unwrap();
+    let before = run(&mut world, 1.0);
+    let mut longer = (*arm()).clone();
+    longer.links.push(link("hand", Inertial { mass: 0.01, ..Inertial::ZERO }));
+    let wrist = Joint { name: "wrist".into(), parent: 1, child: 2, ..arm_joint() };
+    longer.joints.push(wrist);
+    let model = Arc::new(longer);
+    let reply = world
+        .apply(&Command::Reload(Box::new(Reload { robot: "arm".into(), model, shapes: Default::default() })))
+        .unwrap()
+        .reply;
+    assert_eq!(reply, Reply::Reloaded { added: vec!["wrist".into()], removed: Vec::new() });
+    let after = look(&world);
+    assert_eq!(after.roots[0].pose, at);
+    assert_eq!(after.positions, [before.positions[0], 0.0]);
+    assert_eq!(after.targets[0], 0.5);
+    assert_ne!(after.world.entities[0].version, before.world.entities[0].version);
+}
+
+#[test]
+fn resets_put_back_what_their_scope_says() {
+    let mut world = world_with(1e-3, Spawn { loaded_at_start: true, ..spawn("arm", arm()) });
+    world.apply(&Command::Spawn(Box::new(spawn("guest", arm())))).unwrap();
+    set(&mut world, position(0.5)).unwrap();
+    run(&mut world, 0.5);
+
+    let time = ResetScope { time: true, ..ResetScope::default() };
+    world.apply(&Command::Reset(time)).unwrap();
+    assert_eq!(world.now(), Moment { epoch: 1, step: 0, sim_time: 0.0 });
+    assert!(look(&world).positions[0] > 0.4);
+
+    let state = ResetScope { state: true, ..ResetScope::default() };
+    world.apply(&Command::Reset(state)).unwrap();
+    assert_eq!(look(&world).positions[0], 0.0);
+    assert_eq!(look(&world).targets[0], 0.0);
+
+    let spawned = ResetScope { spawned: true, ..ResetScope::default() };
+    let reply = world.apply(&Command::Reset(spawned)).unwrap().reply;
+    assert_eq!(reply, Reply::Reset { deleted: vec!["guest".into()] });
+    assert_eq!(world.layout().entities.len(), 1);
+}
+
+/// To the bit: the whole run after a restore is the run after the save.
+#[test]
+fn a_restored_state_runs_on_as_the_saved_one_did() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    set(&mut world, velocity(2.0)).unwrap();
+    run(&mut world, 0.3);
+    world.apply(&Command::SaveSnapshot { name: "mark".into() }).unwrap();
+    let first = run(&mut world, 0.5);
+    set(&mut world, Target::Passive).unwrap();
+    run(&mut world, 0.5);
+    world.apply(&Command::RestoreSnapshot { name: "mark".into() }).unwrap();
+    let second = run(&mut world, 0.5);
+    assert_eq!(first.positions[0].to_bits(), second.positions[0].to_bits());
+    assert_eq!(first.velocities[0].to_bits(), second.velocities[0].to_bits());
+    assert_eq!((first.at.step, second.at.epoch), (second.at.step, first.at.epoch + 1));
+}
+
+#[test]
+fn sim_time_is_exact_after_a_million_steps() {
+    let mut world = world(1e-3);
+    for _ in 0..1_000_000 {
+        world.step();
+    }
+    assert_eq!(world.now().sim_time, 1000.0);
+}
+
+#[test]
+fn a_robot_whose_state_is_not_finite_is_put_back_and_the_others_go_on() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    run(&mut world, 0.1);
+    set(&mut world, Target::Effort(1e308)).unwrap();
+    run(&mut world, 0.1);
+    let seen = look(&world);
+    assert!(seen.positions.iter().all(|q| q.is_finite()));
+    assert!(seen.roots[0].disabled.is_some() && seen.roots[1].disabled.is_none());
+    let disabled = |event: &Event| matches!(&event.kind, EventKind::EntityDisabled { .. });
+    assert_eq!(world.take_events().iter().filter(|event| disabled(event)).count(), 1);
+    let state = ResetScope { state: true, ..ResetScope::default() };
+    world.apply(&Command::Reset(state)).unwrap();
+    run(&mut world, 0.1);
+    assert!(look(&world).roots[0].disabled.is_none());
+}
+
+/// A free box falls by the discrete formula: z_n = -g h^2 n (n + 1) / 2.
+#[test]
+fn a_free_root_falls_as_the_discrete_formula_says() {
+    let body = Inertial { mass: 2.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(DVec3::ONE) };
+    let model = RobotModel { name: "box".into(), links: vec![link("box", body)], joints: Vec::new() };
+    let start = Spawn { fixed_base: None, ..spawn("box", Arc::new(model)) };
+    let z = run(&mut world_with(1e-3, start), 1.0).roots[0].pose.translation.z;
+    assert!((z + 9.81 * 1e-6 * 1000.0 * 1001.0 / 2.0).abs() < 1e-12, "{z}");
+}
+
+/// 1 N along world x at the tip of the resting arm turns it by the lever's moment.
+#[test]
+fn a_wrench_acts_for_one_step_or_until_it_is_cleared() {
+    let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", arm()) });
+    let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
+    world.apply(&Command::SetPhysics(physics)).unwrap();
+    let wrench = |torque: f64, persistent| {
+        Command::ApplyWrench(LinkWrench {
+            robot: "arm".into(),
+            link: "arm".into(),
+            force: DVec3::ZERO,
+            torque: DVec3::new(0.0, torque, 0.0),
+            in_link_axes: false,
+            point: DVec3::ZERO,
+            persistent,
+        })
+    };
+    let gain = 1e-3 / (0.0032199 + 0.19992 * 0.16597f64.powi(2));
+    world.apply(&wrench(0.5, false)).unwrap();
+    let seen = run(&mut world, 0.01);
+    assert!((seen.velocities[0] - 0.5 * gain).abs() < 1e-12);
+    world.apply(&wrench(0.5, true)).unwrap();
+    let seen = run(&mut world, 0.01);
+    assert!((seen.velocities[0] - 11.0 * 0.5 * gain).abs() < 1e-9);
+    world.apply(&wrench(0.0, true)).unwrap();
+    let before = seen.velocities[0];
+    assert_eq!(run(&mut world, 0.01).velocities[0], before);
+}
