@@ -155,8 +155,10 @@ impl Config {
     }
 
     fn change_pace(&mut self, factor: Option<f64>, as_fast_as_possible: bool) -> Result<(), String> {
+        let before = matches!(self.driver.pace, Pace::AsFastAsPossible { .. });
+        // A factor asks for real time, unless it comes with the wish to be as fast as possible.
+        let free = as_fast_as_possible || (before && factor.is_none());
         let factor = factor.unwrap_or(self.driver.pace.factor());
-        let free = as_fast_as_possible || matches!(self.driver.pace, Pace::AsFastAsPossible { .. });
         self.driver.pace = if free { Pace::AsFastAsPossible { factor } } else { Pace::RealTime { factor } };
         self.driver.pace.check().map_err(|refused| refused.to_string())
     }

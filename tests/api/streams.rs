@@ -55,6 +55,35 @@ async fn refused_targets_do_not_end_control() {
     assert_eq!(reply.accepted().unwrap().robots[0].target, [0.2]);
 }
 
+/// What is selected is what comes, also where the first targets were refused.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn control_keeps_its_selection_after_a_refusal() {
+    let daemon = arm().await;
+    load_arm(&daemon.client, "other").await;
+    let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
+    let reply =
+        control.exchange("arm", [joint_target("shoulder", Target::position(f64::NAN))]).await.unwrap();
+    assert_eq!(reply.refusal.unwrap().reason, proto::ErrorReason::InvalidValue);
+    for _ in 0..2 {
+        let states = control.next().await.unwrap().accepted().unwrap();
+        assert_eq!(states.robots.iter().map(|robot| robot.robot.as_str()).collect::<Vec<_>>(), ["arm"]);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn control_of_a_robot_is_refused_while_it_is_not_there() {
+    let daemon = Daemon::paused().await;
+    let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
+    for _ in 0..2 {
+        let reply = control.next().await.unwrap();
+        assert_eq!(reply.refusal.unwrap().reason, proto::ErrorReason::RobotNotFound);
+        assert_eq!(reply.states, None);
+        load_arm(&daemon.client, "arm").await;
+        control.next().await.unwrap().accepted().unwrap();
+        daemon.client.delete_robot("arm").await.unwrap();
+    }
+}
+
 /// The reader grants a credit and then looks away while a thousand steps are done; what it
 /// reads next is one state old at the most, and the one after is the newest.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

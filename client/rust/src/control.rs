@@ -30,8 +30,8 @@ pub struct ControlOptions {
 /// The answer to one request.
 #[derive(Clone, Debug)]
 pub struct ControlReply {
-    /// The newest state.
-    pub states: JointStates,
+    /// The newest state. A refusal has none while a selected robot or joint is not there.
+    pub states: Option<JointStates>,
     /// Targets that were beyond a limit.
     pub clamped: Vec<ClampedTarget>,
     /// Why the targets were refused; then none of them holds, and the stream goes on.
@@ -45,7 +45,7 @@ impl ControlReply {
     /// [`Error::Refused`] where they were not.
     pub fn accepted(self) -> Result<JointStates, Error> {
         match self.refusal {
-            None => Ok(self.states),
+            None => present(self.states, "states"),
             Some(refusal) => Err(Error::Refused(refusal)),
         }
     }
@@ -97,8 +97,7 @@ impl Control {
             return Err(Error::CreditInUse);
         }
         let request = ControlRequest {
-            // The daemon keeps them from the first request on.
-            selections: std::mem::take(&mut self.options.selections),
+            selections: self.options.selections.clone(),
             robots,
             limit_policy: self.options.limit_policy.into(),
             claim: self.options.claim.clone(),
@@ -127,11 +126,16 @@ impl Control {
             Err(status) => return Err(Error::from_status(&status, self.client.endpoint())),
         };
         self.is_waiting = false;
-        Ok(ControlReply {
-            states: present(answer.states, "states")?,
-            clamped: answer.clamped,
-            refusal: answer.refusal.map(Refusal::from),
-        })
+        let refusal = answer.refusal.map(Refusal::from);
+        let states = match refusal {
+            None => Some(present(answer.states, "states")?),
+            Some(_) => answer.states,
+        };
+        if refusal.is_none() {
+            // The daemon has them and keeps them.
+            self.options.selections.clear();
+        }
+        Ok(ControlReply { states, clamped: answer.clamped, refusal })
     }
 
     /// Sends targets for joints of one robot and waits for the answer.

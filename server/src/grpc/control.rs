@@ -62,18 +62,15 @@ impl Control {
     }
 
     async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {
+        // Kept whatever becomes of the rest, so that no later answer has what nobody asked for.
+        if !request.selections.is_empty() {
+            self.selection = Selection::new(selections(request.selections)?);
+        }
         let timeout = control_timeout(request.timeout)?;
         let wait = wait(request.wait)?;
         let targets = set_targets(request.robots, request.limit_policy, request.claim)?;
         // Targets hold only where their answer can be given.
-        let world = &self.handle.newest().snapshot.world;
-        if request.selections.is_empty() {
-            self.selection.resolve(world)?;
-        } else {
-            let mut selection = Selection::new(selections(request.selections)?);
-            selection.resolve(world)?;
-            self.selection = selection;
-        }
+        self.selection.resolve(&self.handle.newest().snapshot.world)?;
 
         let mut clamped = Vec::new();
         let mut after = self.answered;

@@ -2,6 +2,7 @@
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`]: one file a service.
 //! * [`control`]: the stream that controllers use.
+//! * `incoming`: which connections are served.
 //! * [`status`]: why a call is refused.
 //! * [`transport`]: reasons for what tonic itself refuses.
 //! * [`version`]: which clients are served.
@@ -11,6 +12,7 @@ pub mod control;
 pub mod entity;
 pub mod event;
 mod health;
+mod incoming;
 pub mod joint;
 pub mod simulation;
 pub mod status;
@@ -33,6 +35,7 @@ use tonic::transport::Server;
 use tonic::transport::server::TcpIncoming;
 use tonic_health::pb::health_server::HealthServer;
 
+use self::incoming::incoming;
 use self::transport::Reasoned;
 use self::version::Versioned;
 use crate::SimHandle;
@@ -43,6 +46,9 @@ const DRAIN_GRACE: Duration = Duration::from_secs(2);
 /// How often a silent connection is asked whether somebody is there, and how long it may take to answer.
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
+/// Connections at one time, which is well below the 1024 files that a process may
+/// usually open; and how long one may take to begin.
+const CONNECTIONS: incoming::Limits = incoming::Limits { connections: 512, preface: Duration::from_secs(5) };
 /// Calls of one connection that are worked on at once; more are refused. Streams
 /// count until they have begun.
 const CALLS_PER_CONNECTION: usize = 1024;
@@ -58,8 +64,9 @@ type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 /// # Errors
 /// Where the server itself fails; a connection that fails is that client's alone.
 pub async fn serve(handle: SimHandle, listener: TcpListener) -> Result<(), tonic::transport::Error> {
-    let incoming =
+    let accepted =
         TcpIncoming::from(listener).with_nodelay(Some(true)).with_keepalive(Some(KEEPALIVE_INTERVAL));
+    let incoming = incoming(accepted, CONNECTIONS);
     // There is no timeout here, since it would cut streams; and windows are left
     // as they are, since small ones make h2 drop connections that carry small states.
     let server = Server::builder()

@@ -29,14 +29,6 @@ impl Service {
             other @ Answer::Joints { .. } => Err(mismatched(&other)),
         }
     }
-
-    /// `snapshot-1`, or the next number that is free.
-    async fn unused_snapshot_name(&self) -> Result<String, CallError> {
-        let taken = self.snapshots().await?;
-        let free = |name: &String| taken.iter().all(|snapshot| snapshot.name != *name);
-        let mut names = (1_u64..).map(|number| format!("snapshot-{number}"));
-        names.find(free).ok_or(CallError::Internal { message: "every name is taken".to_owned() })
-    }
 }
 
 #[tonic::async_trait]
@@ -132,15 +124,10 @@ impl SimulationService for Service {
         request: Request<v1::SaveSnapshotRequest>,
     ) -> Result<Response<v1::SaveSnapshotResponse>, Status> {
         let request = request.into_inner();
-        let given = from_proto::new_snapshot_name(request.name)?;
-        let service = self.clone();
-        let work = async move {
-            let name = match given {
-                Some(name) => name,
-                None => service.unused_snapshot_name().await?,
-            };
-            service.handle.command(Command::SaveSnapshot { name }).await
-        };
+        // The world makes up a name where none is given, so that two callers never get the same.
+        let name = from_proto::new_snapshot_name(request.name)?.unwrap_or_default();
+        let handle = self.handle.clone();
+        let work = async move { handle.command(Command::SaveSnapshot { name }).await };
         let done = self.handle.once(&request.request_id, work).await?;
         match done.applied.reply {
             Reply::Snapshot(info) => {

@@ -2,7 +2,10 @@
 
 mod control;
 mod draining;
+mod incoming;
 mod services;
+
+use std::net::SocketAddr;
 
 use simd_core::PhysicsSettings;
 use simd_core::Simulation;
@@ -27,6 +30,7 @@ use crate::loading::Loader;
 /// A daemon with one robot, `arm`, and a client's connection to it.
 struct Daemon {
     handle: SimHandle,
+    address: SocketAddr,
     channel: Channel,
     server: JoinHandle<Result<(), tonic::transport::Error>>,
 }
@@ -40,10 +44,10 @@ impl Daemon {
         let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
         handle.command(spawn("arm", &[])).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-        let address = format!("http://{}", listener.local_addr().unwrap());
+        let address = listener.local_addr().unwrap();
         let server = tokio::spawn(super::serve(handle.clone(), listener));
-        let channel = Endpoint::from_shared(address).unwrap().connect().await.unwrap();
-        Self { handle, channel, server }
+        let channel = Endpoint::from_shared(format!("http://{address}")).unwrap().connect().await.unwrap();
+        Self { handle, address, channel, server }
     }
 
     fn simulation(&self) -> SimulationServiceClient<Channel> {

@@ -1,15 +1,23 @@
 //! The shapes of a robot: primitives as they are, meshes as their convex hulls.
 
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 
 use glamx::{DPose3, DQuat, DVec3};
 use rapier3d_f64::geometry::SharedShape;
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, MeshAsset};
+use simd_model::robot::{Geometry, MeshAsset, Sha256};
 
 /// A plate this thin still has a volume, metres.
 const THINNEST: f64 = 1e-6;
+
+/// A mesh with more corners than this has its hull made of its extremes alone: the time
+/// that a hull takes is then bounded, and so is what a contact with it costs.
+const MOST_POINTS: usize = 1_000;
+
+/// Directions in which extremes are looked for.
+const DIRECTIONS: usize = 256;
 
 /// What a robot touches with, link by link. Hulls of large meshes take long to make:
 /// not on the physics thread.
@@ -37,14 +45,17 @@ impl fmt::Debug for Shapes {
 impl Shapes {
     /// Those of a robot. A mesh that is missing touches nothing; the load report said so.
     pub fn new(model: &RobotModel) -> Self {
-        let parts = model.links.iter().enumerate().flat_map(|(link, of)| {
-            of.collisions.iter().filter_map(move |collision| {
-                let (shape, turn) = shape(&collision.geometry)?;
+        // A mesh that is used many times has its hull made once.
+        let mut hulls = BTreeMap::new();
+        let mut parts = Vec::new();
+        for (link, of) in model.links.iter().enumerate() {
+            for collision in &of.collisions {
+                let Some((shape, turn)) = shape(&collision.geometry, &mut hulls) else { continue };
                 let link_from_shape = collision.link_from_shape * DPose3::from_rotation(turn);
-                Some(Part { link, link_from_shape, shape })
-            })
-        });
-        Self { parts: parts.collect() }
+                parts.push(Part { link, link_from_shape, shape });
+            }
+        }
+        Self { parts }
     }
 
     /// How many there are.
@@ -58,8 +69,11 @@ impl Shapes {
     }
 }
 
+/// Hulls by the mesh's hash and its scale.
+type Hulls = BTreeMap<(Sha256, [u64; 3]), Option<SharedShape>>;
+
 /// rapier's shape, and the turn from its axes to ours: its cylinders stand along y, URDF's along z.
-fn shape(geometry: &Geometry) -> Option<(SharedShape, DQuat)> {
+fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DQuat)> {
     let upright = DQuat::from_rotation_x(FRAC_PI_2);
     Some(match geometry {
         Geometry::Box { size } => {
@@ -70,13 +84,19 @@ fn shape(geometry: &Geometry) -> Option<(SharedShape, DQuat)> {
         Geometry::Capsule { radius, length } => {
             (SharedShape::capsule_z(length / 2.0, *radius), DQuat::IDENTITY)
         }
-        Geometry::Mesh { scale, asset, .. } => (hull(asset.as_deref()?, *scale)?, DQuat::IDENTITY),
+        Geometry::Mesh { scale, asset, .. } => {
+            let asset = asset.as_deref()?;
+            let key = (asset.sha256, scale.to_array().map(f64::to_bits));
+            let hull = hulls.entry(key).or_insert_with(|| hull(asset, *scale));
+            (hull.clone()?, DQuat::IDENTITY)
+        }
     })
 }
 
 /// The convex hull of a mesh; of one that is flat, its bounding box.
 fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<SharedShape> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
+    let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
     let first = *points.first()?;
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
     let solid = (most - least).min_element() > THINNEST;
@@ -87,4 +107,23 @@ fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<SharedShape> {
     let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
     let centre = DPose3::from_translation((most + least) / 2.0);
     Some(SharedShape::compound(vec![(centre, SharedShape::cuboid(half.x, half.y, half.z))]))
+}
+
+/// The points that are farthest in directions spread evenly over the sphere (a Fibonacci
+/// lattice), each once. Their hull lies within that of all points.
+fn extremes(points: &[DVec3]) -> Vec<DVec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let mut kept: Vec<usize> = (0..DIRECTIONS)
+        .filter_map(|i| {
+            let z = 1.0 - (2.0 * i as f64 + 1.0) / DIRECTIONS as f64;
+            let (sin, cos) = (golden * i as f64).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            let direction = DVec3::new(across * cos, across * sin, z);
+            let far = |a: &usize, b: &usize| points[*a].dot(direction).total_cmp(&points[*b].dot(direction));
+            (0..points.len()).max_by(far)
+        })
+        .collect();
+    kept.sort_unstable();
+    kept.dedup();
+    kept.into_iter().map(|i| points[i]).collect()
 }

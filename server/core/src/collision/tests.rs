@@ -166,3 +166,29 @@ fn a_flat_mesh_and_one_without_points_are_no_trouble() {
         assert_eq!(Shapes::new(&model).len(), shapes);
     }
 }
+
+/// A ball of 20,000 corners, used a hundred times: one hull, of its extremes.
+#[test]
+fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
+    let corner = |i: u32| {
+        let (z, turn) = (1.0 - f64::from(i) / 10_000.0, f64::from(i) * 2.4);
+        let across = (1.0 - z * z).max(0.0).sqrt();
+        DVec3::new(across * turn.cos(), across * turn.sin(), z)
+    };
+    let vertices: Vec<DVec3> = (0..20_000).map(corner).collect();
+    let asset = Arc::new(MeshAsset { sha256: Sha256([3; 32]), vertices, triangles: vec![[0, 1, 2]] });
+    let geometry = Geometry::Mesh { uri: "ball.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
+    let mut model = robot();
+    model.links[2].collisions = vec![collision(DVec3::ZERO, geometry); 100];
+    let shapes = Shapes::new(&model);
+    let hulls: Vec<_> = shapes.parts.iter().filter_map(|part| part.shape.as_convex_polyhedron()).collect();
+    assert_eq!(hulls.len(), 100);
+    assert!(hulls.iter().all(|hull| std::ptr::eq(*hull, hulls[0])));
+    let corners = hulls[0].points();
+    assert!(corners.len() <= 256);
+    // It still is a ball: flat between the corners, by less than a fiftieth of its radius.
+    let furthest = |direction: DVec3| corners.iter().map(|p| p.dot(direction)).fold(0.0, f64::max);
+    for direction in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE.normalize()] {
+        assert!((0.98..=1.0 + 1e-12).contains(&furthest(direction)), "{}", furthest(direction));
+    }
+}

@@ -173,6 +173,51 @@ impl Entity {
         }
     }
 
+    /// Claims of another state of this robot, for the joints that both have and that can be driven.
+    pub(super) fn take_claims_of(&mut self, old: &Self) {
+        self.claims.fill(None);
+        for (claim, joint) in old.claims.iter().zip(&old.model.joints) {
+            let Some(claim) = claim else { continue };
+            let place = self.joint(&joint.name).ok().filter(|&place| self.actuated_body(place, 0).is_ok());
+            if let Some(slot) = place.and_then(|place| self.claims.get_mut(place)) {
+                *slot = Some(Arc::clone(claim));
+            }
+        }
+    }
+
+    /// Adds a push: a lasting one in the place of the one before on that link, a passing one
+    /// to those that wait for the next step, so that there are never more than a few a link.
+    pub(super) fn push(&mut self, push: Push) {
+        let Push { link, force, torque, in_link_axes, point, persistent } = push;
+        if persistent {
+            self.pushes.retain(|known| !(known.persistent && known.link == link));
+            if force != DVec3::ZERO || torque != DVec3::ZERO {
+                self.pushes.push(push);
+            }
+            return;
+        }
+        // About the link's origin, so that passing pushes add up.
+        let (pose, arm) = if in_link_axes { (None, point) } else { (self.link_pose(link), point) };
+        let arm = pose.map_or(arm, |pose| pose.rotation * arm);
+        let torque = torque + arm.cross(force);
+        let same =
+            |known: &&mut Push| !known.persistent && known.link == link && known.in_link_axes == in_link_axes;
+        match self.pushes.iter_mut().find(same) {
+            Some(known) => {
+                known.force += force;
+                known.torque += torque;
+            }
+            None => self.pushes.push(Push { torque, point: DVec3::ZERO, ..push }),
+        }
+    }
+
+    /// `world_from_link`.
+    fn link_pose(&self, link: usize) -> Option<DPose3> {
+        let tree = self.body.tree();
+        let root = tree.root_positions();
+        tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]).get(link).copied()
+    }
+
     /// Index of a joint in the model.
     pub(super) fn joint(&self, joint: &str) -> Result<usize, Error> {
         self.model.joints.iter().position(|known| known.name == joint).ok_or_else(|| Error::JointNotFound {

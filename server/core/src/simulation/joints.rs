@@ -7,7 +7,7 @@ use super::entity::{Claim, Entity, follow};
 use super::error::Error;
 use super::query::{Answer, JointStatus, Query};
 use super::snapshot::Mode;
-use super::targets::{finite_value, sane_limits};
+use super::targets::{moderate_value, sane_limits};
 use super::{EventKind, Reply, Simulation};
 use crate::dynamics::Actuator;
 
@@ -41,8 +41,8 @@ impl Simulation {
                 let body = entity.axis_body(index, joint.axis, "reset")?;
                 let body = &entity.body.tree().bodies[body];
                 let name = &joint.joint;
-                let position = finite_value(|| format!("the position of joint {name:?}"), joint.position)?;
-                let rate = finite_value(|| format!("the velocity of joint {name:?}"), joint.velocity)?;
+                let position = moderate_value(|| format!("the position of joint {name:?}"), joint.position)?;
+                let rate = moderate_value(|| format!("the velocity of joint {name:?}"), joint.velocity)?;
                 puts.push((place, (body.position, position), (body.velocity, rate)));
             }
         }

@@ -7,7 +7,7 @@ use glamx::{DPose3, DVec3};
 use super::command::{LinkWrench, Reload, Spawn};
 use super::entity::{Entity, Push, follow};
 use super::error::Error;
-use super::targets::finite_value;
+use super::targets::{finite_value, moderate_value};
 use super::{EventKind, Reply, Simulation};
 use crate::dynamics::{Actuator, Mode};
 
@@ -32,7 +32,7 @@ impl Simulation {
         entity.shapes = std::sync::Arc::clone(&spawn.shapes);
         for (joint, position) in &spawn.joint_positions {
             let element = || format!("the initial position of joint {joint:?}");
-            let value = finite_value(element, *position)?;
+            let value = moderate_value(element, *position)?;
             let index = entity.joint(joint)?;
             let place = entity.axis_body(index, 0, "the initial position")?;
             let body = &entity.body.tree().bodies[place];
@@ -74,7 +74,6 @@ impl Simulation {
                 added.push(joint.name.clone());
                 continue;
             };
-            new.claims[index].clone_from(&old.claims[was]);
             let (from, to) = (old.body.tree().joints[was].clone(), new.body.tree().joints[index].clone());
             for (from, to) in from.zip(to) {
                 let (from, to) = (&old.body.tree().bodies[from], new.body.tree().bodies[to].clone());
@@ -100,6 +99,7 @@ impl Simulation {
             }
         }
         new.spawned.set_root_pose(old.spawned.root_pose());
+        new.take_claims_of(old);
         let now: Vec<&str> = new.model.joints.iter().map(|joint| joint.name.as_str()).collect();
         let gone = before.keys().filter(|name| !now.contains(name));
         let removed: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
@@ -165,12 +165,7 @@ impl Simulation {
         let LinkWrench { force, torque, in_link_axes, point, persistent, .. } = *wrench;
         let size = force.length() + torque.length() + point.length();
         finite_value(|| format!("the wrench on link {:?}", wrench.link), size)?;
-        if persistent {
-            entity.pushes.retain(|push| !(push.persistent && push.link == link));
-        }
-        if force != DVec3::ZERO || torque != DVec3::ZERO {
-            entity.pushes.push(Push { link, force, torque, in_link_axes, point, persistent });
-        }
+        entity.push(Push { link, force, torque, in_link_axes, point, persistent });
         entity.push_links();
         Ok(Reply::Done)
     }

@@ -229,6 +229,22 @@ pub(super) fn finite_value(element: impl FnOnce() -> String, value: f64) -> Resu
     })
 }
 
+/// The largest position or rate that a joint can be put at: a joint that follows it may
+/// go a million times as far and still be computed with. rad, m, rad/s or m/s.
+const LARGEST: f64 = 1e12;
+
+/// A number that a joint can be put at, or a sentence that names the element.
+pub(super) fn moderate_value(element: impl FnOnce() -> String, value: f64) -> Result<f64, Error> {
+    if value.abs() <= LARGEST {
+        return Ok(value);
+    }
+    Err(Error::InvalidValue {
+        element: element(),
+        value: value.to_string(),
+        expected: format!("it must be a number between -{LARGEST:e} and {LARGEST:e}"),
+    })
+}
+
 /// Limits that can be: ordered, finite, not negative where they bound a size.
 pub(super) fn sane_limits(joint: &str, limits: &Limits) -> Result<(), Error> {
     let bad = |what: &str, value: f64, expected: &str| {

@@ -94,13 +94,14 @@ impl Simulation {
             });
         }
         self.saved.retain(|saved| saved.name != name);
-        let saved = Saved {
+        let mut saved = Saved {
             name,
             at: self.now,
             time_base: self.time_base,
             settings: self.settings,
             entities: self.entities.clone(),
         };
+        saved.entities.iter_mut().for_each(|entity| entity.claims.fill(None));
         let info = saved.info();
         self.saved.push(saved);
         Ok(Reply::Snapshot(info))
@@ -110,19 +111,17 @@ impl Simulation {
         let saved = self.saved.iter().find(|saved| saved.name == name);
         let Saved { at, time_base, settings, entities, .. } =
             saved.cloned().ok_or_else(|| self.no_snapshot(name))?;
-        for entity in std::mem::replace(&mut self.entities, entities) {
-            self.colliders.remove(&entity.colliders);
+        for old in std::mem::replace(&mut self.entities, entities) {
+            self.colliders.remove(&old.colliders);
+            // Claims are agreements between clients, not state of the world: who holds one keeps it.
+            if let Some(new) = self.entities.iter_mut().find(|new| new.name == old.name) {
+                new.take_claims_of(&old);
+            }
         }
         for entity in &mut self.entities {
             entity.colliders = self.colliders.insert(entity.body.tree(), &entity.shapes);
         }
         self.settings = settings;
-        // Claims are agreements between clients, not state of the world: who holds one now keeps it.
-        for entity in &mut self.entities {
-            for claim in &mut entity.claims {
-                *claim = claim.take().filter(|claim| self.claims.contains_key(&claim.secret));
-            }
-        }
         self.begin_epoch(at, time_base);
         self.lay_out();
         self.happened(EventKind::SnapshotRestored { name: name.to_owned() });

@@ -37,6 +37,10 @@ fn credit() -> v1::ControlRequest {
     v1::ControlRequest { selections: vec![shoulder()], ..Default::default() }
 }
 
+fn at_once() -> v1::ControlRequest {
+    v1::ControlRequest { wait: v1::ControlWait::None.into(), ..credit() }
+}
+
 fn with_target(position: f64) -> v1::ControlRequest {
     v1::ControlRequest { robots: move_shoulder("arm", position), ..credit() }
 }
@@ -115,7 +119,6 @@ async fn a_paused_world_answers_with_the_state_there_is_after_the_timeout() {
 async fn who_does_not_wait_gets_the_state_there_is() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut controller = Controller::connect(&daemon).await;
-    let at_once = || v1::ControlRequest { wait: v1::ControlWait::None.into(), ..credit() };
     let first = controller.ask(at_once()).await.states.unwrap();
     let again = controller.ask(at_once()).await.states.unwrap();
     assert_eq!(sequence(&first), sequence(&again));
@@ -172,7 +175,38 @@ async fn targets_of_a_request_whose_selection_is_not_there_do_not_hold() {
     let elbow = v1::JointSelection { robot: "arm".into(), joints: vec!["elbow".into()] };
     let refused = controller.ask(v1::ControlRequest { selections: vec![elbow], ..with_target(0.25) }).await;
     assert_eq!(refused.refusal.unwrap().reason(), v1::ErrorReason::JointNotFound);
-    assert_eq!(target(&refused.states.unwrap()), 0.5);
+    assert_eq!(refused.states, None);
+    assert_eq!(target(&controller.ask(at_once()).await.states.unwrap()), 0.5);
+}
+
+#[tokio::test]
+async fn a_selection_is_kept_where_the_rest_of_its_request_is_refused() {
+    let daemon = Daemon::start(RunState::Paused).await;
+    for bad in [with_target(f64::NAN), v1::ControlRequest { timeout: -1.0, ..credit() }] {
+        let mut controller = Controller::connect(&daemon).await;
+        let refused = controller.ask(bad).await;
+        assert_eq!(refused.refusal.unwrap().reason(), v1::ErrorReason::InvalidValue);
+        assert_eq!(refused.states.unwrap().robots[0].position.len(), 1);
+        let request = v1::ControlRequest { selections: Vec::new(), ..at_once() };
+        let kept = controller.ask(request).await.states.unwrap();
+        assert_eq!(kept.robots[0].position.len(), 1);
+    }
+}
+
+#[tokio::test]
+async fn a_selection_of_a_robot_that_is_not_there_yet_is_refused_until_it_is() {
+    let daemon = Daemon::start(RunState::Paused).await;
+    let mut controller = Controller::connect(&daemon).await;
+    let late = v1::JointSelection { robot: "late".into(), joints: Vec::new() };
+    let mut request = v1::ControlRequest { selections: vec![late], ..Default::default() };
+    for _ in 0..2 {
+        let refused = controller.ask(std::mem::take(&mut request)).await;
+        assert_eq!(refused.refusal.unwrap().reason(), v1::ErrorReason::RobotNotFound);
+        assert_eq!(refused.states, None);
+    }
+    daemon.handle.command(spawn("late", &[])).await.unwrap();
+    let states = controller.ask(v1::ControlRequest::default()).await.states.unwrap();
+    assert_eq!(states.robots.iter().map(|robot| robot.robot.as_str()).collect::<Vec<_>>(), ["late"]);
 }
 
 #[tokio::test]

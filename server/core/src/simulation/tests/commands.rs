@@ -196,3 +196,56 @@ fn a_wrench_acts_for_one_step_or_until_it_is_cleared() {
     let before = seen.velocities[0];
     assert_eq!(run(&mut world, 0.01).velocities[0], before);
 }
+
+/// Claims are agreements between clients: a restored state neither ends one nor brings one back.
+#[test]
+fn a_restored_snapshot_leaves_claims_as_they_are() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    world.apply(&Command::SaveSnapshot { name: "before".into() }).unwrap();
+    let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
+    let claim = Command::Claim { claim: "secret".into(), holder: "planner".into(), joints };
+    world.apply(&claim).unwrap();
+    world.apply(&Command::SaveSnapshot { name: "claimed".into() }).unwrap();
+    world.apply(&Command::RestoreSnapshot { name: "before".into() }).unwrap();
+    assert!(matches!(set(&mut world, position(0.1)), Err(Error::JointClaimed { .. })));
+    world.apply(&Command::Release { claim: "secret".into(), lapsed: false }).unwrap();
+    world.apply(&Command::RestoreSnapshot { name: "claimed".into() }).unwrap();
+    set(&mut world, position(0.1)).unwrap();
+}
+
+/// A thousand passing pushes on a paused world are one push of a thousand times the size.
+#[test]
+fn passing_wrenches_add_up_until_the_next_step() {
+    let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", arm()) });
+    let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
+    world.apply(&Command::SetPhysics(physics)).unwrap();
+    // Half of it as a couple, half as a force on a lever of half a metre.
+    for i in 0..1000 {
+        let lever = i % 2 == 0;
+        let wrench = LinkWrench {
+            robot: "arm".into(),
+            link: "arm".into(),
+            force: if lever { DVec3::new(0.0, 0.0, -1e-3) } else { DVec3::ZERO },
+            torque: if lever { DVec3::ZERO } else { DVec3::new(0.0, 5e-4, 0.0) },
+            in_link_axes: lever,
+            point: DVec3::new(0.5, 0.0, 0.0),
+            persistent: false,
+        };
+        world.apply(&Command::ApplyWrench(wrench)).unwrap();
+    }
+    assert!(world.entities[0].pushes.len() <= 2);
+    let gain = 1e-3 / (0.0032199 + 0.19992 * 0.16597f64.powi(2));
+    let seen = run(&mut world, 0.002);
+    assert!((seen.velocities[0] - 0.5 * gain).abs() < 1e-9, "{seen:?}");
+}
+
+#[test]
+fn a_joint_is_not_put_where_its_follower_could_not_be_computed() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    for position in [1e308, f64::NAN, f64::INFINITY] {
+        let joint = JointReset { joint: "shoulder".into(), axis: 0, position, velocity: 0.0 };
+        let robots = vec![RobotReset { robot: "arm".into(), joints: vec![joint] }];
+        assert!(matches!(world.apply(&Command::ResetJoints { robots }), Err(Error::InvalidValue { .. })));
+    }
+    assert_eq!(look(&world).positions, [0.0]);
+}

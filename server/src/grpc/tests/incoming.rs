@@ -1,0 +1,110 @@
+//! Which connections are served, and for how long.
+
+use std::future::poll_fn;
+use std::io;
+use std::pin::{Pin, pin};
+use std::time::Duration;
+
+use futures_util::FutureExt as _;
+use tokio::io::{AsyncRead, AsyncWrite, DuplexStream, ReadBuf};
+use tokio::net::TcpStream;
+use tokio::time::{Instant, timeout};
+use tokio_stream::StreamExt as _;
+
+use super::super::incoming::{Connection, Limits, incoming};
+use super::*;
+
+const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+const LIMITS: Limits = Limits { connections: 2, preface: Duration::from_secs(5) };
+
+/// A client's end of a connection, and the daemon's.
+async fn connection() -> (DuplexStream, Connection<DuplexStream>) {
+    let (client, server) = tokio::io::duplex(64);
+    let mut incoming = pin!(incoming(tokio_stream::once(Ok(server)), LIMITS));
+    let Ok(connection) = incoming.next().await.unwrap();
+    (client, connection)
+}
+
+async fn send(client: &mut DuplexStream, bytes: &[u8]) {
+    let sent = poll_fn(|context| Pin::new(&mut *client).poll_write(context, bytes)).await.unwrap();
+    assert_eq!(sent, bytes.len());
+}
+
+/// How many bytes came.
+async fn receive(connection: &mut Connection<DuplexStream>) -> io::Result<usize> {
+    let mut bytes = [0; 64];
+    let mut buffer = ReadBuf::new(&mut bytes);
+    poll_fn(|context| Pin::new(&mut *connection).poll_read(context, &mut buffer)).await?;
+    Ok(buffer.filled().len())
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_error_of_accepting_is_a_pause_and_nothing_else() {
+    let full = || Err(io::Error::other("too many open files"));
+    let source = tokio_stream::iter([full(), full(), Ok(tokio::io::duplex(1).0)]);
+    let mut incoming = pin!(incoming(source, LIMITS));
+    let start = Instant::now();
+    let Ok(_connection) = incoming.next().await.unwrap();
+    assert!(start.elapsed() >= Duration::from_millis(100), "{:?}", start.elapsed());
+}
+
+#[tokio::test]
+async fn a_connection_beyond_the_limit_waits_until_another_one_is_dropped() {
+    let source = tokio_stream::iter([(); 3]).map(|()| Ok(tokio::io::duplex(1).0));
+    let mut incoming = pin!(incoming(source, LIMITS));
+    let first = incoming.next().await.unwrap();
+    let _second = incoming.next().await.unwrap();
+    assert!(incoming.next().now_or_never().is_none());
+    drop(first);
+    assert!(incoming.next().now_or_never().flatten().is_some());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_connection_without_a_whole_preface_times_out() {
+    for begun in [0, 1, PREFACE.len() - 1] {
+        let (mut client, mut connection) = connection().await;
+        let start = Instant::now();
+        if begun > 0 {
+            send(&mut client, &PREFACE[..begun]).await;
+            assert_eq!(receive(&mut connection).await.unwrap(), begun);
+        }
+        assert_eq!(receive(&mut connection).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert!(start.elapsed() >= LIMITS.preface, "{:?}", start.elapsed());
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_connection_that_began_may_be_silent() {
+    let (mut client, mut connection) = connection().await;
+    send(&mut client, PREFACE).await;
+    assert_eq!(receive(&mut connection).await.unwrap(), PREFACE.len());
+    timeout(Duration::from_secs(3600), receive(&mut connection)).await.unwrap_err();
+    send(&mut client, b"again").await;
+    assert_eq!(receive(&mut connection).await.unwrap(), 5);
+}
+
+#[tokio::test]
+async fn the_daemon_closes_a_silent_connection_and_serves_on() {
+    let daemon = Daemon::start(RunState::Paused).await;
+    let silent = TcpStream::connect(daemon.address).await.unwrap();
+    // The daemon has accepted it, since it has accepted the next one and answered it.
+    let channel = Endpoint::from_shared(format!("http://{}", daemon.address)).unwrap();
+    let mut later = SimulationServiceClient::new(channel.connect().await.unwrap());
+    later.get_physics(v1::GetPhysicsRequest {}).await.unwrap();
+    tokio::time::pause();
+    timeout(Duration::from_secs(60), closed(&silent)).await.unwrap();
+    later.get_physics(v1::GetPhysicsRequest {}).await.unwrap();
+}
+
+/// Ends when the other side has closed the connection.
+async fn closed(stream: &TcpStream) {
+    loop {
+        stream.readable().await.unwrap();
+        match stream.try_read(&mut [0; 64]) {
+            Ok(0) => return,
+            Ok(_) => {}
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(_) => return,
+        }
+    }
+}
