@@ -1,10 +1,11 @@
-//! The simd daemon. A call goes: front-end, `convert`, [`SimHandle`], mailbox,
+//! The simd daemon. A call goes: front-end, [`service`], `convert`, [`SimHandle`], mailbox,
 //! driver thread, and back.
 //!
 //! * [`handle`]: the one way to the world, for every front-end.
 //! * [`driver`]: the thread that owns the world and its pace.
 //! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
 //! * [`convert`]: wire types to core types and back.
+//! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`]: the gRPC front-end.
 //! * [`config`]: what the operator can say.
 //! * [`daemon`]: all of it put together, from start to drain.
@@ -16,5 +17,6 @@ pub mod driver;
 pub mod grpc;
 pub mod handle;
 pub mod loading;
+pub mod service;
 
 pub use handle::SimHandle;

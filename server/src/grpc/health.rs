@@ -12,7 +12,7 @@ use tonic_health::pb::health_check_response::ServingStatus;
 use tonic_health::pb::health_server::Health;
 use tonic_health::pb::{HealthCheckRequest, HealthCheckResponse};
 
-use super::BoxStream;
+use crate::service::BoxStream;
 
 /// Says whether the daemon serves.
 #[derive(Debug)]

@@ -1,45 +1,24 @@
-//! The gRPC front-end: a request is parsed by `convert`, done by [`SimHandle`], and answered by `convert`.
+//! The gRPC front-end: the services over HTTP/2, on one port with health and reflection.
 //!
-//! * [`simulation`], [`entity`], [`joint`], [`event`]: one file a service.
-//! * [`control`]: the stream that controllers use.
 //! * `incoming`: which connections are served.
-//! * [`status`]: why a call is refused.
-//! * [`transport`]: reasons for what tonic itself refuses.
-//! * [`version`]: which clients are served.
 //! * `health`: whether the daemon serves.
 
-pub mod control;
-pub mod entity;
-pub mod event;
 mod health;
 mod incoming;
-pub mod joint;
-pub mod simulation;
-pub mod status;
-pub mod transport;
-pub mod version;
+#[cfg(test)]
+mod tests;
 
-use std::pin::Pin;
 use std::time::Duration;
 
-use simd_core::Command;
-use simd_proto::v1::entity_service_server::EntityServiceServer;
-use simd_proto::v1::event_service_server::EventServiceServer;
-use simd_proto::v1::joint_service_server::JointServiceServer;
-use simd_proto::v1::simulation_service_server::SimulationServiceServer;
 use tokio::net::TcpListener;
-use tokio_stream::Stream;
-use tonic::Status;
 use tonic::service::Routes;
 use tonic::transport::Server;
 use tonic::transport::server::TcpIncoming;
 use tonic_health::pb::health_server::HealthServer;
 
 use self::incoming::incoming;
-use self::transport::Reasoned;
-use self::version::Versioned;
 use crate::SimHandle;
-use crate::handle::{CallError, Done};
+use crate::service::routes;
 
 /// How long streams and calls may take to end once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_secs(2);
@@ -54,9 +33,6 @@ const CONNECTIONS: incoming::Limits = incoming::Limits { connections: 512, prefa
 const CALLS_PER_CONNECTION: usize = 1024;
 /// Calls and streams that one connection may hold open; more wait at the client.
 const STREAMS_PER_CONNECTION: u32 = 2048;
-
-/// The answers of a stream.
-type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
 /// Serves until the daemon drains: then takes no more connections, lets every
 /// stream end with OK, and returns when all calls have ended or after two seconds.
@@ -75,7 +51,7 @@ pub async fn serve(handle: SimHandle, listener: TcpListener) -> Result<(), tonic
         .max_concurrent_streams(Some(STREAMS_PER_CONNECTION))
         .concurrency_limit_per_connection(CALLS_PER_CONNECTION)
         .load_shed(true)
-        .add_routes(routes(&handle));
+        .add_routes(with_reflection(with_health(routes(&handle), &handle)));
     let draining = handle.draining();
     let deadline = async {
         draining.cancelled().await;
@@ -90,25 +66,9 @@ pub async fn serve(handle: SimHandle, listener: TcpListener) -> Result<(), tonic
     }
 }
 
-/// All services, to be served alone or beside others on one port.
-pub fn routes(handle: &SimHandle) -> Routes {
-    let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
-    let simulation = simulation::Service::new(handle.clone());
-    let entity = entity::Service::new(handle.clone());
-    let joint = joint::Service::new(handle.clone());
-    let event = event::Service::new(handle.clone());
-    let routes = Routes::default()
-        .add_service(checked(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)))
-        .add_service(checked(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
-        .add_service(checked(JointServiceServer::new(joint).max_decoding_message_size(limit)))
-        .add_service(checked(EventServiceServer::new(event).max_decoding_message_size(limit)))
-        .add_service(HealthServer::new(health::HealthService::new(handle.draining())));
-    with_reflection(routes)
-}
-
-/// For clients of a fitting version, and with a reason for each refusal.
-fn checked<S>(service: S) -> Versioned<Reasoned<S>> {
-    Versioned(Reasoned(service))
+/// Adds the standard health service.
+fn with_health(routes: Routes, handle: &SimHandle) -> Routes {
+    routes.add_service(HealthServer::new(health::HealthService::new(handle.draining())))
 }
 
 /// Adds reflection in the version that tools use today and in the one before, which many still use.
@@ -126,20 +86,3 @@ fn with_reflection(routes: Routes) -> Routes {
         }
     }
 }
-
-/// Does a command once for each request id.
-async fn command_once(handle: &SimHandle, request_id: &str, command: Command) -> Result<Done, CallError> {
-    let doer = handle.clone();
-    handle.once(request_id, async move { doer.command(command).await }).await
-}
-
-/// A question was answered with the answer to another one.
-fn mismatched<T>(what: &T) -> CallError
-where
-    T: std::fmt::Debug,
-{
-    CallError::Internal { message: format!("this is no answer: {what:?}") }
-}
-
-#[cfg(test)]
-mod tests;

@@ -76,7 +76,7 @@ async fn a_retry_gets_the_first_answer_again() {
 async fn stepping_needs_a_world_that_is_not_playing() {
     let daemon = Daemon::start(RunState::Playing).await;
     let mut simulation = daemon.simulation();
-    let step = || v1::StepSimulationRequest { steps: 10, request_id: String::new() };
+    let step = || v1::StepSimulationRequest { steps: 10, ..Default::default() };
     let refused = simulation.step_simulation(step()).await.unwrap_err();
     assert_eq!(reason(&refused), "WRONG_STATE");
 

@@ -70,7 +70,10 @@ impl SimulationService for Service {
         let steps = from_proto::steps(&request)?;
         let handle = self.handle.clone();
         let done = self.handle.once(&request.request_id, async move { handle.step(steps).await }).await?;
-        Ok(Response::new(v1::StepSimulationResponse { stamp: Some(stamp::done(&done)) }))
+        Ok(Response::new(v1::StepSimulationResponse {
+            stamp: Some(stamp::done(&done)),
+            ..Default::default()
+        }))
     }
 
     async fn reset_simulation(

@@ -67,8 +67,9 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::LinkNotFound
         | ErrorReason::ClaimNotFound
         | ErrorReason::SnapshotNotFound
-        | ErrorReason::FileNotFound => Code::NotFound,
-        ErrorReason::RobotExists => Code::AlreadyExists,
+        | ErrorReason::FileNotFound
+        | ErrorReason::ParameterNotFound => Code::NotFound,
+        ErrorReason::RobotExists | ErrorReason::ParameterExists => Code::AlreadyExists,
         ErrorReason::InvalidValue
         | ErrorReason::JointNotActuated
         | ErrorReason::InvalidDescription
