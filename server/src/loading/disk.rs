@@ -40,7 +40,7 @@ impl Roots {
             std::fs::read_dir(&real).map_err(failed)?;
             Ok((given, real))
         };
-        Ok(Self { roots: folders.iter().map(root).collect::<Result<_, _>>()? })
+        Ok(Self { roots: folders.iter().map(root).collect::<Result<_, (PathBuf, std::io::Error)>>()? })
     }
 
     /// The URDF that a client's path stands for. A relative path begins at a root.
