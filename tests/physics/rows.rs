@@ -18,8 +18,7 @@ fn driven(model: RobotModel) -> Simulation {
 }
 
 fn go_to(world: &mut Simulation, joint: &str, position: f64) {
-    let target =
-        Target::Position { position, velocity: 0.0, stiffness: None, damping: None, feed_forward: 0.0 };
+    let target = Target::position(position);
     let joints = vec![JointTarget { joint: joint.into(), axis: 0, target }];
     let robots = vec![RobotTargets { robot: "robot".into(), joints, ..RobotTargets::default() }];
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
