@@ -3,6 +3,7 @@
 #![cfg(test)]
 
 mod chains;
+mod closed_forms;
 mod energy;
 mod extremes;
 mod floating;
