@@ -21,6 +21,17 @@ pub(crate) const SHAPES: usize = 10_000;
 pub(crate) const MESH_BYTES: usize = 128 << 20;
 /// Triangles of one mesh file.
 pub(crate) const MESH_TRIANGLES: usize = 2_000_000;
+/// Corners of one mesh file.
+pub(crate) const MESH_VERTICES: usize = 3 * MESH_TRIANGLES;
+/// Bytes of a COLLADA file, which is text and takes room while it is read.
+pub(crate) const COLLADA_BYTES: usize = 64 << 20;
+/// XML nodes of a COLLADA file.
+pub(crate) const COLLADA_NODES: u32 = 500_000;
+/// Attributes of a COLLADA file, all together.
+pub(crate) const COLLADA_ATTRIBUTES: usize = 1_000_000;
+/// Bytes of a COLLADA file that may be walked over: what is referred to again and again
+/// is walked over as often.
+pub(crate) const COLLADA_WALK: usize = 128 << 20;
 /// Triangles of all mesh files of a robot, each file counted once.
 pub(crate) const ROBOT_TRIANGLES: usize = 10_000_000;
 /// Largest number that a description or a mesh may hold, in either direction:
