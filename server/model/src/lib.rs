@@ -2,17 +2,19 @@
 //! [`LoadReport`]. Does no IO of any kind: whoever calls brings the bytes.
 //!
 //! * [`robot`]: what a robot is.
+//! * [`limits`]: how much a description may be.
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
 
 mod inertia;
-mod limits;
+pub mod limits;
 mod mesh;
 mod name;
 pub mod report;
 pub mod robot;
 pub mod urdf;
 
+pub use limits::Limits;
 pub use name::wire_name;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;

@@ -12,7 +12,7 @@ use crate::simulation::command::{JointReset, RobotReset, Spawn};
 use crate::{Command, PhysicsSettings, Simulation, Snapshot};
 
 fn collision(at: DVec3, geometry: Geometry) -> Collision {
-    Collision { link_from_shape: DPose3::from_translation(at), geometry }
+    Collision { link_from_shape: DPose3::from_translation(at), geometry, material: simd_model::robot::Material::default() }
 }
 
 fn cube() -> Arc<MeshAsset> {
