@@ -17,8 +17,8 @@ mod tests;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use simd_model::RobotModel;
 use simd_model::robot::Sha256;
+use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
 
 use crate::handle::{CallError, Limits};
@@ -83,6 +83,10 @@ impl Loader {
 
     fn lock(&self) -> MutexGuard<'_, Shelf> {
         self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn options(&self, scale: f64, strict: bool) -> ReadOptions {
+        ReadOptions { scale, strict, limits: self.limits.reading }
     }
 
     fn check_description(&self, bytes: usize) -> Result<(), CallError> {

@@ -30,6 +30,8 @@ pub struct Limits {
     pub steps: u64,
     /// States of the world that are kept.
     pub snapshots: u32,
+    /// What a description and its meshes must stay within while they are read.
+    pub reading: simd_model::Limits,
 }
 
 impl Default for Limits {
@@ -44,6 +46,7 @@ impl Default for Limits {
             message_bytes: 16 << 20,
             steps: 100_000_000,
             snapshots: 32,
+            reading: simd_model::Limits::default(),
         }
     }
 }

@@ -29,10 +29,11 @@ impl SimHandle {
     ) -> Result<Prepared, CallError> {
         let loader = self.loader();
         loader.check_description(urdf.len())?;
+        let reading = loader.limits.reading;
         let (described, description, urdf) = loader
             .off_thread(move || {
                 let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
-                (simd_model::describe(&urdf), Sha256::of(&urdf), urdf)
+                (simd_model::describe(&urdf, &reading), Sha256::of(&urdf), urdf)
             })
             .await?;
         let described = described.map_err(refused)?;
@@ -97,7 +98,7 @@ impl SimHandle {
     /// # Errors
     /// Where its bytes cannot be had.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let options = ReadOptions { scale, strict: false };
+        let options = self.loader().options(scale, false);
         let reading = self.loader().read(&source.into(), options).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {
@@ -139,7 +140,7 @@ impl SimHandle {
         loaded_at_start: bool,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, .. } = &request;
-        let options = ReadOptions { scale: *scale, strict: *strict };
+        let options = self.loader().options(*scale, *strict);
         let Made { model, shapes, report } = self.make(origin, options).await?;
         let summary = summary(&model, &report);
         let wanted = if name.is_empty() { &model.name } else { name };
@@ -190,7 +191,7 @@ impl SimHandle {
                 }
             }
         };
-        let Made { model, shapes, report } = self.make(origin, ReadOptions { scale, strict }).await?;
+        let Made { model, shapes, report } = self.make(origin, self.loader().options(scale, strict)).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
