@@ -3,6 +3,7 @@
 //! * Here: commands and questions to the driver, states, events, the end.
 //! * `claims`: claims on joints and their leases.
 //! * `once`: answers to retries.
+//! * `parameters`: sliders and buttons.
 //! * Bringing robots in is in [`crate::loading`].
 
 mod call_error;
@@ -10,6 +11,7 @@ mod claims;
 mod event_log;
 mod info;
 mod once;
+mod parameters;
 mod published;
 mod robots;
 #[cfg(test)]
@@ -28,6 +30,7 @@ pub use call_error::CallError;
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub use info::{DaemonInfo, Limits};
+pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 pub use published::{Done, Pace, Published, RunState, Statistics};
 pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, Validated};
 
@@ -35,6 +38,7 @@ use crate::driver::{self, Event, ReplyTo};
 use crate::loading::Loader;
 use claims::Leases;
 use once::Answers;
+use parameters::Parameters;
 
 /// The one way to the world. Clones are the same handle.
 #[derive(Clone, Debug)]
@@ -48,6 +52,7 @@ struct Inner {
     loader: Loader,
     answers: Answers,
     leases: Leases,
+    parameters: Parameters,
     info: DaemonInfo,
     draining: CancellationToken,
 }
@@ -56,7 +61,8 @@ impl SimHandle {
     /// A handle on a driver that was started.
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
         let (answers, leases, draining) = Default::default();
-        Self { inner: Arc::new(Inner { driver, loader, answers, leases, info, draining }) }
+        let parameters = Parameters::new(info.limits.parameters);
+        Self { inner: Arc::new(Inner { driver, loader, answers, leases, parameters, info, draining }) }
     }
 
     /// Changes the world.

@@ -30,6 +30,8 @@ pub struct Limits {
     pub steps: u64,
     /// States of the world that are kept.
     pub snapshots: u32,
+    /// Sliders and buttons at one time.
+    pub parameters: u32,
 }
 
 impl Default for Limits {
@@ -44,6 +46,7 @@ impl Default for Limits {
             message_bytes: 16 << 20,
             steps: 100_000_000,
             snapshots: 32,
+            parameters: 1_024,
         }
     }
 }
