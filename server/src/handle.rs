@@ -21,7 +21,7 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use simd_core::simulation::command::PhysicsChange;
+use simd_core::simulation::command::{PhysicsChange, SetTargets};
 use simd_core::{Answer, Command, PhysicsSettings, Query};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
@@ -31,7 +31,7 @@ pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub use info::{DaemonInfo, Limits};
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
-pub use published::{Done, Pace, Published, RunState, Statistics};
+pub use published::{Done, Pace, Published, RunState, Statistics, Stepped};
 pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, Validated};
 
 use crate::driver::{self, Event, ReplyTo};
@@ -101,6 +101,15 @@ impl SimHandle {
     /// While playing, where the number is 0 or beyond the limit, where a play, a
     /// pause, a stop or a reset comes between, and where the daemon drains.
     pub async fn step(&self, steps: u64) -> Result<Done, CallError> {
+        Ok(self.step_with(None, steps).await?.done)
+    }
+
+    /// Sets targets and does steps, in one: both or, where one is refused, nothing.
+    /// Steps that another call waits for come first, and have the targets too.
+    ///
+    /// # Errors
+    /// Those of [`SimHandle::step`], and where the world refuses the targets.
+    pub async fn step_with(&self, targets: Option<SetTargets>, steps: u64) -> Result<Stepped, CallError> {
         let limit = self.inner.info.limits.steps;
         if steps == 0 {
             return Err(CallError::InvalidValue {
@@ -112,7 +121,10 @@ impl SimHandle {
         if steps > limit {
             return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
         }
-        self.until_drained(self.ask(|reply| Event::Step { steps, reply })).await?
+        if let Some(claim) = targets.as_ref().and_then(|targets| targets.claim.as_ref()) {
+            self.renew(claim);
+        }
+        self.until_drained(self.ask(|reply| Event::Step { targets, steps, reply })).await?
     }
 
     /// Changes how steps follow the wall clock.
@@ -191,7 +203,25 @@ impl SimHandle {
         T: Clone + Send + Sync + 'static,
         W: Future<Output = Result<T, CallError>> + Send + 'static,
     {
-        self.inner.answers.once(request_id, work).await
+        self.inner.answers.once(request_id, |_| 0, work).await
+    }
+
+    /// [`SimHandle::once`] for answers that grow with the world: `weigh` gives their
+    /// bytes, and of all of them no more than 64 MiB are remembered, the newest.
+    ///
+    /// # Errors
+    /// Those of [`SimHandle::once`].
+    pub async fn once_weighing<T, W>(
+        &self,
+        request_id: &str,
+        weigh: fn(&T) -> usize,
+        work: W,
+    ) -> Result<T, CallError>
+    where
+        T: Clone + Send + Sync + 'static,
+        W: Future<Output = Result<T, CallError>> + Send + 'static,
+    {
+        self.inner.answers.once(request_id, weigh, work).await
     }
 
     /// What happened after an event's number, at once.

@@ -49,5 +49,5 @@ pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, v1 as proto};
-pub use target::{Target, joint_target};
+pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;
