@@ -32,6 +32,8 @@ pub struct Limits {
     pub snapshots: u32,
     /// What a description and its meshes must stay within while they are read.
     pub reading: simd_model::Limits,
+    /// Sliders and buttons at one time.
+    pub parameters: u32,
 }
 
 impl Default for Limits {
@@ -47,6 +49,7 @@ impl Default for Limits {
             steps: 100_000_000,
             snapshots: 32,
             reading: simd_model::Limits::default(),
+            parameters: 1_024,
         }
     }
 }
