@@ -3,12 +3,14 @@
 //! * `store`, `partial`: what was uploaded.
 //! * `disk`: what lies on the daemon's own disk.
 //! * `reading`: from there to a model.
+//! * `progress`: how far that is.
 //! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
 //! * Here: what is kept of it all, and which robot came from where.
 
 mod calls;
 mod disk;
 mod partial;
+mod progress;
 mod reading;
 mod store;
 #[cfg(test)]
@@ -22,6 +24,8 @@ use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
 
 use crate::handle::{CallError, Limits};
+pub use progress::{Phase, Progress};
+
 use disk::Roots;
 use partial::Partials;
 use reading::{Origin, Used};

@@ -3,6 +3,7 @@
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`]: one file a service.
 //! * [`control`]: the stream that controllers use.
+//! * `spawning`: the stream of those who wait for a robot.
 //! * [`status`]: why a call is refused.
 //! * [`transport`]: reasons for what tonic itself refuses.
 //! * [`version`]: which clients are served.
@@ -13,6 +14,7 @@ pub mod event;
 pub mod joint;
 pub mod parameter;
 pub mod simulation;
+mod spawning;
 pub mod status;
 pub mod transport;
 pub mod version;
