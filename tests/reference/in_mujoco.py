@@ -10,7 +10,7 @@ mujoco.set_mju_user_warning(lambda text: None)
 
 
 def model(case):
-    text = robots.plain(case.urdf, case.limits, planar_as_chain=False)
+    text = robots.plain(case.urdf, case.limits)
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = True
     if case.free:
