@@ -55,7 +55,7 @@ reference:
 	python3 -m venv target/reference-venv
 	target/reference-venv/bin/pip install --quiet -r tests/reference/requirements.txt
 	target/reference-venv/bin/python tests/reference/make_reference.py
-	target/reference-venv/bin/python tests/reference/make_converged.py
+	target/reference-venv/bin/python tests/reference/make_truth.py
 
 clean:
 	$(CARGO) clean

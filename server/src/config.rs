@@ -29,6 +29,8 @@ pub struct Config {
     pub listen: SocketAddr,
     /// Allows an address that others can reach.
     pub insecure: bool,
+    /// Ends when stdin does, so that a program's own daemon does not outlive it.
+    pub until_stdin_closes: bool,
     /// What is logged, as `tracing_subscriber::EnvFilter` reads it.
     pub log: String,
     /// Folders below which clients may name robots on this disk.
@@ -84,6 +86,7 @@ impl Default for Config {
             name: "simd".into(),
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
             insecure: false,
+            until_stdin_closes: false,
             log: "info".into(),
             asset_roots: Vec::new(),
             robots: Vec::new(),

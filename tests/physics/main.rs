@@ -3,7 +3,6 @@
 #![cfg(test)]
 
 mod chains;
-mod convergence;
 mod energy;
 mod extremes;
 mod floating;
@@ -12,4 +11,5 @@ mod properties;
 mod random_robots;
 mod rows;
 mod seven_arm;
+mod truth;
 mod world;

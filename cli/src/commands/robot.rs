@@ -137,7 +137,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         joint_positions: arguments.positions.into_iter().map(|at| (at.joint, at.position)).collect(),
         scale: arguments.scale,
         strict: arguments.strict,
-        request_id: String::new(),
+        ..Default::default()
     };
     let spawned = client.spawn(request).await.map_err(|error| naming(path, error))?;
     warn_of(&spawned.report);

@@ -4,16 +4,19 @@
 //! * [`robot`]: what a robot is.
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
+//! * [`primitive`]: single shapes, as text.
 
 mod inertia;
 mod limits;
 mod mesh;
 mod name;
+pub mod primitive;
 pub mod report;
 pub mod robot;
 pub mod urdf;
 
 pub use name::wire_name;
+pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
 pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, read};
