@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from simd_client.proto import Base, EntityInfo, JointInfo, JointLayout, JointType
+
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
 from .motors import Motor
 from .rotations import compose, conjugate, inverse, product, rotate
-from .wire import EntityInfo, JointInfo, JointLayout, JointType, entity_pb2
 
 JointInfoTuple = tuple[
     int, bytes, int, int, int, int, float, float, float, float, float, float, bytes, Vector, Vector, Quaternion, int
@@ -73,9 +74,11 @@ class Body:
     links: list[Any]
     # link_from_inertia, by link.
     frames: dict[str, Pose]
-    visuals: list[tuple[Any, ...]] = field(default_factory=list)
-    # What a body of createMultiBody or an edited one was made of.
+    # The description, of robots of this script.
     urdf: bytes | None = None
+    # Hashes of the files that it names, by URI.
+    files: dict[str, str] = field(default_factory=dict)
+    scale: float = 1.0
     # `changeDynamics` of what the daemon does not know.
     noted: dict[int, dict[str, Any]] = field(default_factory=dict)
 
@@ -115,7 +118,7 @@ def body(
         robot=entity.name,
         model=entity.model,
         own=own,
-        fixed=entity.base == entity_pb2.BASE_FIXED,
+        fixed=entity.base == Base.BASE_FIXED,
         layout_version=layout.layout_version,
         base_link=base,
         joints=joints,
