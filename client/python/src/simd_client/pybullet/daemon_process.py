@@ -80,7 +80,7 @@ def start() -> DaemonProcess:
     program = binary()
     name = f"pybullet-{os.getpid()}-{uuid.uuid4().hex[:6]}"
     command = [str(program), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
-    command += ["--paused", "--log", "warn"]
+    command += ["--paused", "--log", "warn,zenoh=error"]
     if os.name == "posix":
         command = ["/bin/sh", "-c", _GUARD, "sh", *command]
     process = subprocess.Popen(

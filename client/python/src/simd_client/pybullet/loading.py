@@ -60,15 +60,15 @@ def loadURDF(
         entity, files = world.wire.load(path, spawn)
     except error as refusal:
         raise error(f"Cannot load URDF file. {refusal}", refusal.reason) from None
-    return settled(world, entity, description.frames, urdf, files)
+    return settled(world, entity, description.frames, urdf, files, globalScaling)
 
 
 def settled(
-    world: World, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes, files: dict[str, str]
+    world: World, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes, files: dict[str, str], scale: float
 ) -> int:
     """The number of a robot that was just spawned. Its joints are braked, as PyBullet's are."""
     body = world.add(entity, frames, own=True, urdf=urdf)
-    body.files = files
+    body.files, body.scale = files, scale
     for index, joint in enumerate(body.joints):
         if joint.driven:
             world.drive(body, index)

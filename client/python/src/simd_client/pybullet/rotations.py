@@ -277,7 +277,7 @@ _vector = vector
 
 __all__ = [
     "calculateVelocityQuaternion",
-    "error",
+
     "getAxisAngleFromQuaternion",
     "getAxisDifferenceQuaternion",
     "getDifferenceQuaternion",

@@ -7,6 +7,8 @@ from typing import Any, NoReturn
 from .errors import unsupported
 
 _CONTACTS = "the daemon does not tell contacts yet"
+_BOXES = "the daemon does not tell bounding boxes"
+_DRAWN = "shapes are told to viewers only"
 _RAYS = "the daemon does not cast rays yet"
 _IMAGES = "a daemon draws no images"
 _SOFT = "simd has rigid bodies only"
@@ -29,17 +31,19 @@ addUserData = _raises("addUserData", _DATA)
 calculateInverseKinematics2 = _raises("calculateInverseKinematics2", "the daemon solves for one link at a time")
 createSoftBodyAnchor = _raises("createSoftBodyAnchor", _SOFT)
 executePluginCommand = _raises("executePluginCommand", _PLUGINS)
-getAABB = _raises("getAABB", _CONTACTS)
+getAABB = _raises("getAABB", _BOXES)
 getCameraImage = _raises("getCameraImage", _IMAGES)
 getClosestPoints = _raises("getClosestPoints", _CONTACTS)
+getCollisionShapeData = _raises("getCollisionShapeData", _DRAWN)
 getContactPoints = _raises("getContactPoints", _CONTACTS)
 getMeshData = _raises("getMeshData", _SOFT)
-getOverlappingObjects = _raises("getOverlappingObjects", _CONTACTS)
+getOverlappingObjects = _raises("getOverlappingObjects", _BOXES)
 getTetraMeshData = _raises("getTetraMeshData", _SOFT)
 getUserData = _raises("getUserData", _DATA)
 getUserDataId = _raises("getUserDataId", _DATA)
 getUserDataInfo = _raises("getUserDataInfo", _DATA)
 getNumUserData = _raises("getNumUserData", _DATA)
+getVisualShapeData = _raises("getVisualShapeData", _DRAWN)
 loadBullet = _raises("loadBullet", _FILES)
 loadMJCF = _raises("loadMJCF", _FILES)
 loadPlugin = _raises("loadPlugin", _PLUGINS)
@@ -69,6 +73,7 @@ __all__ = [
     "getAABB",
     "getCameraImage",
     "getClosestPoints",
+    "getCollisionShapeData",
     "getContactPoints",
     "getMeshData",
     "getNumUserData",
@@ -77,6 +82,7 @@ __all__ = [
     "getUserData",
     "getUserDataId",
     "getUserDataInfo",
+    "getVisualShapeData",
     "loadBullet",
     "loadMJCF",
     "loadPlugin",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import zenoh
@@ -56,6 +56,8 @@ class Spawn:
     scale: float = 1.0
     # Empty: the description's.
     name: str = ""
+    # rad or m by joint; the others start at zero.
+    joints: dict[str, float] = field(default_factory=dict[str, float])
 
 
 class Wire:
@@ -136,7 +138,12 @@ class Wire:
         """Brings a robot in."""
         bases = {None: Base.BASE_UNSPECIFIED, True: Base.BASE_FIXED, False: Base.BASE_FREE}
         request = SpawnEntityRequest(
-            source=source, name=spawn.name, allow_renaming=True, base=bases[spawn.fixed], scale=spawn.scale
+            source=source,
+            name=spawn.name,
+            allow_renaming=True,
+            base=bases[spawn.fixed],
+            scale=spawn.scale,
+            joint_positions=spawn.joints,
         )
         at, turn = request.pose.position, request.pose.orientation
         at.x, at.y, at.z = spawn.position

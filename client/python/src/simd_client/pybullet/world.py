@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import uuid
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from simd_client.proto import (
     DeleteEntityRequest,
@@ -41,14 +41,27 @@ from .primitives import Shapes
 from .targets import joint_target
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
 
     from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
     from simd_client.proto import EntityInfo
 
     from .arguments import Pose, Vector
+    from .constraints import Constraint
     from .sliders import Sliders
     from .wire import Wire
+
+class Log(Protocol):
+    """What wants to know of each step."""
+
+    def __call__(self, world: World) -> None:
+        """After a step."""
+        ...
+
+    def close(self) -> None:
+        """No more steps."""
+        ...
+
 
 # How long stepSimulation waits for the next state of a world that plays, seconds.
 _NEXT_STATE = 1.0
@@ -80,6 +93,8 @@ class World:
         self._waiting: dict[tuple[int, int], None] = {}
         self._joint_states: dict[str, RobotJointStates] | None = None
         self._link_states: dict[str, RobotLinkStates] | None = None
+        self.constraints: dict[int, Constraint] = {}
+        self.next_constraint = 1
         self.collision_shapes = Shapes()
         self.visual_shapes = Shapes()
         # Joint states of a world that plays arrive by themselves.
@@ -89,7 +104,7 @@ class World:
         self._snapshots = 0
         self._script = uuid.uuid4().hex[:8]
         # What runs after each step: state logs.
-        self.after_step: list[Callable[[World], None]] = []
+        self._logs: dict[int, Log] = {}
 
     # Bodies.
 
@@ -192,8 +207,8 @@ class World:
             else:
                 self._sent()
                 self._take(answer.states)
-        for follower in self.after_step:
-            follower(self)
+        for log in self._logs.values():
+            log(self)
 
     def _follow(self) -> None:
         """Waits for a state that is newer than the last, in a world that plays by itself."""
@@ -354,6 +369,7 @@ class World:
         of others, the script takes out its own and leaves the world as it is."""
         self.remove_own()
         self._waiting.clear()
+        self.constraints.clear()
         self.sliders.remove_own()
         if not self.guest:
             self.wire.call(methods.ResetSimulation, ResetSimulationRequest(time=True))
@@ -374,6 +390,18 @@ class World:
             request.gravity.SetInParent()
             self.set_physics(request)
 
+    def start_log(self, log: Log) -> int:
+        """Calls it after each step; its number."""
+        number = max(self._logs, default=-1) + 1
+        self._logs[number] = log
+        return number
+
+    def stop_log(self, number: int) -> None:
+        """Ends one, if it is there."""
+        log = self._logs.pop(number, None)
+        if log is not None:
+            log.close()
+
     def say_once(self, sentence: str) -> None:
         """On stderr, the first time only."""
         if sentence not in self._said:
@@ -382,6 +410,8 @@ class World:
 
     def close(self) -> None:
         """Ends the connection; what it means for robots is decided by who started the daemon."""
+        for number in list(self._logs):
+            self.stop_log(number)
         if not self.child:
             self.flush()
         self.sliders.remove_own()
