@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +20,11 @@ def vector(values: npt.ArrayLike, length: int, what: str) -> FloatArray:
     if array.shape != (length,):
         raise ValueError(f"{what} has {length} numbers, not the shape {array.shape}")
     return array
+
+
+def rows(values: Sequence[float], columns: int) -> FloatArray:
+    """Packed numbers as a float64 matrix of so many columns; of none where there are none."""
+    return np.reshape(np.array(values, dtype=np.float64), (-1, columns) if columns else (0, 0))
 
 
 def _origin() -> FloatArray:

@@ -26,6 +26,9 @@ class JointType(IntEnum):
     def _missing_(cls, value: object) -> JointType:
         return cls.UNKNOWN
 
+    def __str__(self) -> str:
+        return self.name.lower()
+
 
 class JointMode(IntEnum):
     """What a joint's actuator does."""
@@ -44,6 +47,9 @@ class JointMode(IntEnum):
     @classmethod
     def _missing_(cls, value: object) -> JointMode:
         return cls.UNKNOWN
+
+    def __str__(self) -> str:
+        return self.name.lower()
 
 
 class JointFlag(IntFlag):

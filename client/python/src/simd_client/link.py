@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar, cast
 
@@ -43,7 +43,7 @@ class Link:
 
     def close(self) -> None:
         """Ends the session, and everything that was declared on it."""
-        self.session.close()
+        self.session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def query(self, request: Ask, timeout: float) -> bytes:
         """Sends a request and waits for its reply's bytes."""
@@ -99,7 +99,7 @@ class Link:
                         congestion_control=zenoh.CongestionControl.DROP,
                         express=True,
                     )
-            self._publisher.put(payload)
+            self._publisher.put(payload)  # pyright: ignore[reportUnknownMemberType]
         except zenoh.ZError:
             raise self.nobody() from None
 
@@ -148,7 +148,7 @@ def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
     try:
         name = _choose(endpoint, daemons(session, connect_timeout))
     except BaseException:
-        session.close()
+        session.close()  # pyright: ignore[reportUnknownMemberType]
         raise
     return Link(session, endpoint, name)
 
@@ -156,7 +156,8 @@ def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
 def daemons(session: zenoh.Session, timeout: float) -> list[str]:
     """Names of the daemons that can be reached, sorted."""
     found: set[str] = set()
-    for reply in session.liveliness().get(keys.ALL_DAEMONS, timeout=timeout):
+    replies = session.liveliness().get(keys.ALL_DAEMONS, timeout=timeout)
+    for reply in cast("Iterable[zenoh.Reply]", replies):
         name = None if reply.ok is None else keys.daemon_of(str(reply.ok.key_expr))
         if name is not None:
             found.add(name)
@@ -182,7 +183,7 @@ def _choose(endpoint: Endpoint, there: list[str]) -> str:
 
 def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None) -> zenoh.Config:
     if isinstance(config, (str, os.PathLike)):
-        settings = zenoh.Config.from_file(Path(config))
+        settings = cast(zenoh.Config, zenoh.Config.from_file(Path(config)))  # pyright: ignore[reportUnknownMemberType]
         extra: Mapping[str, object] = {}
     else:
         settings = zenoh.Config()
@@ -204,7 +205,7 @@ def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
     theirs = {name.replace(".", "/"): value for name, value in extra.items()}
     for name, value in {**ours, **theirs}.items():
         try:
-            settings.insert_json5(name, json.dumps(value))
+            settings.insert_json5(name, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]
         except zenoh.ZError as error:
             raise EndpointError(f"Zenoh does not take `{name}` = {value!r}: {error}") from error
     return settings

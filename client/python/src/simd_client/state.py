@@ -123,7 +123,7 @@ class RobotState:
             efforts=self.effort[velocities],
             targets=self.target[velocities],
             modes=tuple(JointMode(int(mode)) for mode in self.mode[velocities]),
-            flags=JointFlag(int(np.bitwise_or.reduce(self.flags[velocities], initial=0)) & 7),
+            flags=_together(self.flags[velocities]),
         )
 
     def __iter__(self) -> Iterator[JointState]:
@@ -256,6 +256,14 @@ def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped
 def stamp_of(message: proto.JointStates) -> Stamp:
     """The moment of states."""
     return stamp_from_proto(message.stamp)
+
+
+def _together(flags: npt.NDArray[np.uint32]) -> JointFlag:
+    together = JointFlag(0)
+    for each in flags.tolist():
+        # Bits that a newer daemon has mean nothing here.
+        together |= JointFlag(int(each) & 7)
+    return together
 
 
 def _numbers(values: FloatArray) -> str:

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Generic, TypeVar
+from typing import Generic, TypeVar, cast
 
 import zenoh
 
@@ -58,7 +58,8 @@ class Watch(Iterator[Item]):
         self._last: Item | None = None
         self._is_open = True
         try:
-            self._subscriber = link.session.declare_subscriber(source.key, zenoh.handlers.RingChannel(1))
+            ring = cast("zenoh.handlers.RingChannel[zenoh.Sample]", zenoh.handlers.RingChannel(1))
+            self._subscriber = link.session.declare_subscriber(source.key, ring)
         except zenoh.ZError:
             raise link.nobody() from None
 
@@ -90,7 +91,7 @@ class Watch(Iterator[Item]):
     def close(self) -> None:
         """Ends it."""
         self._is_open = False
-        self._subscriber.undeclare()
+        self._subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
     def __enter__(self) -> Watch[Item]:
         return self

@@ -22,8 +22,8 @@ class Stamp:
     """Simulated seconds since the epoch began."""
     sequence: int
     """Counts published states: newer always means larger, also of a paused world."""
-    wall_time: datetime
-    """When the daemon published the state, by its own clock, UTC."""
+    wall_time: datetime | None
+    """When the daemon published the state, by its own clock, UTC; `None` where it was not published."""
 
 
 class SimulationState(Enum):
@@ -129,7 +129,9 @@ def stamp_from_proto(message: proto.Stamp) -> Stamp:
         step=message.step,
         sim_time=message.sim_time,
         sequence=message.sequence,
-        wall_time=datetime.fromtimestamp(wall.seconds + wall.nanos * 1e-9, timezone.utc),
+        wall_time=datetime.fromtimestamp(wall.seconds + wall.nanos * 1e-9, timezone.utc)
+        if message.HasField("wall_time")
+        else None,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Union
+from typing import Union, cast
 
 import numpy.typing as npt
 
@@ -45,7 +45,8 @@ def selections(selection: Selection) -> list[proto.JointSelection]:
     if selection is None:
         return []
     if isinstance(selection, Mapping):
-        return [proto.JointSelection(robot=robot, joints=joints) for robot, joints in selection.items()]
+        by_robot = cast("Mapping[str, Sequence[str]]", selection)
+        return [proto.JointSelection(robot=robot, joints=joints) for robot, joints in by_robot.items()]
     if isinstance(selection, Iterable) and not isinstance(selection, str):
         return [proto.JointSelection(robot=name_of(robot)) for robot in selection]
     return [proto.JointSelection(robot=name_of(selection))]

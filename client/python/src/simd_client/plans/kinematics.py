@@ -9,7 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.geometry import FloatArray, Pose, Twist, pose_to_proto, twist_to_proto, vector, vector_to_proto
+from simd_client.geometry import (
+    FloatArray,
+    Pose,
+    Twist,
+    pose_to_proto,
+    rows,
+    twist_to_proto,
+    vector,
+    vector_to_proto,
+)
 from simd_client.plan import Plan, ask
 from simd_client.proto import methods
 from simd_client.world import Stamp, stamp_from_proto
@@ -82,9 +91,8 @@ def link_states(robot: str) -> Plan[LinkStates]:
     """Where a robot's links are and how they move."""
     answer = yield from ask(methods.GetLinkStates, proto.GetLinkStatesRequest(robots=[robot]))
     found = answer.robots[0] if answer.robots else proto.RobotLinkStates()
-    poses = np.array(found.poses, dtype=np.float64).reshape(-1, 7)
-    twists = np.array(found.twists, dtype=np.float64).reshape(-1, 6)
-    return LinkStates(stamp_from_proto(answer.stamp), poses, twists)
+    poses = rows(found.poses, 7)
+    return LinkStates(stamp_from_proto(answer.stamp), poses, rows(found.twists, 6))
 
 
 def jacobian(robot: str, link: str, point: npt.ArrayLike | None, given: Configuration | None) -> Plan[Jacobian]:
@@ -96,18 +104,14 @@ def jacobian(robot: str, link: str, point: npt.ArrayLike | None, given: Configur
         configuration=configuration(given),
     )
     answer = yield from ask(methods.GetJacobian, request)
-    shape = (3, answer.columns)
-    return Jacobian(
-        np.array(answer.linear, dtype=np.float64).reshape(shape),
-        np.array(answer.angular, dtype=np.float64).reshape(shape),
-    )
+    return Jacobian(rows(answer.linear, answer.columns), rows(answer.angular, answer.columns))
 
 
 def mass_matrix(robot: str, given: Configuration | None) -> Plan[FloatArray]:
     """The joint-space inertia matrix, armature included."""
     request = proto.GetMassMatrixRequest(robot=robot, configuration=configuration(given))
     answer = yield from ask(methods.GetMassMatrix, request)
-    return np.array(answer.matrix, dtype=np.float64).reshape(answer.columns, answer.columns)
+    return rows(answer.matrix, answer.columns)
 
 
 def inverse_dynamics(

@@ -8,14 +8,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.assets import Locator, Missing, find_urdf
 from simd_client.description import LoadReport, RobotInfo, report_from_proto, robot_info_from_proto
-from simd_client.geometry import FloatArray, Pose, Twist, pose_from_proto, pose_to_proto
-from simd_client.geometry import twist_from_proto, twist_to_proto, vector_to_proto
+from simd_client.geometry import (
+    FloatArray,
+    Pose,
+    Twist,
+    pose_from_proto,
+    pose_to_proto,
+    rows,
+    twist_from_proto,
+    twist_to_proto,
+    vector_to_proto,
+)
 from simd_client.layout import Layout
 from simd_client.memory import Memory
 from simd_client.plan import Plan, ask, work
@@ -262,7 +270,7 @@ def set_state(robot: str, pose: Pose | None, twist: Twist | None) -> Plan[Stamp]
 def link_poses(robot: str) -> Plan[FloatArray]:
     """World poses of links, seven numbers each."""
     answer = yield from ask(methods.GetLinkPoses, proto.GetLinkPosesRequest(robots=[robot]))
-    return np.array(answer.robots[0].poses if answer.robots else (), dtype=np.float64).reshape(-1, 7)
+    return rows(answer.robots[0].poses if answer.robots else (), 7)
 
 
 def scene(robot: str) -> Plan[proto.RobotScene]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.errors import AnswerError
 from simd_client.event import Event, event_from_proto
 from simd_client.geometry import vector_to_proto
 from simd_client.memory import Memory
@@ -77,6 +78,8 @@ def step(
     clamped = clamped_from_proto(answer.clamped)
     if not wanted:
         return States(stamp_from_proto(answer.stamp), {}, clamped)
+    if not answer.HasField("states"):
+        raise AnswerError("the daemon's answer cannot be understood: it did the steps and lacks `states`")
     return (yield from joints.states_from(memory, answer.states, selected, clamped))
 
 
