@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test test-data build lint nextest bench reference clean
+.PHONY: demo test test-data build lint nextest bench truth reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -50,12 +50,19 @@ bench: build
 	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/benches/peers.py
 
+# simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
+truth: test-data target/reference-venv/installed
+	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/report.py
+
 # Makes the reference figures of the physics suite again.
-reference:
-	python3 -m venv target/reference-venv
-	target/reference-venv/bin/pip install --quiet -r tests/reference/requirements.txt
+reference: target/reference-venv/installed
 	target/reference-venv/bin/python tests/reference/make_reference.py
-	target/reference-venv/bin/python tests/reference/make_converged.py
+	target/reference-venv/bin/python tests/reference/make_truth.py
+
+target/reference-venv/installed: tests/reference/requirements.txt
+	python3 -m venv target/reference-venv
+	target/reference-venv/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
 clean:
 	$(CARGO) clean

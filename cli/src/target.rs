@@ -78,20 +78,24 @@ fn target(text: &str) -> Result<(Target, Option<Motion>), String> {
     let target = match mode.trim() {
         "pos" | "position" => {
             let position = number(value, Kind::Position, &mut motion)?;
-            let extras = Extras::read(parts, &["kp", "kd", "vel", "ff"], &mut motion)?;
+            let keys = ["kp", "kd", "vel", "ff", "max_effort", "max_velocity"];
+            let extras = Extras::read(parts, &keys, &mut motion)?;
             Target::Position {
                 position,
                 velocity: extras.velocity.unwrap_or(0.0),
                 stiffness: extras.stiffness,
                 damping: extras.damping,
                 feed_forward: extras.feed_forward.unwrap_or(0.0),
+                max_effort: extras.max_effort,
+                max_velocity: extras.max_velocity,
             }
         }
         "vel" | "velocity" => {
             let velocity = number(value, Kind::Velocity, &mut motion)?;
-            let extras = Extras::read(parts, &["kd", "ff"], &mut motion)?;
+            let extras = Extras::read(parts, &["kd", "ff", "max_effort"], &mut motion)?;
             let feed_forward = extras.feed_forward.unwrap_or(0.0);
-            Target::Velocity { velocity, damping: extras.damping, feed_forward }
+            let Extras { damping, max_effort, .. } = extras;
+            Target::Velocity { velocity, damping, feed_forward, max_effort }
         }
         "eff" | "effort" => {
             let effort = number(value, Kind::Effort, &mut motion)?;
@@ -114,6 +118,8 @@ struct Extras {
     damping: Option<f64>,
     velocity: Option<f64>,
     feed_forward: Option<f64>,
+    max_effort: Option<f64>,
+    max_velocity: Option<f64>,
 }
 
 impl Extras {
@@ -138,6 +144,8 @@ impl Extras {
                 "kp" => (&mut extras.stiffness, Kind::Plain),
                 "kd" => (&mut extras.damping, Kind::Plain),
                 "vel" => (&mut extras.velocity, Kind::Velocity),
+                "max_effort" => (&mut extras.max_effort, Kind::Effort),
+                "max_velocity" => (&mut extras.max_velocity, Kind::Velocity),
                 _ => (&mut extras.feed_forward, Kind::Effort),
             };
             if place.replace(number(value, kind, motion)?).is_some() {
@@ -193,10 +201,14 @@ mod tests {
             stiffness: Some(100.0),
             damping: Some(5.0),
             feed_forward: 2.0,
+            max_effort: Some(3.0),
+            max_velocity: Some(0.4),
         };
-        assert_eq!(read("elbow=pos:0.5,kp=100,kd=5,vel=0.1,ff=2Nm"), joint("elbow", target));
-        let target = Target::Velocity { velocity: 1.0, damping: Some(3.0), feed_forward: 0.0 };
-        assert_eq!(read("elbow=vel:1rad/s,kd=3"), joint("elbow", target));
+        let text = "elbow=pos:0.5,kp=100,kd=5,vel=0.1,ff=2Nm,max_effort=3,max_velocity=0.4";
+        assert_eq!(read(text), joint("elbow", target));
+        let target =
+            Target::Velocity { velocity: 1.0, damping: Some(3.0), feed_forward: 0.0, max_effort: Some(2.0) };
+        assert_eq!(read("elbow=vel:1rad/s,kd=3,max_effort=2"), joint("elbow", target));
         assert_eq!(
             read("elbow=0.5,kp=9").1,
             Target::Position {
@@ -204,7 +216,9 @@ mod tests {
                 velocity: 0.0,
                 stiffness: Some(9.0),
                 damping: None,
-                feed_forward: 0.0
+                feed_forward: 0.0,
+                max_effort: None,
+                max_velocity: None
             }
         );
     }
@@ -234,7 +248,7 @@ mod tests {
             ("elbow=torque:1", "`torque` is not a mode"),
             ("elbow=vel:90deg", "deg/s"),
             ("elbow=eff:1,kp=5", "`kp` does not go with this mode"),
-            ("elbow=vel:1,kp=5", "takes kd, ff"),
+            ("elbow=vel:1,kp=5", "takes kd, ff, max_effort"),
             ("elbow=pos:1,kp", "KEY=VALUE"),
             ("elbow=pos:1,kp=1,kp=2", "given twice"),
         ] {

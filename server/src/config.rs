@@ -33,6 +33,8 @@ pub struct Config {
     pub zenoh: Zenoh,
     /// Allows an address that others can reach.
     pub insecure: bool,
+    /// Ends when stdin does, so that a program's own daemon does not outlive it.
+    pub until_stdin_closes: bool,
     /// What is logged, as `tracing_subscriber::EnvFilter` reads it.
     pub log: String,
     /// Folders below which clients may name robots on this disk.
@@ -89,6 +91,7 @@ impl Default for Config {
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
             zenoh: Zenoh::default(),
             insecure: false,
+            until_stdin_closes: false,
             log: "info".into(),
             asset_roots: Vec::new(),
             robots: Vec::new(),

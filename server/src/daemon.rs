@@ -222,12 +222,12 @@ impl Running {
 }
 
 /// Runs a daemon as the process: says on stdout when it is ready, in one line,
-/// and drains at SIGTERM or SIGINT.
+/// and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
 ///
 /// # Errors
 /// See [`Error`]; its exit code is the process's.
 pub async fn run(config: Config) -> Result<(), Error> {
-    let mut signals = Signals::new().map_err(Error::System)?;
+    let mut signals = Signals::new(config.until_stdin_closes).map_err(Error::System)?;
     let name = config.name.clone();
     tracing::info!(version = env!("CARGO_PKG_VERSION"), name, "simd starts");
     let mut running = tokio::select! {

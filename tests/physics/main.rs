@@ -3,13 +3,15 @@
 #![cfg(test)]
 
 mod chains;
-mod convergence;
+mod closed_forms;
 mod energy;
 mod extremes;
 mod floating;
 mod mujoco;
 mod properties;
 mod random_robots;
+mod reactions;
 mod rows;
 mod seven_arm;
+mod truth;
 mod world;

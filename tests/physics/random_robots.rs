@@ -124,8 +124,12 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
             stiffness: gain(rng),
             damping: gain(rng),
             feed_forward: 0.0,
+            max_effort: gain(rng),
+            max_velocity: gain(rng),
         },
-        1 => Target::Velocity { velocity: value, damping: gain(rng), feed_forward: 0.0 },
+        1 => {
+            Target::Velocity { velocity: value, damping: gain(rng), feed_forward: 0.0, max_effort: gain(rng) }
+        }
         2 => Target::Effort(value),
         3 => Target::Passive,
         _ => Target::Hold,

@@ -18,8 +18,7 @@ fn driven(model: RobotModel) -> Simulation {
 }
 
 fn go_to(world: &mut Simulation, joint: &str, position: f64) {
-    let target =
-        Target::Position { position, velocity: 0.0, stiffness: None, damping: None, feed_forward: 0.0 };
+    let target = Target::position(position);
     let joints = vec![JointTarget { joint: joint.into(), axis: 0, target }];
     let robots = vec![RobotTargets { robot: "robot".into(), joints, ..RobotTargets::default() }];
     apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
@@ -92,4 +91,20 @@ fn a_chain_with_too_little_friction_moves() {
     let mut world = world(1e-3);
     apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(model), false, &[]))));
     assert!(run(&mut world, 2.0).positions[0] > 0.1);
+}
+
+/// A leader that is put somewhere at a rate takes its follower along. Left at rest, the
+/// follower would be jerked in the first step, and the leader lose speed to it: sliders of
+/// equal mass half of it.
+#[test]
+fn a_follower_is_put_at_the_rate_that_goes_with_its_leaders() {
+    let mut model = chain(2);
+    model.joints[1].mimic = Some(Mimic { joint: 0, multiplier: -2.0, offset: 0.1 });
+    let mut world = world(1e-3);
+    apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(model), false, &[]))));
+    let joint = JointReset { joint: "joint-1".into(), axis: 0, position: 0.3, velocity: 1.5 };
+    let robots = vec![RobotReset { robot: "robot".into(), joints: vec![joint] }];
+    apply(&mut world, Command::ResetJoints { robots });
+    let seen = look(&world);
+    assert_eq!((&seen.positions[..], &seen.velocities[..]), (&[0.3, -0.5][..], &[1.5, -3.0][..]));
 }

@@ -7,13 +7,14 @@ tests/physics holds simd against these figures; MuJoCo reads the URDF itself, so
 that the import is compared too.
 """
 
-import json
 import re
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pybullet_data
+
+import json_lines
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE.parent / "assets"
@@ -87,7 +88,7 @@ def main():
     bent = [0.3, -0.5, 0.7, -1.1, 0.2, 0.9, -0.4]
     moving = [0.5, -0.3, 0.8, 0.2, -1.0, 0.6, 1.5]
     cases = []
-    for time_step in (1e-4, 1e-3, 4e-3):
+    for time_step in (1e-4, 2.5e-4, 1e-3, 4e-3):
         ms = f"{time_step * 1e3:g} ms"
         cases += [
             swing(f"seven_arm from rest at zero, {ms}", arm, time_step=time_step),
@@ -100,7 +101,7 @@ def main():
     pose = [0.4, 0.1, -0.6, 0.8, -0.3]
     rates = [1.0, 0.2, -2.0, 1.5, 3.0]
     planar = "planar/urdf/planar.urdf"
-    for time_step in (1e-4, 1e-3, 4e-3):
+    for time_step in (1e-4, 2.5e-4, 1e-3, 4e-3):
         ms = f"{time_step * 1e3:g} ms"
         for free in (False, True):
             base = "free" if free else "fixed"
@@ -119,7 +120,7 @@ def main():
     for urdf, joints in others.items():
         start = [0.3 * (-1) ** i * (i % 3 + 1) / 3 for i in range(joints)]
         rates = [0.5 * (-1) ** (i // 2) for i in range(joints)]
-        for time_step in (1e-4, 1e-3, 4e-3):
+        for time_step in (1e-4, 2.5e-4, 1e-3, 4e-3):
             ms = f"{time_step * 1e3:g} ms"
             for free in (False, True) if joints == 12 else (False,):
                 base = "free" if free else "fixed"
@@ -129,7 +130,7 @@ def main():
                           start=start, rates=rates, damping=0.1, armature=0.01),
                 ]
     out = {"made_by": f"make_reference.py with MuJoCo {mujoco.__version__}", "cases": cases}
-    (HERE / "mujoco.json").write_text(json.dumps(out, indent=1) + "\n")
+    (HERE / "mujoco.json").write_text(json_lines.text(out))
     print(f"{len(cases)} cases")
 
 

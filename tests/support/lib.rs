@@ -5,3 +5,4 @@ pub mod process;
 pub mod pybullet_data;
 pub mod robots;
 pub mod statistics;
+pub mod truth;

@@ -1,5 +1,6 @@
 //! `simctl robot`: robots in the world, in and out.
 
+mod progress;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -20,6 +21,7 @@ use crate::{
     pose,
     target::{Placement, placement},
 };
+use progress::Progress;
 use view::{Deleted, InfoView, Loaded, ReloadedView, RobotView};
 
 #[derive(Debug, Subcommand)]
@@ -137,9 +139,12 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         joint_positions: arguments.positions.into_iter().map(|at| (at.joint, at.position)).collect(),
         scale: arguments.scale,
         strict: arguments.strict,
-        request_id: String::new(),
+        ..Default::default()
     };
-    let spawned = client.spawn(request).await.map_err(|error| naming(path, error))?;
+    let mut line = Progress::default();
+    let spawned = client.spawn_with_progress(request, |progress| line.show(progress)).await;
+    line.clear();
+    let spawned = spawned.map_err(|error| naming(path, error))?;
     warn_of(&spawned.report);
     if spawned.entity.base() == Base::Free && !is_base_given {
         hint("its base is free, so it falls; --fixed holds it in place");

@@ -22,7 +22,8 @@ pub struct Package {
 
 impl Package {
     /// Opens a URDF file, or the folder of a ROS package that holds exactly one, in
-    /// itself or in its folder `urdf`.
+    /// itself or in its folder `urdf`. What it names is looked for in `ROS_PACKAGE_PATH` and
+    /// `AMENT_PREFIX_PATH` too.
     ///
     /// # Errors
     /// [`Error::NoUrdf`] where there is no URDF or several, or where the file needs
@@ -30,7 +31,7 @@ impl Package {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = find_urdf(path.as_ref())?;
         let urdf = fs::read(&path).map_err(|source| Error::File { path: path.clone(), source })?;
-        Ok(Self { locator: Locator::new(&path), path, urdf })
+        Ok(Self { locator: Locator::new(&path).with_environment(), path, urdf })
     }
 
     /// Says where a ROS package is that the URDF names, before any search.

@@ -21,6 +21,10 @@ pub enum Target {
         damping: Option<f64>,
         /// Added to the actuator's effort, N m or N.
         feed_forward: f64,
+        /// N m or N: the most for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+        /// rad/s or m/s: the most on the way; `None` is the joint's limit.
+        max_velocity: Option<f64>,
     },
     /// Turn or slide at a rate.
     Velocity {
@@ -30,6 +34,8 @@ pub enum Target {
         damping: Option<f64>,
         /// Added to the actuator's effort, N m or N.
         feed_forward: f64,
+        /// N m or N: the most for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
     },
     /// Apply an effort, N m or N, until told otherwise.
     Effort(f64),
@@ -42,29 +48,45 @@ pub enum Target {
 impl Target {
     /// A position, with the joint's default gains.
     pub fn position(position: f64) -> Self {
-        Self::Position { position, velocity: 0.0, stiffness: None, damping: None, feed_forward: 0.0 }
+        Self::Position {
+            position,
+            velocity: 0.0,
+            stiffness: None,
+            damping: None,
+            feed_forward: 0.0,
+            max_effort: None,
+            max_velocity: None,
+        }
     }
 
     /// A rate, with the joint's default damping.
     pub fn velocity(velocity: f64) -> Self {
-        Self::Velocity { velocity, damping: None, feed_forward: 0.0 }
+        Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
     }
 }
 
 impl From<Target> for Wire {
     fn from(target: Target) -> Self {
         match target {
-            Target::Position { position, velocity, stiffness, damping, feed_forward } => {
-                Self::Position(PositionTarget {
-                    position,
-                    velocity,
-                    stiffness,
-                    damping,
-                    feed_forward_effort: feed_forward,
-                })
-            }
-            Target::Velocity { velocity, damping, feed_forward } => {
-                Self::Velocity(VelocityTarget { velocity, damping, feed_forward_effort: feed_forward })
+            Target::Position {
+                position,
+                velocity,
+                stiffness,
+                damping,
+                feed_forward: feed_forward_effort,
+                max_effort,
+                max_velocity,
+            } => Self::Position(PositionTarget {
+                position,
+                velocity,
+                stiffness,
+                damping,
+                feed_forward_effort,
+                max_effort,
+                max_velocity,
+            }),
+            Target::Velocity { velocity, damping, feed_forward: feed_forward_effort, max_effort } => {
+                Self::Velocity(VelocityTarget { velocity, damping, feed_forward_effort, max_effort })
             }
             Target::Effort(effort) => Self::Effort(EffortTarget { effort }),
             Target::Passive => Self::Passive(PassiveTarget {}),
@@ -79,6 +101,6 @@ pub fn joint_target(joint: impl Into<String>, target: Target) -> JointTarget {
 }
 
 /// Targets for joints of one robot, whatever its layout.
-pub(crate) fn robot_targets(robot: &str, targets: impl IntoIterator<Item = JointTarget>) -> RobotTargets {
+pub fn robot_targets(robot: &str, targets: impl IntoIterator<Item = JointTarget>) -> RobotTargets {
     RobotTargets { robot: robot.to_owned(), joints: targets.into_iter().collect(), ..RobotTargets::default() }
 }

@@ -64,6 +64,10 @@ pub(super) struct Flags {
     /// no token yet: anyone who reaches the port commands the robots
     #[arg(long)]
     insecure: bool,
+    /// Drains when stdin closes: for a program that starts a daemon of its own, which
+    /// then ends with it, however the program ends
+    #[arg(long)]
+    until_stdin_closes: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -101,7 +105,7 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   strict = false                  # refuse the robot where its report has a warning
 
 Exit codes:
-  0  drained after SIGTERM or SIGINT
+  0  drained after SIGTERM, SIGINT or, where asked for, the end of stdin
   1  anything else, such as a fault of the physics thread or a second signal
   2  a mistake in the flags
   3  a mistake in the configuration file
@@ -149,6 +153,7 @@ impl Flags {
             config.pause();
         }
         config.insecure |= self.insecure;
+        config.until_stdin_closes = self.until_stdin_closes;
         for folder in self.asset_root {
             config.add_asset_root(folder)?;
         }

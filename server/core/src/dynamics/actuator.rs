@@ -78,6 +78,10 @@ pub struct Actuator {
     pub damping: Option<f64>,
     /// Added to the effort.
     pub feed_forward: f64,
+    /// The most effort for this target, beside the joint's own limit.
+    pub max_effort: Option<f64>,
+    /// How fast the setpoint travels, beside the joint's own limit.
+    pub max_velocity: Option<f64>,
     /// Where a position target has got to on its way; see [`Axis::travel`].
     pub setpoint: f64,
     /// How fast the setpoint moves.
@@ -128,11 +132,21 @@ impl Axis {
     /// Feeds everything that a step reads to a hasher.
     pub fn hash_into(&self, hasher: &mut impl Hasher) {
         let AxisSettings { damping, friction, armature, limits, .. } = &self.settings;
-        let Actuator { mode, target, rate, stiffness, damping: kd, feed_forward, setpoint, setpoint_rate } =
-            &self.actuator;
+        let Actuator {
+            mode,
+            target,
+            rate,
+            stiffness,
+            damping: kd,
+            feed_forward,
+            setpoint,
+            setpoint_rate,
+            ..
+        } = &self.actuator;
+        let Actuator { max_effort, max_velocity, .. } = &self.actuator;
         hasher.write_u8(*mode as u8);
-        let optional = [limits.lower, limits.upper, limits.effort, limits.velocity, *stiffness, *kd];
-        for value in optional {
+        let limits = [limits.lower, limits.upper, limits.effort, limits.velocity];
+        for value in limits.into_iter().chain([*stiffness, *kd, *max_effort, *max_velocity]) {
             hasher.write_u64(value.map_or(u64::MAX, f64::to_bits));
         }
         let defaults =
@@ -143,10 +157,15 @@ impl Axis {
         }
     }
 
+    /// The joint's own limit and the target's, infinite where there is none.
+    fn most_effort(&self) -> f64 {
+        least(self.settings.limits.effort, self.actuator.max_effort)
+    }
+
     /// The law for a step of `h` seconds.
     pub fn drive(&self, h: f64) -> Drive {
         let (settings, actuator) = (&self.settings, &self.actuator);
-        let limit = settings.limits.effort.unwrap_or(f64::INFINITY);
+        let limit = self.most_effort();
         let still = Drive { limit, ..Drive::default() };
         match actuator.mode {
             Mode::None | Mode::Passive => still,
@@ -180,11 +199,9 @@ impl Axis {
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) {
             return;
         }
-        let AxisSettings { limits, composite_inertia, .. } = &self.settings;
-        let Actuator { target, setpoint, setpoint_rate, .. } = &mut self.actuator;
-        let fastest = limits.velocity.unwrap_or(f64::INFINITY);
-        let hardest =
-            limits.effort.map_or(f64::INFINITY, |effort| PROFILE_EFFORT * effort / composite_inertia);
+        let hardest = PROFILE_EFFORT * self.most_effort() / self.settings.composite_inertia;
+        let Actuator { target, setpoint, setpoint_rate, max_velocity, .. } = &mut self.actuator;
+        let fastest = least(self.settings.limits.velocity, *max_velocity);
         let left = *target - *setpoint;
         // The rate from which braking by `hardest` each step still ends at the target.
         let gain = hardest * h;
@@ -230,6 +247,11 @@ impl Axis {
         let drive = self.drive(h);
         (drive.stiffness, drive.damping)
     }
+}
+
+/// The smaller of two limits, infinite where neither is given.
+fn least(one: Option<f64>, other: Option<f64>) -> f64 {
+    one.unwrap_or(f64::INFINITY).min(other.unwrap_or(f64::INFINITY))
 }
 
 impl Drive {

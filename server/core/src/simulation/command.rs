@@ -186,6 +186,10 @@ pub enum Target {
         damping: Option<f64>,
         /// Added to the actuator's effort.
         feed_forward: f64,
+        /// The most effort that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+        /// How fast the setpoint travels; `None` is the joint's limit.
+        max_velocity: Option<f64>,
     },
     /// Turn or slide at a rate.
     Velocity {
@@ -195,6 +199,8 @@ pub enum Target {
         damping: Option<f64>,
         /// Added to the actuator's effort.
         feed_forward: f64,
+        /// The most effort that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
     },
     /// Apply an effort.
     Effort(f64),
@@ -202,6 +208,26 @@ pub enum Target {
     Passive,
     /// Stay where the joint is.
     Hold,
+}
+
+impl Target {
+    /// A position, with the joint's default gains.
+    pub fn position(position: f64) -> Self {
+        Self::Position {
+            position,
+            velocity: 0.0,
+            stiffness: None,
+            damping: None,
+            feed_forward: 0.0,
+            max_effort: None,
+            max_velocity: None,
+        }
+    }
+
+    /// A rate, with the joint's default damping.
+    pub fn velocity(velocity: f64) -> Self {
+        Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
+    }
 }
 
 /// Joints of a robot; none named means all that move.

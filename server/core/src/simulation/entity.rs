@@ -392,3 +392,13 @@ pub(super) fn follow(tree: &Tree, q: &mut [f64]) {
         }
     }
 }
+
+/// Gives joints that follow others the rates that go with it.
+pub(super) fn follow_rates(tree: &Tree, qd: &mut [f64]) {
+    for _ in 0..tree.mimics.len() {
+        for pair in &tree.mimics {
+            let leader = qd[tree.bodies[pair.leader].velocity];
+            qd[tree.bodies[pair.follower].velocity] = pair.multiplier * leader;
+        }
+    }
+}

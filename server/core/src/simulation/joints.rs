@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::command::{JointProperties, JointSelection, RobotReset};
-use super::entity::{Claim, Entity, follow};
+use super::entity::{Claim, Entity, follow, follow_rates};
 use super::error::Error;
 use super::query::{Answer, JointStatus, Query};
 use super::snapshot::Mode;
@@ -178,6 +178,7 @@ impl Entity {
     pub(super) fn settle_after_reset(&mut self) {
         let tree = Arc::clone(self.body.tree());
         follow(&tree, self.body.positions_mut());
+        follow_rates(&tree, self.body.rates_mut());
         for body in &tree.bodies {
             let (position, rate) = (self.body.positions()[body.position], self.body.rates()[body.velocity]);
             let actuator = &mut self.body.axes_mut()[body.velocity].actuator;

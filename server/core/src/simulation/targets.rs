@@ -91,16 +91,8 @@ impl Check<'_> {
         for (joint, body) in entity.actuated() {
             let value = values.get(tree.bodies[body].velocity - root).copied().unwrap_or(0.0);
             let target = match whole {
-                WholeTarget::Position(_) => Target::Position {
-                    position: value,
-                    velocity: 0.0,
-                    stiffness: None,
-                    damping: None,
-                    feed_forward: 0.0,
-                },
-                WholeTarget::Velocity(_) => {
-                    Target::Velocity { velocity: value, damping: None, feed_forward: 0.0 }
-                }
+                WholeTarget::Position(_) => Target::position(value),
+                WholeTarget::Velocity(_) => Target::velocity(value),
                 WholeTarget::Effort(_) => Target::Effort(value),
                 WholeTarget::Passive => Target::Passive,
                 WholeTarget::Hold => Target::Hold,
@@ -145,7 +137,15 @@ impl Check<'_> {
         };
         let symmetric = |limit: Option<f64>| limit.unwrap_or(f64::INFINITY);
         let actuator = match *target {
-            Target::Position { position: wanted, velocity, stiffness, damping, feed_forward } => {
+            Target::Position {
+                position: wanted,
+                velocity,
+                stiffness,
+                damping,
+                feed_forward,
+                max_effort,
+                max_velocity,
+            } => {
                 let (lower, upper) = limits.range();
                 let wanted = bounded(wanted, lower, upper)?;
                 // On from where the target before has got to, or from where the joint is.
@@ -160,14 +160,23 @@ impl Check<'_> {
                     stiffness,
                     damping: damping.or_else(|| stiffness.map(|k| critical(k, axis))),
                     feed_forward,
+                    max_effort,
+                    max_velocity,
                     setpoint,
                     setpoint_rate,
                 }
             }
-            Target::Velocity { velocity, damping, feed_forward } => {
+            Target::Velocity { velocity, damping, feed_forward, max_effort } => {
                 let most = symmetric(limits.velocity);
                 let target = bounded(velocity, -most, most)?;
-                Actuator { mode: Mode::Velocity, target, damping, feed_forward, ..Actuator::default() }
+                Actuator {
+                    mode: Mode::Velocity,
+                    target,
+                    damping,
+                    feed_forward,
+                    max_effort,
+                    ..Actuator::default()
+                }
             }
             Target::Effort(effort) => {
                 let most = symmetric(limits.effort);
@@ -187,7 +196,7 @@ fn critical(stiffness: f64, axis: &Axis) -> f64 {
     2.0 * (stiffness * axis.settings.composite_inertia).sqrt()
 }
 
-/// Every number of a target is finite, and gains are not negative.
+/// Every number of a target is finite, and gains and limits are not negative.
 fn finite(joint: &str, target: &Target) -> Result<(), Error> {
     let check = |what: &str, value: f64, gain: bool| {
         if value.is_finite() && !(gain && value < 0.0) {
@@ -200,16 +209,27 @@ fn finite(joint: &str, target: &Target) -> Result<(), Error> {
         })
     };
     match *target {
-        Target::Position { position, velocity, stiffness, damping, feed_forward } => {
+        Target::Position {
+            position,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } => {
             check("the position target", position, false)?;
             check("the velocity of the position target", velocity, false)?;
             check("the stiffness", stiffness.unwrap_or(0.0), true)?;
             check("the damping", damping.unwrap_or(0.0), true)?;
+            check("the largest effort", max_effort.unwrap_or(0.0), true)?;
+            check("the largest velocity", max_velocity.unwrap_or(0.0), true)?;
             check("the feed-forward effort", feed_forward, false)
         }
-        Target::Velocity { velocity, damping, feed_forward } => {
+        Target::Velocity { velocity, damping, feed_forward, max_effort } => {
             check("the velocity target", velocity, false)?;
             check("the damping", damping.unwrap_or(0.0), true)?;
+            check("the largest effort", max_effort.unwrap_or(0.0), true)?;
             check("the feed-forward effort", feed_forward, false)
         }
         Target::Effort(effort) => check("the effort target", effort, false),

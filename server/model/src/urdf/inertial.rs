@@ -12,8 +12,11 @@ use super::geometry::pose;
 use super::mend::{Mended, given};
 use super::tree::Tree;
 use crate::inertia;
-use crate::report::Disposition::{Defaulted, Repaired, Used};
+use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 use crate::robot::{Geometry, Inertial, Joint, JointKind, Link};
+
+/// Kilograms above which a link is asked about.
+const SUSPICIOUS: f64 = 1e6;
 
 /// Sets `inertial` of the links.
 pub(super) fn resolve<'a, 'i>(
@@ -86,6 +89,10 @@ impl<'a, 'i> Said<'a, 'i> {
                 return found;
             }
         };
+        if mass > SUSPICIOUS {
+            let message = format!("a mass of {mass} kg is that of a ship: perhaps it is not in kilograms");
+            findings.warn(node, Used, message);
+        }
         let center_of_mass = self.link_from_mass.translation;
         let tensor = self.tensor.map(inertia::checked);
         if mass == 0.0 {
@@ -95,7 +102,7 @@ impl<'a, 'i> Said<'a, 'i> {
                 }
                 // As MuJoCo and PyBullet read it: frames of robots are often written so.
                 Some(Ok(_)) => {
-                    findings.info(node, Repaired, "its mass is 0, so its inertia is read as 0");
+                    findings.info(node, Ignored, "its mass is 0, so its inertia is read as 0");
                 }
                 None => {}
             }
@@ -179,7 +186,8 @@ impl Groups {
                 let message = format!("it has no mass: {mass:.6} kg, from its shapes at {density} kg/m^3");
                 link.inertial = found;
                 if is_root {
-                    findings.info(node, Repaired, format!("{message}; of no effect where the base is fixed"));
+                    let message = format!("{message}; of no effect where the base is fixed");
+                    findings.info(node, Defaulted, message);
                 } else {
                     findings.warn(node, Repaired, message);
                 }

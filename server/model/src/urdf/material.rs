@@ -41,17 +41,18 @@ impl<'m> Palette<'m> {
         let own = material.color.as_ref().map(|color| color.rgba.0);
         let color = own.or_else(|| self.colors.get(material.name.as_str()).copied());
         let Some(color) = color else {
-            // A texture without a colour is reported as not read where it stands.
-            if !material.name.is_empty() {
-                let message =
-                    format!("no colour is defined for {}; the default is shown", quoted(&material.name));
-                findings.info(node, Defaulted, message);
-            }
+            let message = if material.name.is_empty() {
+                "it gives no colour; the default is shown".to_owned()
+            } else {
+                format!("no colour is defined for {}; the default is shown", quoted(&material.name))
+            };
+            findings.info(node, Defaulted, message);
             return None;
         };
         let clamped = color.map(|part| part.clamp(0.0, 1.0));
         if clamped != color {
-            findings.info(node, Repaired, format!("rgba {color:?} is cut to 0 to 1"));
+            let [r, g, b, a] = color;
+            findings.warn(node, Repaired, format!("rgba {r} {g} {b} {a} is cut to 0 to 1"));
         }
         Some(clamped)
     }

@@ -1,73 +1,33 @@
 //! The structure of the document, checked before anything that recurses sees it.
 
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use roxmltree::{Document, Error, Node, NodeId, ParsingOptions};
 
-use super::Description;
 use super::findings::{Findings, Refusal, quoted};
 use super::vocabulary::NAMELESS;
-use crate::limits;
-use crate::report::Disposition;
+use super::{Description, document, text};
+use crate::limits::Limits;
+use crate::report::Disposition::Repaired;
 
 /// Parses the text. Neither roxmltree nor what is here recurses.
-pub(super) fn parse(text: &str) -> Result<Document<'_>, Refusal> {
-    check_counts(text)?;
-    let document = parse_xml(text).map_err(syntax)?;
-    check_depth(&document)?;
+pub(super) fn parse<'t>(text: &'t str, limits: &Limits) -> Result<Document<'t>, Refusal> {
+    let document = parse_xml(text, limits).map_err(|error| syntax(error, limits))?;
+    check_depth(&document, limits.xml_depth)?;
     Ok(document)
 }
 
-fn parse_xml(text: &str) -> Result<Document<'_>, Error> {
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: limits::XML_NODES, ..Default::default() };
+/// Parses within the cap on nodes.
+pub(super) fn parse_xml<'t>(text: &'t str, limits: &Limits) -> Result<Document<'t>, Error> {
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: limits.xml_nodes, ..Default::default() };
     Document::parse_with_options(text, options)
 }
 
-/// Real files use prefixes that they do not declare (`<controller:plugin>`):
-/// declares them at the root, on the root's line.
-pub(super) fn bind_prefixes<'a>(text: &'a str, findings: &mut Findings) -> Result<Cow<'a, str>, Refusal> {
-    const MOST: usize = 16;
-    check_counts(text)?;
-    let mut text = Cow::Borrowed(text);
-    for _ in 0..MOST {
-        let prefix = match parse_xml(&text) {
-            Err(Error::UnknownNamespace(prefix, _)) if prefix.len() <= limits::NAME_BYTES => prefix,
-            _ => break,
-        };
-        let Some(end) = root_name_end(&text) else { break };
-        let (before, after) = text.split_at(end);
-        text = Cow::Owned(format!("{before} xmlns:{prefix}=\"undeclared:{prefix}\"{after}"));
-        let message = format!("the prefix {} is not declared; read as if it were", quoted(&prefix));
-        findings.info_of_file(Disposition::Repaired, message);
-    }
-    Ok(text)
-}
-
-/// Where the name in the root's start tag ends.
-fn root_name_end(text: &str) -> Option<usize> {
-    let mut at = 0;
-    loop {
-        let rest = text.get(at..)?;
-        let open = rest.find('<')?;
-        let tag = rest.get(open..)?;
-        let end = if tag.starts_with("<!--") {
-            tag.find("-->")? + 3
-        } else if tag.starts_with("<?") {
-            tag.find("?>")? + 2
-        } else {
-            let name = tag.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?;
-            return Some(at + open + name);
-        };
-        at += open + end;
-    }
-}
-
 /// Counts that make roxmltree slow, before it sees them.
-fn check_counts(text: &str) -> Result<(), Refusal> {
+pub(super) fn check_counts(text: &str, limits: &Limits) -> Result<(), Refusal> {
     let namespaces = text.matches("xmlns").count();
-    if namespaces > limits::XML_NAMESPACES {
-        let cap = limits::XML_NAMESPACES;
+    if namespaces > limits.xml_namespaces {
+        let cap = limits.xml_namespaces;
         return Err(Refusal::of_file(format!("{namespaces} namespaces are declared; the most is {cap}")));
     }
     let mut line = 1;
@@ -82,8 +42,8 @@ fn check_counts(text: &str) -> Result<(), Refusal> {
         } else {
             let length = tag.get(1..).and_then(|tag| tag.find('<')).map_or(tag.len(), |next| next + 1);
             let signs = tag.bytes().take(length).filter(|byte| *byte == b'=').count();
-            if signs > limits::XML_ATTRIBUTES {
-                let cap = limits::XML_ATTRIBUTES;
+            if signs > limits.xml_attributes {
+                let cap = limits.xml_attributes;
                 let message = format!("an element has some {signs} attributes; the most is {cap}");
                 return Err(Refusal::at(line, message));
             }
@@ -100,14 +60,14 @@ fn newlines(text: &str) -> u32 {
     text.bytes().fold(0, |n, byte| n + u32::from(byte == b'\n'))
 }
 
-fn check_depth(document: &Document) -> Result<(), Refusal> {
+fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
     // Document order: a parent comes before its children.
     let mut depths: HashMap<NodeId, usize> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
         let above = node.parent_element().and_then(|parent| depths.get(&parent.id()));
         let depth = above.map_or(1, |above| above + 1);
-        if depth > limits::XML_DEPTH {
-            let (cap, line) = (limits::XML_DEPTH, document.text_pos_at(node.range().start).row);
+        if depth > cap {
+            let line = document.text_pos_at(node.range().start).row;
             return Err(Refusal::at(line, format!("elements are nested deeper than {cap} levels")));
         }
         depths.insert(node.id(), depth);
@@ -115,10 +75,10 @@ fn check_depth(document: &Document) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn syntax(error: Error) -> Refusal {
+fn syntax(error: Error, limits: &Limits) -> Refusal {
     match error {
         Error::NodesLimitReached => {
-            let cap = limits::XML_NODES;
+            let cap = limits.xml_nodes;
             Refusal::of_file(format!("the URDF has more than {cap} XML nodes"))
         }
         Error::DtdDetected => {
@@ -135,26 +95,41 @@ fn syntax(error: Error) -> Refusal {
     }
 }
 
-/// The root, if the document is a URDF.
+/// The `<robot>`, if the document is a URDF.
 pub(super) fn robot_element<'a, 'i>(
     document: &'a Document<'i>,
-    findings: &Findings,
+    findings: &mut Findings,
 ) -> Result<Node<'a, 'i>, Refusal> {
     let root = document.root_element();
-    if !is(root, "robot") {
-        let tag = quoted(root.tag_name().name()).replace('"', "");
-        let message = format!("this is not a URDF: the root element is <{tag}>");
-        return Err(Refusal::at(findings.line(root), message));
-    }
     let xacro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
+    let robot = if is(root, "robot") { root } else { inner_robot(root, findings)? };
     if let Some(node) = document.descendants().find(xacro) {
         let message = "this is a xacro file; run xacro on it and send what that prints";
         return Err(Refusal::at(findings.line(node), message.to_owned()));
     }
-    if !root.children().any(|node| is(node, "link")) {
-        return Err(findings.refuse(root, "the robot has no links"));
+    if !robot.children().any(|node| is(node, "link")) {
+        return Err(findings.refuse(robot, "the robot has no links"));
     }
-    Ok(root)
+    Ok(robot)
+}
+
+/// Some exporters write `<urdf><robot>...</robot></urdf>`.
+fn inner_robot<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<Node<'a, 'i>, Refusal> {
+    let tag = quoted(root.tag_name().name()).replace('"', "");
+    let mut robots = root.children().filter(|node| is(*node, "robot"));
+    let (Some(robot), None) = (robots.next(), robots.next()) else {
+        let advice = match tag.as_str() {
+            "sdf" => "; convert SDF to URDF first",
+            "mujoco" => "; this is MuJoCo's own format: send a URDF",
+            "COLLADA" => "; this is a mesh: send the URDF that names it",
+            _ if tag.eq_ignore_ascii_case("robot") => "; write it <robot>",
+            _ => "",
+        };
+        let message = format!("this is not a URDF: the root element is <{tag}>{advice}");
+        return Err(Refusal::at(findings.line(root), message));
+    };
+    findings.warn(robot, Repaired, format!("it stands inside of <{tag}>; read as if it were the root"));
+    Ok(robot)
 }
 
 /// Whether a node is an element of URDF with this name.
@@ -168,9 +143,13 @@ fn node_default<'a>(node: Node<'a, '_>) -> Option<&'a str> {
 }
 
 /// The name and the mesh URIs.
-pub(super) fn description(text: &str, findings: &mut Findings) -> Result<Description, Refusal> {
-    let text = bind_prefixes(text, findings)?;
-    let document = parse(&text)?;
+pub(super) fn description(
+    urdf: &[u8],
+    limits: &Limits,
+    findings: &mut Findings,
+) -> Result<Description, Refusal> {
+    let text = document::mended(text::decode(urdf, limits, findings)?, limits, findings)?;
+    let document = parse(&text, limits)?;
     findings.set_text(&text);
     let root = robot_element(&document, findings)?;
     let mut seen = HashSet::new();

@@ -105,6 +105,8 @@ fn position_target(at: &Path<'_>, given: &v1::PositionTarget) -> Result<Target, 
         stiffness: optional_at_least_zero(at, "stiffness", given.stiffness)?,
         damping: optional_at_least_zero(at, "damping", given.damping)?,
         feed_forward: at.field("feed_forward_effort").finite(given.feed_forward_effort)?,
+        max_effort: optional_at_least_zero(at, "max_effort", given.max_effort)?,
+        max_velocity: optional_at_least_zero(at, "max_velocity", given.max_velocity)?,
     })
 }
 
@@ -113,6 +115,7 @@ fn velocity_target(at: &Path<'_>, given: &v1::VelocityTarget) -> Result<Target, 
         velocity: at.field("velocity").finite(given.velocity)?,
         damping: optional_at_least_zero(at, "damping", given.damping)?,
         feed_forward: at.field("feed_forward_effort").finite(given.feed_forward_effort)?,
+        max_effort: optional_at_least_zero(at, "max_effort", given.max_effort)?,
     })
 }
 

@@ -36,10 +36,7 @@ fn targets_keep_their_numbers_and_absent_gains_stay_absent() {
     assert!(!targets.refuse_beyond_limits);
     assert_eq!(targets.claim, None);
     assert_eq!(targets.robots[0].robot, "arm");
-    assert_eq!(
-        targets.robots[0].joints[0].target,
-        Target::Position { position: 0.5, velocity: 0.0, stiffness: None, damping: None, feed_forward: 0.0 }
-    );
+    assert_eq!(targets.robots[0].joints[0].target, Target::position(0.5));
     let targets = joint::set_targets(whole(v1::JointMode::Effort, vec![1.0, 2.0]), 2, "c".into()).unwrap();
     assert!(targets.refuse_beyond_limits);
     assert_eq!(targets.claim.as_deref(), Some("c"));

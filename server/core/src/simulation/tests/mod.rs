@@ -96,11 +96,11 @@ fn set(world: &mut Simulation, target: Target) -> Result<Applied, Error> {
 }
 
 fn position(position: f64) -> Target {
-    Target::Position { position, velocity: 0.0, stiffness: None, damping: None, feed_forward: 0.0 }
+    Target::position(position)
 }
 
 fn velocity(velocity: f64) -> Target {
-    Target::Velocity { velocity, damping: None, feed_forward: 0.0 }
+    Target::velocity(velocity)
 }
 
 fn look(world: &Simulation) -> Snapshot {
@@ -212,6 +212,40 @@ fn a_saturated_actuator_moves_the_joint_as_its_limit_would() {
     assert!((seen.positions[0] - expected).abs() < 1e-12, "{} {expected}", seen.positions[0]);
     assert!(seen.flags[0].saturated);
     assert_eq!(seen.efforts, [0.01]);
+}
+
+/// As the joint's own limit would, and the smaller of the two counts.
+#[test]
+fn a_target_brings_its_own_limits_of_effort_and_velocity() {
+    let limited = arm_with(|joint| joint.limits.effort = Some(0.02));
+    for (max_effort, applied) in [(0.01, 0.01), (0.05, 0.02), (0.0, 0.0)] {
+        let mut world = world_with(1e-3, spawn("arm", Arc::clone(&limited)));
+        let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
+        world.apply(&Command::SetPhysics(physics)).unwrap();
+        let fast = Target::Velocity {
+            velocity: 1e3,
+            damping: None,
+            feed_forward: 0.0,
+            max_effort: Some(max_effort),
+        };
+        set(&mut world, fast).unwrap();
+        assert_eq!(run(&mut world, 0.1).efforts, [applied]);
+    }
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    let Target::Position { position, velocity, stiffness, damping, feed_forward, max_effort, .. } =
+        position(1.0)
+    else {
+        unreachable!()
+    };
+    let max_velocity = Some(0.5);
+    let slow =
+        Target::Position { position, velocity, stiffness, damping, feed_forward, max_effort, max_velocity };
+    set(&mut world, slow).unwrap();
+    for _ in 0..1000 {
+        world.step();
+        assert!(look(&world).velocities[0] < 0.5 * 1.01);
+    }
+    assert!((look(&world).positions[0] - 0.5).abs() < 0.02);
 }
 
 /// A saturated arm that arrives is released: 0.4 N m holds the arm, whose weight asks for 0.33.
