@@ -111,6 +111,7 @@ def cases():
     dampers = {"kind": "velocity", "targets": named(arm, [2.0, 3.0, -2.0, 1.5, -3.0, 2.0, 1.0])}
     out += [
         Case("rotor, dry friction", "kinked", own + "rotor.urdf", {}, {"axle": 5.0}, friction=0.2),
+        Case("held on a slope by friction", "kinked", own + "slope.urdf", {}, {}, 2.0, friction=7.5),
         Case("seven_arm, dry friction", "kinked", arm, bent, moving, friction=4.0),
         Case("pendulum on a stop", "kinked", own + "pendulum.urdf", {"hinge": 1.2}, {}, 0.96,
              limits={"hinge": (-0.3, 1.5)}),

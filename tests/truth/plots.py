@@ -12,6 +12,7 @@ import numpy as np
 STYLES = {
     "PyBullet": {"color": "#2f9e44", "lw": 1.6, "marker": "s", "ms": 14, "mfc": "none"},
     "MuJoCo": {"color": "#74c0fc", "lw": 5, "marker": "o", "ms": 9},
+    "MuJoCo implicitfast": {"color": "#1864ab", "lw": 1.2, "marker": "v", "ms": 6},
     "simd": {"color": "#d9480f", "lw": 1.6, "ls": "--", "marker": "D", "ms": 5},
 }
 ROUNDING = 1e-11
@@ -82,7 +83,8 @@ def overview(results, title, path):
         said = []
         for engine in STYLES:
             if engine not in result["errors"]:
-                said.append(f"{engine}: no armature")
+                if engine == "PyBullet":
+                    said.append("PyBullet: no armature")
                 continue
             error = worst(result["errors"][engine][1e-3])
             if error is None:
@@ -94,6 +96,8 @@ def overview(results, title, path):
                 points[engine][1].append(place)
         words.append((place, ", ".join(said)))
     for engine, style in STYLES.items():
+        if not points[engine][0]:
+            continue
         face = style.get("mfc", style["color"])
         axes.scatter(*points[engine], s=style["ms"] ** 2, edgecolors=style["color"], facecolors=face,
                      marker=style["marker"], label=engine, zorder=3)
@@ -106,7 +110,7 @@ def overview(results, title, path):
     axes.set_xlabel("largest error of a joint or the root at a time step of 1 ms, rad or m")
     axes.grid(True, axis="x", alpha=0.3)
     axes.grid(True, axis="y", alpha=0.15)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=9)
     axes.set_title(title, fontsize=11)
     figure.savefig(path, dpi=110)
     plt.close(figure)

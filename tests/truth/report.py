@@ -78,6 +78,9 @@ def measure(case, grid, own, folder):
 
     found = {"simd": {h: errors(own[case.name, h]) for h in TIME_STEPS},
              "MuJoCo": {h: errors(in_mujoco.run(case, h, grid)) for h in TIME_STEPS}}
+    if case.drive:
+        fast = in_mujoco.mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        found["MuJoCo implicitfast"] = {h: errors(in_mujoco.run(case, h, grid, fast)) for h in TIME_STEPS}
     if in_pybullet.can(case):
         found["PyBullet"] = {h: errors(in_pybullet.run(case, h, grid, folder)) for h in TIME_STEPS}
     at_1_ms = {engine: plots.worst(by_step[1e-3]) for engine, by_step in found.items()}
@@ -160,7 +163,7 @@ below {rounding:.0e}.
 BETWEEN = """
 MuJoCo's limits, dry friction and equalities are soft by design, with a time constant of 20 ms; its errors there are not
 for want of accuracy. The dampers of its actuators are explicit in Euler: a stiff one with a limit switches from limit
-to limit.
+to limit. Its `implicitfast`, which is drawn beside it for cases with actuators, has them implicit.
 
 PyBullet. {of_pybullet}
 
