@@ -43,7 +43,7 @@ pub use entity::{Reloaded, Spawned};
 pub use error::{Error, Refusal};
 pub use event::{EventWatch, Observed};
 pub use joint::{JointWatch, every_joint, some_joints};
-pub use package::Package;
+pub use package::{OpenOptions, Package};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, v1 as proto};
