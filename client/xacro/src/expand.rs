@@ -77,7 +77,10 @@ impl<'l> Expansion<'l> {
         self.readings = 1;
         self.bytes = text.len();
         let root = self.parse(text, 0)?;
-        let made = self.plain(&root, 1)?;
+        // The root's attributes may use what its content declares: `name="$(arg name)"`.
+        let body = self.children(&root, 1)?;
+        let attributes = self.attributes(&root)?;
+        let made = self.make(&root, root.name.clone(), attributes, body.made)?;
         let written = write(&made, &self.namespaces).map_err(|fault| self.at(&root, fault))?;
         let Self { files, messages, .. } = self;
         Ok(Expanded { urdf: written.text, files, messages, lines: written.lines })
@@ -122,12 +125,16 @@ impl<'l> Expansion<'l> {
         folder.map_or_else(String::new, |folder| folder.to_string_lossy().into_owned())
     }
 
-    fn children(&mut self, items: &[Item], depth: usize) -> Result<Body, Error> {
+    /// The content of an element, but for its attributes.
+    fn children(&mut self, element: &Element, depth: usize) -> Result<Body, Error> {
         let mut body = Body::default();
-        for item in items {
+        for item in &element.children {
             match item {
-                Item::Element(element) => self.element(element, depth, &mut body)?,
-                Item::Text(_) => {}
+                Item::Element(child) => self.element(child, depth, &mut body)?,
+                Item::Text(text) => {
+                    let text = self.text(text, self.scopes.top()).map_err(|fault| self.at(element, fault))?;
+                    body.made.extend((!text.trim().is_empty()).then_some(Made::Text(text)));
+                }
             }
         }
         Ok(body)
@@ -136,11 +143,7 @@ impl<'l> Expansion<'l> {
     /// An element that is not of xacro.
     fn plain(&mut self, element: &Element, depth: usize) -> Result<MadeElement, Error> {
         let level = self.scopes.top();
-        let mut attributes = Vec::with_capacity(element.attributes.len());
-        for (name, text) in &element.attributes {
-            let value = self.text(text, level).map_err(|fault| self.at(element, fault))?;
-            attributes.push((name.clone(), path(value)));
-        }
+        let mut attributes = self.attributes(element)?;
         let mut children = Vec::new();
         for item in &element.children {
             match item {
@@ -157,6 +160,16 @@ impl<'l> Expansion<'l> {
             }
         }
         self.make(element, element.name.clone(), attributes, children)
+    }
+
+    fn attributes(&mut self, element: &Element) -> Result<Vec<(String, String)>, Error> {
+        let level = self.scopes.top();
+        let mut attributes = Vec::with_capacity(element.attributes.len());
+        for (name, text) in &element.attributes {
+            let value = self.text(text, level).map_err(|fault| self.at(element, fault))?;
+            attributes.push((name.clone(), path(value)));
+        }
+        Ok(attributes)
     }
 
     fn make(
@@ -213,7 +226,7 @@ impl<'l> Expansion<'l> {
 
     /// The content of an element, as if it stood there alone.
     fn content(&mut self, element: &Element, depth: usize, body: &mut Body) -> Result<(), Error> {
-        let mut inner = self.children(&element.children, depth + 1)?;
+        let mut inner = self.children(element, depth + 1)?;
         body.made.append(&mut inner.made);
         merge(&mut body.attributes, inner.attributes);
         Ok(())
@@ -240,6 +253,7 @@ impl<'l> Expansion<'l> {
             Some("global") => 0,
             Some(scope) => return Err(format!("{} is no scope; it is parent or global", shown(scope))),
         };
+        let is_lazy = element.attribute("lazy_eval").is_none_or(|word| Value::literal(word).truth());
         if element.attribute("remove").is_some() {
             return Err(not_supported("remove of a property"));
         }
@@ -255,7 +269,9 @@ impl<'l> Expansion<'l> {
             return Ok(());
         };
         let entry = match Value::literal(text) {
-            Value::Text(text) if level != top => Entry::Value(self.value(&text, top)?.into_literal()),
+            Value::Text(text) if level != top || !is_lazy => {
+                Entry::Value(self.value(&text, top)?.into_literal())
+            }
             Value::Text(text) if text.contains('$') => Entry::Lazy(text),
             value => Entry::Value(value),
         };
@@ -313,7 +329,7 @@ impl<'l> Expansion<'l> {
             }
         }
         check_name(&name).map_err(|fault| self.at(element, fault))?;
-        let inner = self.children(&element.children, depth + 1)?;
+        let inner = self.children(element, depth + 1)?;
         merge(&mut attributes, inner.attributes);
         let made = self.make(element, name, attributes, inner.made)?;
         body.made.push(Made::Element(Rc::new(made)));
@@ -346,7 +362,7 @@ impl<'l> Expansion<'l> {
         }
         // Blocks are the elements in the call, expanded for the caller.
         let mut blocks = Vec::new();
-        let given = self.children(&element.children, depth + 1)?;
+        let given = self.children(element, depth + 1)?;
         let mut given = given.made.into_iter().filter_map(|made| match made {
             Made::Element(element) => Some(element),
             Made::Text(_) => None,

@@ -113,6 +113,11 @@ fn properties_are_computed_when_they_are_used_and_keep_their_type() {
             "<xacro:property name='a'><p/><q r='${1 + 1}'/></xacro:property><x><xacro:insert_block name='a'/></x>",
             "<x><p/><q r=\"2\"/></x>",
         ),
+        (
+            "<xacro:property name='a' value='${dict({\"b\": 5})}'/><xacro:property name='a' value='${a[\"b\"]}' lazy_eval='false'/><x y='${a}'/>",
+            "<x y=\"5\"/>",
+        ),
+        ("<x><xacro:if value='1'>${xacro.warning('hm')}a${1 + 1}</xacro:if></x>", "<x>a2</x>"),
         ("<x y='$${a} $$(b) $ 5'/>", "<x y=\"${a} $(b) $ 5\"/>"),
         ("<x>${1 + 1} m</x>", "<x>2 m</x>"),
     ] {
@@ -183,6 +188,12 @@ fn macros_have_defaults_blocks_and_names_of_their_own() {
     ] {
         assert_eq!(content(text).unwrap(), expected, "{text}");
     }
+}
+
+#[test]
+fn the_robots_own_name_may_be_an_argument_that_it_declares() {
+    let text = robot("<xacro:arg name='n' default='arm'/>").replace("\"r\"", "\"$(arg n)\"");
+    assert!(expand_text(&text, &BTreeMap::new()).unwrap().urdf.contains("<robot name=\"arm\"/>"));
 }
 
 #[test]
