@@ -18,4 +18,4 @@ pub use limits::Limits;
 pub use name::wire_name;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
-pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, read};
+pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, other_case, read};
