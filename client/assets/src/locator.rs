@@ -295,7 +295,10 @@ impl Search<'_> {
             return None;
         }
         if !self.kind.has(&real) {
-            self.pass_by(Why::NotAMesh);
+            self.pass_by(match self.kind {
+                Kind::Mesh => Why::NotAMesh,
+                Kind::Source => Why::NotASource,
+            });
             return None;
         }
         Some(real)

@@ -72,6 +72,9 @@ pub enum Why {
     /// Not by its extension.
     #[error("is not a mesh or an image by its name")]
     NotAMesh,
+    /// The same of what a xacro file names.
+    #[error("is not a xacro or YAML file by its name")]
+    NotASource,
     /// Only by letters' case, and more than one.
     #[error("fits several files that differ in capital letters alone")]
     Ambiguous,
@@ -94,6 +97,7 @@ impl Why {
             Self::AbsoluteOutside => "absolute_outside",
             Self::LinkLeadsOut => "link_leads_out",
             Self::NotAMesh => "not_a_mesh",
+            Self::NotASource => "not_a_source",
             Self::Ambiguous => "ambiguous",
         }
     }

@@ -44,7 +44,7 @@ pub use entity::{Reloaded, Spawned};
 pub use error::{Error, Refusal};
 pub use event::{EventWatch, Observed};
 pub use joint::{JointWatch, every_joint, some_joints};
-pub use package::Package;
+pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};

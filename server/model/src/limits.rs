@@ -22,7 +22,7 @@ pub struct Limits {
     pub name_bytes: usize,
     /// Links of a robot, and its joints.
     pub links: usize,
-    /// Visual and collision shapes of a robot.
+    /// Visual and collision shapes of a robot, and its materials.
     pub shapes: usize,
     /// Bytes of a mesh file.
     pub mesh_bytes: usize,

@@ -161,6 +161,10 @@ impl Assets for DiskAssets {
         let bytes = self.read.borrow_mut().entry(sha256).or_insert(bytes).clone();
         Ok(Asset { sha256, bytes })
     }
+
+    fn note(&self, uri: &str) -> Option<String> {
+        simd_model::other_case(uri, self.locator.find(uri).ok()?.to_str()?)
+    }
 }
 
 fn no_urdf(error: NoUrdf) -> CallError {

@@ -4,23 +4,37 @@
 
 use std::borrow::Cow;
 
-use roxmltree::Error;
+use roxmltree::{Error, Node};
 
 use super::findings::{Findings, Refusal, quoted};
-use super::prescan::{check_counts, parse_xml};
+use super::prescan::{check_counts, check_depth, parse_xml, robot_element, syntax};
+use super::text;
 use crate::limits::Limits;
-use crate::report::{Disposition, Severity};
+use crate::report::{Disposition, Severity, counted};
 
-/// The text as an XML parser takes it.
-pub(super) fn mended<'a>(
-    text: Cow<'a, str>,
+/// Reads the bytes as a document and gives its `<robot>` to `then`.
+pub(super) fn open<T>(
+    urdf: &[u8],
     limits: &Limits,
     findings: &mut Findings,
-) -> Result<Cow<'a, str>, Refusal> {
+    then: impl FnOnce(Node, &mut Findings) -> Result<T, Refusal>,
+) -> Result<T, Refusal> {
+    let text = text::decode(urdf, limits, findings)?;
     let text = without_declarations(text, findings);
     let text = without_tail(text, findings);
     check_counts(&text, limits)?;
-    Ok(bind_prefixes(text, limits, findings))
+    let bound;
+    let document = match parse_xml(&text, limits) {
+        Err(Error::UnknownNamespace(..)) => {
+            bound = bind_prefixes(&text, limits, findings);
+            parse_xml(&bound, limits)
+        }
+        parsed => parsed,
+    };
+    let document = document.map_err(|error| syntax(error, limits))?;
+    check_depth(&document, limits.xml_depth)?;
+    findings.set_text(document.input_text());
+    then(robot_element(&document, findings)?, findings)
 }
 
 fn repaired(findings: &mut Findings, line: Option<u32>, message: String) {
@@ -42,9 +56,13 @@ struct Prologue {
 }
 
 fn prologue(text: &str) -> Prologue {
+    // One is right, two have been seen; what has more of them is no mistake.
+    const MOST: usize = 8;
     let mut found = Prologue { declarations: Vec::new(), root_name_end: None };
     let mut at = 0;
-    while let Some(open) = text.get(at..).and_then(|rest| rest.find('<')).map(|open| at + open) {
+    while found.declarations.len() < MOST
+        && let Some(open) = text.get(at..).and_then(|rest| rest.find('<')).map(|open| at + open)
+    {
         let tag = text.get(open..).unwrap_or_default();
         let length = if tag.starts_with("<!--") {
             tag.find("-->").map(|end| end + 3)
@@ -88,16 +106,19 @@ fn without_declarations<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<
     Cow::Owned(text)
 }
 
-/// Nothing after the last `>` can belong to a document: some end in a NUL byte.
+/// Nothing after the last end tag can belong to a document: some end in a NUL byte.
 fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {
     let Some(end) = text.rfind('>').map(|last| last + 1) else { return text };
     let tail = text.get(end..).unwrap_or_default();
     let rest = tail.trim();
-    if rest.is_empty() {
+    let begin = text.get(..end).and_then(|text| text.rfind('<')).unwrap_or(0);
+    let is_end_tag = text.get(begin..).is_some_and(|tag| tag.starts_with("</"));
+    if rest.is_empty() || !is_end_tag {
         return text;
     }
     let line = line_of(&text, end + tail.find(rest).unwrap_or(0));
-    let message = format!("{} bytes after the end of the document are left out", rest.len());
+    let bytes = counted(rest.len(), "byte");
+    let message = format!("there is more after the end of the document: {bytes}, left out");
     repaired(findings, Some(line), message);
     match text {
         Cow::Borrowed(text) => Cow::Borrowed(text.get(..end).unwrap_or(text)),
@@ -110,18 +131,18 @@ fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str>
 
 /// Real files use prefixes that they do not declare (`<controller:plugin>`):
 /// declares them at the root, on the root's line.
-fn bind_prefixes<'a>(mut text: Cow<'a, str>, limits: &Limits, findings: &mut Findings) -> Cow<'a, str> {
+fn bind_prefixes(text: &str, limits: &Limits, findings: &mut Findings) -> String {
     const MOST: usize = 16;
+    let mut text = text.to_owned();
     for _ in 0..MOST {
-        let prefix = match parse_xml(&text, limits) {
-            Err(Error::UnknownNamespace(prefix, _)) if prefix.len() <= limits.name_bytes => prefix,
+        let (prefix, line) = match parse_xml(&text, limits) {
+            Err(Error::UnknownNamespace(prefix, at)) if prefix.len() <= limits.name_bytes => (prefix, at.row),
             _ => break,
         };
         let Some(end) = prologue(&text).root_name_end else { break };
-        let (before, after) = text.split_at(end);
-        text = Cow::Owned(format!("{before} xmlns:{prefix}=\"undeclared:{prefix}\"{after}"));
+        text.insert_str(end, &format!(" xmlns:{prefix}=\"undeclared:{prefix}\""));
         let message = format!("the prefix {} is not declared; read as if it were", quoted(&prefix));
-        repaired(findings, None, message);
+        repaired(findings, Some(line), message);
     }
     text
 }

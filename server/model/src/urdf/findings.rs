@@ -76,6 +76,12 @@ impl Findings {
         u32::try_from(self.line_starts.partition_point(|line| *line <= start) + 1).unwrap_or(u32::MAX)
     }
 
+    /// Whether there is no more room for trifles.
+    pub(super) fn is_full(&self) -> bool {
+        let [_, infos, _] = &self.rooms;
+        infos.taken >= self.most
+    }
+
     /// What was taken from an element as it is.
     pub(super) fn used(&mut self, node: Node, message: impl FnOnce() -> String) {
         self.push(Severity::Info, Disposition::Used, Place { node, file: None }, false, message);

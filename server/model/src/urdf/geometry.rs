@@ -65,6 +65,7 @@ pub(super) fn geometry<'a>(
             Geometry::Capsule { radius: *radius, length: *length }
         }
         urdf_rs::Geometry::Mesh { filename, scale } => {
+            let node = mended.child(node, "mesh").unwrap_or(node);
             let scale = scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0));
             if scale.to_array().contains(&0.0) {
                 findings.warn(node, Ignored, format!("a scale of 0 leaves nothing of {}", quoted(filename)));

@@ -13,6 +13,7 @@ use super::mend::{Mended, given};
 use super::tree::Tree;
 use crate::inertia;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
+use crate::report::short;
 use crate::robot::{Geometry, Inertial, Joint, JointKind, Link};
 
 /// Kilograms above which a link is asked about.
@@ -83,8 +84,8 @@ impl<'a, 'i> Said<'a, 'i> {
                     findings.warn(node, Repaired, format!("{what}, and no shape to take one from: no mass"));
                     return Inertial::ZERO;
                 };
-                let mass = found.mass;
-                let message = format!("{what}: {mass:.6} kg, from the shapes at {} kg/m^3", inertia::DENSITY);
+                let (mass, density) = (short(found.mass), inertia::DENSITY);
+                let message = format!("{what}: {mass} kg, from its shapes at {density} kg/m^3");
                 findings.warn(node, Repaired, message);
                 return found;
             }
@@ -120,7 +121,7 @@ impl<'a, 'i> Said<'a, 'i> {
         let scaled = of_link(link).map(|found| found.inertia * (mass / found.mass));
         let inertia = match scaled.filter(|inertia| inertia.is_finite()) {
             Some(inertia) => {
-                findings.warn(node, Repaired, format!("{why}: taken from the shapes, with the file's mass"));
+                findings.warn(node, Repaired, format!("{why}: taken from its shapes, with the file's mass"));
                 inertia
             }
             None => {
@@ -182,8 +183,8 @@ impl Groups {
         let found = if needed { of_link(link) } else { None };
         match found {
             Some(found) => {
-                let (mass, density) = (found.mass, inertia::DENSITY);
-                let message = format!("it has no mass: {mass:.6} kg, from its shapes at {density} kg/m^3");
+                let (mass, density) = (short(found.mass), inertia::DENSITY);
+                let message = format!("it has no mass: {mass} kg, from its shapes at {density} kg/m^3");
                 link.inertial = found;
                 if is_root {
                     let message = format!("{message}; of no effect where the base is fixed");

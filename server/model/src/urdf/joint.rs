@@ -112,7 +112,7 @@ fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findi
         position_limits(&limit, node, &mut unset, findings)
     };
     let mut positive = |name: &'static str, value: Option<f64>| {
-        let value = value?;
+        let value = value.unwrap_or(0.0);
         if value == 0.0 || !value.is_finite() {
             unset.push((name, value));
             return None;

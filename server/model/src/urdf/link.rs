@@ -25,7 +25,7 @@ pub(super) fn read_all<'a, 'i>(
 ) -> Result<Vec<Link>, Refusal> {
     let mut reader = Reader {
         mended,
-        palette: Palette::of(mended),
+        palette: Palette::of(mended, findings),
         surfaces: Surfaces::of(mended, findings),
         meshes: Meshes::new(assets, limits),
         deadline,

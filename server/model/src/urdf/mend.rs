@@ -74,9 +74,12 @@ pub(super) fn mend<'a, 'i>(
     }
     let shape = |node: &Node| is(*node, "visual") || is(*node, "collision");
     let shapes = root.descendants().filter(shape).count();
-    if shapes > limits.shapes {
-        let cap = limits.shapes;
-        return Err(findings.refuse(root, format!("the robot has {shapes} shapes; the most is {cap}")));
+    let materials = root.children().filter(|node| is(*node, "material")).count();
+    for (what, count) in [("shapes", shapes), ("materials", materials)] {
+        if count > limits.shapes {
+            let cap = limits.shapes;
+            return Err(findings.refuse(root, format!("the robot has {count} {what}; the most is {cap}")));
+        }
     }
     let mut mender = Mender { xml: String::new(), kept: HashSet::new(), limits, findings };
     mender.element(root, &ROBOT)?;
@@ -212,16 +215,17 @@ impl Mender<'_> {
 
     /// The first child that can be used, in the order of the file.
     fn one_child(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
-        let mut any = false;
+        let (mut any, mut tried) = (false, false);
         for child in node.children() {
             let Some(wanted) = element.children.iter().find(|wanted| is(child, wanted.tag)) else { continue };
+            tried = true;
             if any {
                 self.findings.warn(child, Ignored, ONE_TOO_MANY);
             } else {
                 any = self.element(child, wanted)?;
             }
         }
-        if !any {
+        if !tried {
             self.findings.warn(node, Ignored, "it has no shape that simd knows");
         }
         Ok(any)

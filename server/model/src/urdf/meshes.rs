@@ -10,6 +10,7 @@ use super::findings::{Findings, quoted};
 use crate::limits::Limits;
 use crate::mesh;
 use crate::report::Disposition::{Ignored, Repaired};
+use crate::report::counted;
 use crate::robot::{MeshAsset, Sha256};
 
 /// What a mesh is for.
@@ -68,9 +69,13 @@ impl<'s> Meshes<'s> {
             Ok(asset) => {
                 if is_first {
                     let (triangles, vertices) = (asset.triangles.len(), asset.vertices.len());
-                    findings.used_file(node, uri, || format!("{triangles} triangles, {vertices} corners"));
-                    if uri.contains('\\') {
-                        let message = format!("mesh {} has backslashes: read as slashes", quoted(uri));
+                    findings.used_file(node, uri, || {
+                        format!("{}, {}", counted(triangles, "triangle"), counted(vertices, "corner"))
+                    });
+                    let backslashes =
+                        uri.contains('\\').then(|| "backslashes are read as slashes".to_owned());
+                    for repair in backslashes.into_iter().chain(self.assets.note(uri)) {
+                        let message = format!("mesh {}: {repair}", quoted(uri));
                         findings.warn_of_file(node, uri, Repaired, true, message);
                     }
                 }
@@ -90,10 +95,10 @@ impl<'s> Meshes<'s> {
     }
 
     fn find(&mut self, uri: &str) -> Found {
-        let asset = self.assets.find(uri).map_err(|places| {
-            let places = if places.is_empty() { "nowhere".to_owned() } else { places.join(", ") };
-            format!("mesh {} is not found; looked in: {places}", quoted(uri))
-        })?;
+        let asset = self
+            .assets
+            .find(uri)
+            .map_err(|places| format!("mesh {} {}", quoted(uri), absent(uri, &places)))?;
         if let Some(found) = self.by_content.get(&asset.sha256) {
             return found.clone();
         }
@@ -121,4 +126,28 @@ impl<'s> Meshes<'s> {
         }
         Ok(Arc::new(MeshAsset { sha256: asset.sha256, vertices, triangles }))
     }
+}
+
+/// Why there is no file, after its URI.
+fn absent(uri: &str, places: &[String]) -> String {
+    // Where the URI itself is what is wrong, no place was looked at.
+    let wrong = format!("because `{uri}` ");
+    match places {
+        [] => "is not found".to_owned(),
+        [only] => match only.split_once(&wrong) {
+            Some((_, why)) => why.to_owned(),
+            None => format!("is not found; looked in: {only}"),
+        },
+        several => format!("is not found; looked in: {}", several.join(", ")),
+    }
+}
+
+/// What is to be said where a file was found under a path whose letters are not
+/// those of the URI: an [`Assets::note`](super::Assets::note).
+pub fn other_case(uri: &str, found: &str) -> Option<String> {
+    let parts = |path: &str| -> Vec<String> { path.rsplit(['/', '\\']).map(str::to_owned).collect() };
+    let (written, found) = (parts(uri), parts(found));
+    let same = written.iter().zip(&found).take_while(|(a, b)| a.to_lowercase() == b.to_lowercase());
+    let differs = same.into_iter().filter(|(a, b)| a != b).last();
+    differs.map(|(_, there)| format!("it is found as {}; capital letters matter elsewhere", quoted(there)))
 }

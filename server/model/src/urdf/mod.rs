@@ -37,6 +37,8 @@ use crate::robot::{RobotModel, Sha256};
 use deadline::Deadline;
 use findings::{Findings, Refusal};
 
+pub use meshes::other_case;
+
 /// A file that a description names.
 #[derive(Clone, Debug)]
 pub struct Asset {
@@ -51,6 +53,13 @@ pub trait Assets {
     /// The file for a URI as the description writes it, or the places where it
     /// was looked for.
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>>;
+
+    /// What had to be forgiven to find it, for instance capital letters, as a
+    /// fragment of a sentence.
+    fn note(&self, uri: &str) -> Option<String> {
+        let _ = uri;
+        None
+    }
 }
 
 /// How to read.
@@ -100,7 +109,8 @@ pub struct Description {
 /// meaning is described all the same.
 pub fn describe(urdf: &[u8], limits: &Limits) -> Result<Description, Refused> {
     let mut findings = Findings::new(limits.findings);
-    prescan::description(urdf, limits, &mut findings).map_err(|refusal| findings.refused(refusal))
+    let described = document::open(urdf, limits, &mut findings, |root, _| Ok(prescan::description(root)));
+    described.map_err(|refusal| findings.refused(refusal))
 }
 
 /// The robot, and what was done to its description on the way.
@@ -128,18 +138,26 @@ fn model(
     findings: &mut Findings,
 ) -> Result<RobotModel, Refusal> {
     scale::check(options.scale)?;
+    let deadline = Deadline::new(options.limits.time);
+    document::open(urdf, &options.limits, findings, |root, findings| {
+        from_element(root, assets, options, &deadline, findings)
+    })
+}
+
+fn from_element(
+    root: roxmltree::Node,
+    assets: &dyn Assets,
+    options: &ReadOptions,
+    deadline: &Deadline,
+    findings: &mut Findings,
+) -> Result<RobotModel, Refusal> {
     let limits = &options.limits;
-    let deadline = Deadline::new(limits.time);
-    let text = document::mended(text::decode(urdf, limits, findings)?, limits, findings)?;
-    let document = prescan::parse(&text, limits)?;
-    findings.set_text(&text);
-    let root = prescan::robot_element(&document, findings)?;
     deadline.check()?;
     let mut mended = mend::mend(root, limits, findings)?;
     tree::rename_twins(&mut mended, findings);
     let tree = tree::build(&mended, findings)?;
 
-    let mut links = link::read_all(&mended, &tree, assets, (limits, &deadline), findings)?;
+    let mut links = link::read_all(&mended, &tree, assets, (limits, deadline), findings)?;
     let joints = joint::read_all(&mended, &tree, findings)?;
     inertial::resolve(&mended, &tree, &joints, &mut links, findings);
     let mut model = RobotModel { name: mended.robot.name.clone(), links, joints };

@@ -4,20 +4,13 @@ use std::collections::{HashMap, HashSet};
 
 use roxmltree::{Document, Error, Node, NodeId, ParsingOptions};
 
+use super::Description;
 use super::findings::{Findings, Refusal, quoted};
 use super::vocabulary::NAMELESS;
-use super::{Description, document, text};
 use crate::limits::Limits;
 use crate::report::Disposition::Repaired;
 
-/// Parses the text. Neither roxmltree nor what is here recurses.
-pub(super) fn parse<'t>(text: &'t str, limits: &Limits) -> Result<Document<'t>, Refusal> {
-    let document = parse_xml(text, limits).map_err(|error| syntax(error, limits))?;
-    check_depth(&document, limits.xml_depth)?;
-    Ok(document)
-}
-
-/// Parses within the cap on nodes.
+/// Parses within the cap on nodes. Neither roxmltree nor what is here recurses.
 pub(super) fn parse_xml<'t>(text: &'t str, limits: &Limits) -> Result<Document<'t>, Error> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: limits.xml_nodes, ..Default::default() };
     Document::parse_with_options(text, options)
@@ -30,11 +23,17 @@ pub(super) fn check_counts(text: &str, limits: &Limits) -> Result<(), Refusal> {
         let cap = limits.xml_namespaces;
         return Err(Refusal::of_file(format!("{namespaces} namespaces are declared; the most is {cap}")));
     }
-    let mut line = 1;
+    // Each node has at most two tags.
+    let most_tags = 2 * (limits.xml_nodes as usize) + 2;
+    let (mut line, mut tags) = (1, 0);
     let mut rest = text;
     while let Some(open) = rest.find('<') {
         let (skipped, tag) = rest.split_at(open);
         line += newlines(skipped);
+        tags += 1;
+        if tags > most_tags {
+            return Err(too_many_nodes(limits));
+        }
         let length = if tag.starts_with("<!--") {
             tag.find("-->").unwrap_or(tag.len())
         } else if tag.starts_with("<![CDATA[") {
@@ -56,11 +55,16 @@ pub(super) fn check_counts(text: &str, limits: &Limits) -> Result<(), Refusal> {
     Ok(())
 }
 
+fn too_many_nodes(limits: &Limits) -> Refusal {
+    Refusal::of_file(format!("the URDF has more than {} XML nodes", limits.xml_nodes))
+}
+
 fn newlines(text: &str) -> u32 {
     text.bytes().fold(0, |n, byte| n + u32::from(byte == b'\n'))
 }
 
-fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
+/// No element may be deeper than the cap.
+pub(super) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
     // Document order: a parent comes before its children.
     let mut depths: HashMap<NodeId, usize> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
@@ -75,16 +79,25 @@ fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn syntax(error: Error, limits: &Limits) -> Refusal {
+/// What is wrong with the text, as a sentence.
+pub(super) fn syntax(error: Error, limits: &Limits) -> Refusal {
     match error {
-        Error::NodesLimitReached => {
-            let cap = limits.xml_nodes;
-            Refusal::of_file(format!("the URDF has more than {cap} XML nodes"))
-        }
+        Error::NodesLimitReached => too_many_nodes(limits),
         Error::DtdDetected => {
             Refusal::of_file("the URDF has a document type declaration (DTD); simd reads none".to_owned())
         }
         Error::NoRootNode => Refusal::of_file("this is not a URDF: it has no root element".to_owned()),
+        Error::DuplicatedAttribute(name, at) => {
+            Refusal::at(at.row, format!("attribute {} is given twice at column {}", quoted(&name), at.col))
+        }
+        Error::UnexpectedEndOfStream | Error::UnclosedRootNode => {
+            Refusal::of_file("the XML is broken: the file ends before its root element does".to_owned())
+        }
+        Error::UnknownToken(at) => {
+            let message =
+                "the XML is broken at column {}: a tag, a comment or the end of the file must be here";
+            Refusal::at(at.row, message.replace("{}", &at.col.to_string()))
+        }
         error => {
             let position = error.pos();
             let text = error.to_string();
@@ -143,15 +156,7 @@ fn node_default<'a>(node: Node<'a, '_>) -> Option<&'a str> {
 }
 
 /// The name and the mesh URIs.
-pub(super) fn description(
-    urdf: &[u8],
-    limits: &Limits,
-    findings: &mut Findings,
-) -> Result<Description, Refusal> {
-    let text = document::mended(text::decode(urdf, limits, findings)?, limits, findings)?;
-    let document = parse(&text, limits)?;
-    findings.set_text(&text);
-    let root = robot_element(&document, findings)?;
+pub(super) fn description(root: Node) -> Description {
     let mut seen = HashSet::new();
     let asset_uris = root
         .children()
@@ -164,5 +169,5 @@ pub(super) fn description(
         .map(str::to_owned)
         .collect();
     let name = root.attribute("name").filter(|name| !name.trim().is_empty()).unwrap_or(NAMELESS);
-    Ok(Description { name: name.to_owned(), asset_uris })
+    Description { name: name.to_owned(), asset_uris }
 }

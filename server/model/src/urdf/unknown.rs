@@ -3,6 +3,7 @@
 use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
+use super::prescan::is;
 use super::vocabulary::{Element, ROBOT};
 use crate::report::Disposition::Ignored;
 
@@ -24,9 +25,14 @@ const REASONS: &[(&str, &str)] = &[
 pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     let tag = child.tag_name().name();
     let known = parent.children.iter().map(|known| known.tag);
-    if child.tag_name().namespace().is_none()
-        && let Some(meant) = nearest(tag, known)
-    {
+    if !is(child, tag) {
+        return findings.info(child, Ignored, "not read by simd: it is of another namespace");
+    }
+    // A crowd of them is no slip.
+    if findings.is_full() {
+        return findings.info(child, Ignored, "not read by simd");
+    }
+    if let Some(meant) = nearest(tag, known) {
         let message = format!("not read by simd; did you mean <{meant}>?");
         return findings.warn(child, Ignored, message);
     }
@@ -56,7 +62,7 @@ pub(super) fn attribute(
 ) {
     let message = format!("attribute {} is not read by simd", quoted(name));
     let known = element.attributes.iter().map(|known| known.name);
-    if is_foreign {
+    if is_foreign || findings.is_full() {
         return findings.info(node, Ignored, message);
     }
     if let Some(meant) = nearest(name, known) {

@@ -2,7 +2,7 @@
 
 use super::findings::{Findings, quoted};
 use super::tree::Tree;
-use crate::report::counted;
+use crate::report::{counted, short};
 use crate::robot::{Geometry, Joint, JointKind, Link, RobotModel};
 
 /// A finding for each link and each joint.
@@ -70,15 +70,4 @@ fn of_joint(joint: &Joint, model: &RobotModel) -> String {
         said.push(format!("follows {leader} times {} plus {}", short(mimic.multiplier), short(mimic.offset)));
     }
     said.join(", ")
-}
-
-/// Six digits, without the zeros that say nothing.
-fn short(value: f64) -> String {
-    let size = value.abs();
-    if size != 0.0 && !(1e-4..1e7).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    let text = format!("{value:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
