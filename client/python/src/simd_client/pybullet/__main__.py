@@ -4,6 +4,7 @@ script with no line changed."""
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import runpy
 import sys
@@ -23,9 +24,9 @@ def stand_in() -> None:
         utils.__path__ = []
         sys.modules["pybullet_utils"] = utils
     else:
-        import pybullet_utils as utils  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+        utils = importlib.import_module("pybullet_utils")
     sys.modules["pybullet_utils.bullet_client"] = bullet_client
-    utils.bullet_client = bullet_client
+    setattr(utils, "bullet_client", bullet_client)
 
 
 def main(arguments: list[str] | None = None) -> None:
