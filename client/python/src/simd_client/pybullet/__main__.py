@@ -1,4 +1,4 @@
-"""`python -m simd_client.pybullet [--endpoint LOCATOR | --new] script.py [args]`: runs a PyBullet
+"""`python -m simd_client.pybullet [options] script.py [args]`: runs a PyBullet
 script with no line changed."""
 
 from __future__ import annotations
@@ -37,6 +37,9 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--endpoint", help="where the daemon is, for instance tcp/127.0.0.1:7447#lab")
     parser.add_argument("--new", action="store_true", help="start a daemon, even where one is running")
+    parser.add_argument(
+        "--remove-robots", action="store_true", help="take the script's robots out at its end"
+    )
     parser.add_argument("script", help="the script")
     parser.add_argument("args", nargs=argparse.REMAINDER, help="what the script gets")
     asked = parser.parse_args(arguments)
@@ -45,6 +48,7 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"there is no file {script}")
     connections.default_endpoint = asked.endpoint
     connections.always_new = asked.new
+    connections.always_remove = asked.remove_robots
     stand_in()
     sys.argv = [asked.script, *asked.args]
     sys.path[0] = str(script.resolve().parent)

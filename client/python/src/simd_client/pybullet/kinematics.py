@@ -232,9 +232,9 @@ def calculateJacobian(
     objAccelerations: Any = (),
     physicsClientId: int = 0,
 ) -> tuple[Any, Any]:
-    """How joint rates move a point of a link: three rows of its velocity, three of the link's
-    angular velocity. The point is given from the link's centre of mass. A free base has six
-    columns in front, angular and then linear, in the base's own axes."""
+    """How joint rates move a point of a link, given in the link's frame: three rows of its velocity,
+    three of the link's angular velocity. A free base has six columns in front, angular and then
+    linear velocity of its centre of mass, in the base's own axes."""
     del objVelocities, objAccelerations
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateJacobian failed.")
@@ -242,9 +242,8 @@ def calculateJacobian(
     if link is None:
         raise error("Error in calculateJacobian: invalid linkIndex")
     text = "calculateJacobian: localPosition and objPositions must be sequences of numbers"
-    point = compose(body.frame(link), (vector(localPosition, text), (0.0, 0.0, 0.0, 1.0)))[0]
     request = GetJacobianRequest(robot=body.robot, link=link)
-    request.point.x, request.point.y, request.point.z = point
+    request.point.x, request.point.y, request.point.z = vector(localPosition, text)
     _configure(world, body, request.configuration, floats(objPositions, text))
     answer = world.wire.call(methods.GetJacobian, request)
     change = _from_bullet(body, answer.columns)

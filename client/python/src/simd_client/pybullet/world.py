@@ -84,6 +84,8 @@ class World:
         self.method = method
         # The daemon was started for this script.
         self.child = child
+        # The script's robots go at its end, also from a daemon that was running.
+        self.removes_robots = False
         # Robots of others were here when the script came.
         self.guest = False
         self.sliders = sliders
@@ -438,7 +440,9 @@ class World:
         """Ends the connection; what it means for robots is decided by who started the daemon."""
         for number in list(self._logs):
             self.stop_log(number)
-        if not self.child:
+        if self.removes_robots:
+            self.remove_own()
+        elif not self.child:
             self.flush()
         self.sliders.remove_own()
         self.wire.close()

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 import simd_client.pybullet as pybullet
+from simd_client.pybullet.connections import connected
 
 from .conftest import BENCH_ARM, SEVEN_ARM
 
@@ -19,7 +20,7 @@ Calls = Counter[str]
 def calls(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Calls:
     """Counts the calls to the daemon, by method."""
     counted: Calls = Counter()
-    wire = pybullet.connected(0).wire
+    wire = connected(0).wire
     call = wire.call
 
     def counting(method: Any, request: Any) -> Any:

@@ -3,6 +3,9 @@
 Arguments: the URDF, `position` or `velocity`, how many turns, after how many it says that it is ready.
 """
 
+# PyBullet has no types, and a script is no typed program.
+# pyright: basic, reportMissingImports=false, reportAttributeAccessIssue=false, reportPossiblyUnboundVariable=false
+
 import sys
 
 import pybullet
@@ -23,7 +26,7 @@ for i in range(pybullet.getNumJoints(robot)):
     print("joint", info[0], info[1], info[2:])
 
 
-def slider(joint_index: int, lower: float, upper: float, start: float, what: str) -> "list[int]":
+def slider(joint_index: int, lower: float, upper: float, start: float, what: str) -> list:
     name = str(pybullet.getJointInfo(robot, joint_index)[1]) + what
     return [joint_index, pybullet.addUserDebugParameter(paramName=name, rangeMin=lower, rangeMax=upper, startValue=start)]
 
@@ -32,7 +35,7 @@ position_slider = slider(0, -3.14, 3.14, 0, "PC")
 velocity_slider = slider(0, -10, 10, 0, "VC")
 
 
-def drive_position(controller: "list[int]") -> "tuple[float, float]":
+def drive_position(controller: list) -> tuple:
     index, item = controller
     wanted = pybullet.readUserDebugParameter(item)
     pybullet.setJointMotorControl2(robot, index, pybullet.POSITION_CONTROL, targetPosition=wanted)
@@ -40,7 +43,7 @@ def drive_position(controller: "list[int]") -> "tuple[float, float]":
     return state[0], state[1]
 
 
-def drive_velocity(controller: "list[int]") -> "tuple[float, float]":
+def drive_velocity(controller: list) -> tuple:
     index, item = controller
     wanted = pybullet.readUserDebugParameter(item)
     pybullet.setJointMotorControl2(robot, index, pybullet.VELOCITY_CONTROL, targetVelocity=wanted)

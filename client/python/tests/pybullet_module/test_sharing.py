@@ -12,6 +12,7 @@ import pytest
 import simd_client
 import simd_client.pybullet as p
 from simd_client.pybullet import daemon_process
+from simd_client.pybullet.connections import connected
 from simd_client.pybullet.daemon_process import DaemonProcess
 
 from .conftest import BENCH_ARM, SEVEN_ARM
@@ -21,22 +22,22 @@ def test_in_a_world_without_robots_a_script_gets_pybullets_world(daemon: DaemonP
     with simd_client.connect(daemon.endpoint) as other:
         other.play()
         p.connect(p.DIRECT, endpoint=daemon.endpoint)
-        physics = other.physics()
+        physics = other.physics
         assert list(physics.gravity) == [0.0, 0.0, 0.0]
         assert physics.time_step == 1.0 / 240.0
-        assert other.state() is simd_client.SimulationState.PAUSED
+        assert other.state is simd_client.SimulationState.PAUSED
 
 
 def test_a_guest_leaves_the_world_as_it_is(daemon: DaemonProcess) -> None:
     with simd_client.connect(daemon.endpoint) as other:
         other.load(SEVEN_ARM, name="theirs", fixed=True)
-        before = other.physics()
+        before = other.physics
         p.connect(p.DIRECT, endpoint=daemon.endpoint)
         assert p.getNumBodies() == 1
         p.loadURDF(str(BENCH_ARM), useFixedBase=1)
         p.resetSimulation()
-        assert [robot.name for robot in other.robots()] == ["theirs"]
-        after = other.physics()
+        assert list(other.robots) == ["theirs"]
+        after = other.physics
         assert list(after.gravity) == list(before.gravity)
         assert after.time_step == before.time_step
 
@@ -48,13 +49,13 @@ def test_robots_stay_in_a_daemon_that_was_running_and_sliders_go(daemon: DaemonP
     with simd_client.connect(daemon.endpoint) as other:
         assert list(other.parameters.all()) == ["speed"]
         p.disconnect()
-        assert [robot.name for robot in other.robots()] == ["bench_arm"]
+        assert list(other.robots) == ["bench_arm"]
         assert list(other.parameters.all()) == []
 
 
 def test_a_daemon_that_was_started_ends_with_its_script() -> None:
     number = p.connect(p.DIRECT, options="--new")
-    endpoint = p.connected(number).wire.endpoint
+    endpoint = connected(number).wire.endpoint
     p.disconnect(number)
     with pytest.raises(simd_client.Unavailable):
         simd_client.connect(endpoint, connect_timeout=1.0)
@@ -155,3 +156,11 @@ def test_without_a_program_to_start_the_error_says_what_to_do(
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(p.error, match="SIMD_BINARY"):
         daemon_process.start()
+
+
+def test_robots_go_where_the_script_asks_for_it(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")
+    p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    p.disconnect()
+    with simd_client.connect(daemon.endpoint) as other:
+        assert list(other.robots) == []
