@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from simd_client.geometry import FloatArray
 from simd_client.layout import Gains, JointInfo, JointMode, JointType, Limits
@@ -59,6 +59,34 @@ class JointHandle:
         high = "inf" if limits.upper is None else f"{limits.upper:g}"
         span = f", {low} to {high}" if self._info.freedom == 1 else ""
         return f"<Joint '{self._robot_name}/{self.name}': {self.type.name.lower()}{span}>"
+
+
+Handle = TypeVar("Handle", bound=JointHandle)
+
+
+class JointMap(Mapping[str, Handle]):
+    """Joints by name or index."""
+
+    def __init__(self, joints: Mapping[str, Handle], robot: str) -> None:
+        self._joints = joints
+        self._robot_name = robot
+
+    def __getitem__(self, name: str | int) -> Handle:
+        if isinstance(name, int):
+            return list(self._joints.values())[name]
+        if name not in self._joints:
+            names = ", ".join(f"`{known}`" for known in self._joints)
+            raise KeyError(f"robot `{self._robot_name}` has no joint `{name}`; it has {names}")
+        return self._joints[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._joints)
+
+    def __len__(self) -> int:
+        return len(self._joints)
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self._joints.values()))
 
 
 class Joint(JointHandle):
@@ -176,26 +204,5 @@ class Joint(JointHandle):
         return self._robot.run(plan)
 
 
-class Joints(Mapping[str, Joint]):
+class Joints(JointMap[Joint]):
     """A robot's joints by name, in depth-first order, fixed ones included; also by index."""
-
-    def __init__(self, joints: Mapping[str, Joint], robot: str) -> None:
-        self._joints = joints
-        self._robot_name = robot
-
-    def __getitem__(self, name: str | int) -> Joint:
-        if isinstance(name, int):
-            return list(self._joints.values())[name]
-        if name not in self._joints:
-            names = ", ".join(f"`{known}`" for known in self._joints)
-            raise KeyError(f"robot `{self._robot_name}` has no joint `{name}`; it has {names}")
-        return self._joints[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._joints)
-
-    def __len__(self) -> int:
-        return len(self._joints)
-
-    def __repr__(self) -> str:
-        return "\n".join(map(repr, self._joints.values()))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import os
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import zenoh
 from google.protobuf.message import DecodeError
@@ -48,19 +48,32 @@ class Link:
     def query(self, request: Ask, timeout: float) -> bytes:
         """Sends a request and waits for its reply's bytes."""
         try:
-            replies = self.session.get(
-                keys.rpc(self.name, request.method),
-                payload=request.payload,
-                encoding=f"application/protobuf;simd.v1.{request.message}",
-                attachment=_ATTACHMENT,
-                consolidation=zenoh.ConsolidationMode.NONE,
-                timeout=timeout + request.wait,
-                express=True,
-            )
-            reply = replies.recv()
+            key, options = self._request(request, timeout)
+            reply = cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)).recv()
         except zenoh.ZError:
             raise self.nobody() from None
         return self.opened(reply, timeout + request.wait)
+
+    def start(
+        self, request: Ask, timeout: float, arrived: Callable[[zenoh.Reply], None], ended: Callable[[], None]
+    ) -> None:
+        """Sends a request. `arrived` gets the reply and `ended` is called after it, on a thread of Zenoh's."""
+        try:
+            key, options = self._request(request, timeout)
+            handler = cast("zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(arrived, ended, indirect=False))
+            self.session.get(key, handler, **options)
+        except zenoh.ZError:
+            raise self.nobody() from None
+
+    def _request(self, request: Ask, timeout: float) -> tuple[str, dict[str, Any]]:
+        return keys.rpc(self.name, request.method), {
+            "payload": request.payload,
+            "encoding": f"application/protobuf;simd.v1.{request.message}",
+            "attachment": _ATTACHMENT,
+            "consolidation": zenoh.ConsolidationMode.NONE,
+            "timeout": timeout + request.wait,
+            "express": True,
+        }
 
     def opened(self, reply: zenoh.Reply, timeout: float) -> bytes:
         """The bytes of an answer, or the exception that it stands for."""

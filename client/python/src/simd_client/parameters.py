@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import cast
 
 from simd_client import keys
-from simd_client.errors import ParameterNotFound
 from simd_client.link import Link
 from simd_client.plans import parameters as plans
 from simd_client.plans.parameters import Button, IfTaken, Parameter, ParameterList, Slider
@@ -29,14 +29,11 @@ class Parameters:
     ) -> Slider:
         """Puts up a slider. A value outside the range is moved to the nearest end."""
         added = self._link.run(plans.add(Slider(name, minimum, maximum, value), if_taken), self._timeout)
-        assert isinstance(added, Slider)
-        return added
+        return cast(Slider, added)
 
     def add_button(self, name: str, *, if_taken: IfTaken = "refuse") -> Button:
         """Puts up a button."""
-        added = self._link.run(plans.add(Button(name, 0), if_taken), self._timeout)
-        assert isinstance(added, Button)
-        return added
+        return cast(Button, self._link.run(plans.add(Button(name, 0), if_taken), self._timeout))
 
     def __getitem__(self, name: str) -> float:
         """A slider's value, or how often a button was pressed. One round trip; see `watch` for loops."""
@@ -52,10 +49,7 @@ class Parameters:
 
     def get(self, name: str) -> Parameter:
         """One of them. Raises `ParameterNotFound`."""
-        found = self._link.run(plans.get([name]), self._timeout)
-        if name not in found:
-            raise ParameterNotFound(f"no parameter is named `{name}`")
-        return found[name]
+        return plans.only(self._link.run(plans.get([name]), self._timeout), name)
 
     def set(self, values: Mapping[str, float]) -> list[Parameter]:
         """Moves sliders, all or none. Raises `ParameterNotFound`, `InvalidValue`."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import TypeVar
@@ -26,7 +27,7 @@ from simd_client.proto import DescriptionSource
 from simd_client.robot import Robot
 from simd_client.state import Applied, States
 from simd_client.target import BeyondLimit, Targets
-from simd_client.watch import EventWatch, Source, Watch
+from simd_client.watch import SILENCE, EventWatch, Pacer, Source, Watch
 from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
 
 Result = TypeVar("Result")
@@ -42,19 +43,13 @@ def statistics_source(daemon: str) -> Source[WorldStatistics]:
     return Source(key, plans.published_statistics, plans.statistics, lambda statistics: statistics.stamp.sequence)
 
 
-class Simulation:
-    """A connection to one daemon. Make one by `simd_client.connect`, and use it with `with` or `close` it.
-
-    May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one.
-    Calls raise a `SimdError`; each has a timeout.
-    """
+class Connection:
+    """What is known of a connection without asking the daemon."""
 
     def __init__(self, link: Link, timeout: float, memory: Memory | None = None) -> None:
         self._link = link
         self._timeout = timeout
         self._memory = memory or Memory()
-
-    # The connection.
 
     @property
     def name(self) -> str:
@@ -81,6 +76,21 @@ class Simulation:
         """What the connection remembers of the world."""
         return self._memory
 
+    def __repr__(self) -> str:
+        return f"<Simulation '{self.name}' at {self.endpoint.locator}>"
+
+    def _longer(self, steps: int, timeout: float | None) -> float:
+        """How much longer than usual a call may take that asks for so many steps."""
+        return steps * STEP_SECONDS if timeout is None else timeout - self._timeout
+
+
+class Simulation(Connection):
+    """A connection to one daemon. Make one by `simd_client.connect`, and use it with `with` or `close` it.
+
+    May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one.
+    Calls raise a `SimdError`; each has a timeout.
+    """
+
     def with_timeout(self, timeout: float) -> Simulation:
         """The same connection, with another time to wait for answers, in seconds."""
         return Simulation(self._link, timeout, self._memory)
@@ -105,9 +115,6 @@ class Simulation:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-    def __repr__(self) -> str:
-        return f"<Simulation '{self.name}' at {self.endpoint.locator}>"
 
     # Robots.
 
@@ -215,7 +222,7 @@ class Simulation:
         robot, several, or joints by robot). `timeout` is the connection's and 0.01 s for each step where it is
         left out. Raises `WrongState` while playing, `Superseded` where a play, pause or reset came between.
         """
-        wait = steps * STEP_SECONDS if timeout is None else timeout - self._timeout
+        wait = self._longer(steps, timeout)
         return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait))
 
     def play(self) -> Stamp:
@@ -276,7 +283,15 @@ class Simulation:
     def watch(self, rate: float | None = None, selection: Selection = None) -> Iterator[States]:
         """States of all robots, all of one moment, newest-wins: of each step where the reader keeps up, at
         most `rate` a wall second. The first is the one there is; one round trip each."""
-        return _watched(self, rate, selection)
+        pace = Pacer(rate)
+        time.sleep(pace.left())
+        states = self.states(selection)
+        while True:
+            yield states
+            before = states.stamp.sequence
+            while states.stamp.sequence == before:
+                time.sleep(pace.left())
+                states = self.next_states(before, SILENCE, selection)
 
     def set_targets(self, targets: Targets, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
         """Targets for several robots, all at one step, or none."""
@@ -324,7 +339,7 @@ class Simulation:
 
     def restore_snapshot(self, snapshot: str | Snapshot) -> Stamp:
         """Puts the world back to a kept state. Raises `SnapshotNotFound`."""
-        return self.run(plans.restore_snapshot(_name(snapshot)))
+        return self.run(plans.restore_snapshot(snapshot_name(snapshot)))
 
     def snapshots(self) -> list[Snapshot]:
         """Those that are kept, oldest first."""
@@ -332,25 +347,8 @@ class Simulation:
 
     def delete_snapshot(self, snapshot: str | Snapshot) -> None:
         """Forgets a kept state. Raises `SnapshotNotFound`."""
-        self.run(plans.delete_snapshot(_name(snapshot)))
+        self.run(plans.delete_snapshot(snapshot_name(snapshot)))
 
 
-def _name(snapshot: str | Snapshot) -> str:
+def snapshot_name(snapshot: str | Snapshot) -> str:
     return snapshot if isinstance(snapshot, str) else snapshot.name
-
-
-def _watched(simulation: Simulation, rate: float | None, selection: Selection) -> Iterator[States]:
-    import time
-
-    if rate is not None and not rate > 0:
-        raise ValueError(f"a rate is above 0, not {rate}")
-    selection = list(selection) if isinstance(selection, Iterator) else selection
-    due = 0.0
-    states = simulation.states(selection)
-    while True:
-        yield states
-        due = max(due + (1.0 / rate if rate else 0.0), time.monotonic())
-        before = states.stamp.sequence
-        while states.stamp.sequence == before:
-            time.sleep(max(0.0, due - time.monotonic()))
-            states = simulation.next_states(before, 1.0, selection)

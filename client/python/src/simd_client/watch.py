@@ -40,6 +40,24 @@ class Source(Generic[Item]):
     """Newer items have larger numbers."""
 
 
+class Pacer:
+    """When the next item is due. Deadlines are absolute and do not drift, but what was missed is not made up for."""
+
+    def __init__(self, rate: float | None) -> None:
+        """At most `rate` items a wall second; as they come where it is left out."""
+        if rate is not None and not rate > 0:
+            raise ValueError(f"a rate is above 0, not {rate}")
+        self._period = 0.0 if rate is None else 1.0 / rate
+        self._due = time.monotonic()
+
+    def left(self) -> float:
+        """Seconds until the next item is due. The one after it is due a period later."""
+        now = time.monotonic()
+        left = max(0.0, self._due - now)
+        self._due = max(self._due, now) + self._period
+        return left
+
+
 class Watch(Iterator[Item]):
     """Items as they change, newest-wins: whoever comes late gets the newest, and what was skipped is gone.
 
@@ -48,13 +66,10 @@ class Watch(Iterator[Item]):
     """
 
     def __init__(self, link: Link, source: Source[Item], rate: float | None, timeout: float) -> None:
-        if rate is not None and not rate > 0:
-            raise ValueError(f"a rate is above 0, not {rate}")
         self._link = link
         self._source = source
-        self._period = 0.0 if rate is None else 1.0 / rate
+        self._pacer = Pacer(rate)
         self._timeout = timeout
-        self._due = 0.0
         self._last: Item | None = None
         self._is_open = True
         try:
@@ -75,11 +90,8 @@ class Watch(Iterator[Item]):
     def wait(self, timeout: float | None) -> Item:
         """The next item. Raises `DeadlineExceeded` where none comes within so many seconds."""
         begin = time.monotonic()
-        time.sleep(max(0.0, self._due - begin))
-        item = self._first() if self._last is None else self._following(begin, timeout)
-        # Absolute deadlines do not drift, but what was missed is not made up for.
-        self._due = max(self._due + self._period, time.monotonic())
-        return item
+        time.sleep(self._pacer.left())
+        return self._first() if self._last is None else self._following(begin, timeout)
 
     def newest(self) -> Item:
         """The newest item that has arrived, without waiting; asks the daemon where none has yet."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Union, cast
 
@@ -36,7 +36,7 @@ from simd_client.target import (
 )
 from simd_client.world import Stamp, stamp_from_proto
 
-Selection = Union[str, Named, Iterable[Union[str, Named]], Mapping[str, Sequence[str]], None]
+Selection = Union[str, Named, Collection[Union[str, Named]], Mapping[str, Sequence[str]], None]
 """Which joints: a robot, several robots, or joints by robot; `None` is all of all robots."""
 
 
@@ -47,7 +47,7 @@ def selections(selection: Selection) -> list[proto.JointSelection]:
     if isinstance(selection, Mapping):
         by_robot = cast("Mapping[str, Sequence[str]]", selection)
         return [proto.JointSelection(robot=robot, joints=joints) for robot, joints in by_robot.items()]
-    if isinstance(selection, Iterable) and not isinstance(selection, str):
+    if isinstance(selection, Collection) and not isinstance(selection, str):
         return [proto.JointSelection(robot=name_of(robot)) for robot in selection]
     return [proto.JointSelection(robot=name_of(selection))]
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from simd_client import proto
+from simd_client.errors import AnswerError
 from simd_client.plan import Plan, ask, read
 from simd_client.proto import methods
 from simd_client.table import Table
@@ -126,6 +127,13 @@ def get(names: Sequence[str] = ()) -> Plan[ParameterList]:
     """Those of these names, or all."""
     answer = yield from ask(methods.GetParameters, proto.GetParametersRequest(names=names))
     return list_from_proto(answer.list)
+
+
+def only(found: ParameterList, name: str) -> Parameter:
+    """The one that was asked for."""
+    if name not in found:
+        raise AnswerError(f"the daemon's answer cannot be understood: it lacks parameter `{name}`")
+    return found[name]
 
 
 def following(after_version: int, wait: float) -> Plan[ParameterList]:

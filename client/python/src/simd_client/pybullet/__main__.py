@@ -1,9 +1,10 @@
-"""`python -m simd_client.pybullet [--endpoint LOCATOR | --new] script.py [args]`: runs a PyBullet
+"""`python -m simd_client.pybullet [options] script.py [args]`: runs a PyBullet
 script with no line changed."""
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import runpy
 import sys
@@ -23,9 +24,9 @@ def stand_in() -> None:
         utils.__path__ = []
         sys.modules["pybullet_utils"] = utils
     else:
-        import pybullet_utils as utils  # pyright: ignore[reportMissingImports, reportMissingTypeStubs]
+        utils = importlib.import_module("pybullet_utils")
     sys.modules["pybullet_utils.bullet_client"] = bullet_client
-    utils.bullet_client = bullet_client
+    setattr(utils, "bullet_client", bullet_client)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -36,6 +37,9 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--endpoint", help="where the daemon is, for instance tcp/127.0.0.1:7447#lab")
     parser.add_argument("--new", action="store_true", help="start a daemon, even where one is running")
+    parser.add_argument(
+        "--remove-robots", action="store_true", help="take the script's robots out at its end"
+    )
     parser.add_argument("script", help="the script")
     parser.add_argument("args", nargs=argparse.REMAINDER, help="what the script gets")
     asked = parser.parse_args(arguments)
@@ -44,6 +48,7 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"there is no file {script}")
     connections.default_endpoint = asked.endpoint
     connections.always_new = asked.new
+    connections.always_remove = asked.remove_robots
     stand_in()
     sys.argv = [asked.script, *asked.args]
     sys.path[0] = str(script.resolve().parent)

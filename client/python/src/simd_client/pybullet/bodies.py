@@ -77,10 +77,10 @@ class Body:
     # The description, of robots of this script.
     urdf: bytes | None = None
     # Hashes of the files that it names, by URI.
-    files: dict[str, str] = field(default_factory=dict)
+    files: dict[str, str] = field(default_factory=dict[str, str])
     scale: float = 1.0
     # `changeDynamics` of what the daemon does not know.
-    noted: dict[int, dict[str, Any]] = field(default_factory=dict)
+    noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
 
     def frame(self, link: str) -> Pose:
         """link_from_inertia."""

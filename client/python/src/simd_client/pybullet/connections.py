@@ -40,6 +40,7 @@ _children: dict[int, DaemonProcess] = {}
 # What the command line of `python -m simd_client.pybullet` says.
 default_endpoint: str | None = None
 always_new = False
+always_remove = False
 
 
 def connected(physicsClientId: int) -> World:
@@ -68,7 +69,8 @@ def connect(
     Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
     TCP and UDP, else $SIMD_ENDPOINT; one that was named and does not answer is an error. Else the
     daemon at the default locator; where there is none, a new one, which ends with
-    the connection. `--new` in `options` always starts one.
+    the connection. `--new` in `options` always starts one. `--remove-robots` takes the script's robots
+    out at the end of the connection, also from a daemon that was running.
     """
     if method not in _METHODS:
         raise error("connectPhysicsServer unexpected argument")
@@ -94,6 +96,7 @@ def connect(
         child = daemon_process.start()
         wire = Wire.open(child.endpoint)
     world = World(wire, method, Sliders(wire), child is not None)
+    world.removes_robots = always_remove or "--remove-robots" in words
     try:
         world.begin()
     except BaseException:
@@ -102,6 +105,9 @@ def connect(
             child.end()
         raise
     _worlds[number] = world
+    if world.guest:
+        others = ", ".join(body.robot for body in world.bodies.values())
+        print(f"simd: {wire.endpoint} has robots of others, which stay as they are: {others}", file=sys.stderr)
     if child is not None:
         _children[number] = child
     if method in _WITH_WINDOW:

@@ -18,7 +18,7 @@ from .arguments import Pose, Quaternion, Vector, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .kinematics import link_pose
+from .kinematics import root_pose
 from .rotations import compose, inverse
 from .wire import Spawn
 from .world import World
@@ -127,7 +127,7 @@ def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> N
     if constraint is None or body is None:
         return
     if constraint.kind == constants.JOINT_FIXED:
-        _respawn(world, body, fixed=False, pose=_root(world, body))
+        _respawn(world, body, fixed=False, pose=root_pose(world, body))
     elif constraint.ratio:
         _edit_mimic(world, body, constraint, None)
 
@@ -187,10 +187,6 @@ def _place(world: World, body: Body, constraint: Constraint) -> None:
     turn.x, turn.y, turn.z, turn.w = a, b, c, d
     world.wire.call(methods.SetEntityState, request)
     world.forget_states()
-
-
-def _root(world: World, body: Body) -> Pose:
-    return link_pose(body, world.link_states(body), body.base_link)
 
 
 def _respawn(world: World, body: Body, fixed: bool, pose: Pose) -> None:

@@ -19,9 +19,6 @@ _START = 20.0
 # And to end.
 _END = 5.0
 
-# Ends the daemon when this process does, however it ends: then the pipe is closed.
-_GUARD = '"$@" & daemon=$!; trap "" INT; cat >/dev/null; kill "$daemon" 2>/dev/null; wait "$daemon"'
-
 
 class DaemonProcess:
     """A running daemon of one's own."""
@@ -80,9 +77,8 @@ def start() -> DaemonProcess:
     program = binary()
     name = f"pybullet-{os.getpid()}-{uuid.uuid4().hex[:6]}"
     command = [str(program), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
-    command += ["--paused", "--log", "warn,zenoh=error"]
-    if os.name == "posix":
-        command = ["/bin/sh", "-c", _GUARD, "sh", *command]
+    # However this process ends, the pipe to the daemon is closed then.
+    command += ["--until-stdin-closes", "--paused", "--log", "warn,zenoh=error"]
     process = subprocess.Popen(
         command,
         stdin=subprocess.PIPE,

@@ -15,7 +15,7 @@ class Description:
 
     # `link_from_inertia` of each link, metres. PyBullet's base positions, link states and joint
     # frames are those of the inertias; the daemon tells centres of mass, and no axes.
-    frames: dict[str, Pose] = field(default_factory=dict)
+    frames: dict[str, Pose] = field(default_factory=dict[str, Pose])
     # The root link's mass is written as 0: PyBullet takes it for a part of the world.
     massless_root: bool = False
 

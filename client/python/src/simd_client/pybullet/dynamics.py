@@ -26,8 +26,17 @@ _CONTACT = {
     "collisionMargin": 0.001,
 }
 # Kept for getDynamicsInfo, and read by nothing.
-_NOTED = (*_CONTACT, "linearDamping", "angularDamping", "frictionAnchor", "ccdSweptSphereRadius")
-_NOTED += ("contactProcessingThreshold", "activationState", "anisotropicFriction", "sleepThreshold")
+_NOTED = (
+    *_CONTACT,
+    "linearDamping",
+    "angularDamping",
+    "frictionAnchor",
+    "ccdSweptSphereRadius",
+    "contactProcessingThreshold",
+    "activationState",
+    "anisotropicFriction",
+    "sleepThreshold",
+)
 _MULTI_BODY = 2
 
 

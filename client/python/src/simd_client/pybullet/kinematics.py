@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from simd_client.proto import (
     Configuration,
     GetJacobianRequest,
     GetMassMatrixRequest,
+    RobotLinkPoses,
     RobotLinkStates,
     SetEntityStateRequest,
     WrenchFrame,
@@ -45,7 +47,7 @@ def getLinkState(
     body = world.body(bodyUniqueId, "getLinkState failed.")
     if not 0 <= linkIndex < len(body.joints):
         return None
-    return _link_state(body, world.link_states(body), linkIndex, bool(computeLinkVelocity))
+    return _link_states(world, body, [linkIndex], bool(computeLinkVelocity))[0]
 
 
 def getLinkStates(
@@ -62,47 +64,63 @@ def getLinkStates(
     wanted = indices(linkIndices, "expected a sequence of link indices")
     if any(not 0 <= index < len(body.joints) for index in wanted):
         return None
-    states = world.link_states(body)
-    return tuple(_link_state(body, states, index, bool(computeLinkVelocity)) for index in wanted)
+    return tuple(_link_states(world, body, wanted, bool(computeLinkVelocity)))
 
 
-def _link_state(body: Body, states: RobotLinkStates, index: int, moving: bool) -> tuple[Any, ...]:
-    link = body.joints[index].link
-    frame, inertia = link_pose(body, states, link), body.frame(link)
-    center = compose(frame, inertia)
-    answer = (*center, *inertia, *frame)
-    return (*answer, *_twist(body, states, link, inertia)) if moving else answer
+def _link_states(world: World, body: Body, wanted: list[int], moving: bool) -> list[tuple[Any, ...]]:
+    rates = world.link_states(body).twists if moving else None
+    poses = world.link_poses(body)
+    answers: list[tuple[Any, ...]] = []
+    for index in wanted:
+        link = body.joints[index].link
+        frame, inertia = link_pose(body, poses, link), body.frame(link)
+        answer = (*compose(frame, inertia), *inertia, *frame)
+        if rates is not None:
+            at = 6 * body.link_places[link]
+            x, y, z, a, b, c = rates[at : at + 6]
+            answer = (*answer, *_at_center(frame, inertia, (x, y, z), (a, b, c)))
+        answers.append(answer)
+    return answers
 
 
-def link_pose(body: Body, states: RobotLinkStates, link: str) -> Pose:
+def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -> Pose:
     """world_from_link."""
     at = 7 * body.link_places[link]
     x, y, z, i, j, k, w = states.poses[at : at + 7]
     return (x, y, z), (i, j, k, w)
 
 
-def _twist(body: Body, states: RobotLinkStates, link: str, inertia: Pose) -> tuple[Vector, Vector]:
-    """Of the centre of mass, where the daemon tells that of the link's origin."""
-    at = 6 * body.link_places[link]
-    x, y, z, a, b, c = states.twists[at : at + 6]
-    arm = rotate(link_pose(body, states, link)[1], inertia[0])
-    dx, dy, dz = cross((a, b, c), arm)
-    return (x + dx, y + dy, z + dz), (a, b, c)
+def root_pose(world: World, body: Body) -> Pose:
+    """world_from_root."""
+    pose = world.root(body).pose
+    at, turn = pose.position, pose.orientation
+    return (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
+
+
+def _at_center(frame: Pose, inertia: Pose, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
+    """Rates of the centre of mass, from those of the link's origin."""
+    dx, dy, dz = cross(angular, rotate(frame[1], inertia[0]))
+    return (linear[0] + dx, linear[1] + dy, linear[2] + dz), angular
 
 
 def getBasePositionAndOrientation(bodyUniqueId: int, physicsClientId: int = 0) -> Pose:
     """World pose of the root link's centre of mass and axes of inertia."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "GetBasePositionAndOrientation failed.")
-    root = link_pose(body, world.link_states(body), body.base_link)
-    return compose(root, body.frame(body.base_link))
+    return compose(root_pose(world, body), body.frame(body.base_link))
 
 
 def getBaseVelocity(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[Vector, Vector]:
     """Linear velocity of the root link's centre of mass, and angular velocity, world axes."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getBaseVelocity failed.")
-    return _twist(body, world.link_states(body), body.base_link, body.frame(body.base_link))
+    return _base_velocity(world, body)
+
+
+def _base_velocity(world: World, body: Body) -> tuple[Vector, Vector]:
+    line, turn = world.root(body).twist.linear, world.root(body).twist.angular
+    linear, angular = (line.x, line.y, line.z), (turn.x, turn.y, turn.z)
+    return _at_center(root_pose(world, body), body.frame(body.base_link), linear, angular)
 
 
 def resetBasePositionAndOrientation(
@@ -133,15 +151,12 @@ def resetBaseVelocity(
         raise error("expected at least linearVelocity and/or angularVelocity.")
     if body.fixed:
         return
-    states = world.link_states(body)
-    inertia = body.frame(body.base_link)
-    linear, angular = _twist(body, states, body.base_link, inertia)
+    linear, angular = _base_velocity(world, body)
     if linearVelocity is not None:
         linear = vector(linearVelocity, "linearVelocity needs 3 coordinates [x,y,z].")
     if angularVelocity is not None:
         angular = vector(angularVelocity, "angularVelocity needs 3 coordinates [x,y,z].")
-    arm = rotate(link_pose(body, states, body.base_link)[1], inertia[0])
-    back = cross(angular, arm)
+    back = cross(angular, rotate(root_pose(world, body)[1], body.frame(body.base_link)[0]))
     request = SetEntityStateRequest(robot=body.robot)
     line, turn = request.twist.linear, request.twist.angular
     line.x, line.y, line.z = (linear[i] - back[i] for i in range(3))
@@ -195,7 +210,7 @@ def _push(
         turn = (0.0, 0.0, 0.0, 1.0)
         point = None
         if place is not None:
-            frame = link_pose(body, world.link_states(body), link)
+            frame = link_pose(body, world.link_poses(body), link)
             point = compose(inverse(frame), (place, turn))[0]
     if force is not None:
         wire = request.wrench.force
@@ -217,9 +232,9 @@ def calculateJacobian(
     objAccelerations: Any = (),
     physicsClientId: int = 0,
 ) -> tuple[Any, Any]:
-    """How joint rates move a point of a link: three rows of its velocity, three of the link's
-    angular velocity. The point is given from the link's centre of mass. A free base has six
-    columns in front, angular and then linear, in the base's own axes."""
+    """How joint rates move a point of a link, given in the link's frame: three rows of its velocity,
+    three of the link's angular velocity. A free base has six columns in front, angular and then
+    linear velocity of its centre of mass, in the base's own axes."""
     del objVelocities, objAccelerations
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateJacobian failed.")
@@ -227,14 +242,12 @@ def calculateJacobian(
     if link is None:
         raise error("Error in calculateJacobian: invalid linkIndex")
     text = "calculateJacobian: localPosition and objPositions must be sequences of numbers"
-    point = compose(body.frame(link), (vector(localPosition, text), (0.0, 0.0, 0.0, 1.0)))[0]
     request = GetJacobianRequest(robot=body.robot, link=link)
-    request.point.x, request.point.y, request.point.z = point
+    request.point.x, request.point.y, request.point.z = vector(localPosition, text)
     _configure(world, body, request.configuration, floats(objPositions, text))
     answer = world.wire.call(methods.GetJacobian, request)
     change = _from_bullet(body, answer.columns)
-    linear: Array = np.array(answer.linear).reshape(3, answer.columns) @ change
-    angular: Array = np.array(answer.angular).reshape(3, answer.columns) @ change
+    linear, angular = (_matrix(rows, answer.columns) @ change for rows in (answer.linear, answer.angular))
     return _rows(linear), _rows(angular)
 
 
@@ -249,8 +262,7 @@ def calculateMassMatrix(bodyUniqueId: int, objPositions: Any, flags: int = 0, ph
     _configure(world, body, request.configuration, floats(objPositions, text))
     answer = world.wire.call(methods.GetMassMatrix, request)
     change = _from_bullet(body, answer.columns)
-    matrix: Array = np.array(answer.matrix).reshape(answer.columns, answer.columns)
-    return _rows(change.T @ matrix @ change)
+    return _rows(np.transpose(change) @ _matrix(answer.matrix, answer.columns) @ change)
 
 
 def calculateInverseDynamics(
@@ -294,7 +306,7 @@ def _configure(
 def _from_bullet(body: Body, columns: int) -> Array:
     """simd's rates from Bullet's. Of a free base simd has the linear velocity of the root's origin,
     then the angular one; Bullet the angular one, then the linear velocity of the centre of mass."""
-    change = np.eye(columns)
+    change: Array = np.eye(columns)
     if not body.fixed:
         x, y, z = inverse(body.frame(body.base_link))[0]
         change[:6, :6] = 0.0
@@ -303,6 +315,13 @@ def _from_bullet(body: Body, columns: int) -> Array:
         change[0:3, 0:3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
         change[3:6, 0:3] = np.eye(3)
     return change
+
+
+def _matrix(values: Iterable[float], columns: int) -> Array:
+    """From rows one after the other."""
+    flat = list(values)
+    rows = [flat[start : start + columns] for start in range(0, len(flat), columns)]
+    return np.array(rows, np.float64)
 
 
 def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:

@@ -11,7 +11,6 @@ import math
 from typing import Any
 
 from .arguments import Pose, Quaternion, Vector, quaternion, vector
-from .errors import error
 
 Matrix = tuple[Vector, Vector, Vector]
 # What counts as no rotation in single precision, as in Bullet.

@@ -14,7 +14,7 @@ from .errors import unsupported
 from .kinematics import getBasePositionAndOrientation, getBaseVelocity
 from .world import World
 
-# PyBullet's format: three lines of text (names, a letter for the type of each column, nothing), then records,
+# PyBullet's format: two lines of text (names, a letter for the type of each column), then records,
 # each begun by these two bytes. Positions and rates of all joints, then their efforts where asked for.
 _RECORD = b"\xaa\xbb"
 _MOST_JOINTS = 12
@@ -35,8 +35,8 @@ class StateLog:
         names += ["velX", "velY", "velZ", "omegaX", "omegaY", "omegaZ", "qNum"]
         columns = [f"q{joint}" for joint in range(most)] + [f"u{joint}" for joint in range(most)]
         columns += [f"t{joint}" for joint in range(most)] if efforts else []
-        kinds = "IfI" + "f" * 13 + "I" + "f" * len(columns)
-        self._file.write((",".join(names + columns) + "\n" + kinds + "\n\n").encode())
+        kinds = "Ifi" + "f" * 13 + "I" + "f" * len(columns)
+        self._file.write((",".join(names + columns) + "\n" + kinds + "\n").encode())
         self._packing = struct.Struct("<" + kinds)
 
     def __call__(self, world: World) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -189,7 +190,7 @@ class Wire:
         payload = self._states_bytes.pop(robot, None)
         return None if payload is None else JointStates.FromString(payload)
 
-    def _subscribe(self, key: str, take: object) -> None:
+    def _subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> None:
         try:
             self._subscribers.append(self._link.session.declare_subscriber(key, take))
         except zenoh.ZError as problem:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import sys
 import uuid
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from simd_client.proto import (
     DeleteEntityRequest,
+    GetEntityStateRequest,
+    GetEntityStateResponse,
     GetJointLayoutRequest,
     GetJointStatesRequest,
+    GetLinkPosesRequest,
     GetLinkStatesRequest,
     GetPhysicsRequest,
     GetSimulationStateRequest,
@@ -23,6 +26,7 @@ from simd_client.proto import (
     Physics,
     ResetSimulationRequest,
     RobotJointStates,
+    RobotLinkPoses,
     RobotLinkStates,
     RobotTargets,
     SetJointPropertiesRequest,
@@ -63,6 +67,8 @@ class Log(Protocol):
         ...
 
 
+State = TypeVar("State")
+
 # How long stepSimulation waits for the next state of a world that plays, seconds.
 _NEXT_STATE = 1.0
 # PyBullet's time step, until a script sets another.
@@ -78,6 +84,8 @@ class World:
         self.method = method
         # The daemon was started for this script.
         self.child = child
+        # The script's robots go at its end, also from a daemon that was running.
+        self.removes_robots = False
         # Robots of others were here when the script came.
         self.guest = False
         self.sliders = sliders
@@ -92,7 +100,9 @@ class World:
         self.sim_time = 0.0
         self._waiting: dict[tuple[int, int], None] = {}
         self._joint_states: dict[str, RobotJointStates] | None = None
-        self._link_states: dict[str, RobotLinkStates] | None = None
+        self._link_poses: dict[str, RobotLinkPoses] = {}
+        self._link_states: dict[str, RobotLinkStates] = {}
+        self._roots: dict[str, GetEntityStateResponse] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.collision_shapes = Shapes()
@@ -286,26 +296,44 @@ class World:
             for robot in published.robots:
                 self._joint_states[robot.robot] = robot
 
+    def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
+        """Poses of a body's links: of the newest step, as `joint_states`."""
+        states = None if self.playing else self._link_states.get(body.robot)
+        if states is not None:
+            return states
+        if self.playing or not self._link_poses:
+            answer = self.wire.call(methods.GetLinkPoses, GetLinkPosesRequest())
+            self._link_poses = {robot.robot: robot for robot in answer.robots}
+        return _of(self._link_poses, body)
+
     def link_states(self, body: Body) -> RobotLinkStates:
         """Poses and rates of a body's links: of the newest step, as `joint_states`."""
-        if self._link_states is None or self.playing:
+        if self.playing or not self._link_states:
             answer = self.wire.call(methods.GetLinkStates, GetLinkStatesRequest())
             self._link_states = {robot.robot: robot for robot in answer.robots}
-        states = self._link_states.get(body.robot)
-        if states is None:
-            raise error(f"the robot {body.robot} is gone")
-        return states
+        return _of(self._link_states, body)
+
+    def root(self, body: Body) -> GetEntityStateResponse:
+        """Pose and rates of a body's root: of the newest step, as `joint_states`."""
+        state = None if self.playing else self._roots.get(body.robot)
+        if state is None:
+            state = self.wire.call(methods.GetEntityState, GetEntityStateRequest(robot=body.robot))
+            self._roots[body.robot] = state
+        return state
 
     def forget_states(self) -> None:
         """Something changed other than by a step."""
         self._joint_states = None
-        self._link_states = None
+        self._forget_places()
+
+    def _forget_places(self) -> None:
+        self._link_poses, self._link_states, self._roots = {}, {}, {}
 
     def _take(self, states: JointStates) -> None:
         self.sequence = states.stamp.sequence
         self.sim_time = states.stamp.sim_time
         self._joint_states = {robot.robot: robot for robot in states.robots}
-        self._link_states = None
+        self._forget_places()
 
     # The world's settings.
 
@@ -412,7 +440,17 @@ class World:
         """Ends the connection; what it means for robots is decided by who started the daemon."""
         for number in list(self._logs):
             self.stop_log(number)
-        if not self.child:
+        if self.removes_robots:
+            self.remove_own()
+        elif not self.child:
             self.flush()
         self.sliders.remove_own()
         self.wire.close()
+
+
+def _of(found: Mapping[str, State], body: Body) -> State:
+    """What was told of a body."""
+    state = found.get(body.robot)
+    if state is None:
+        raise error(f"the robot {body.robot} is gone")
+    return state
