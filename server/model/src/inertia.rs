@@ -86,6 +86,8 @@ fn of_shape(shape: &Geometry) -> Option<MassProperties> {
             let end = DVec3::Z * (length * 0.5);
             MassProperties::from_capsule(DENSITY, -end, end, *radius)
         }
+        // Without end, so without a mass of its own.
+        Geometry::Plane { .. } => return None,
         Geometry::Mesh { scale, asset, .. } => of_mesh(asset.as_ref()?, *scale)?,
     })
 }

@@ -144,6 +144,7 @@ impl SimHandle {
         let summary = summary(&model, &report);
         let wanted = if name.is_empty() { &model.name } else { name };
         let spawn = Spawn {
+            touches: Default::default(),
             name: wire_name(wanted),
             allow_renaming: request.allow_renaming,
             model,

@@ -6,8 +6,9 @@
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
 //! * [`actuator`], [`gains`]: what drives a joint.
 //! * [`mass_matrix`]: the dense form of what a step never builds.
-//! * [`constraint`]: limits, dry friction, mimic.
+//! * [`constraint`]: limits, dry friction, mimic, contact.
 //! * [`articulation`]: the state of one robot, and its step.
+//! * [`island`]: robots that touch, solved together.
 
 pub mod actuator;
 pub mod articulated;
@@ -16,6 +17,7 @@ pub mod constraint;
 pub mod gains;
 pub mod inertia;
 pub mod integrate;
+pub mod island;
 pub mod kinematics;
 pub mod mass_matrix;
 pub mod six;

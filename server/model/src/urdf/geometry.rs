@@ -82,6 +82,7 @@ fn has_extent(geometry: &Geometry) -> bool {
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             *radius > 0.0 && *length > 0.0
         }
+        Geometry::Plane { normal } => normal.is_normalized(),
         Geometry::Mesh { .. } => true,
     }
 }

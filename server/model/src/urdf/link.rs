@@ -7,7 +7,7 @@ use super::material::Palette;
 use super::mend::Mended;
 use super::meshes::{Meshes, Use};
 use super::tree::Tree;
-use crate::robot::{Collision, Inertial, Link, Visual};
+use crate::robot::{Collision, Inertial, Link, Material, Visual};
 
 /// All links, in the tree's order, without mass.
 pub(super) fn read_all<'a, 'i>(
@@ -33,7 +33,11 @@ pub(super) fn read_all<'a, 'i>(
         for (collision, node) in link.collision.iter().zip(mended.children(*node, "collision")) {
             let link_from_shape = pose(&collision.origin, mended.child(node, "origin"), findings);
             let geometry = geometry(mended, node, &collision.geometry, &mut meshes, Use::Collision, findings);
-            collisions.extend(geometry.map(|geometry| Collision { link_from_shape, geometry }));
+            collisions.extend(geometry.map(|geometry| Collision {
+                link_from_shape,
+                geometry,
+                material: Material::default(),
+            }));
         }
         links.push(Link { name: link.name.clone(), inertial: Inertial::ZERO, visuals, collisions });
     }

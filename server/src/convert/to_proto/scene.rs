@@ -1,6 +1,6 @@
 //! What is to be drawn of a robot: its shapes in one flat list, each with its link.
 
-use glamx::DPose3;
+use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::snapshot::EntityLayout;
 use simd_model::robot::Geometry;
 use simd_proto::v1;
@@ -27,7 +27,17 @@ pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
     }
 }
 
+/// What viewers draw of a plane, metres.
+const PLATE: DVec3 = DVec3::new(100.0, 100.0, 0.01);
+
 fn shape(link: usize, pose: DPose3, geometry: &Geometry, color: Option<v1::Color>) -> v1::Shape {
+    let pose = match geometry {
+        Geometry::Plane { normal } => {
+            let upright = DQuat::from_rotation_arc(DVec3::Z, *normal);
+            pose * DPose3::from_parts(normal * (-PLATE.z / 2.0), upright)
+        }
+        _ => pose,
+    };
     v1::Shape {
         link: count(link),
         pose: Some(geometry::pose(pose)),
@@ -47,6 +57,10 @@ fn shape_geometry(geometry: &Geometry) -> v1::shape::Geometry {
         }
         Geometry::Capsule { radius, length } => {
             v1::shape::Geometry::Capsule(v1::CapsuleGeometry { radius: *radius, length: *length })
+        }
+        // Viewers know no plane: a plate whose upper side lies in it.
+        Geometry::Plane { .. } => {
+            v1::shape::Geometry::Box(v1::BoxGeometry { size: Some(geometry::vector(PLATE)) })
         }
         Geometry::Mesh { uri, scale, asset } => v1::shape::Geometry::Mesh(v1::MeshGeometry {
             sha256: asset.as_ref().map(|asset| asset.sha256.to_string()).unwrap_or_default(),
