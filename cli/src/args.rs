@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{context, event, joint, parameter, robot, server, sim, snapshot};
+use crate::commands::{contact, context, event, joint, parameter, robot, server, sim, snapshot};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -82,7 +82,7 @@ pub(crate) enum Command {
     /// The world: play, pause, step, reset, physics
     #[command(subcommand)]
     Sim(sim::Sim),
-    /// Robots: load, reload, list, info, delete
+    /// Robots: load, shape, reload, list, info, delete
     #[command(subcommand)]
     Robot(robot::Robot),
     /// Joints: list, get, set, reset, watch
@@ -91,6 +91,9 @@ pub(crate) enum Command {
     /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
     #[command(subcommand)]
     Parameter(parameter::Parameter),
+    /// What touches what: list, ray, surfaces, set
+    #[command(subcommand)]
+    Contact(contact::Contact),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),

@@ -1,5 +1,6 @@
 //! The commands, one file per noun, and what they share: the connection.
 
+pub(crate) mod contact;
 pub(crate) mod context;
 pub(crate) mod event;
 pub(crate) mod joint;
@@ -26,6 +27,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
+        Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::Snapshot(command) => snapshot::run(command, &connect(options).await?, output).await,

@@ -1,6 +1,7 @@
 //! `simctl robot`: robots in the world, in and out.
 
 mod progress;
+mod shape;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use simd_client::{
 
 use crate::{
     args::{PackageFolder, package_folder},
+    commands::contact::Surface,
     failure::{hint, warn},
     output::Output,
     pose,
@@ -28,6 +30,8 @@ use view::{Deleted, InfoView, Loaded, ReloadedView, RobotView};
 pub(crate) enum Robot {
     /// Sends a robot to the daemon and spawns it
     Load(Load),
+    /// Spawns a single shape: the ground, a box to push
+    Shape(shape::Shape),
     /// Reads a robot's description again, and keeps its pose, joints and targets
     Reload(Reload),
     /// Shows the robots in the world
@@ -75,6 +79,11 @@ pub(crate) struct Load {
     /// Adds _1, _2, ... to a name that is taken
     #[arg(long)]
     rename: bool,
+    #[command(flatten)]
+    surface: Surface,
+    /// Links of the robot touch each other, except those that a joint connects
+    #[arg(long)]
+    self_collision: bool,
     /// PATH is on the daemon's own disk
     #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"])]
     on_daemon: bool,
@@ -109,6 +118,7 @@ pub(crate) struct Reload {
 pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyhow::Result<()> {
     match command {
         Robot::Load(arguments) => load(arguments, client, output).await,
+        Robot::Shape(arguments) => shape::run(arguments, client, output).await,
         Robot::Reload(arguments) => reload(arguments, client, output).await,
         Robot::List => {
             let robots: Vec<RobotView> = client.robots().await?.into_iter().map(RobotView::from).collect();
@@ -146,6 +156,8 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         joint_positions: arguments.positions.into_iter().map(|at| (at.joint, at.position)).collect(),
         scale: arguments.scale,
         strict: arguments.strict,
+        link_properties: arguments.surface.of(None).into_iter().collect(),
+        self_collision: arguments.self_collision,
         ..Default::default()
     };
     let mut line = Progress::default();

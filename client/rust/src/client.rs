@@ -5,9 +5,9 @@ use std::{future::Future, sync::Arc, time::Duration};
 use simd_proto::{
     API_VERSION, API_VERSION_HEADER,
     v1::{
-        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
-        joint_service_client::JointServiceClient, parameter_service_client::ParameterServiceClient,
-        simulation_service_client::SimulationServiceClient,
+        contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
+        event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
+        parameter_service_client::ParameterServiceClient, simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{
@@ -105,6 +105,10 @@ impl Client {
 
     pub(crate) fn simulation(&self) -> SimulationServiceClient<InterceptedService<Channel, SayVersion>> {
         SimulationServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn contact(&self) -> ContactServiceClient<InterceptedService<Channel, SayVersion>> {
+        ContactServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     pub(crate) fn entity(&self) -> EntityServiceClient<InterceptedService<Channel, SayVersion>> {

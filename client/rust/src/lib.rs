@@ -25,6 +25,7 @@
 //! * [`proto`]: the messages themselves.
 
 mod client;
+mod contact;
 mod control;
 mod endpoint;
 mod entity;
@@ -39,6 +40,7 @@ mod target;
 mod upload;
 
 pub use client::{Client, ConnectOptions};
+pub use contact::ray;
 pub use control::{Control, ControlOptions, ControlReply};
 pub use entity::{Reloaded, Spawned};
 pub use error::{Error, Refusal};

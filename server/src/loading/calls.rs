@@ -161,6 +161,7 @@ impl SimHandle {
         let summary = summary(&model, &report);
         let wanted = if name.is_empty() { &model.name } else { name };
         let spawn = Spawn {
+            touches: request.touches,
             name: wire_name(wanted),
             allow_renaming: request.allow_renaming,
             model,

@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use simd_core::simulation::snapshot::EntityLayout;
-use simd_core::{Command, Error};
+use simd_core::{Answer, Command, Error, Query};
 use simd_proto::v1::{self, entity_service_server::EntityService};
 use tokio::sync::watch;
 use tonic::{Request, Response, Status};
 
 use super::spawning::spawning;
-use super::{BoxStream, command_once};
+use super::{BoxStream, command_once, mismatched};
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::entity as from_proto;
+use crate::convert::to_proto::contact::link_properties;
 use crate::convert::to_proto::{self, stamp};
 use crate::handle::{CallError, Loaded, Published, Reloaded};
 use crate::loading::Progress;
@@ -284,6 +285,33 @@ impl EntityService for Service {
         let command = from_proto::link_wrench(request)?;
         let done = command_once(&self.handle, &request_id, command).await?;
         Ok(Response::new(v1::ApplyLinkWrenchResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn get_link_properties(
+        &self,
+        request: Request<v1::GetLinkPropertiesRequest>,
+    ) -> Result<Response<v1::GetLinkPropertiesResponse>, Status> {
+        let robot = from_proto::robot(request.into_inner().robot)?;
+        let answer = self.handle.query(Query::Links { robot: robot.clone() }).await?;
+        let Answer::Links(surfaces) = answer else { return Err(mismatched(&answer).into()) };
+        let state = self.handle.newest();
+        let (_place, entity) = find(&state, &robot)?;
+        let links = entity.model.links.iter().zip(surfaces);
+        Ok(Response::new(v1::GetLinkPropertiesResponse {
+            links: links.map(|(link, surface)| link_properties(&link.name, surface)).collect(),
+            stamp: Some(stamp::published(&state)),
+        }))
+    }
+
+    async fn set_link_properties(
+        &self,
+        request: Request<v1::SetLinkPropertiesRequest>,
+    ) -> Result<Response<v1::SetLinkPropertiesResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let command = from_proto::set_link_properties(request)?;
+        let done = command_once(&self.handle, &request_id, command).await?;
+        Ok(Response::new(v1::SetLinkPropertiesResponse { stamp: Some(stamp::done(&done)) }))
     }
 }
 

@@ -8,6 +8,7 @@
 //! * [`transport`]: reasons for what tonic itself refuses.
 //! * [`version`]: which clients are served.
 
+pub mod contact;
 pub mod control;
 pub mod entity;
 pub mod event;
@@ -22,6 +23,7 @@ pub mod version;
 use std::pin::Pin;
 
 use simd_core::Command;
+use simd_proto::v1::contact_service_server::ContactServiceServer;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
 use simd_proto::v1::event_service_server::EventServiceServer;
 use simd_proto::v1::joint_service_server::JointServiceServer;
@@ -43,12 +45,14 @@ pub(crate) type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Se
 pub fn routes(handle: &SimHandle) -> Routes {
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
     let simulation = simulation::Service::new(handle.clone());
+    let contact = contact::Service::new(handle.clone());
     let entity = entity::Service::new(handle.clone());
     let joint = joint::Service::new(handle.clone());
     let event = event::Service::new(handle.clone());
     let parameter = parameter::Service::new(handle.clone());
     Routes::default()
         .add_service(checked(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)))
+        .add_service(checked(ContactServiceServer::new(contact).max_decoding_message_size(limit)))
         .add_service(checked(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
         .add_service(checked(JointServiceServer::new(joint).max_decoding_message_size(limit)))
         .add_service(checked(EventServiceServer::new(event).max_decoding_message_size(limit)))

@@ -12,9 +12,9 @@ use super::work::Work;
 /// v_i = X v_parent + S qd,  c_i = v_i x S qd
 pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
     for (i, body) in tree.bodies.iter().enumerate() {
-        let (base_from_parent, parent_velocity) = match body.parent {
-            Some(parent) => (work[parent].rotation, work[parent].velocity),
-            None => (DMat3::IDENTITY, Spatial::ZERO),
+        let (base_from_parent, parent_origin, parent_velocity) = match body.parent {
+            Some(parent) => (work[parent].rotation, work[parent].origin, work[parent].velocity),
+            None => (DMat3::IDENTITY, DVec3::ZERO, Spatial::ZERO),
         };
         let at = &mut work[i];
         // Where the joint is at position zero.
@@ -41,6 +41,7 @@ pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
                 Spatial::new(at.rotation * angular, zero * linear)
             }
         };
+        at.origin = parent_origin + at.reach;
         at.velocity = parent_velocity.motion_at(at.reach) + own;
         // S moves with the body: its derivative in axes that stand still is v x S.
         at.velocity_product = at.velocity.cross_motion(own);

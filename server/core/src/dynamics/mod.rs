@@ -7,8 +7,9 @@
 //! * [`actuator`], [`gains`]: what drives a joint.
 //! * [`mass_matrix`]: the dense form of what a step never builds.
 //! * [`reactions`]: what joints carry.
-//! * [`constraint`]: limits, dry friction, mimic.
+//! * [`constraint`]: limits, dry friction, mimic, contact.
 //! * [`articulation`]: the state of one robot, and its step.
+//! * [`island`]: robots that touch, solved together.
 
 pub mod actuator;
 pub mod articulated;
@@ -17,6 +18,7 @@ pub mod constraint;
 pub mod gains;
 pub mod inertia;
 pub mod integrate;
+pub mod island;
 pub mod kinematics;
 pub mod mass_matrix;
 pub mod reactions;
