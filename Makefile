@@ -56,6 +56,7 @@ reference:
 	target/reference-venv/bin/pip install --quiet -r tests/reference/requirements.txt
 	target/reference-venv/bin/python tests/reference/make_reference.py
 	target/reference-venv/bin/python tests/reference/make_converged.py
+	target/reference-venv/bin/python tests/reference/make_kinematics.py
 
 clean:
 	$(CARGO) clean
