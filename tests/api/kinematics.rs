@@ -240,6 +240,7 @@ async fn what_cannot_be_computed_is_refused_by_name() {
         (client.jacobian(jacobian_of("leg", "arm")).await.unwrap_err(), RobotNotFound, "leg"),
         (client.jacobian(jacobian_of("arm", "leg")).await.unwrap_err(), LinkNotFound, "leg"),
         (mass_matrix(vec![0.0; 2]).await.unwrap_err(), InvalidValue, "configuration.positions"),
+        (mass_matrix(vec![1e300]).await.unwrap_err(), InvalidValue, "configuration.positions[0]"),
         (mass_matrix(vec![f64::NAN]).await.unwrap_err(), InvalidValue, "configuration.positions[0]"),
         (client.mass_matrix(twisted).await.unwrap_err(), InvalidValue, "configuration.root_twist"),
         (client.inverse_dynamics(dynamics).await.unwrap_err(), InvalidValue, "accelerations"),

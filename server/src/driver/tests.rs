@@ -149,9 +149,9 @@ fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
     assert_eq!((done.applied.at.step, state.snapshot.at.step, clamped), (2, 2, Vec::new()));
     assert_eq!((done.sequence, state.sequence), (published + 2, published + 2), "a state a step, no more");
     // The state is that of the last of its steps, whatever comes after it.
-    bench.steps(5);
-    let _ = bench.command(nothing());
-    bench.turns(2);
+    let _answers = (bench.steps(5), bench.command(nothing()));
+    bench.turns(2 + 5);
+    assert_eq!(bench.step(), 7);
     assert_eq!(state.snapshot.at.step, 2);
 }
 

@@ -12,9 +12,13 @@ use super::geometry;
 use crate::convert::field::{BadField, Path};
 
 /// Steps of a search, where nothing else is said and at the most.
-const ITERATIONS: (u32, u32) = (100, 1_000);
+const ITERATIONS: (u32, u32) = (300, 1_000);
 /// Metres: where nothing else is said, and what may be said.
 const TOLERANCE: (f64, std::ops::RangeInclusive<f64>) = (1e-4, 1e-12..=1.0);
+
+/// Largest size of any number, as for joints in the world: what is computed from it is
+/// then finite too.
+const LARGEST: f64 = 1e12;
 
 /// Where a link is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,13 +55,25 @@ pub fn configuration(
     } else {
         numbers(&at, "velocities", given.velocities, entity.velocities.len())?
     };
-    let root = given.root.map(|root| geometry::pose(&at.field("root"), root)).transpose()?;
-    let twist = given.root_twist.map(|twist| geometry::twist(&at.field("root_twist"), twist)).transpose()?;
+    let root_at = at.field("root");
+    let root = given.root.map(|root| geometry::pose(&root_at, root)).transpose()?;
+    moderate(&root_at, root.map_or(DVec3::ZERO, |root| root.translation))?;
+    let twist_at = at.field("root_twist");
+    let twist = given.root_twist.map(|twist| geometry::twist(&twist_at, twist)).transpose()?;
     let (linear, angular) = twist.unwrap_or_default();
+    moderate(&twist_at, linear.abs().max(angular.abs()))?;
     if entity.fixed_base && (linear, angular) != (DVec3::ZERO, DVec3::ZERO) {
-        return Err(at.field("root_twist").refuse("not zero", "the robot's base is fixed, so it must be"));
+        return Err(twist_at.refuse("not zero", "the robot's base is fixed, so it must be"));
     }
     Ok(Configuration { root: root.unwrap_or(present.root), linear, angular, positions, velocities })
+}
+
+/// A vector that can be computed with.
+fn moderate(at: &Path<'_>, vector: DVec3) -> Result<DVec3, BadField> {
+    if vector.abs().max_element() <= LARGEST {
+        return Ok(vector);
+    }
+    Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST:e}")))
 }
 
 /// As many finite numbers as there are places for.
@@ -69,7 +85,7 @@ fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<V
             .refuse(value, format!("it must be {count}, aligned with the joint layout")));
     }
     for (index, value) in given.iter().enumerate() {
-        at.item(name, index).finite(*value)?;
+        at.item(name, index).within(*value, -LARGEST..=LARGEST)?;
     }
     Ok(given)
 }
@@ -89,7 +105,8 @@ pub fn link(robot: String, link: String) -> Result<(String, String), BadField> {
 
 /// A point of a link; absent is its origin.
 pub fn point(given: Option<v1::Vector3>) -> Result<DVec3, BadField> {
-    geometry::vector_or_zero(&Path::ROOT.field("point"), given)
+    let at = Path::ROOT.field("point");
+    moderate(&at, geometry::vector_or_zero(&at, given)?)
 }
 
 /// Where a link is to be. It must be said where; how it is turned may be left open.
@@ -98,6 +115,7 @@ pub fn target(given: Option<v1::Pose>) -> Result<Target, BadField> {
     let given = at.given(given)?;
     let position_at = at.field("position");
     let position = geometry::vector(&position_at, position_at.given(given.position)?)?;
+    let position = moderate(&position_at, position)?;
     let turned = |given| geometry::rotation(&at.field("orientation"), given);
     Ok(Target { position, orientation: given.orientation.map(turned).transpose()? })
 }
