@@ -58,6 +58,7 @@ truth: test-data target/reference-venv/installed
 reference: target/reference-venv/installed
 	target/reference-venv/bin/python tests/reference/make_reference.py
 	target/reference-venv/bin/python tests/reference/make_truth.py
+	target/reference-venv/bin/python tests/reference/make_kinematics.py
 
 target/reference-venv/installed: tests/reference/requirements.txt
 	python3 -m venv target/reference-venv

@@ -82,7 +82,7 @@ pub(crate) enum Command {
     /// The world: play, pause, step, reset, physics
     #[command(subcommand)]
     Sim(sim::Sim),
-    /// Robots: load, shape, reload, list, info, delete
+    /// Robots: load, shape, reload, list, info, links, ik, delete
     #[command(subcommand)]
     Robot(robot::Robot),
     /// Joints: list, get, set, reset, watch

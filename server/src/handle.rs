@@ -31,7 +31,7 @@ pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub use info::{DaemonInfo, Limits};
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
-pub use published::{Done, Pace, Published, RunState, Statistics, Stepped};
+pub use published::{Done, Pace, PaceChange, Published, RunState, Statistics, Stepped};
 pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, Validated};
 
 use crate::driver::{self, Event, ReplyTo};
@@ -132,7 +132,7 @@ impl SimHandle {
     /// # Errors
     /// Where the factor is not within 0.001 and 1,000.
     pub async fn set_pace(&self, pace: Pace) -> Result<Done, CallError> {
-        let (done, _, _) = self.set_physics(PhysicsChange::default(), Some(pace)).await?;
+        let (done, _, _) = self.set_physics(PhysicsChange::default(), pace.into()).await?;
         Ok(done)
     }
 
@@ -144,10 +144,10 @@ impl SimHandle {
     pub async fn set_physics(
         &self,
         change: PhysicsChange,
-        pace: Option<Pace>,
+        pace: PaceChange,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
-        if let Some(pace) = pace {
-            pace.check()?;
+        if let Some(factor) = pace.factor {
+            Pace::RealTime { factor }.check()?;
         }
         self.ask(|reply| Event::SetPhysics { change, pace, reply }).await
     }

@@ -2,6 +2,7 @@
 #![cfg(test)]
 
 mod control;
+mod kinematics;
 mod lockstep;
 mod others_robots;
 mod parameters;

@@ -7,6 +7,7 @@ mod closed_forms;
 mod energy;
 mod extremes;
 mod floating;
+mod kinematics;
 mod mujoco;
 mod properties;
 mod random_robots;

@@ -1,5 +1,6 @@
 //! `simctl robot`: robots in the world, in and out.
 
+mod kinematics;
 mod progress;
 mod shape;
 mod view;
@@ -41,6 +42,13 @@ pub(crate) enum Robot {
         /// The robot's name
         robot: String,
     },
+    /// Shows where a robot's links are and how they move
+    Links {
+        /// The robot's name
+        robot: String,
+    },
+    /// Finds joint positions that put a link somewhere (inverse kinematics)
+    Ik(kinematics::Ik),
     /// Takes a robot out of the world
     Delete {
         /// The robot's name
@@ -129,6 +137,8 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
             let state = client.robot_state(&robot).await?;
             output.one(&InfoView::new(entity, state)?)
         }
+        Robot::Links { robot } => kinematics::links(&robot, client, output).await,
+        Robot::Ik(arguments) => kinematics::ik(arguments, client, output).await,
         Robot::Delete { robot } => {
             let stamp = client.delete_robot(&robot).await?.into();
             output.one(&Deleted { deleted: robot, stamp })

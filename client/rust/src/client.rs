@@ -7,6 +7,7 @@ use simd_proto::{
     v1::{
         contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
+        kinematics_service_client::KinematicsServiceClient,
         parameter_service_client::ParameterServiceClient, simulation_service_client::SimulationServiceClient,
     },
 };
@@ -121,6 +122,10 @@ impl Client {
 
     pub(crate) fn event(&self) -> EventServiceClient<InterceptedService<Channel, SayVersion>> {
         EventServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn kinematics(&self) -> KinematicsServiceClient<InterceptedService<Channel, SayVersion>> {
+        KinematicsServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     pub(crate) fn parameter(&self) -> ParameterServiceClient<InterceptedService<Channel, SayVersion>> {

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`, `parameter`.
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`.
 //! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
 //! * [`Control`]: the stream of controllers, one answer for each request.
 //! * [`Target`]: what a joint is asked to do.
@@ -32,6 +32,7 @@ mod entity;
 mod error;
 mod event;
 mod joint;
+mod kinematics;
 mod package;
 mod parameter;
 mod reading;

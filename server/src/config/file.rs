@@ -82,6 +82,9 @@ pub(super) fn parse(text: &str) -> Result<File, String> {
 /// Line, key, and what is wrong with it.
 fn sentence(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    // Serde names Rust's types, which mean nothing to an operator.
+    let message = message.replace("expected f64", "expected a number");
+    let message = message.replace("expected u32", "expected a whole number, 0 or more");
     let Some(before) = error.span().and_then(|span| text.get(..span.start)) else {
         return message;
     };

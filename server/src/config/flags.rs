@@ -46,13 +46,13 @@ pub(super) struct Flags {
     #[arg(long)]
     paused: bool,
     /// Seconds that a step advances, 0.000001 to 0.1 [default: 0.001]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
     time_step: Option<f64>,
     /// m/s^2 along the world's axes [default: 0,0,-9.81]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = gravity)]
     gravity: Option<DVec3>,
     /// Simulated seconds to a wall second, 0.001 to 1000 [default: 1]
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = number)]
     rtf: Option<f64>,
     /// Steps follow each other at once
     #[arg(long)]
@@ -160,6 +160,10 @@ impl Flags {
         config.robots.extend(self.load.into_iter().map(Robot::at));
         Ok(())
     }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_error| "it must be a number".into())
 }
 
 fn gravity(text: &str) -> Result<DVec3, String> {

@@ -90,6 +90,9 @@ fn a_value_of_the_wrong_kind_is_named_with_its_line() {
     assert!(file_mistake("listen = \"here\"").contains("line 1: listen: "));
     assert!(file_mistake("[[robots]]\nname = \"arm\"\n").contains("missing field `path`"));
     assert!(file_mistake("paused = tru").contains("line 1"));
+    assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("expected a number"));
+    assert!(file_mistake("[physics]\nsubsteps = -1").ends_with("expected a whole number, 0 or more"));
+    assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [\"x\", 0, 0]").ends_with("expected a number"));
     assert!(file_mistake("[physics]\ngravity = [0, 0]").contains("line 2"));
 }
 

@@ -4,7 +4,7 @@ use simd_core::simulation::command::{PhysicsChange, SetTargets};
 use simd_core::{Answer, Command, PhysicsSettings, Query};
 use tokio::sync::oneshot;
 
-use crate::handle::{CallError, Done, Pace, RunState, Stepped};
+use crate::handle::{CallError, Done, Pace, PaceChange, RunState, Stepped};
 
 /// Where an answer goes. Each call gets exactly one; one that is dropped
 /// without an answer means that the driver has ended.
@@ -51,7 +51,7 @@ pub(crate) enum Event {
         /// How.
         change: PhysicsChange,
         /// When; its factor is checked before it gets here.
-        pace: Option<Pace>,
+        pace: PaceChange,
         /// With what is in force from then on.
         reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
     },

@@ -16,7 +16,7 @@ use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::step_queue::{Pending, StepQueue};
 use super::world::World;
-use crate::handle::{CallError, Done, EventLog, Happened, Pace, RunState, Statistics, Stepped};
+use crate::handle::{CallError, Done, EventLog, Happened, Pace, PaceChange, RunState, Statistics, Stepped};
 
 /// While a step is due, at most this many calls are served before it: a flood
 /// of calls does not stop the world, and a world that is always late does not
@@ -200,7 +200,7 @@ impl<W: World> Driver<W> {
     fn set_physics(
         &mut self,
         change: PhysicsChange,
-        pace: Option<Pace>,
+        pace: PaceChange,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
         let (settings_before, pace_before) = (self.world.settings(), self.pace);
         let at = if change == PhysicsChange::default() {
@@ -208,7 +208,8 @@ impl<W: World> Driver<W> {
         } else {
             self.apply(&Command::SetPhysics(change))?.at
         };
-        self.pace = pace.unwrap_or(self.pace);
+        // Here and not where the change was asked for: another may have come between.
+        self.pace = pace.of(self.pace);
         self.follow_pace();
         self.publish();
         self.log_events();

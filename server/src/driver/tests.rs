@@ -6,7 +6,7 @@ use tokio::sync::oneshot::{self, Receiver};
 
 use super::toy::{Toy, nothing, refused};
 use super::*;
-use crate::handle::{CallError, Done, Happened, Stepped};
+use crate::handle::{CallError, Done, Happened, PaceChange, Stepped};
 
 type Answer<T> = Receiver<Result<T, CallError>>;
 
@@ -149,9 +149,9 @@ fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
     assert_eq!((done.applied.at.step, state.snapshot.at.step, clamped), (2, 2, Vec::new()));
     assert_eq!((done.sequence, state.sequence), (published + 2, published + 2), "a state a step, no more");
     // The state is that of the last of its steps, whatever comes after it.
-    bench.steps(5);
-    let _ = bench.command(nothing());
-    bench.turns(2);
+    let _answers = (bench.steps(5), bench.command(nothing()));
+    bench.turns(2 + 5);
+    assert_eq!(bench.step(), 7);
     assert_eq!(state.snapshot.at.step, 2);
 }
 
@@ -301,10 +301,10 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
     let mut bench = Bench::paused();
     let pace = Pace::RealTime { factor: 2.0 };
     let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };
-    let mut both = bench.post(|reply| Event::SetPhysics { change, pace: Some(pace), reply });
+    let mut both = bench.post(|reply| Event::SetPhysics { change, pace: pace.into(), reply });
     let change = PhysicsChange::default();
     let free = Pace::AsFastAsPossible { factor: 2.0 };
-    let _pace = bench.post(|reply| Event::SetPhysics { change, pace: Some(free), reply });
+    let _pace = bench.post(|reply| Event::SetPhysics { change, pace: free.into(), reply });
     bench.turns(2);
     let (done, settings, in_force) = both.try_recv().unwrap().unwrap();
     assert_eq!((settings.time_step, in_force), (0.01, pace));
@@ -317,6 +317,20 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
         "one event each, with the pace of its time"
     );
     assert_eq!(bench.link.board.newest().physics.time_step, 0.01);
+}
+
+/// Each names one half of a pace; what comes of them has both, in whichever order they were sent.
+#[test]
+fn halves_of_a_pace_from_two_callers_make_a_whole() {
+    let mut bench = Bench::paused();
+    let half = |pace: PaceChange| {
+        bench.post(|reply| Event::SetPhysics { change: PhysicsChange::default(), pace, reply })
+    };
+    let _first = half(PaceChange { as_fast_as_possible: Some(true), factor: None });
+    let _second = half(PaceChange { as_fast_as_possible: None, factor: Some(3.0) });
+    bench.turns(2);
+    let pace = bench.link.board.newest().statistics.pace;
+    assert_eq!(pace, Pace::AsFastAsPossible { factor: 3.0 });
 }
 
 #[test]

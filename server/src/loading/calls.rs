@@ -71,28 +71,45 @@ impl SimHandle {
             let what = "the size of the file in bytes".into();
             return Err(CallError::LimitExceeded { what, value: total, limit });
         }
-        let bytes = {
-            let mut shelf = loader.lock();
-            if let Some(kept) = shelf.store.get(&sha256) {
-                let there = kept.len() as u64;
-                if there == total {
-                    return Ok(there);
+        let bytes = loop {
+            let checked = {
+                let mut shelf = loader.lock();
+                if let Some(kept) = shelf.store.get(&sha256) {
+                    let there = kept.len() as u64;
+                    if there == total {
+                        return Ok(there);
+                    }
+                    let message = format!("the file {sha256} has {there} bytes, not {total}");
+                    return Err(CallError::UploadMismatch { message });
                 }
-                let message = format!("the file {sha256} has {there} bytes, not {total}");
+                match shelf.store.checking(&sha256) {
+                    Some(checked) => checked,
+                    None => match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
+                        partial::Progress::Received(received) => return Ok(received),
+                        partial::Progress::Complete(bytes) => {
+                            shelf.store.begin_check(sha256);
+                            break bytes;
+                        }
+                    },
+                }
+            };
+            checked.cancelled().await;
+        };
+        // A task of its own: others wait for the file, also where this caller goes away.
+        let handle = self.clone();
+        let checked = tokio::spawn(async move {
+            let check = Check { handle, sha256 };
+            let loader = check.handle.loader();
+            let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
+            if found != sha256 {
+                let message = format!("the file has the hash {found}, not {sha256}; send it anew");
                 return Err(CallError::UploadMismatch { message });
             }
-            match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
-                partial::Progress::Received(received) => return Ok(received),
-                partial::Progress::Complete(bytes) => bytes,
-            }
-        };
-        let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
-        if found != sha256 {
-            let message = format!("the file has the hash {found}, not {sha256}; send it anew");
-            return Err(CallError::UploadMismatch { message });
-        }
-        loader.insert(sha256, bytes)?;
-        Ok(total)
+            loader.insert(sha256, bytes)?;
+            Ok(total)
+        });
+        let failed = |error| CallError::Internal { message: format!("a file was not checked: {error}") };
+        checked.await.map_err(failed)?
     }
 
     /// Reads a description as a spawn would, and only reports.
@@ -243,6 +260,18 @@ impl SimHandle {
         let made = outcome.map_err(refused)?;
         self.loader().keep(&made.model, used, origin, options.scale)?;
         Ok(made)
+    }
+}
+
+/// A check of a file's hash, which ends with it however that comes about.
+struct Check {
+    handle: SimHandle,
+    sha256: Sha256,
+}
+
+impl Drop for Check {
+    fn drop(&mut self) {
+        self.handle.loader().lock().store.end_check(&self.sha256);
     }
 }
 

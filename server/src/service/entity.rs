@@ -57,7 +57,10 @@ impl Service {
 }
 
 /// A robot by name, with its place among the robots.
-fn find<'a>(state: &'a Published, robot: &str) -> Result<(usize, &'a Arc<EntityLayout>), CallError> {
+pub(super) fn find<'a>(
+    state: &'a Published,
+    robot: &str,
+) -> Result<(usize, &'a Arc<EntityLayout>), CallError> {
     state.snapshot.entity(robot).ok_or_else(|| CallError::World(not_found(state, robot)))
 }
 
@@ -67,7 +70,7 @@ fn not_found(state: &Published, robot: &str) -> Error {
 }
 
 /// The robots of these names, in this order; of no names, all there are.
-fn find_all<'a>(
+pub(super) fn find_all<'a>(
     state: &'a Published,
     robots: &[String],
 ) -> Result<Vec<(usize, &'a Arc<EntityLayout>)>, CallError> {

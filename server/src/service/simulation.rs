@@ -118,8 +118,7 @@ impl SimulationService for Service {
         request: Request<v1::SetPhysicsRequest>,
     ) -> Result<Response<v1::SetPhysicsResponse>, Status> {
         let request = request.into_inner();
-        let (_settings, present) = self.handle.physics();
-        let (change, pace) = from_proto::physics_change(&request, present)?;
+        let (change, pace) = from_proto::physics_change(&request)?;
         let handle = self.handle.clone();
         let work = async move { handle.set_physics(change, pace).await };
         let (done, settings, pace) = self.handle.once(&request.request_id, work).await?;

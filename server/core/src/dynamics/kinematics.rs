@@ -80,6 +80,16 @@ pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
 }
 
 impl Tree {
+    /// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
+    pub fn follow(&self, q: &mut [f64]) {
+        for _ in 0..self.mimics.len() {
+            for pair in &self.mimics {
+                let leader = q[self.bodies[pair.leader].position];
+                q[self.bodies[pair.follower].position] = pair.multiplier * leader + pair.offset;
+            }
+        }
+    }
+
     /// `world_from_link` of each link of the model.
     ///
     /// `world_from_root` is where the root link is; `positions` are those of the

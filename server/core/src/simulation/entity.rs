@@ -410,12 +410,7 @@ fn start_positions(tree: &Tree, axes: &[Axis]) -> Vec<f64> {
 
 /// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
 pub(super) fn follow(tree: &Tree, q: &mut [f64]) {
-    for _ in 0..tree.mimics.len() {
-        for pair in &tree.mimics {
-            let leader = q[tree.bodies[pair.leader].position];
-            q[tree.bodies[pair.follower].position] = pair.multiplier * leader + pair.offset;
-        }
-    }
+    tree.follow(q);
 }
 
 /// Gives joints that follow others the rates that go with it.

@@ -6,6 +6,7 @@ pub mod entity;
 pub mod event;
 pub mod geometry;
 pub mod joint;
+pub mod kinematics;
 pub mod parameter;
 pub mod primitive;
 pub mod simulation;

@@ -10,8 +10,8 @@ use super::stamp;
 use crate::handle::{DaemonInfo, Limits, Pace, Published, RunState, Statistics};
 
 /// Optional features that this daemon has.
-const FEATURES: [&str; 7] =
-    ["claims", "events", "health", "parameters", "reflection", "snapshots", "wrenches"];
+const FEATURES: [&str; 8] =
+    ["claims", "events", "health", "kinematics", "parameters", "reflection", "snapshots", "wrenches"];
 
 /// Who answers.
 pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
