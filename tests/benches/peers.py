@@ -36,8 +36,9 @@ LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
 
 NOTES = """
-All: 1 ms a step, one thread, double precision. First table: no shapes and so no contacts, limits on, each
-joint held at a bent pose that each batch starts from. Ratios are of batches of one round, and below 1 where it is faster than MuJoCo.
+All: 1 ms a step, one thread, double precision. First table: no shapes and so no contacts, limits on, each joint held
+at a bent pose that each batch starts from. Ratios are of batches of one round, and below 1 where it is faster than
+MuJoCo.
 simd      Simulation::step; actuators as a robot is spawned with, default gains, effort limits.
 MuJoCo    {mujoco}, mj_step with nstep: its loop in C. Euler. Position actuators with simd's stiffness; simd's damping
           as joint damping, since Euler integrates that implicitly: as an actuator's kv it is not stable at these gains.
