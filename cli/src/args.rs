@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{context, event, joint, robot, server, sim, snapshot};
+use crate::commands::{context, event, joint, parameter, robot, server, sim, snapshot};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -88,6 +88,9 @@ pub(crate) enum Command {
     /// Joints: list, get, set, reset, watch
     #[command(subcommand)]
     Joint(joint::Joint),
+    /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
+    #[command(subcommand)]
+    Parameter(parameter::Parameter),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),
@@ -159,6 +162,8 @@ mod tests {
             "simctl robot load a.urdf --pose -1,0,0.5",
             "simctl robot load a.urdf --position elbow=-0.5",
             "simctl joint set arm elbow=-0.5",
+            "simctl parameter add speed -1 1 -0.5",
+            "simctl parameter set speed=-0.5",
         ] {
             Arguments::try_parse_from(line.split(' ')).unwrap();
         }

@@ -93,6 +93,12 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::SnapshotNotFound => {
             Some("`simctl snapshot list` shows the snapshots there are".to_owned())
         }
+        ErrorReason::ParameterNotFound => {
+            Some("`simctl parameter list` shows the parameters there are".to_owned())
+        }
+        ErrorReason::ParameterExists => {
+            Some("--replace puts the new one in its place, --rename gives it another name".to_owned())
+        }
         _ => None,
     }
 }

@@ -3,12 +3,14 @@
 //! * `store`, `partial`: what was uploaded.
 //! * `disk`: what lies on the daemon's own disk.
 //! * `reading`: from there to a model.
+//! * `progress`: how far that is.
 //! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
 //! * Here: what is kept of it all, and which robot came from where.
 
 mod calls;
 mod disk;
 mod partial;
+mod progress;
 mod reading;
 mod store;
 #[cfg(test)]
@@ -17,11 +19,13 @@ mod tests;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use simd_model::RobotModel;
 use simd_model::robot::Sha256;
+use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
 
 use crate::handle::{CallError, Limits};
+pub use progress::{Phase, Progress};
+
 use disk::Roots;
 use partial::Partials;
 use reading::{Origin, Used};
@@ -83,6 +87,10 @@ impl Loader {
 
     fn lock(&self) -> MutexGuard<'_, Shelf> {
         self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn options(&self, scale: f64, strict: bool) -> ReadOptions {
+        ReadOptions { scale, strict, limits: self.limits.reading }
     }
 
     fn check_description(&self, bytes: usize) -> Result<(), CallError> {

@@ -6,6 +6,7 @@
 //! * 3: a mistake in the configuration file.
 //! * 4: the address cannot be listened on.
 //! * 5: a robot cannot be loaded at the start.
+//! * 6: a daemon of the same name is on the Zenoh network.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;

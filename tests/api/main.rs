@@ -2,7 +2,9 @@
 #![cfg(test)]
 
 mod control;
+mod lockstep;
 mod others_robots;
+mod parameters;
 mod refusals;
 mod robots;
 mod streams;

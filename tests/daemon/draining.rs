@@ -86,6 +86,19 @@ async fn a_call_that_would_take_hours_does_not_hold_up_the_end() {
     assert_eq!((said.code, said.err.as_str()), (78, "simctl: the daemon is shutting down\n"));
 }
 
+/// A script that is killed leaves no daemon behind that it started for itself.
+#[tokio::test]
+async fn the_end_of_stdin_ends_it_where_that_was_asked_for() {
+    let mut daemon = Process::start(["--paused", "--until-stdin-closes"]).await;
+    let mut other = paused().await;
+    daemon.client().await.world_statistics().await.unwrap();
+    let closed = Instant::now();
+    other.close_stdin();
+    daemon.close_stdin();
+    ends_well(&mut daemon, closed).await;
+    other.client().await.world_statistics().await.unwrap();
+}
+
 /// A connection that begins HTTP/2 and then answers nothing, as one whose machine hangs: the daemon
 /// gives it the whole grace. Once a later client is served, it was accepted.
 async fn mute(daemon: &Process) -> TcpStream {

@@ -10,6 +10,7 @@ mod floating;
 mod mujoco;
 mod properties;
 mod random_robots;
+mod reactions;
 mod rows;
 mod seven_arm;
 mod truth;

@@ -147,7 +147,7 @@ impl Process {
     pub async fn start<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Self {
         let home = Home::new();
         let mut command = home.command(binaries().join("simd"));
-        command.args(["--listen", "127.0.0.1:0"]).args(arguments);
+        command.args(["--listen", "127.0.0.1:0"]).args(arguments).stdin(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{error}"));
         let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
             panic!("the daemon has no stdout and stderr");
@@ -217,6 +217,11 @@ impl Process {
         let Some(pid) = self.child.id() else { panic!("the daemon is gone already") };
         let sent = self.shell(&format!("kill -{name} {pid}"), self.home.path()).await;
         assert_eq!(sent.code, 0, "{}", sent.err);
+    }
+
+    /// Ends its stdin, as the system does where the program that started it ends.
+    pub fn close_stdin(&mut self) {
+        drop(self.child.stdin.take());
     }
 
     /// Waits until its log has a line with this text.

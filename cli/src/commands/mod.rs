@@ -3,6 +3,7 @@
 pub(crate) mod context;
 pub(crate) mod event;
 pub(crate) mod joint;
+pub(crate) mod parameter;
 pub(crate) mod robot;
 pub(crate) mod server;
 pub(crate) mod sim;
@@ -25,6 +26,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
+        Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::Snapshot(command) => snapshot::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,

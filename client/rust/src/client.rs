@@ -6,7 +6,8 @@ use simd_proto::{
     API_VERSION, API_VERSION_HEADER,
     v1::{
         entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
-        joint_service_client::JointServiceClient, simulation_service_client::SimulationServiceClient,
+        joint_service_client::JointServiceClient, parameter_service_client::ParameterServiceClient,
+        simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{
@@ -116,6 +117,10 @@ impl Client {
 
     pub(crate) fn event(&self) -> EventServiceClient<InterceptedService<Channel, SayVersion>> {
         EventServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn parameter(&self) -> ParameterServiceClient<InterceptedService<Channel, SayVersion>> {
+        ParameterServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     /// Waits for an answer as long as calls usually may take.

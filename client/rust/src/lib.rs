@@ -16,7 +16,7 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`.
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`.
 //! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
 //! * [`Control`]: the stream of controllers, one answer for each request.
 //! * [`Target`]: what a joint is asked to do.
@@ -32,6 +32,7 @@ mod error;
 mod event;
 mod joint;
 mod package;
+mod parameter;
 mod reading;
 mod simulation;
 mod target;
@@ -43,9 +44,10 @@ pub use entity::{Reloaded, Spawned};
 pub use error::{Error, Refusal};
 pub use event::{EventWatch, Observed};
 pub use joint::{JointWatch, every_joint, some_joints};
-pub use package::Package;
+pub use package::{OpenOptions, Package};
+pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, v1 as proto};
-pub use target::{Target, joint_target};
+pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;

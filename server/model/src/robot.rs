@@ -64,6 +64,17 @@ pub struct Collision {
     pub link_from_shape: DPose3,
     /// What it is.
     pub geometry: Geometry,
+    /// What its surface is like.
+    pub material: Material,
+}
+
+/// What a surface is like; absent is the world's default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Material {
+    /// Coulomb's coefficient, at least 0.
+    pub friction: Option<f64>,
+    /// The part of the approach speed that is left after a hit, 0 to 1.
+    pub restitution: Option<f64>,
 }
 
 /// A shape, centred on its own origin. Metres.
@@ -92,6 +103,11 @@ pub enum Geometry {
         radius: f64,
         /// Of the cylinder, without the caps.
         length: f64,
+    },
+    /// All that lies below a plane through the origin.
+    Plane {
+        /// Of unit length; points out.
+        normal: DVec3,
     },
     /// Triangles from a file.
     Mesh {

@@ -8,7 +8,7 @@ use glamx::{DPose3, DQuat, DVec3, EulerRot};
 use serde::Deserialize;
 use simd_core::simulation::command::PhysicsChange;
 
-use super::{Config, Robot};
+use super::{Config, Robot, Zenoh};
 
 /// All that a file can say; see `simd --help`.
 #[derive(Debug, Default, Deserialize)]
@@ -22,9 +22,21 @@ pub(super) struct File {
     asset_roots: Vec<PathBuf>,
     paused: Option<bool>,
     #[serde(default)]
+    zenoh: ZenohTable,
+    #[serde(default)]
     physics: PhysicsTable,
     #[serde(default)]
     robots: Vec<RobotTable>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ZenohTable {
+    enabled: Option<bool>,
+    listen: Option<Vec<String>>,
+    connect: Option<Vec<String>>,
+    config: Option<PathBuf>,
+    state_rate: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -97,6 +109,7 @@ impl File {
         if let Some(log) = self.log {
             config.change_log(log)?;
         }
+        self.zenoh.apply(folder, &mut config.zenoh)?;
         let PhysicsTable { gravity, time_step, substeps, real_time_factor, as_fast_as_possible } =
             self.physics;
         config.change_physics(PhysicsChange { gravity: gravity.map(DVec3::from), time_step, substeps })?;
@@ -110,6 +123,27 @@ impl File {
         }
         for robot in self.robots {
             config.robots.push(robot.placed(folder)?);
+        }
+        Ok(())
+    }
+}
+
+impl ZenohTable {
+    fn apply(self, folder: &Path, zenoh: &mut Zenoh) -> Result<(), String> {
+        if let Some(listen) = self.listen {
+            zenoh.set_listen(listen)?;
+        }
+        if let Some(connect) = self.connect {
+            zenoh.set_connect(connect)?;
+        }
+        if let Some(file) = self.config {
+            zenoh.file = Some(folder.join(file));
+        }
+        if let Some(rate) = self.state_rate {
+            zenoh.set_state_rate(rate)?;
+        }
+        if let Some(enabled) = self.enabled {
+            zenoh.enabled = enabled;
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ use super::{Config, ConfigError, Robot};
 
 /// A robot physics daemon without a screen.
 ///
-/// It owns one world of robots, steps it in real time, and serves it over gRPC.
+/// It owns one world of robots, steps it in real time, and serves it over gRPC and Zenoh.
 #[derive(Debug, Parser)]
 #[command(name = "simd", version, after_help = AFTER_HELP, disable_help_subcommand = true)]
 pub(super) struct Flags {
@@ -23,6 +23,16 @@ pub(super) struct Flags {
     /// Where to serve gRPC; port 0 takes a free one [default: 127.0.0.1:7400]
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) listen: Option<SocketAddr>,
+    /// Where to listen for Zenoh, or off; port 0 takes a free one. Repeatable [default:
+    /// tcp/127.0.0.1:7447, or nowhere with --zenoh-connect]
+    #[arg(long, value_name = "LOCATOR")]
+    zenoh: Vec<String>,
+    /// A Zenoh router to join. Repeatable
+    #[arg(long, value_name = "LOCATOR")]
+    zenoh_connect: Vec<String>,
+    /// Puts settings of Zenoh's own (JSON5) over those of the daemon
+    #[arg(long, value_name = "PATH")]
+    zenoh_config: Option<PathBuf>,
     /// What the daemon is called on the network [default: simd]
     #[arg(long)]
     name: Option<String>,
@@ -50,10 +60,14 @@ pub(super) struct Flags {
     /// What to log on stderr: a level, or filters like simd_server=debug [default: info]
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
-    /// Allows --listen on an address that others can reach. There is no TLS and
+    /// Allows --listen and --zenoh on an address that others can reach. There is no TLS and
     /// no token yet: anyone who reaches the port commands the robots
     #[arg(long)]
     insecure: bool,
+    /// Drains when stdin closes: for a program that starts a daemon of its own, which
+    /// then ends with it, however the program ends
+    #[arg(long)]
+    until_stdin_closes: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -64,6 +78,13 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   log = \"info\"
   asset_roots = [\"/srv/robots\"]
   paused = false
+
+  [zenoh]
+  enabled = true
+  listen = [\"tcp/127.0.0.1:7447\"]
+  connect = []                    # routers to join
+  state_rate = 100                # joint states published a second at the most; 0 is none
+  # config = \"zenoh.json5\"        # any settings of Zenoh's own
 
   [physics]
   gravity = [0, 0, -9.81]
@@ -84,12 +105,13 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   strict = false                  # refuse the robot where its report has a warning
 
 Exit codes:
-  0  drained after SIGTERM or SIGINT
+  0  drained after SIGTERM, SIGINT or, where asked for, the end of stdin
   1  anything else, such as a fault of the physics thread or a second signal
   2  a mistake in the flags
   3  a mistake in the configuration file
   4  the address cannot be listened on, for instance because it is in use
-  5  a robot cannot be loaded at the start";
+  5  a robot cannot be loaded at the start
+  6  a daemon of the same name is on the Zenoh network";
 
 impl Flags {
     pub(super) fn read(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
@@ -97,6 +119,11 @@ impl Flags {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => ConfigError::Shown(error.to_string()),
             _ => ConfigError::Usage(sentence(&error.to_string())),
         })
+    }
+
+    /// Whether anything is said about Zenoh.
+    pub(super) fn has_zenoh(&self) -> bool {
+        !self.zenoh.is_empty() || !self.zenoh_connect.is_empty() || self.zenoh_config.is_some()
     }
 
     /// Puts what was said over the configuration.
@@ -110,6 +137,15 @@ impl Flags {
         if let Some(log) = self.log {
             config.change_log(log)?;
         }
+        if !self.zenoh.is_empty() {
+            config.zenoh.set_listen(self.zenoh)?;
+        }
+        if !self.zenoh_connect.is_empty() {
+            config.zenoh.set_connect(self.zenoh_connect)?;
+        }
+        if self.zenoh_config.is_some() {
+            config.zenoh.file = self.zenoh_config;
+        }
         let change = PhysicsChange { gravity: self.gravity, time_step: self.time_step, substeps: None };
         config.change_physics(change)?;
         config.change_pace(self.rtf, self.as_fast_as_possible)?;
@@ -117,6 +153,7 @@ impl Flags {
             config.pause();
         }
         config.insecure |= self.insecure;
+        config.until_stdin_closes = self.until_stdin_closes;
         for folder in self.asset_root {
             config.add_asset_root(folder)?;
         }

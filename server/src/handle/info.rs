@@ -30,6 +30,10 @@ pub struct Limits {
     pub steps: u64,
     /// States of the world that are kept.
     pub snapshots: u32,
+    /// What a description and its meshes must stay within while they are read.
+    pub reading: simd_model::Limits,
+    /// Sliders and buttons at one time.
+    pub parameters: u32,
 }
 
 impl Default for Limits {
@@ -44,6 +48,8 @@ impl Default for Limits {
             message_bytes: 16 << 20,
             steps: 100_000_000,
             snapshots: 32,
+            reading: simd_model::Limits::default(),
+            parameters: 1_024,
         }
     }
 }

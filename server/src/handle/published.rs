@@ -1,8 +1,10 @@
 //! What the driver makes known to everybody: states of the world, how well it
 //! keeps time, and that a command was done.
 
+use std::sync::Arc;
 use std::time::SystemTime;
 
+use simd_core::simulation::command::Clamped;
 use simd_core::{Applied, PhysicsSettings, Snapshot};
 
 use super::CallError;
@@ -123,4 +125,15 @@ pub struct Done {
     pub sequence: u64,
     /// When that state was published.
     pub wall_time: SystemTime,
+}
+
+/// Steps that were done.
+#[derive(Clone, Debug)]
+pub struct Stepped {
+    /// The moment after the last of them.
+    pub done: Done,
+    /// The state after the last of them.
+    pub state: Arc<Published>,
+    /// Of the targets that came with them.
+    pub clamped: Vec<Clamped>,
 }

@@ -10,8 +10,10 @@ use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, wire_name};
+use tokio::sync::watch;
 
-use super::partial::Progress;
+use super::partial;
+use super::progress::{Phase, Progress, Reporter};
 use super::reading::{Made, Origin, Reading, summary};
 use crate::handle::{
     AssetState, CallError, Loaded, Prepared, Reloaded, SimHandle, Source, SpawnRequest, Validated,
@@ -29,10 +31,11 @@ impl SimHandle {
     ) -> Result<Prepared, CallError> {
         let loader = self.loader();
         loader.check_description(urdf.len())?;
+        let reading = loader.limits.reading;
         let (described, description, urdf) = loader
             .off_thread(move || {
                 let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
-                (simd_model::describe(&urdf), Sha256::of(&urdf), urdf)
+                (simd_model::describe(&urdf, &reading), Sha256::of(&urdf), urdf)
             })
             .await?;
         let described = described.map_err(refused)?;
@@ -79,8 +82,8 @@ impl SimHandle {
                 return Err(CallError::UploadMismatch { message });
             }
             match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
-                Progress::Received(received) => return Ok(received),
-                Progress::Complete(bytes) => bytes,
+                partial::Progress::Received(received) => return Ok(received),
+                partial::Progress::Complete(bytes) => bytes,
             }
         };
         let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
@@ -97,8 +100,8 @@ impl SimHandle {
     /// # Errors
     /// Where its bytes cannot be had.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let options = ReadOptions { scale, strict: false };
-        let reading = self.loader().read(&source.into(), options).await?;
+        let options = self.loader().options(scale, false);
+        let reading = self.loader().read(&source.into(), options, Reporter::default()).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {
             Ok(Made { model, report, .. }) => {
@@ -119,7 +122,20 @@ impl SimHandle {
     /// Where it cannot be read, and where the world refuses it.
     pub async fn spawn(&self, request: SpawnRequest) -> Result<Loaded, CallError> {
         let origin = request.source.clone().into();
-        self.bring_in(origin, request, false).await
+        self.bring_in(origin, request, false, Reporter::default()).await
+    }
+
+    /// The same, and says how far it is.
+    ///
+    /// # Errors
+    /// As [`spawn`](Self::spawn).
+    pub async fn spawn_reporting(
+        &self,
+        request: SpawnRequest,
+        listener: watch::Sender<Progress>,
+    ) -> Result<Loaded, CallError> {
+        let origin = request.source.clone().into();
+        self.bring_in(origin, request, false, Reporter::to(listener)).await
     }
 
     /// Brings in a robot that the operator named: from any path, and to stay at a
@@ -129,7 +145,7 @@ impl SimHandle {
         path: PathBuf,
         request: SpawnRequest,
     ) -> Result<Loaded, CallError> {
-        self.bring_in(Origin::Operator(path), request, true).await
+        self.bring_in(Origin::Operator(path), request, true, Reporter::default()).await
     }
 
     async fn bring_in(
@@ -137,10 +153,11 @@ impl SimHandle {
         origin: Origin,
         request: SpawnRequest,
         loaded_at_start: bool,
+        reporter: Reporter,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, .. } = &request;
-        let options = ReadOptions { scale: *scale, strict: *strict };
-        let Made { model, shapes, report } = self.make(origin, options).await?;
+        let options = self.loader().options(*scale, *strict);
+        let Made { model, shapes, report } = self.make(origin, options, reporter.clone()).await?;
         let summary = summary(&model, &report);
         let wanted = if name.is_empty() { &model.name } else { name };
         let spawn = Spawn {
@@ -155,6 +172,7 @@ impl SimHandle {
             loaded_at_start,
         };
         let mut name = spawn.name.clone();
+        reporter.say(Phase::Spawning);
         let done = self.command(Command::Spawn(Box::new(spawn))).await?;
         if let Reply::Spawned { name: given } = &done.applied.reply {
             name.clone_from(given);
@@ -190,7 +208,8 @@ impl SimHandle {
                 }
             }
         };
-        let Made { model, shapes, report } = self.make(origin, ReadOptions { scale, strict }).await?;
+        let options = self.loader().options(scale, strict);
+        let Made { model, shapes, report } = self.make(origin, options, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
@@ -213,8 +232,13 @@ impl SimHandle {
         self.loader().lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    async fn make(&self, origin: Origin, options: ReadOptions) -> Result<Made, CallError> {
-        let Reading { used, outcome } = self.loader().read(&origin, options).await?;
+    async fn make(
+        &self,
+        origin: Origin,
+        options: ReadOptions,
+        reporter: Reporter,
+    ) -> Result<Made, CallError> {
+        let Reading { used, outcome } = self.loader().read(&origin, options, reporter).await?;
         let made = outcome.map_err(refused)?;
         self.loader().keep(&made.model, used, origin, options.scale)?;
         Ok(made)

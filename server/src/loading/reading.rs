@@ -12,6 +12,7 @@ use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel, Se
 
 use super::Loader;
 use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
+use super::progress::{Phase, Reporter};
 use crate::driver::panic_message;
 use crate::handle::{CallError, Source};
 
@@ -86,7 +87,12 @@ impl Loader {
     ///
     /// # Errors
     /// Where its bytes cannot be had; what is wrong with them is in the reading's outcome.
-    pub(super) async fn read(&self, origin: &Origin, options: ReadOptions) -> Result<Reading, CallError> {
+    pub(super) async fn read(
+        &self,
+        origin: &Origin,
+        options: ReadOptions,
+        reporter: Reporter,
+    ) -> Result<Reading, CallError> {
         // Not written as two comparisons: NaN is outside too.
         if !(f64::MIN_POSITIVE..=1000.0).contains(&options.scale) {
             return Err(CallError::InvalidValue {
@@ -110,6 +116,7 @@ impl Loader {
             Origin::BelowRoot(_) | Origin::Operator(_) => None,
         };
         self.off_thread(move || {
+            reporter.say(Phase::Reading);
             let material = match (sent, &origin) {
                 (Some((urdf, found, missing)), _) => {
                     Material::Sent { urdf, files: SentAssets { found, missing } }
@@ -122,14 +129,14 @@ impl Loader {
             };
             match material {
                 Material::Sent { urdf, files } => {
-                    let outcome = simd_model::read(&urdf, &files, &options);
+                    let outcome = read(&urdf, &files, &options, &reporter);
                     let files = files.found.into_values().map(|file| (file.sha256, file.bytes)).collect();
                     Ok(Reading::new(urdf, files, outcome))
                 }
                 Material::Disk(place) => {
                     let urdf = read_file(&place.urdf, limits.description_bytes)?;
                     let files = DiskAssets::new(&place, limits.asset_bytes);
-                    let outcome = simd_model::read(&urdf, &files, &options);
+                    let outcome = read(&urdf, &files, &options, &reporter);
                     Ok(Reading::new(urdf, files.into_files(), outcome))
                 }
             }
@@ -175,16 +182,24 @@ impl Loader {
     }
 }
 
+/// From bytes to a robot that can be spawned.
+fn read(
+    urdf: &[u8],
+    files: &impl Assets,
+    options: &ReadOptions,
+    reporter: &Reporter,
+) -> Result<Made, Refused> {
+    // Whoever does not listen does not pay for the count.
+    let described = reporter.is_heard().then(|| simd_model::describe(urdf, &options.limits));
+    let total = described.and_then(Result::ok).map_or(0, |described| described.asset_uris.len());
+    let (model, report) = simd_model::read(urdf, &reporter.counting(files, total), options)?;
+    reporter.say(Phase::Hulls);
+    let shapes = Arc::new(Shapes::new(&model));
+    Ok(Made { model: Arc::new(model), shapes, report })
+}
+
 impl Reading {
-    fn new(
-        urdf: Arc<[u8]>,
-        files: Vec<(Sha256, Arc<[u8]>)>,
-        outcome: Result<(RobotModel, LoadReport), Refused>,
-    ) -> Self {
-        let outcome = outcome.map(|(model, report)| {
-            let shapes = Arc::new(Shapes::new(&model));
-            Made { model: Arc::new(model), shapes, report }
-        });
+    fn new(urdf: Arc<[u8]>, files: Vec<(Sha256, Arc<[u8]>)>, outcome: Result<Made, Refused>) -> Self {
         Self { used: Used { description: Sha256::of(&urdf), urdf, files }, outcome }
     }
 }

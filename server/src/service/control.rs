@@ -73,7 +73,7 @@ impl Control {
         self.selection.resolve(&self.handle.newest().snapshot.world)?;
 
         let mut clamped = Vec::new();
-        let mut after = self.answered;
+        let mut after = self.answered.max(request.after_sequence);
         if targets.robots.is_empty() {
             if let Some(claim) = &targets.claim {
                 self.handle.renew(claim);

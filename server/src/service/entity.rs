@@ -5,14 +5,17 @@ use std::sync::Arc;
 use simd_core::simulation::snapshot::EntityLayout;
 use simd_core::{Command, Error};
 use simd_proto::v1::{self, entity_service_server::EntityService};
+use tokio::sync::watch;
 use tonic::{Request, Response, Status};
 
-use super::command_once;
+use super::spawning::spawning;
+use super::{BoxStream, command_once};
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::entity as from_proto;
 use crate::convert::to_proto::{self, stamp};
 use crate::handle::{CallError, Loaded, Published, Reloaded};
+use crate::loading::Progress;
 
 /// Largest part of a file in one answer, in bytes: with what is around it, it
 /// fits the 4 MiB that gRPC clients accept where nothing else is said.
@@ -40,6 +43,15 @@ impl Service {
         let state = self.handle.newest();
         let (place, entity) = state.snapshot.entity(robot)?;
         Some(self.info(&state, place, entity))
+    }
+
+    fn spawned(&self, loaded: Loaded) -> v1::SpawnEntityResponse {
+        let Loaded { done, name, report, summary } = loaded;
+        v1::SpawnEntityResponse {
+            entity: self.info_of(&name),
+            report: Some(to_proto::entity::report(report, summary)),
+            stamp: Some(stamp::done(&done)),
+        }
     }
 }
 
@@ -114,12 +126,32 @@ impl EntityService for Service {
         let spawn = from_proto::spawn(request)?;
         let handle = self.handle.clone();
         let work = async move { handle.spawn(spawn).await };
-        let Loaded { done, name, report, summary } = self.handle.once(&request_id, work).await?;
-        Ok(Response::new(v1::SpawnEntityResponse {
-            entity: self.info_of(&name),
-            report: Some(to_proto::entity::report(report, summary)),
-            stamp: Some(stamp::done(&done)),
-        }))
+        let loaded = self.handle.once(&request_id, work).await?;
+        Ok(Response::new(self.spawned(loaded)))
+    }
+
+    type SpawnEntityWithProgressStream = BoxStream<v1::SpawnEntityWithProgressResponse>;
+
+    async fn spawn_entity_with_progress(
+        &self,
+        request: Request<v1::SpawnEntityWithProgressRequest>,
+    ) -> Result<Response<Self::SpawnEntityWithProgressStream>, Status> {
+        let request = Path::ROOT.field("spawn").given(request.into_inner().spawn)?;
+        let request_id = request.request_id.clone();
+        let spawn = from_proto::spawn(request)?;
+        let (say, heard) = watch::channel(Progress::default());
+        let service = self.clone();
+        // A task of its own: the robot comes, though the one who asked for it goes away.
+        let work = tokio::spawn(async move {
+            let handle = service.handle.clone();
+            let work = async move { handle.spawn_reporting(spawn, say).await };
+            let loaded = service.handle.once(&request_id, work).await?;
+            Ok(service.spawned(loaded))
+        });
+        let work = async {
+            work.await.unwrap_or_else(|error| Err(CallError::Internal { message: error.to_string() }.into()))
+        };
+        Ok(Response::new(spawning(work, heard)))
     }
 
     async fn reload_entity(

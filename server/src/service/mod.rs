@@ -1,8 +1,9 @@
 //! The services of `simd.v1`, once for every transport: a request is parsed by `convert`, done by
 //! [`SimHandle`], and answered by `convert`.
 //!
-//! * [`simulation`], [`entity`], [`joint`], [`event`]: one file a service.
+//! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`]: one file a service.
 //! * [`control`]: the stream that controllers use.
+//! * `spawning`: the stream of those who wait for a robot.
 //! * [`status`]: why a call is refused.
 //! * [`transport`]: reasons for what tonic itself refuses.
 //! * [`version`]: which clients are served.
@@ -11,7 +12,9 @@ pub mod control;
 pub mod entity;
 pub mod event;
 pub mod joint;
+pub mod parameter;
 pub mod simulation;
+mod spawning;
 pub mod status;
 pub mod transport;
 pub mod version;
@@ -22,6 +25,7 @@ use simd_core::Command;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
 use simd_proto::v1::event_service_server::EventServiceServer;
 use simd_proto::v1::joint_service_server::JointServiceServer;
+use simd_proto::v1::parameter_service_server::ParameterServiceServer;
 use simd_proto::v1::simulation_service_server::SimulationServiceServer;
 use tokio_stream::Stream;
 use tonic::Status;
@@ -42,11 +46,13 @@ pub fn routes(handle: &SimHandle) -> Routes {
     let entity = entity::Service::new(handle.clone());
     let joint = joint::Service::new(handle.clone());
     let event = event::Service::new(handle.clone());
+    let parameter = parameter::Service::new(handle.clone());
     Routes::default()
         .add_service(checked(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)))
         .add_service(checked(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
         .add_service(checked(JointServiceServer::new(joint).max_decoding_message_size(limit)))
         .add_service(checked(EventServiceServer::new(event).max_decoding_message_size(limit)))
+        .add_service(checked(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
 }
 
 /// For clients of a fitting version, and with a reason for each refusal.

@@ -84,6 +84,7 @@ fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DQuat)>
         Geometry::Capsule { radius, length } => {
             (SharedShape::capsule_z(length / 2.0, *radius), DQuat::IDENTITY)
         }
+        Geometry::Plane { .. } => return None,
         Geometry::Mesh { scale, asset, .. } => {
             let asset = asset.as_deref()?;
             let key = (asset.sha256, scale.to_array().map(f64::to_bits));

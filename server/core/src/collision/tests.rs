@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_model::RobotModel;
-use simd_model::robot::{Collision, Geometry, Joint, JointKind, Limits, Link, MeshAsset, Sha256};
+use simd_model::robot::{Collision, Geometry, Joint, JointKind, Limits, Link, Material, MeshAsset, Sha256};
 
 use super::Shapes;
 use crate::simulation::WorldLimits;
@@ -12,7 +12,7 @@ use crate::simulation::command::{JointReset, RobotReset, Spawn};
 use crate::{Command, PhysicsSettings, Simulation, Snapshot};
 
 fn collision(at: DVec3, geometry: Geometry) -> Collision {
-    Collision { link_from_shape: DPose3::from_translation(at), geometry }
+    Collision { link_from_shape: DPose3::from_translation(at), geometry, material: Material::default() }
 }
 
 fn cube() -> Arc<MeshAsset> {

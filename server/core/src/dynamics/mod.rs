@@ -6,6 +6,7 @@
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
 //! * [`actuator`], [`gains`]: what drives a joint.
 //! * [`mass_matrix`]: the dense form of what a step never builds.
+//! * [`reactions`]: what joints carry.
 //! * [`constraint`]: limits, dry friction, mimic.
 //! * [`articulation`]: the state of one robot, and its step.
 
@@ -18,6 +19,7 @@ pub mod inertia;
 pub mod integrate;
 pub mod kinematics;
 pub mod mass_matrix;
+pub mod reactions;
 pub mod six;
 pub mod spatial;
 pub mod symmetric;

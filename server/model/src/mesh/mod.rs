@@ -1,5 +1,7 @@
 //! Mesh files to triangles, by the format that their name says.
 
+mod builder;
+mod collada;
 mod obj;
 mod stl;
 #[cfg(test)]
@@ -21,9 +23,19 @@ pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
     match file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()) {
         Some(extension) if extension == "stl" => stl::parse(bytes),
         Some(extension) if extension == "obj" => obj::parse(bytes),
+        Some(extension) if extension == "dae" => collada::parse(bytes),
         Some(extension) if extension.len() < 10 => {
-            Err(format!(".{extension} files are not read yet; convert it to STL or OBJ"))
+            Err(format!(".{extension} files are not read; convert it to STL, OBJ or COLLADA"))
         }
-        _ => Err("only .stl and .obj files are read".to_owned()),
+        _ => Err("only .stl, .obj and .dae files are read".to_owned()),
+    }
+}
+
+/// A word of the file as an error shows it: quoted, and not long.
+fn shown(word: &str) -> String {
+    const MOST: usize = 40;
+    match word.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{:?}...", word.get(..end).unwrap_or_default()),
+        None => format!("{word:?}"),
     }
 }

@@ -61,6 +61,7 @@ fn geometry(geometry: &mut Geometry, by: f64) {
             *radius *= by;
             *length *= by;
         }
+        Geometry::Plane { .. } => {}
         Geometry::Mesh { scale, .. } => *scale *= by,
     }
 }

@@ -9,7 +9,7 @@ use simd_core::simulation::command::LinkWrench;
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
-use super::geometry;
+use super::{geometry, primitive};
 use crate::convert::field::{BadField, Path};
 use crate::handle::{Source, SpawnRequest};
 
@@ -71,6 +71,10 @@ pub fn source(at: &Path<'_>, given: Option<v1::DescriptionSource>) -> Result<Sou
                 return Err(at.field("path").refuse("empty", "it must be a path on the daemon's disk"));
             }
             Source::Path(path)
+        }
+        v1::description_source::Source::Primitive(given) => {
+            let primitive = primitive::primitive(&at.field("primitive"), given)?;
+            Source::Inline { urdf: primitive.urdf().into(), assets, missing }
         }
     })
 }

@@ -5,6 +5,8 @@ pub mod entity;
 pub mod event;
 pub mod geometry;
 pub mod joint;
+pub mod parameter;
+pub mod primitive;
 pub mod simulation;
 pub mod state;
 

@@ -1,9 +1,10 @@
 //! Requests of the simulation service.
 
-use simd_core::simulation::command::{PhysicsChange, ResetScope};
+use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
 use simd_proto::v1;
 
-use super::geometry;
+use super::{geometry, joint, state};
+use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
 use crate::handle::{Pace, RunState};
 
@@ -27,12 +28,32 @@ pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, Ba
     }
 }
 
-/// How many steps to do. The upper limit is the daemon's.
-pub fn steps(request: &v1::StepSimulationRequest) -> Result<u64, BadField> {
+/// Steps to do, with what comes before and after them.
+#[derive(Debug)]
+pub struct Steps {
+    /// How many; the upper limit is the daemon's.
+    pub steps: u64,
+    /// To be set before the first.
+    pub targets: Option<SetTargets>,
+    /// To be renewed, also where there are no targets.
+    pub claim: Option<String>,
+    /// Whose states to answer with; `None` for no states.
+    pub selection: Option<Selection>,
+}
+
+/// How many steps to do, and what comes with them.
+pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     if request.steps == 0 {
         return Err(Path::ROOT.field("steps").refuse(0, "it must be at least 1"));
     }
-    Ok(request.steps)
+    let targets = joint::set_targets(request.robots, request.limit_policy, request.claim)?;
+    let selections = state::selections(request.selections)?;
+    Ok(Steps {
+        steps: request.steps,
+        claim: targets.claim.clone(),
+        targets: (!targets.robots.is_empty()).then_some(targets),
+        selection: request.return_states.then(|| Selection::new(selections)),
+    })
 }
 
 /// What to put back; nothing said means time and state.

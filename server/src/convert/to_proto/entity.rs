@@ -8,6 +8,7 @@ use simd_proto::v1;
 use super::geometry::{self, vector};
 use super::simulation::count;
 use crate::handle::{AssetState, Prepared};
+use crate::loading::{Phase, Progress};
 
 /// A robot in the world. `description` is the digest of its URDF.
 pub fn entity_info(
@@ -82,6 +83,22 @@ pub fn link_poses(snapshot: &Snapshot, place: usize, entity: &EntityLayout) -> v
         robot: entity.name.clone(),
         layout_version: entity.version,
         poses: poses.iter().flat_map(geometry::pose_values).collect(),
+    }
+}
+
+/// How far a robot is.
+pub fn progress(progress: &Progress) -> v1::LoadProgress {
+    let phase = match progress.phase {
+        Phase::Waiting => v1::LoadPhase::Waiting,
+        Phase::Reading => v1::LoadPhase::Reading,
+        Phase::Hulls => v1::LoadPhase::Hulls,
+        Phase::Spawning => v1::LoadPhase::Spawning,
+    };
+    v1::LoadProgress {
+        phase: phase.into(),
+        done: count(progress.done),
+        total: count(progress.total),
+        uri: progress.uri.clone(),
     }
 }
 

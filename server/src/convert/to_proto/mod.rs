@@ -4,6 +4,7 @@ pub mod entity;
 pub mod event;
 pub mod geometry;
 pub mod joint;
+pub mod parameter;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;

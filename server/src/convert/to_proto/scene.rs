@@ -48,6 +48,9 @@ fn shape_geometry(geometry: &Geometry) -> v1::shape::Geometry {
         Geometry::Capsule { radius, length } => {
             v1::shape::Geometry::Capsule(v1::CapsuleGeometry { radius: *radius, length: *length })
         }
+        Geometry::Plane { normal } => {
+            v1::shape::Geometry::Plane(v1::PlaneGeometry { normal: Some(geometry::vector(*normal)) })
+        }
         Geometry::Mesh { uri, scale, asset } => v1::shape::Geometry::Mesh(v1::MeshGeometry {
             sha256: asset.as_ref().map(|asset| asset.sha256.to_string()).unwrap_or_default(),
             uri: uri.clone(),

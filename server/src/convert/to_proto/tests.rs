@@ -125,6 +125,7 @@ fn statistics_count_joints_that_can_move() {
 #[test]
 fn a_finding_without_a_line_has_line_zero() {
     let finding = Finding {
+        file: None,
         severity: Severity::Warning,
         disposition: Disposition::Repaired,
         element: "link \"a\"".into(),

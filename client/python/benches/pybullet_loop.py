@@ -1,0 +1,91 @@
+"""One turn of a PyBullet script's loop: simd beside PyBullet DIRECT and PyBullet's shared-memory server.
+
+    python benches/pybullet_loop.py [--turns 3000] [--robot robot.urdf]
+
+A turn reads a joint's state, sets its motor and steps: what the tutorial's loop does. Each of the three does so many
+turns, in blocks that take their places by turns, so that what else the machine does falls on all of them. Needs PyBullet
+installed, and a daemon to start: $SIMD_BINARY, or `simd` on the PATH.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import simd_client.pybullet as simd
+
+# It has no types.
+bullet: Any = importlib.import_module("pybullet")
+
+BLOCKS = 10
+ROBOT = Path(__file__).resolve().parents[3] / "tests/assets/Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf"
+
+# A server of its own process, as scripts start one.
+SERVER = """
+import sys, time, pybullet
+pybullet.connect(pybullet.SHARED_MEMORY_SERVER)
+print("ready", flush=True)
+while pybullet.isConnected():
+    time.sleep(1.0)
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--turns", type=int, default=3000, help="turns of each kind")
+    parser.add_argument("--robot", default=str(ROBOT), help="a URDF with a joint that moves")
+    asked = parser.parse_args()
+    server = subprocess.Popen([sys.executable, "-c", SERVER], stdout=subprocess.PIPE, text=True)
+    try:
+        assert server.stdout is not None
+        while "ready" not in server.stdout.readline():
+            if server.poll() is not None:
+                raise SystemExit("PyBullet's shared-memory server did not start")
+        kinds: list[tuple[str, Any, int]] = [
+            ("simd, a daemon of its own", simd, simd.connect(simd.DIRECT, options="--new")),
+            ("PyBullet DIRECT", bullet, bullet.connect(bullet.DIRECT)),
+            ("PyBullet SHARED_MEMORY", bullet, bullet.connect(bullet.SHARED_MEMORY)),
+        ]
+        turns = [prepared(module, client, asked.robot) for _, module, client in kinds]
+        times: list[list[float]] = [[] for _ in kinds]
+        for _ in range(BLOCKS):
+            for turn, taken in zip(turns, times, strict=True):
+                for _ in range(asked.turns // BLOCKS):
+                    begin = time.perf_counter()
+                    turn()
+                    taken.append(time.perf_counter() - begin)
+        print(f"{'microseconds a turn':28}{'p50':>10}{'p99':>10}{'worst':>10}")
+        for (name, module, client), taken in zip(kinds, times, strict=True):
+            cuts = statistics.quantiles(taken, n=100)
+            print(f"{name:28}{cuts[49] * 1e6:10.0f}{cuts[98] * 1e6:10.0f}{max(taken) * 1e6:10.0f}")
+            module.disconnect(physicsClientId=client)
+    finally:
+        server.kill()
+        server.wait()
+
+
+def prepared(module: Any, client: int, robot: str) -> Callable[[], None]:
+    """The tutorial's world, and its turn."""
+    module.resetSimulation(physicsClientId=client)
+    module.setGravity(0, 0, -9.81, physicsClientId=client)
+    module.setTimeStep(0.0001, physicsClientId=client)
+    arm = module.loadURDF(robot, [0, 0, 0], useFixedBase=1, physicsClientId=client)
+    position = module.POSITION_CONTROL
+
+    def turn() -> None:
+        module.setJointMotorControl2(arm, 0, position, targetPosition=0.5, physicsClientId=client)
+        module.getJointState(arm, 0, physicsClientId=client)
+        module.stepSimulation(physicsClientId=client)
+
+    return turn
+
+
+if __name__ == "__main__":
+    main()

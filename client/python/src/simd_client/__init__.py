@@ -1,0 +1,164 @@
+"""The Python client of simd: robots, joints and time of a running daemon, over Zenoh.
+
+    import simd_client
+
+    with simd_client.connect() as sim:
+        sim.pause()
+        arm = sim.load("arm.urdf", fixed=True)
+        arm.joints["elbow"].target = 0.5
+        sim.step(1000)
+        print(arm.position)
+
+`Simulation` is a connection, `Robot` and `Joint` are what is in its world, `Target` is what a joint is asked to do,
+`SimdError` is why a call has no result. `simd_client.aio` has the same for asyncio, `simd_client.proto` the messages.
+"""
+
+from simd_client.claim import Claim
+from simd_client.connect import connect
+from simd_client.description import Disposition, Finding, LinkInfo, LoadReport, RobotInfo, Severity
+from simd_client.endpoint import DEFAULT_ENDPOINT, Endpoint
+from simd_client.errors import (
+    AnswerError,
+    AssetNotUploaded,
+    ClaimNotFound,
+    DeadlineExceeded,
+    DescriptionNotUploaded,
+    EndpointError,
+    FileNotFound,
+    Internal,
+    InvalidDescription,
+    InvalidValue,
+    JointClaimed,
+    JointNotActuated,
+    JointNotFound,
+    LayoutChanged,
+    LimitExceeded,
+    LinkNotFound,
+    MailboxFull,
+    NotFound,
+    NotSupported,
+    NoUrdf,
+    ParameterExists,
+    ParameterNotFound,
+    PathNotAllowed,
+    Refused,
+    RobotExists,
+    RobotNotFound,
+    ShuttingDown,
+    SimdError,
+    SnapshotNotFound,
+    Superseded,
+    TargetBeyondLimit,
+    Unavailable,
+    UploadMismatch,
+    VersionMismatch,
+    WrongState,
+)
+from simd_client.event import Event
+from simd_client.geometry import Pose, Twist
+from simd_client.joint import Joint, Joints
+from simd_client.layout import Gains, JointFlag, JointInfo, JointMode, JointType, Layout, Limits, Mimic
+from simd_client.parameters import Parameters
+from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, LinkStates
+from simd_client.plans.parameters import Button, Parameter, ParameterList, Slider
+from simd_client.plans.robots import Reloaded
+from simd_client.robot import Robot
+from simd_client.simulation import Simulation
+from simd_client.state import Applied, Clamped, JointState, RobotState, States
+from simd_client.target import RobotTargets, Target, Targets, Whole
+from simd_client.version import API_VERSION, __version__
+from simd_client.watch import EventWatch, Watch
+from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
+
+__all__ = [
+    "API_VERSION",
+    "AnswerError",
+    "Applied",
+    "AssetNotUploaded",
+    "Button",
+    "Claim",
+    "ClaimNotFound",
+    "Clamped",
+    "Configuration",
+    "DEFAULT_ENDPOINT",
+    "DeadlineExceeded",
+    "DescriptionNotUploaded",
+    "Disposition",
+    "Endpoint",
+    "EndpointError",
+    "Event",
+    "EventWatch",
+    "FileNotFound",
+    "Finding",
+    "Gains",
+    "Internal",
+    "InvalidDescription",
+    "InvalidValue",
+    "InverseKinematics",
+    "Jacobian",
+    "Joint",
+    "JointClaimed",
+    "JointFlag",
+    "JointInfo",
+    "JointMode",
+    "JointNotActuated",
+    "JointNotFound",
+    "JointState",
+    "JointType",
+    "Joints",
+    "Layout",
+    "LayoutChanged",
+    "LimitExceeded",
+    "Limits",
+    "LinkInfo",
+    "LinkNotFound",
+    "LinkStates",
+    "LoadReport",
+    "MailboxFull",
+    "Mimic",
+    "NoUrdf",
+    "NotFound",
+    "NotSupported",
+    "Pace",
+    "Parameter",
+    "ParameterExists",
+    "ParameterList",
+    "ParameterNotFound",
+    "Parameters",
+    "PathNotAllowed",
+    "Physics",
+    "Pose",
+    "Refused",
+    "Reloaded",
+    "Robot",
+    "RobotExists",
+    "RobotInfo",
+    "RobotNotFound",
+    "RobotState",
+    "RobotTargets",
+    "Severity",
+    "ShuttingDown",
+    "SimdError",
+    "Simulation",
+    "SimulationState",
+    "SimulatorInfo",
+    "Slider",
+    "Snapshot",
+    "SnapshotNotFound",
+    "Stamp",
+    "States",
+    "Superseded",
+    "Target",
+    "TargetBeyondLimit",
+    "Targets",
+    "Twist",
+    "Unavailable",
+    "UploadMismatch",
+    "VersionMismatch",
+    "Watch",
+    "Whole",
+    "WorldStatistics",
+    "WrongState",
+    "__version__",
+    "connect",
+]

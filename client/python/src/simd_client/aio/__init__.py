@@ -1,0 +1,34 @@
+"""The same client for asyncio: the same names, and whatever asks the daemon is awaited, properties too.
+
+    from simd_client import aio
+
+    async with aio.connect() as sim:
+        await sim.pause()
+        arm = await sim.load("arm.urdf", fixed=True)
+        await arm.joints["elbow"].set_position(0.5)
+        await sim.step(1000)
+        print(await arm.position)
+
+No thread waits for an answer: replies and publications come by callback. Objects belong to one event loop.
+"""
+
+from simd_client.aio.claim import Claim
+from simd_client.aio.connect import Connecting, connect
+from simd_client.aio.joint import Joint, Joints
+from simd_client.aio.parameters import Parameters
+from simd_client.aio.robot import Robot
+from simd_client.aio.simulation import Simulation
+from simd_client.aio.watch import EventWatch, Watch
+
+__all__ = [
+    "Claim",
+    "Connecting",
+    "EventWatch",
+    "Joint",
+    "Joints",
+    "Parameters",
+    "Robot",
+    "Simulation",
+    "Watch",
+    "connect",
+]

@@ -1,0 +1,298 @@
+"""A running daemon's world, for asyncio."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping
+from types import TracebackType
+from typing import TypeVar
+
+import numpy.typing as npt
+
+from simd_client.aio.claim import Claim
+from simd_client.aio.parameters import Parameters
+from simd_client.aio.robot import Robot
+from simd_client.aio.runner import Answer, run
+from simd_client.aio.watch import EventWatch, Watch
+from simd_client.description import LoadReport
+from simd_client.geometry import Pose
+from simd_client.method import Method, Reply, Request
+from simd_client.plan import Plan, ask
+from simd_client.plans import joints, robots
+from simd_client.plans import simulation as plans
+from simd_client.plans.joints import Selection
+from simd_client.plans.robots import AnyPath, Loaded, Options, Packages
+from simd_client.proto import DescriptionSource
+from simd_client.simulation import Connection, snapshot_name, statistics_source
+from simd_client.state import Applied, States
+from simd_client.target import BeyondLimit, Targets
+from simd_client.watch import SILENCE, Pacer
+from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
+
+Result = TypeVar("Result")
+
+
+class Simulation(Connection):
+    """See `simd_client.Simulation`: the same names, and whatever asks the daemon is awaited, properties too:
+    `await sim.state`. Make one by `async with simd_client.aio.connect() as sim`. Belongs to one event loop.
+    """
+
+    def with_timeout(self, timeout: float) -> Simulation:
+        """The same connection, with another time to wait for answers, in seconds."""
+        return Simulation(self._link, timeout, self._memory)
+
+    def run(self, plan: Plan[Result]) -> Answer[Result]:
+        """Does what a plan says."""
+        return run(self._link, plan, self._timeout)
+
+    def call(self, method: Method[Request, Reply], request: Request, *, wait: float = 0.0) -> Answer[Reply]:
+        """Any method of the schema (`simd_client.proto.methods`) with its message. `wait` is how long the
+        daemon itself was told to wait, in seconds."""
+        return self.run(ask(method, request, wait))
+
+    async def close(self) -> None:
+        """Ends the connection. Robots and targets stay; claims that were not released lapse."""
+        await asyncio.to_thread(self._link.close)
+
+    async def __aenter__(self) -> Simulation:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await self.close()
+
+    # Robots.
+
+    def load(
+        self,
+        path: AnyPath,
+        name: str = "",
+        *,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = (0, 0, 0, 1),
+        fixed: bool | None = None,
+        passive: bool = False,
+        joint_positions: Mapping[str, float] | None = None,
+        scale: float | None = None,
+        strict: bool = False,
+        allow_renaming: bool = False,
+        packages: Packages | None = None,
+    ) -> Answer[Robot]:
+        """Sends a robot from this disk and brings it into the world: a URDF file, or a package folder that
+        holds one. The files that it names are sent, too; those that are not found are warnings in `report`.
+
+        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` bolts the root link to the
+        world; left out, it is fixed where it is called `world`. Joints hold their position unless `passive`.
+        `scale` multiplies lengths. `packages` says where ROS packages are, before any search.
+        """
+        pose = Pose.of(position, orientation)
+        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
+        return self._robot(robots.load(self._memory, path, packages, options))
+
+    def load_text(
+        self,
+        urdf: str | bytes,
+        name: str = "",
+        *,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = (0, 0, 0, 1),
+        fixed: bool | None = None,
+        passive: bool = False,
+        joint_positions: Mapping[str, float] | None = None,
+        scale: float | None = None,
+        strict: bool = False,
+        allow_renaming: bool = False,
+    ) -> Answer[Robot]:
+        """The same for the text of a URDF that names no files."""
+        pose = Pose.of(position, orientation)
+        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
+        return self._robot(robots.spawn(self._memory, robots.text_source(urdf), options))
+
+    def load_on_daemon(
+        self,
+        path: str,
+        name: str = "",
+        *,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = (0, 0, 0, 1),
+        fixed: bool | None = None,
+        passive: bool = False,
+        joint_positions: Mapping[str, float] | None = None,
+        scale: float | None = None,
+        strict: bool = False,
+        allow_renaming: bool = False,
+    ) -> Answer[Robot]:
+        """The same for a path on the daemon's own disk, below one of its asset roots."""
+        pose = Pose.of(position, orientation)
+        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
+        return self._robot(robots.spawn(self._memory, DescriptionSource(path=path), options))
+
+    async def _robot(self, plan: Plan[Loaded]) -> Robot:
+        loaded = await self.run(plan)
+        return Robot(self, loaded.info, loaded.report)
+
+    def validate(
+        self, path: AnyPath, *, scale: float | None = None, packages: Packages | None = None
+    ) -> Answer[LoadReport]:
+        """Reads a robot on this disk as `load` would, and only reports."""
+        return self.run(robots.validate_file(path, packages, scale))
+
+    @property
+    async def robots(self) -> dict[str, Robot]:
+        """The robots in the world by name, in the order in which they came."""
+        return {info.name: Robot(self, info) for info, _ in await self.run(robots.all_existing(self._memory))}
+
+    async def robot(self, name: str) -> Robot:
+        """One of them. Raises `RobotNotFound`."""
+        return Robot(self, (await self.run(robots.existing(self._memory, name)))[0])
+
+    def asset(self, sha256: str) -> Answer[bytes]:
+        """The whole of a file that a robot's scene names."""
+        return self.run(robots.asset(sha256))
+
+    # Time.
+
+    def step(
+        self,
+        steps: int = 1,
+        targets: Targets | None = None,
+        *,
+        states: bool | Selection = False,
+        beyond_limit: BeyondLimit = "clamp",
+        timeout: float | None = None,
+    ) -> Answer[States]:
+        """Does so many steps of a world that does not play, as fast as it can: one round trip.
+
+        `targets`, by robot, hold from the first of the steps: see `Robot.set_targets` for what they may be.
+        With `states` the answer has the states after the last step: of all robots, or of what is selected (a
+        robot, several, or joints by robot). `timeout` is the connection's and 0.01 s for each step where it is
+        left out. Raises `WrongState` while playing, `Superseded` where a play, pause or reset came between.
+        """
+        wait = self._longer(steps, timeout)
+        return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait))
+
+    def play(self) -> Answer[Stamp]:
+        """Lets time run."""
+        return self.run(plans.set_state(SimulationState.PLAYING))
+
+    def pause(self) -> Answer[Stamp]:
+        """Lets time stand."""
+        return self.run(plans.set_state(SimulationState.PAUSED))
+
+    def stop(self) -> Answer[Stamp]:
+        """Pauses, and puts time and robots back to the start."""
+        return self.run(plans.set_state(SimulationState.STOPPED))
+
+    async def reset(self, *, time: bool = False, state: bool = False, spawned: bool = False) -> Stamp:
+        """Puts the world back: `time` to zero, robots' `state` to what they were spawned with; `spawned`
+        takes out the robots that clients brought. Nothing given means time and state."""
+        return (await self.run(plans.reset(time, state, spawned)))[0]
+
+    @property
+    async def state(self) -> SimulationState:
+        """Whether the world runs."""
+        return (await self.run(plans.state()))[0]
+
+    @property
+    async def stamp(self) -> Stamp:
+        """The moment that the world is at."""
+        return (await self.run(plans.state()))[1]
+
+    @property
+    def physics(self) -> Answer[Physics]:
+        """Gravity, time step, substeps, pace."""
+        return self.run(plans.physics())
+
+    def set_physics(
+        self,
+        *,
+        gravity: npt.ArrayLike | None = None,
+        time_step: float | None = None,
+        substeps: int | None = None,
+        real_time_factor: float | None = None,
+        pace: Pace | str | None = None,
+    ) -> Answer[Physics]:
+        """Changes what is given and leaves the rest: m/s^2, s; all of it or, with `InvalidValue`, nothing."""
+        return self.run(plans.set_physics(gravity, time_step, substeps, real_time_factor, pace))
+
+    # States and targets.
+
+    def states(self, selection: Selection = None) -> Answer[States]:
+        """The newest state, at once: of all robots, a robot, several, or joints by robot."""
+        return self.run(joints.states(self._memory, selection))
+
+    def next_states(self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None) -> Answer[States]:
+        """The newest state once it is newer than `after`, or the one there is after `wait` seconds, at most 60."""
+        sequence = after if isinstance(after, int) else after.sequence
+        return self.run(joints.next_states(self._memory, sequence, wait, selection))
+
+    async def watch(self, rate: float | None = None, selection: Selection = None) -> AsyncIterator[States]:
+        """States of all robots, all of one moment, newest-wins: of each step where the reader keeps up, at
+        most `rate` a wall second. The first is the one there is; one round trip each."""
+        pace = Pacer(rate)
+        await asyncio.sleep(pace.left())
+        states = await self.states(selection)
+        while True:
+            yield states
+            before = states.stamp.sequence
+            while states.stamp.sequence == before:
+                await asyncio.sleep(pace.left())
+                states = await self.next_states(before, SILENCE, selection)
+
+    def set_targets(self, targets: Targets, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
+        """Targets for several robots, all at one step, or none."""
+        return self.run(joints.set_targets(self._memory, targets, beyond_limit))
+
+    async def stream_targets(self, targets: Targets) -> None:
+        """Sends targets without waiting for an answer, for controllers that send them at a rate. What is
+        beyond a limit is clamped; a refusal is counted by the daemon and not told; under congestion a
+        message may be dropped."""
+        self._link.publish_targets(await self.run(joints.streamed(self._memory, targets)))
+
+    async def claim(self, selection: Selection, *, holder: str = "", lease: float = 10.0) -> Claim:
+        """Takes joints for this client, until the claim is released or was not used for `lease` seconds (0.1 to
+        3,600). `holder` tells others who has them. Raises `JointClaimed` where another holds one."""
+        held = await self.run(joints.claim(self._memory, selection, holder or "simd_client", lease))
+        return Claim(self._link, self._memory, held, self._timeout)
+
+    # Everything else.
+
+    @property
+    def parameters(self) -> Parameters:
+        """Sliders and buttons that programs put up and people move."""
+        return Parameters(self._link, self._timeout)
+
+    async def events(self, after: int | None = None) -> EventWatch:
+        """What happens from now on, or after that sequence: 0 is all that the daemon still keeps."""
+        begin = (await self.run(plans.events(0, 0.0)))[1] if after is None else after
+        return EventWatch(self._link, begin, self._timeout)
+
+    @property
+    def statistics(self) -> Answer[WorldStatistics]:
+        """How well the world keeps time. Also a ping: it never waits for a step."""
+        return self.run(plans.statistics())
+
+    def watch_statistics(self, rate: float | None = None) -> Watch[WorldStatistics]:
+        """The same as it is published, ten times a second, newest-wins."""
+        return Watch(self._link, statistics_source(self._link.name), rate, self._timeout)
+
+    def info(self) -> Answer[SimulatorInfo]:
+        """Who answers: versions, limits, features."""
+        return self.run(plans.info())
+
+    def save_snapshot(self, name: str = "") -> Answer[Snapshot]:
+        """Keeps the state of the world in the daemon's memory. An empty name lets the daemon make one up."""
+        return self.run(plans.save_snapshot(name))
+
+    def restore_snapshot(self, snapshot: str | Snapshot) -> Answer[Stamp]:
+        """Puts the world back to a kept state. Raises `SnapshotNotFound`."""
+        return self.run(plans.restore_snapshot(snapshot_name(snapshot)))
+
+    def snapshots(self) -> Answer[list[Snapshot]]:
+        """Those that are kept, oldest first."""
+        return self.run(plans.snapshots())
+
+    async def delete_snapshot(self, snapshot: str | Snapshot) -> None:
+        """Forgets a kept state. Raises `SnapshotNotFound`."""
+        await self.run(plans.delete_snapshot(snapshot_name(snapshot)))

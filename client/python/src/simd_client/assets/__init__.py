@@ -1,0 +1,11 @@
+"""Finds the files that a URDF names, in ROS package folders: as the crate `client/assets` does.
+
+A URDF may come from a stranger, so what it names is only ever a mesh or an image, below the folder of a
+package, with symbolic links resolved. Nothing is fetched and no ROS tool is executed.
+"""
+
+from simd_client.assets.locator import Locator
+from simd_client.assets.missing import Missing, Why
+from simd_client.assets.urdf import find_urdf
+
+__all__ = ["Locator", "Missing", "Why", "find_urdf"]

@@ -1,0 +1,76 @@
+"""Why a URI leads to no file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+
+
+class Why(Enum):
+    """What is the matter with a URI: a word for programs; `phrase` follows the URI, for people."""
+
+    MISSING = "missing"
+    EMPTY = "empty"
+    XACRO = "xacro"
+    NULL = "null"
+    NETWORK = "network"
+    SCHEME = "scheme"
+    NO_FILE = "no_file"
+    NO_PACKAGE = "no_package"
+    WINDOWS = "windows"
+    CLIMBS_OUT = "climbs_out"
+    ABSOLUTE_OUTSIDE = "absolute_outside"
+    LINK_LEADS_OUT = "link_leads_out"
+    NOT_A_MESH = "not_a_mesh"
+    AMBIGUOUS = "ambiguous"
+
+    @property
+    def phrase(self) -> str:
+        """The rest of a sentence that begins with the URI."""
+        return _PHRASES[self]
+
+
+_PHRASES = {
+    Why.MISSING: "names no file that is there",
+    Why.EMPTY: "is empty",
+    Why.XACRO: "is an unexpanded xacro expression: run `xacro` on the file first",
+    Why.NULL: "holds a null character",
+    Why.NETWORK: "is a network address, and nothing is fetched from the network",
+    Why.SCHEME: "has a scheme other than package, model and file",
+    Why.NO_FILE: "names a package and no file in it",
+    Why.NO_PACKAGE: "names no package",
+    Why.WINDOWS: "is a path of a Windows disk, which means nothing to others",
+    Why.CLIMBS_OUT: "climbs out of the robot's package with `..`",
+    Why.ABSOLUTE_OUTSIDE: "is an absolute path outside of the robot's package",
+    Why.LINK_LEADS_OUT: "leads out of the robot's package through a symbolic link",
+    Why.NOT_A_MESH: "is not a mesh or an image by its name",
+    Why.AMBIGUOUS: "fits several files that differ in capital letters alone",
+}
+
+
+class Missing(LookupError):
+    """There is no file for a URI."""
+
+    def __init__(self, uri: str, why: Why, places: Sequence[Path] = ()) -> None:
+        self.uri = uri
+        self.why = why
+        self.places = tuple(places)
+        """The files that would have been it, in the order in which they were looked for."""
+        searched = "; searched " + ", ".join(map(str, self.places)) if self.places else ""
+        super().__init__(self.reason + searched)
+
+    @property
+    def reason(self) -> str:
+        """A sentence that names the URI, without the places."""
+        return f"no file for `{self.uri}`" if self.why is Why.MISSING else f"`{self.uri}` {self.why.phrase}"
+
+    def places_for_report(self) -> list[str]:
+        """For people to read in the load report, after "looked in". A file that may not be given away
+        says so, or its owner would look for it where it is."""
+        places = [str(place) for place in self.places]
+        if not places:
+            return [f"no place, because {self.reason}"]
+        if self.why is not Why.MISSING:
+            places[-1] += f" (refused: {self.reason})"
+        return places

@@ -1,0 +1,137 @@
+"""What makes a folder a package: its name, its `package.xml`, what is in it; and where ROS keeps them."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+from simd_client.assets.boundary import real_path
+
+MAX_ANCESTORS = 8
+"""How many folders above the URDF are looked at."""
+
+MAX_DEPTH = 4
+"""How deep below an entry of `ROS_PACKAGE_PATH` packages are looked for."""
+
+MAX_FOLDERS = 5_000
+"""How many folders there are looked at."""
+
+
+def ancestors(urdf_folder: Path) -> list[Path]:
+    """The folder of the URDF and those above it, nearest first. Both by the path as it was given and
+    by the real one: either may hold the package where the URDF was reached through a symbolic link."""
+    found: list[Path] = []
+    for start in (urdf_folder.absolute(), real_path(urdf_folder)):
+        if start is None:
+            continue
+        for folder in [start, *start.parents][:MAX_ANCESTORS]:
+            # The root of the file system is nobody's package.
+            if folder.parent == folder:
+                break
+            if folder not in found:
+                found.append(folder)
+    return found
+
+
+def is_named(folder: Path, name: str) -> bool:
+    """Whether the folder is the package of this name, by its own name or by its manifest."""
+    return folder.name == name or manifest_name(folder) == name
+
+
+def looks_like_one(folder: Path) -> bool:
+    """Whether the folder looks like some package."""
+    return (folder / "package.xml").is_file() or (folder / "urdf").is_dir()
+
+
+def home(above: Sequence[Path]) -> Path | None:
+    """The package that the URDF is part of, as far as can be told: what relative and absolute paths
+    may name lies in it."""
+    for folder in above:
+        if (folder / "package.xml").is_file():
+            return folder
+    # No deeper than `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name means little.
+    for folder in above[:2]:
+        if folder.name in ("urdf", "robots", "robot"):
+            return folder.parent
+    return above[0] if above else None
+
+
+def manifest_name(folder: Path) -> str | None:
+    """`<name>` of the folder's `package.xml`, found by its text: no more is needed of it."""
+    path = folder / "package.xml"
+    try:
+        if not path.is_file():
+            return None
+        with path.open("rb") as file:
+            text = file.read(64 * 1024).decode(errors="replace")
+    except OSError:
+        return None
+    _, opened, after = text.partition("<name>")
+    name, closed, _ = after.partition("</name>")
+    return name.strip() if opened and closed else None
+
+
+class RosPaths:
+    """Where ROS keeps packages. Looked through once, when it is first asked."""
+
+    def __init__(self, package_path: Sequence[Path] = (), prefixes: Sequence[Path] = ()) -> None:
+        self._package_path = tuple(package_path)
+        self._prefixes = tuple(prefixes)
+        self._crawled: dict[str, Path] | None = None
+
+    @staticmethod
+    def of_environment() -> RosPaths:
+        """By `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH` of this process."""
+
+        def folders(name: str) -> list[Path]:
+            listed = map(Path, filter(None, os.environ.get(name, "").split(os.pathsep)))
+            return [folder for folder in listed if folder.is_absolute()]
+
+        return RosPaths(folders("ROS_PACKAGE_PATH"), folders("AMENT_PREFIX_PATH"))
+
+    def folders(self, name: str) -> list[Path]:
+        """The folders of a package, the likeliest first."""
+        crawled = self._packages().get(name)
+        installed = (prefix / "share" / name for prefix in self._prefixes)
+        return ([crawled] if crawled else []) + [folder for folder in installed if folder.is_dir()]
+
+    def package_of(self, path: Path) -> Path | None:
+        """The folder of the package that a path lies in."""
+        for folder in self._packages().values():
+            if path.is_relative_to(folder):
+                return folder
+        for prefix in self._prefixes:
+            share = prefix / "share"
+            if path.is_relative_to(share) and path != share:
+                return share / path.relative_to(share).parts[0]
+        return None
+
+    def _packages(self) -> dict[str, Path]:
+        """As `rospack` does: breadth first, not into packages, the first of a name counts."""
+        if self._crawled is not None:
+            return self._crawled
+        found: dict[str, Path] = {}
+        ahead = deque((folder, 0) for folder in self._package_path)
+        for _ in range(MAX_FOLDERS):
+            if not ahead:
+                break
+            folder, depth = ahead.popleft()
+            name = manifest_name(folder)
+            if name is not None:
+                found.setdefault(name, folder)
+            elif depth < MAX_DEPTH and not (folder / "CATKIN_IGNORE").exists():
+                ahead.extend((inner, depth + 1) for inner in _folders_in(folder))
+        self._crawled = found
+        return found
+
+
+def _folders_in(folder: Path) -> list[Path]:
+    """In the order of their names. Not hidden ones, and not links: those may lead in circles."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [e.name for e in entries if e.is_dir(follow_symlinks=False) and not e.name.startswith(".")]
+    except OSError:
+        return []
+    return [folder / name for name in sorted(names)]

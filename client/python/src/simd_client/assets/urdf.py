@@ -1,0 +1,42 @@
+"""Which file is meant by the path of a robot."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from simd_client.errors import NoUrdf
+
+
+def find_urdf(path: str | os.PathLike[str]) -> Path:
+    """The URDF file that a path stands for: the file itself, or the only `.urdf` of a folder or, where
+    the folder has none, of its folder `urdf`.
+
+    Raises `NoUrdf` where there is none, or several to choose from, or where the file needs xacro first.
+    """
+    given = Path(path).expanduser()
+    try:
+        given.stat()
+        file = _only_urdf(given) if given.is_dir() else given
+    except OSError as error:
+        raise NoUrdf(f"cannot read {given}: {error.strerror}") from error
+    if file.suffix.lower() == ".xacro":
+        raise NoUrdf(f"{given} is a xacro file; run `xacro` on it and load what comes out")
+    if not file.is_file():
+        raise NoUrdf(f"{given} is neither a file nor a folder")
+    return file
+
+
+def _only_urdf(folder: Path) -> Path:
+    inner = folder / "urdf"
+    found = _urdfs_in(folder) or (_urdfs_in(inner) if inner.is_dir() else [])
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise NoUrdf(f"{folder} holds no .urdf file, and neither does a folder `urdf` in it")
+    raise NoUrdf(f"{folder} holds several .urdf files; name one of {', '.join(map(str, found))}")
+
+
+def _urdfs_in(folder: Path) -> list[Path]:
+    """Sorted, so that the sentence that lists them is the same each time."""
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() == ".urdf" and path.is_file())

@@ -1,0 +1,216 @@
+"""Why a call has no result: an exception for each reason, all of them a `SimdError`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+
+ERROR_DOMAIN = "simd"
+"""The `domain` of every `google.rpc.ErrorInfo` of simd."""
+
+
+class SimdError(Exception):
+    """A call has no result. `str()` of it is one sentence, the daemon's own where it answered."""
+
+    code: str = "UNKNOWN"
+    """The canonical gRPC code, for instance `NOT_FOUND`."""
+    reason: str = ""
+    """What programs act on, for instance `ROBOT_NOT_FOUND`; empty where the daemon did not refuse."""
+    metadata: Mapping[str, str] = MappingProxyType({})
+    """What the reason is about, by the keys that the schema gives: `robot`, `joint`, ..."""
+    fields: Mapping[str, str] = MappingProxyType({})
+    """Fields of the request that are at fault, each with its description."""
+
+
+class Unavailable(SimdError):
+    """Nobody answers there, or the connection broke."""
+
+    code = "UNAVAILABLE"
+
+
+class DeadlineExceeded(SimdError, TimeoutError):
+    """The daemon did not answer in time. Whether the call took effect is not known."""
+
+    code = "DEADLINE_EXCEEDED"
+
+
+class EndpointError(SimdError, ValueError):
+    """The text is not the address of a daemon, or of several daemons there."""
+
+    code = "INVALID_ARGUMENT"
+
+
+class NoUrdf(SimdError):
+    """A path on this disk stands for no robot."""
+
+    code = "NOT_FOUND"
+
+
+class AnswerError(SimdError):
+    """The daemon answered something that its schema does not allow."""
+
+    code = "INTERNAL"
+
+
+class Refused(SimdError):
+    """The daemon said no. Of this class itself where it has a reason that this client does not know."""
+
+
+class NotFound(Refused, LookupError):
+    """Something that the call names is not there."""
+
+    code = "NOT_FOUND"
+
+
+class RobotNotFound(NotFound):
+    """No robot of that name. Metadata: `robot`."""
+
+
+class JointNotFound(NotFound):
+    """The robot has no such joint. Metadata: `robot`, `joint`."""
+
+
+class LinkNotFound(NotFound):
+    """The robot has no such link. Metadata: `robot`, `link`."""
+
+
+class RobotExists(Refused):
+    """A robot of that name is in the world. Metadata: `robot`."""
+
+
+class InvalidValue(Refused, ValueError):
+    """A number is NaN, infinite or out of its range, or a field that must be given is not."""
+
+
+class JointNotActuated(Refused):
+    """The joint cannot do that, for instance take a target where it is fixed."""
+
+
+class TargetBeyondLimit(Refused):
+    """A target lies beyond a limit, and was to be refused. Metadata: `joint`, `lower`, `upper`."""
+
+
+class InvalidDescription(Refused):
+    """The robot description cannot be understood. The message names the element and the line."""
+
+
+class DescriptionNotUploaded(Refused):
+    """The description was never uploaded, or is no longer kept."""
+
+
+class AssetNotUploaded(Refused):
+    """An asset was named by a hash that the daemon lacks. Metadata: `sha256`, `uri`."""
+
+
+class UploadMismatch(Refused):
+    """The bytes of an upload do not have the hash that was said: the file changed meanwhile."""
+
+
+class MailboxFull(Refused):
+    """The daemon has too much to do; try again."""
+
+
+class LimitExceeded(Refused):
+    """Beyond one of the daemon's limits; the message names it."""
+
+
+class WrongState(Refused):
+    """The simulation is in another state, for instance playing where the call needs it paused."""
+
+
+class VersionMismatch(Refused):
+    """Client and daemon speak different versions. Metadata: `client`, `daemon`."""
+
+
+class JointClaimed(Refused):
+    """Another client holds a claim on the joint. Metadata: `joint`, `holder`."""
+
+
+class ClaimNotFound(NotFound):
+    """No such claim: it was released, or it lapsed."""
+
+
+class SnapshotNotFound(NotFound):
+    """No snapshot of that name. Metadata: `snapshot`."""
+
+
+class PathNotAllowed(Refused):
+    """A path on the daemon's disk that is not below one of its asset roots."""
+
+
+class FileNotFound(NotFound):
+    """No file at a path on the daemon's disk."""
+
+
+class ShuttingDown(Refused, Unavailable):
+    """The daemon is shutting down."""
+
+
+class Superseded(Refused):
+    """A reset, a pause or a play ended the call before it was done."""
+
+
+class LayoutChanged(Refused):
+    """The robot was reloaded or respawned: arrays of its joints have another layout now."""
+
+
+class NotSupported(Refused):
+    """The schema has it, this daemon does not."""
+
+
+class Internal(Refused):
+    """A fault of the daemon."""
+
+
+class ParameterNotFound(NotFound):
+    """No parameter of that name. Metadata: `parameter`."""
+
+
+class ParameterExists(Refused):
+    """A parameter of that name is there. Metadata: `parameter`."""
+
+
+def _reason_of(refused: type[Refused]) -> str:
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", refused.__name__).upper()
+
+
+def _reasons() -> dict[str, type[Refused]]:
+    found: dict[str, type[Refused]] = {}
+    pending = [Refused]
+    while pending:
+        for below in pending.pop().__subclasses__():
+            pending.append(below)
+            if below is not NotFound:
+                found[_reason_of(below)] = below
+    return found
+
+
+REASONS: Mapping[str, type[Refused]] = MappingProxyType(_reasons())
+"""The exception of each reason, by its name on the wire: `ROBOT_NOT_FOUND` is `RobotNotFound`."""
+
+_CODES = (
+    "OK CANCELLED UNKNOWN INVALID_ARGUMENT DEADLINE_EXCEEDED NOT_FOUND ALREADY_EXISTS PERMISSION_DENIED "
+    "RESOURCE_EXHAUSTED FAILED_PRECONDITION ABORTED OUT_OF_RANGE UNIMPLEMENTED INTERNAL UNAVAILABLE "
+    "DATA_LOSS UNAUTHENTICATED"
+).split()
+
+
+def refusal(
+    code: int,
+    message: str,
+    reason: str,
+    metadata: Mapping[str, str],
+    fields: Mapping[str, str] | None = None,
+) -> Refused:
+    """The exception for what the daemon said.
+
+    `code` is the number of the canonical gRPC code; `reason` has no prefix.
+    """
+    name = _CODES[code] if 0 <= code < len(_CODES) else "UNKNOWN"
+    error = REASONS.get(reason, Refused)(message or f"the daemon refused the call: {name}")
+    error.code = name
+    error.reason = reason
+    error.metadata = dict(metadata)
+    error.fields = dict(fields or {})
+    return error

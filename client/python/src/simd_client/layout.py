@@ -1,0 +1,223 @@
+"""The joints of a robot: what they are, and where each has its values in a robot's arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from functools import cached_property
+
+from simd_client import proto
+from simd_client.geometry import FloatArray, Pose, pose_from_proto, vector_from_proto
+
+
+class JointType(IntEnum):
+    """What kind of joint it is."""
+
+    UNKNOWN = 0
+    REVOLUTE = 1
+    CONTINUOUS = 2
+    PRISMATIC = 3
+    FIXED = 4
+    FLOATING = 5
+    PLANAR = 6
+
+    @classmethod
+    def _missing_(cls, value: object) -> JointType:
+        return cls.UNKNOWN
+
+    def __str__(self) -> str:
+        return self.name.lower()
+
+
+class JointMode(IntEnum):
+    """What a joint's actuator does."""
+
+    UNKNOWN = 0
+    PASSIVE = 1
+    """No actuator: only the joint's own damping and friction."""
+    POSITION = 2
+    VELOCITY = 3
+    EFFORT = 4
+    HOLD = 5
+    """Position mode at the place where the joint was."""
+    NONE = 6
+    """A fixed, floating or mimic joint: it has no actuator."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> JointMode:
+        return cls.UNKNOWN
+
+    def __str__(self) -> str:
+        return self.name.lower()
+
+
+class JointFlag(IntFlag):
+    """Bits of a joint's `flags`."""
+
+    SATURATED = 1
+    """The actuator applies its effort limit."""
+    AT_LOWER_LIMIT = 2
+    """The joint is at or below its lower limit."""
+    AT_UPPER_LIMIT = 4
+    """The joint is at or above its upper limit."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits that a joint has; `None` is no limit."""
+
+    lower: float | None = None
+    """rad or m."""
+    upper: float | None = None
+    """rad or m."""
+    effort: float | None = None
+    """N m or N: clamps the actuator."""
+    velocity: float | None = None
+    """rad/s or m/s: clamps velocity targets, and the way to a position target."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of position mode, SI units, independent of the time step."""
+
+    stiffness: float
+    """N m/rad or N/m."""
+    damping: float
+    """N m s/rad or N s/m."""
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """The joint follows another: position = multiplier * other + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class JointInfo:
+    """What a joint was when its robot's layout was fetched."""
+
+    index: int
+    """Depth-first, fixed joints included."""
+    name: str
+    type: JointType
+    axis: FloatArray | None
+    """Unit vector in the joint's frame; `None` for fixed and floating joints."""
+    parent_link: str
+    child_link: str
+    parent_from_joint: Pose
+    """At position zero."""
+    limits: Limits
+    damping: float
+    """N m s/rad or N s/m."""
+    friction: float
+    """Dry friction effort, N m or N."""
+    armature: float
+    """Rotor inertia seen at the joint, kg m^2 or kg."""
+    mimic: Mimic | None
+    mode: JointMode
+    gains: Gains
+    """In force: given with the target, or the default."""
+    default_gains: Gains
+    """Of targets that give none."""
+    claimed_by: str
+    """Who holds a claim on it; empty for nobody."""
+    positions: slice
+    """Where it has its values in `position`."""
+    velocities: slice
+    """Where it has its values in `velocity`, `effort`, `target`, `mode` and `flags`."""
+
+    @property
+    def is_actuated(self) -> bool:
+        """Whether it takes targets."""
+        return self.mode is not JointMode.NONE
+
+    @property
+    def freedom(self) -> int:
+        """How many rates it has: 0 for fixed, 1, 3 for planar, 6 for floating."""
+        return self.velocities.stop - self.velocities.start
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The joints of a robot, and how its arrays are laid out."""
+
+    robot: str
+    version: int
+    """Changes with each reload or respawn under the same name."""
+    joints: tuple[JointInfo, ...]
+    """Depth-first, fixed joints included."""
+    position_count: int
+    """Length of `position`."""
+    velocity_count: int
+    """Length of `velocity`, `effort`, `target`, `mode` and `flags`."""
+
+    @cached_property
+    def by_name(self) -> Mapping[str, JointInfo]:
+        """The joints by their names, in order."""
+        return {joint.name: joint for joint in self.joints}
+
+    @cached_property
+    def moving(self) -> tuple[JointInfo, ...]:
+        """Those that can move."""
+        return tuple(joint for joint in self.joints if joint.freedom > 0)
+
+    @cached_property
+    def has_floating(self) -> bool:
+        """Whether positions and rates are of different lengths."""
+        return self.position_count != self.velocity_count
+
+
+def layout_from_proto(message: proto.JointLayout) -> Layout:
+    """A layout from its message."""
+    return Layout(
+        robot=message.robot,
+        version=message.layout_version,
+        joints=tuple(_joint(joint) for joint in message.joints),
+        position_count=message.position_count,
+        velocity_count=message.velocity_count,
+    )
+
+
+def limits_from_proto(message: proto.JointLimits) -> Limits:
+    """Limits from their message."""
+    return Limits(
+        lower=message.lower if message.HasField("lower") else None,
+        upper=message.upper if message.HasField("upper") else None,
+        effort=message.effort if message.HasField("effort") else None,
+        velocity=message.velocity if message.HasField("velocity") else None,
+    )
+
+
+def limits_to_proto(limits: Limits) -> proto.JointLimits:
+    """Limits as a message."""
+    return proto.JointLimits(
+        lower=limits.lower, upper=limits.upper, effort=limits.effort, velocity=limits.velocity
+    )
+
+
+def _joint(message: proto.JointInfo) -> JointInfo:
+    mimic = message.mimic
+    return JointInfo(
+        index=message.index,
+        name=message.name,
+        type=JointType(message.type),
+        axis=vector_from_proto(message.axis) if message.HasField("axis") else None,
+        parent_link=message.parent_link,
+        child_link=message.child_link,
+        parent_from_joint=pose_from_proto(message.parent_from_joint),
+        limits=limits_from_proto(message.limits),
+        damping=message.damping,
+        friction=message.friction,
+        armature=message.armature,
+        mimic=Mimic(mimic.joint, mimic.multiplier, mimic.offset) if message.HasField("mimic") else None,
+        mode=JointMode(message.mode),
+        gains=Gains(message.gains.stiffness, message.gains.damping),
+        default_gains=Gains(message.default_gains.stiffness, message.default_gains.damping),
+        claimed_by=message.claimed_by,
+        positions=slice(message.position_index, message.position_index + message.position_count),
+        velocities=slice(message.velocity_index, message.velocity_index + message.velocity_count),
+    )

@@ -1,0 +1,224 @@
+"""The connection to one daemon: how a request travels over Zenoh, and what an answer means."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import zenoh
+from google.protobuf.message import DecodeError
+
+from simd_client import keys
+from simd_client.endpoint import DEFAULT_NAME, Endpoint
+from simd_client.errors import ERROR_DOMAIN, DeadlineExceeded, EndpointError, SimdError, Unavailable, refusal
+from simd_client.plan import Ask, Plan, Work
+from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
+from simd_client.version import API_VERSION
+
+Result = TypeVar("Result")
+
+MAX_ANSWER_BYTES = 64 * 1024 * 1024
+"""Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
+
+_ATTACHMENT = f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}"
+_STATUS = "google.rpc.Status"
+
+ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
+"""Settings for Zenoh beside ours: a JSON5 file, or values by dotted or slashed names."""
+
+
+class Link:
+    """A Zenoh session and the daemon that is meant. May be used from several threads."""
+
+    def __init__(self, session: zenoh.Session, endpoint: Endpoint, name: str) -> None:
+        self.session = session
+        self.endpoint = endpoint
+        self.name = name
+        self._publisher: zenoh.Publisher | None = None
+        self._lock = threading.Lock()
+
+    def close(self) -> None:
+        """Ends the session, and everything that was declared on it."""
+        self.session.close()  # pyright: ignore[reportUnknownMemberType]
+
+    def query(self, request: Ask, timeout: float) -> bytes:
+        """Sends a request and waits for its reply's bytes."""
+        try:
+            key, options = self._request(request, timeout)
+            reply = cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)).recv()
+        except zenoh.ZError:
+            raise self.nobody() from None
+        return self.opened(reply, timeout + request.wait)
+
+    def start(
+        self, request: Ask, timeout: float, arrived: Callable[[zenoh.Reply], None], ended: Callable[[], None]
+    ) -> None:
+        """Sends a request. `arrived` gets the reply and `ended` is called after it, on a thread of Zenoh's."""
+        try:
+            key, options = self._request(request, timeout)
+            handler = cast("zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(arrived, ended, indirect=False))
+            self.session.get(key, handler, **options)
+        except zenoh.ZError:
+            raise self.nobody() from None
+
+    def _request(self, request: Ask, timeout: float) -> tuple[str, dict[str, Any]]:
+        return keys.rpc(self.name, request.method), {
+            "payload": request.payload,
+            "encoding": f"application/protobuf;simd.v1.{request.message}",
+            "attachment": _ATTACHMENT,
+            "consolidation": zenoh.ConsolidationMode.NONE,
+            "timeout": timeout + request.wait,
+            "express": True,
+        }
+
+    def opened(self, reply: zenoh.Reply, timeout: float) -> bytes:
+        """The bytes of an answer, or the exception that it stands for."""
+        sample = reply.ok
+        if sample is not None:
+            return sample.payload.to_bytes()
+        error = reply.err
+        if error is None:
+            raise self.nobody()
+        encoding, payload = str(error.encoding), error.payload.to_bytes()
+        if _STATUS in encoding:
+            raise _refused(payload)
+        if b"Timeout" in payload:
+            raise DeadlineExceeded(f"the daemon `{self.name}` at {self.endpoint.locator} did not answer within {timeout:g} s")
+        text = payload.decode(errors="replace")
+        raise SimdError(f"the daemon's answer cannot be understood: an error in {encoding}: {text}")
+
+    def nobody(self) -> Unavailable:
+        """Nobody took the request."""
+        where = self.endpoint.locator
+        if self.session.is_closed():
+            return Unavailable(f"the connection to the daemon at {where} is closed")
+        return Unavailable(
+            f"no daemon named `{self.name}` answers at {where}; start one with `simd --name {self.name}`, "
+            "or name the endpoint of another"
+        )
+
+    def publish_targets(self, payload: bytes) -> None:
+        """Sends targets without waiting for an answer."""
+        try:
+            with self._lock:
+                if self._publisher is None:
+                    self._publisher = self.session.declare_publisher(
+                        keys.joint_targets(self.name),
+                        encoding="application/protobuf;simd.v1.SetJointTargetsRequest",
+                        congestion_control=zenoh.CongestionControl.DROP,
+                        express=True,
+                    )
+            self._publisher.put(payload)  # pyright: ignore[reportUnknownMemberType]
+        except zenoh.ZError:
+            raise self.nobody() from None
+
+    def run(self, plan: Plan[Result], timeout: float) -> Result:
+        """Does what a plan says, on the calling thread."""
+        try:
+            need = next(plan)
+            while True:
+                try:
+                    answer = need.do() if isinstance(need, Work) else self.query(need, timeout)
+                except SimdError as error:
+                    need = plan.throw(error)
+                else:
+                    need = plan.send(answer)
+        except StopIteration as end:
+            return cast(Result, end.value)
+
+
+def _refused(payload: bytes) -> SimdError:
+    status = Status()
+    try:
+        status.ParseFromString(payload)
+    except DecodeError as error:
+        return SimdError(f"the daemon's answer cannot be understood: it is no {_STATUS} ({error})")
+    info, bad = ErrorInfo(), BadRequest()
+    for detail in status.details:
+        kind = detail.type_url.rsplit("/", 1)[-1]
+        if kind == "google.rpc.ErrorInfo":
+            info.ParseFromString(detail.value)
+        elif kind == "google.rpc.BadRequest":
+            bad.ParseFromString(detail.value)
+    reason = info.reason if info.domain == ERROR_DOMAIN else ""
+    fields = {violation.field: violation.description for violation in bad.field_violations}
+    return refusal(status.code, status.message, reason, info.metadata, fields)
+
+
+def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None) -> Link:
+    """Connects, and finds out which daemon is meant."""
+    settings = _settings(endpoint, connect_timeout, config)
+    try:
+        session = zenoh.open(settings)
+    except zenoh.ZError as error:
+        raise Unavailable(
+            f"no daemon answers at {endpoint.locator}; start one with `simd`, or name the endpoint of another"
+        ) from error
+    try:
+        name = _choose(endpoint, daemons(session, connect_timeout))
+    except BaseException:
+        session.close()  # pyright: ignore[reportUnknownMemberType]
+        raise
+    return Link(session, endpoint, name)
+
+
+def daemons(session: zenoh.Session, timeout: float) -> list[str]:
+    """Names of the daemons that can be reached, sorted."""
+    found: set[str] = set()
+    replies = session.liveliness().get(keys.ALL_DAEMONS, timeout=timeout)
+    for reply in cast("Iterable[zenoh.Reply]", replies):
+        name = None if reply.ok is None else keys.daemon_of(str(reply.ok.key_expr))
+        if name is not None:
+            found.add(name)
+    return sorted(found)
+
+
+def _choose(endpoint: Endpoint, there: list[str]) -> str:
+    where = endpoint.locator
+    names = ", ".join(f"`{name}`" for name in there)
+    if endpoint.name is not None:
+        if endpoint.name in there:
+            return endpoint.name
+        others = f"; there are {names}" if there else ""
+        raise Unavailable(f"no daemon named `{endpoint.name}` answers at {where}{others}")
+    if len(there) == 1:
+        return there[0]
+    if DEFAULT_NAME in there:
+        return DEFAULT_NAME
+    if not there:
+        raise Unavailable(f"no daemon answers at {where}; start one with `simd`, or name the endpoint of another")
+    raise EndpointError(f"several daemons answer at {where}: say which of {names} is meant, as {where}#{there[0]}")
+
+
+def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None) -> zenoh.Config:
+    if isinstance(config, (str, os.PathLike)):
+        settings = cast(zenoh.Config, zenoh.Config.from_file(Path(config)))  # pyright: ignore[reportUnknownMemberType]
+        extra: Mapping[str, object] = {}
+    else:
+        settings = zenoh.Config()
+        extra = config or {}
+    ours: dict[str, object] = {
+        "mode": "client",
+        "connect/endpoints": [endpoint.locator],
+        "connect/timeout_ms": max(1, round(connect_timeout * 1000)),
+        "connect/exit_on_failure": True,
+    }
+    if not isinstance(config, (str, os.PathLike)):
+        # A file says all of it itself, but for where to connect.
+        ours |= {
+            "scouting/multicast/enabled": False,
+            "scouting/gossip/enabled": False,
+            "transport/link/rx/max_message_size": MAX_ANSWER_BYTES,
+            "transport/shared_memory/enabled": False,
+        }
+    theirs = {name.replace(".", "/"): value for name, value in extra.items()}
+    for name, value in {**ours, **theirs}.items():
+        try:
+            settings.insert_json5(name, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]
+        except zenoh.ZError as error:
+            raise EndpointError(f"Zenoh does not take `{name}` = {value!r}: {error}") from error
+    return settings

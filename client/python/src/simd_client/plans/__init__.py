@@ -1,0 +1,1 @@
+"""What each call does, by service, for blocking and for asyncio code alike."""

@@ -1,0 +1,201 @@
+"""A robot of the daemon as PyBullet tells it: a base and joints, by number."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from simd_client.proto import Base, EntityInfo, JointInfo, JointLayout, JointType
+
+from . import constants
+from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
+from .motors import Motor
+from .rotations import compose, conjugate, inverse, product, rotate
+
+JointInfoTuple = tuple[
+    int, bytes, int, int, int, int, float, float, float, float, float, float, bytes, Vector, Vector, Quaternion, int
+]
+
+_TYPES = {
+    JointType.JOINT_TYPE_REVOLUTE: constants.JOINT_REVOLUTE,
+    JointType.JOINT_TYPE_CONTINUOUS: constants.JOINT_REVOLUTE,
+    JointType.JOINT_TYPE_PRISMATIC: constants.JOINT_PRISMATIC,
+    JointType.JOINT_TYPE_PLANAR: constants.JOINT_PLANAR,
+    JointType.JOINT_TYPE_FIXED: constants.JOINT_FIXED,
+    JointType.JOINT_TYPE_FLOATING: constants.JOINT_FIXED,
+}
+# A joint whose gains tell nothing of its inertia.
+_UNKNOWN_INERTIA = 1.0
+
+
+@dataclass(slots=True)
+class BodyJoint:
+    """A joint, which PyBullet numbers as the link behind it."""
+
+    name: str
+    link: str
+    kind: int
+    info: JointInfoTuple
+    # Where its first value is in a state's positions and rates.
+    position_index: int
+    velocity_index: int
+    # Values that it has there: 1 where it turns or slides.
+    width: int
+    # It turns or slides, and nothing else drives it.
+    driven: bool
+    # What its actuator sees, kg m^2 or kg.
+    inertia: float
+    limits: tuple[float | None, float | None, float | None, float | None]
+    damping: float
+    friction: float
+    motor: Motor = field(default_factory=Motor)
+    # What changes with a motor's force, as the daemon has it.
+    friction_sent: float = 0.0
+    sensor: bool = False
+
+
+@dataclass(slots=True)
+class Body:
+    """A robot."""
+
+    unique_id: int
+    robot: str
+    model: str
+    # The script brought it.
+    own: bool
+    fixed: bool
+    layout_version: int
+    base_link: str
+    joints: list[BodyJoint]
+    by_joint: dict[str, int]
+    # Names of the links in the order of the daemon's poses, with each one's place.
+    link_places: dict[str, int]
+    links: list[Any]
+    # link_from_inertia, by link.
+    frames: dict[str, Pose]
+    # The description, of robots of this script.
+    urdf: bytes | None = None
+    # Hashes of the files that it names, by URI.
+    files: dict[str, str] = field(default_factory=dict[str, str])
+    scale: float = 1.0
+    # `changeDynamics` of what the daemon does not know.
+    noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
+
+    def frame(self, link: str) -> Pose:
+        """link_from_inertia."""
+        return self.frames.get(link, (ORIGIN, UPRIGHT))
+
+    def link_name(self, index: int) -> str | None:
+        """Of PyBullet's link number: -1 is the base."""
+        if index == -1:
+            return self.base_link
+        return self.joints[index].link if 0 <= index < len(self.joints) else None
+
+
+def body(
+    unique_id: int,
+    entity: EntityInfo,
+    layout: JointLayout,
+    frames: Mapping[str, Pose],
+    own: bool,
+    urdf: bytes | None = None,
+) -> Body:
+    """From what the daemon tells of a robot; `frames` are those of its description."""
+    known: dict[str, Pose] = {}
+    for link in entity.links:
+        center = (link.center_of_mass.x, link.center_of_mass.y, link.center_of_mass.z)
+        known[link.name] = frames.get(link.name, (center, UPRIGHT) if not frames else (ORIGIN, UPRIGHT))
+    base = entity.links[0].name if entity.links else ""
+    numbers = {joint.child_link: joint.index for joint in layout.joints}
+    joints: list[BodyJoint] = []
+    q, u = 7, 6
+    for joint in layout.joints:
+        joints.append(_joint(joint, known, numbers.get(joint.parent_link, -1), q, u))
+        q, u = q + joint.position_count, u + joint.velocity_count
+    return Body(
+        unique_id=unique_id,
+        robot=entity.name,
+        model=entity.model,
+        own=own,
+        fixed=entity.base == Base.BASE_FIXED,
+        layout_version=layout.layout_version,
+        base_link=base,
+        joints=joints,
+        by_joint={joint.name: index for index, joint in enumerate(joints)},
+        link_places={link.name: place for place, link in enumerate(entity.links)},
+        links=list(entity.links),
+        frames=known,
+        urdf=urdf,
+    )
+
+
+def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u: int) -> BodyJoint:
+    kind = _TYPES.get(joint.type, constants.JOINT_FIXED)
+    width = joint.velocity_count
+    single = width == 1
+    limits = (
+        joint.limits.lower if joint.limits.HasField("lower") else None,
+        joint.limits.upper if joint.limits.HasField("upper") else None,
+        joint.limits.effort if joint.limits.HasField("effort") else None,
+        joint.limits.velocity if joint.limits.HasField("velocity") else None,
+    )
+    lower, upper, effort, velocity = limits
+    bounded = lower is not None and upper is not None
+    place, turn = _parent_frame(joint, frames)
+    moves = kind != constants.JOINT_FIXED
+    gains = joint.default_gains
+    # Default gains are critical: damping^2 = 4 stiffness inertia.
+    inertia = gains.damping**2 / (4.0 * gains.stiffness) if gains.stiffness > 0.0 else _UNKNOWN_INERTIA
+    mimic = joint.HasField("mimic")
+    info: JointInfoTuple = (
+        joint.index,
+        joint.name.encode(),
+        kind,
+        q if moves else -1,
+        u if moves else -1,
+        1 if single else 0,
+        joint.damping,
+        joint.friction,
+        lower if bounded and lower is not None else 0.0,
+        upper if bounded and upper is not None else -1.0,
+        effort or 0.0,
+        velocity or 0.0,
+        joint.child_link.encode(),
+        _axis(joint, frames) if single else ORIGIN,
+        place,
+        turn,
+        parent,
+    )
+    return BodyJoint(
+        name=joint.name,
+        link=joint.child_link,
+        kind=kind,
+        info=info,
+        position_index=joint.position_index,
+        velocity_index=joint.velocity_index,
+        width=width,
+        driven=single and not mimic,
+        inertia=inertia or _UNKNOWN_INERTIA,
+        limits=limits,
+        damping=joint.damping,
+        friction=joint.friction,
+        friction_sent=joint.friction,
+    )
+
+
+def _parent_frame(joint: JointInfo, frames: Mapping[str, Pose]) -> Pose:
+    """Bullet's frame of a joint: its place in the parent's inertial frame, and the rotation
+    from there into the child's inertial frame."""
+    at, turn = joint.parent_from_joint.position, joint.parent_from_joint.orientation
+    parent_from_joint: Pose = ((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
+    inertia = frames.get(joint.parent_link, (ORIGIN, UPRIGHT))
+    place, rotation = compose(inverse(inertia), parent_from_joint)
+    child = frames.get(joint.child_link, (ORIGIN, UPRIGHT))[1]
+    return place, product(conjugate(child), conjugate(rotation))
+
+
+def _axis(joint: JointInfo, frames: Mapping[str, Pose]) -> Vector:
+    """In the child's inertial frame."""
+    child = frames.get(joint.child_link, (ORIGIN, UPRIGHT))[1]
+    return rotate(conjugate(child), (joint.axis.x, joint.axis.y, joint.axis.z))

@@ -1,0 +1,194 @@
+"""Connections by number: connect, disconnect, and who is connected."""
+
+from __future__ import annotations
+
+import atexit
+import sys
+import urllib.error
+import urllib.request
+from typing import Any
+
+from . import constants, daemon_process
+from .daemon_process import DaemonProcess
+from .errors import error
+from .sliders import Sliders
+from .wire import NobodyThere, Wire
+from .world import World
+
+_METHODS = {
+    constants.GUI,
+    constants.DIRECT,
+    constants.SHARED_MEMORY,
+    constants.UDP,
+    constants.TCP,
+    constants.GUI_SERVER,
+    constants.GUI_MAIN_THREAD,
+    constants.SHARED_MEMORY_SERVER,
+    constants.SHARED_MEMORY_GUI,
+}
+_WITH_WINDOW = {
+    constants.GUI,
+    constants.GUI_SERVER,
+    constants.GUI_MAIN_THREAD,
+    constants.SHARED_MEMORY_GUI,
+}
+# PyBullet's: client and server of another number do not fit together.
+_API_VERSION = 202010061
+
+_worlds: dict[int, World] = {}
+_children: dict[int, DaemonProcess] = {}
+# What the command line of `python -m simd_client.pybullet` says.
+default_endpoint: str | None = None
+always_new = False
+always_remove = False
+
+
+def connected(physicsClientId: int) -> World:
+    """The world of a connection.
+
+    Raises:
+        error: where there is none of that number.
+    """
+    world = _worlds.get(physicsClientId)
+    if world is None:
+        raise error("Not connected to physics server.")
+    return world
+
+
+def connect(
+    method: int = constants.GUI,
+    key: Any = None,
+    port: Any = None,
+    options: Any = None,
+    *,
+    hostName: str | None = None,
+    endpoint: str | None = None,
+) -> int:
+    """Finds a running daemon, or starts one; the number of the connection.
+
+    Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
+    TCP and UDP, else $SIMD_ENDPOINT; one that was named and does not answer is an error. Else the
+    daemon at the default locator; where there is none, a new one, which ends with
+    the connection. `--new` in `options` always starts one. `--remove-robots` takes the script's robots
+    out at the end of the connection, also from a daemon that was running.
+    """
+    if method not in _METHODS:
+        raise error("connectPhysicsServer unexpected argument")
+    # connect(method, key, options) or connect(method, hostName, port, options).
+    host = key if isinstance(key, str) else hostName
+    if isinstance(port, str) and options is None:
+        options, port = port, None
+    words = str(options or "").split()
+    new = always_new or "--new" in words
+    named = endpoint or next((w.partition("=")[2] for w in words if w.startswith("--endpoint=")), None)
+    if named is None and host is not None and method in (constants.TCP, constants.UDP):
+        named = host if "/" in host else f"tcp/{host}:{port if port is not None else 7447}"
+    number = next(free for free in range(len(_worlds) + 1) if free not in _worlds)
+    child: DaemonProcess | None = None
+    wire: Wire | None = None
+    if not new:
+        try:
+            wire = Wire.open(named or default_endpoint)
+        except NobodyThere as nobody:
+            if nobody.named:
+                raise error(str(nobody)) from None
+    if wire is None:
+        child = daemon_process.start()
+        wire = Wire.open(child.endpoint)
+    world = World(wire, method, Sliders(wire), child is not None)
+    world.removes_robots = always_remove or "--remove-robots" in words
+    try:
+        world.begin()
+    except BaseException:
+        wire.close()
+        if child is not None:
+            child.end()
+        raise
+    _worlds[number] = world
+    if world.guest:
+        others = ", ".join(body.robot for body in world.bodies.values())
+        print(f"simd: {wire.endpoint} has robots of others, which stay as they are: {others}", file=sys.stderr)
+    if child is not None:
+        _children[number] = child
+    if method in _WITH_WINDOW:
+        _show(wire, child)
+    return number
+
+
+def _show(wire: Wire, child: DaemonProcess | None) -> None:
+    """Says where a person can look: a daemon has no window of its own."""
+    page = child.viewer if child is not None else wire.page
+    if page is not None and _is_page(page):
+        print(f"simd: look at the world at {page}/", file=sys.stderr)
+    else:
+        print(f"simd: watch the world with: simctl --endpoint {wire.endpoint} joint watch ROBOT", file=sys.stderr)
+
+
+def _is_page(address: str) -> bool:
+    """Whether a browser would get a page there."""
+    try:
+        with urllib.request.urlopen(address + "/", timeout=1.0) as answer:
+            return "html" in answer.headers.get("content-type", "")
+    except (urllib.error.URLError, OSError, ValueError):
+        return False
+
+
+def disconnect(physicsClientId: int = 0) -> None:
+    """Ends a connection. Robots stay in a daemon that was running, and go with one that was started."""
+    world = connected(physicsClientId)
+    _end(physicsClientId, world)
+
+
+def _end(number: int, world: World) -> None:
+    del _worlds[number]
+    try:
+        world.close()
+    finally:
+        child = _children.pop(number, None)
+        if child is not None:
+            child.end()
+
+
+def isConnected(physicsClientId: int = 0) -> int:
+    """1 or 0."""
+    world = _worlds.get(physicsClientId)
+    return int(world is not None and world.wire.alive())
+
+
+def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
+    """Whether a connection is there, and what `connect` was asked for."""
+    world = _worlds.get(physicsClientId)
+    if world is None:
+        return {"isConnected": 0, "connectionMethod": 0}
+    return {"isConnected": isConnected(physicsClientId), "connectionMethod": world.method}
+
+
+def getAPIVersion(physicsClientId: int = 0) -> int:
+    """Of the PyBullet that this stands in for."""
+    del physicsClientId
+    return _API_VERSION
+
+
+def isNumpyEnabled() -> int:
+    """1: images and meshes would be arrays."""
+    return 1
+
+
+@atexit.register
+def _end_all() -> None:
+    """A script that ends without `disconnect` leaves as one that calls it."""
+    for number, world in list(_worlds.items()):
+        try:
+            _end(number, world)
+        except Exception as problem:  # The script is over: one line, not a traceback.
+            print(f"simd: the connection {number} did not end well: {problem}", file=sys.stderr)
+
+
+__all__ = [
+    "connect",
+    "disconnect",
+    "getAPIVersion",
+    "getConnectionInfo",
+    "isConnected",
+    "isNumpyEnabled",
+]

@@ -1,0 +1,129 @@
+"""A daemon that a script starts for itself, and that ends with it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import uuid
+from collections import deque
+from pathlib import Path
+
+from .errors import error
+
+# The wall seconds that a daemon may take until it says that it is ready.
+_START = 20.0
+# And to end.
+_END = 5.0
+
+
+class DaemonProcess:
+    """A running daemon of one's own."""
+
+    def __init__(self, process: subprocess.Popen[str], endpoint: str, viewer: str | None) -> None:
+        self._process = process
+        # Its Zenoh locator and name.
+        self.endpoint = endpoint
+        # The address of its page, where it told one.
+        self.viewer = viewer
+
+    @property
+    def pid(self) -> int:
+        """Of the process that was started."""
+        return self._process.pid
+
+    def end(self) -> None:
+        """Ends it and waits for that."""
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        try:
+            self._process.wait(_END)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+
+def binary() -> Path:
+    """The daemon's program: $SIMD_BINARY, or `simd` on the PATH.
+
+    Raises:
+        error: where there is none, with what to do.
+    """
+    named = os.environ.get("SIMD_BINARY")
+    if named:
+        if not Path(named).is_file():
+            raise error(f"SIMD_BINARY names {named}, which is not there")
+        return Path(named)
+    found = shutil.which("simd")
+    if found is None:
+        raise error(
+            "no daemon answers, and none can be started: `simd` is not on the PATH; install it, name it "
+            "with SIMD_BINARY, or name a running daemon with SIMD_ENDPOINT"
+        )
+    return Path(found)
+
+
+def start() -> DaemonProcess:
+    """Starts a daemon on free ports of this machine, and waits until it is ready.
+
+    Raises:
+        error: where it does not start, with the last that it said.
+    """
+    program = binary()
+    name = f"pybullet-{os.getpid()}-{uuid.uuid4().hex[:6]}"
+    command = [str(program), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
+    # However this process ends, the pipe to the daemon is closed then.
+    command += ["--until-stdin-closes", "--paused", "--log", "warn,zenoh=error"]
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Ctrl-C is for the script, which ends its daemon then.
+        start_new_session=os.name == "posix",
+    )
+    last: deque[str] = deque(maxlen=5)
+    threading.Thread(target=_relay, args=(process, last), daemon=True).start()
+    said = _first_lines(process)
+    locator = re.search(r"\btcp/[^\s,;]+", said)
+    page = re.search(r"http://[^\s,;]+", said)
+    running = DaemonProcess(process, f"{locator[0]}#{name}" if locator else "", page[0] if page else None)
+    if locator is None:
+        running.end()
+        why = said.strip() or " ".join(line.strip() for line in last) or "it said nothing"
+        raise error(f"{program} did not start as a daemon with Zenoh: {why}")
+    print(f"simd: no daemon was running; started {program} as {running.endpoint}", file=sys.stderr)
+    return running
+
+
+def _first_lines(process: subprocess.Popen[str]) -> str:
+    """What the daemon says until it names its Zenoh locator, ends, or takes too long."""
+    said: list[str] = []
+    done = threading.Event()
+
+    def read() -> None:
+        assert process.stdout is not None
+        for line in process.stdout:
+            said.append(line)
+            if "tcp/" in line:
+                break
+        done.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    done.wait(_START)
+    return "".join(said)
+
+
+def _relay(process: subprocess.Popen[str], last: deque[str]) -> None:
+    """Passes on what the daemon warns of."""
+    assert process.stderr is not None
+    with process.stderr:
+        for line in process.stderr:
+            last.append(line)
+            sys.stderr.write(line)

@@ -1,0 +1,66 @@
+"""What PyBullet reads from a URDF and the daemon does not tell."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, field
+
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector
+from .rotations import from_euler
+
+
+@dataclass
+class Description:
+    """Of a text that cannot be read there is nothing to tell."""
+
+    # `link_from_inertia` of each link, metres. PyBullet's base positions, link states and joint
+    # frames are those of the inertias; the daemon tells centres of mass, and no axes.
+    frames: dict[str, Pose] = field(default_factory=dict[str, Pose])
+    # The root link's mass is written as 0: PyBullet takes it for a part of the world.
+    massless_root: bool = False
+
+
+def read(urdf: bytes, scale: float) -> Description:
+    """From a URDF's bytes, with its lengths multiplied by `scale`."""
+    robot = parse(urdf)
+    if robot is None:
+        return Description()
+    frames = {name: _frame(link, scale) for link in robot.iter("link") if (name := link.get("name"))}
+    children = {child.get("link") for child in robot.iterfind("joint/child")}
+    roots = [link for link in robot.iterfind("link") if link.get("name") not in children]
+    masses = [mass.get("value", "") for root in roots[:1] for mass in root.iterfind("inertial/mass")]
+    return Description(frames, any(_is_zero(mass) for mass in masses))
+
+
+def parse(urdf: bytes) -> ElementTree.Element | None:
+    """The document, or nothing where it is not one that may be read."""
+    # No document type: an entity could stand for gigabytes.
+    if b"<!DOCTYPE" in urdf or b"<!ENTITY" in urdf:
+        return None
+    try:
+        return ElementTree.fromstring(urdf)
+    except ElementTree.ParseError:
+        return None
+
+
+def _frame(link: ElementTree.Element, scale: float) -> Pose:
+    origin = link.find("inertial/origin")
+    if origin is None:
+        return ORIGIN, UPRIGHT
+    x, y, z = _numbers(origin.get("xyz"))
+    return (x * scale, y * scale, z * scale), from_euler(*_numbers(origin.get("rpy")))
+
+
+def _numbers(text: str | None) -> Vector:
+    try:
+        x, y, z = map(float, (text or "0 0 0").split())
+    except ValueError:
+        return ORIGIN
+    return (x, y, z)
+
+
+def _is_zero(text: str) -> bool:
+    try:
+        return float(text) == 0.0
+    except ValueError:
+        return False

@@ -1,0 +1,229 @@
+"""What links and joints are like: getDynamicsInfo, changeDynamics."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from typing import Any
+
+from simd_client.proto import LinkInfo, SetJointPropertiesRequest, methods
+
+from . import descriptions
+from .arguments import Vector, vector
+from .bodies import Body, BodyJoint
+from .connections import connected
+from .errors import error, unsupported
+from .rotations import Matrix, matrix
+from .world import World
+
+# What PyBullet says of contacts where nobody said anything else.
+_CONTACT = {
+    "lateralFriction": 0.5,
+    "restitution": 0.0,
+    "rollingFriction": 0.0,
+    "spinningFriction": 0.0,
+    "contactDamping": -1.0,
+    "contactStiffness": -1.0,
+    "collisionMargin": 0.001,
+}
+# Kept for getDynamicsInfo, and read by nothing.
+_NOTED = (
+    *_CONTACT,
+    "linearDamping",
+    "angularDamping",
+    "frictionAnchor",
+    "ccdSweptSphereRadius",
+    "contactProcessingThreshold",
+    "activationState",
+    "anisotropicFriction",
+    "sleepThreshold",
+)
+_MULTI_BODY = 2
+
+
+def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
+    """Mass, lateral friction, diagonal inertia, pose of the centre of mass, restitution, rolling and
+    spinning friction, contact damping and stiffness, kind of body, collision margin."""
+    body = connected(physicsClientId).body(bodyUniqueId, "getDynamicsInfo failed; invalid return status")
+    name = body.link_name(linkIndex)
+    if name is None:
+        raise error("invalid linkIndex.")
+    link = body.links[body.link_places[name]]
+    noted = {**_CONTACT, **body.noted.get(linkIndex, {})}
+    part_of_the_world = linkIndex == -1 and body.fixed
+    return (
+        0.0 if part_of_the_world else link.mass,
+        noted["lateralFriction"],
+        (0.0, 0.0, 0.0) if part_of_the_world else _diagonal(body, link),
+        *body.frame(name),
+        noted["restitution"],
+        noted["rollingFriction"],
+        noted["spinningFriction"],
+        noted["contactDamping"],
+        noted["contactStiffness"],
+        _MULTI_BODY,
+        noted["collisionMargin"],
+    )
+
+
+def _diagonal(body: Body, link: LinkInfo) -> Vector:
+    """Of the inertia, in the axes that its description gives it; products are left out, as in PyBullet."""
+    xx, xy, xz, yy, yz, zz = link.inertia
+    inertia: Matrix = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    turn = matrix(body.frame(link.name)[1])
+    axes = list(zip(*turn, strict=True))
+
+    def about(axis: tuple[float, ...]) -> float:
+        return sum(axis[i] * inertia[i][j] * axis[j] for i in range(3) for j in range(3))
+
+    return about(axes[0]), about(axes[1]), about(axes[2])
+
+
+def changeDynamics(
+    bodyUniqueId: int,
+    linkIndex: int,
+    mass: float | None = None,
+    lateralFriction: float | None = None,
+    spinningFriction: float | None = None,
+    rollingFriction: float | None = None,
+    restitution: float | None = None,
+    linearDamping: float | None = None,
+    angularDamping: float | None = None,
+    contactStiffness: float | None = None,
+    contactDamping: float | None = None,
+    frictionAnchor: int | None = None,
+    localInertiaDiagonal: Any = None,
+    ccdSweptSphereRadius: float | None = None,
+    contactProcessingThreshold: float | None = None,
+    activationState: int | None = None,
+    jointDamping: float | None = None,
+    anisotropicFriction: Any = None,
+    maxJointVelocity: float | None = None,
+    collisionMargin: float | None = None,
+    jointLowerLimit: float | None = None,
+    jointUpperLimit: float | None = None,
+    jointLimitForce: float | None = None,
+    sleepThreshold: float | None = None,
+    physicsClientId: int = 0,
+) -> None:
+    """Mass and inertia of a link, damping, limits and top speed of the joint that it hangs on. What
+    belongs to contacts and to Bullet's solver is kept for getDynamicsInfo, and said once to do nothing."""
+    given = dict(locals())
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
+    if body.link_name(linkIndex) is None:
+        raise error("changeDynamics: invalid linkIndex.")
+    noted = {name: given[name] for name in _NOTED if given[name] is not None}
+    if noted:
+        body.noted.setdefault(linkIndex, {}).update(noted)
+        world.say_once(f"changeDynamics: {', '.join(noted)} are kept, and do nothing")
+    if jointLimitForce is not None:
+        world.say_once("changeDynamics: jointLimitForce does nothing: limits are hard stops")
+    if mass is not None or localInertiaDiagonal is not None:
+        _set_mass(world, body, linkIndex, mass, localInertiaDiagonal)
+        body = world.bodies[bodyUniqueId]
+    if 0 <= linkIndex and any(
+        value is not None for value in (jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
+    ):
+        _set_joint(world, body, linkIndex, jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
+
+
+def _set_joint(
+    world: World,
+    body: Body,
+    index: int,
+    damping: float | None,
+    speed: float | None,
+    lower: float | None,
+    upper: float | None,
+) -> None:
+    joint = body.joints[index]
+    if joint.width != 1:
+        return
+    request = SetJointPropertiesRequest(robot=body.robot)
+    properties = request.joints.add(joint=joint.name)
+    if damping is not None:
+        properties.damping = joint.damping = float(damping)
+    old = joint.limits
+    new = (
+        lower if lower is not None else old[0],
+        upper if upper is not None else old[1],
+        old[2],
+        speed if speed is not None else old[3],
+    )
+    if new != old:
+        # PyBullet takes a lower limit above the upper one for none.
+        free = new[0] is not None and new[1] is not None and new[0] > new[1]
+        joint.limits = (None, None, new[2], new[3]) if free else new
+        _put_limits(properties.limits, joint)
+    world.wire.call(methods.SetJointProperties, request)
+    info = list(joint.info)
+    info[6] = joint.damping
+    if joint.limits[0] is not None and joint.limits[1] is not None:
+        info[8], info[9] = joint.limits[0], joint.limits[1]
+    else:
+        info[8], info[9] = 0.0, -1.0
+    info[11] = joint.limits[3] or 0.0
+    joint.info = tuple(info)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _put_limits(limits: Any, joint: BodyJoint) -> None:
+    for name, value in zip(("lower", "upper", "effort", "velocity"), joint.limits, strict=True):
+        if value is not None:
+            setattr(limits, name, float(value))
+    limits.SetInParent()
+
+
+def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal: Any) -> None:
+    """A link's mass is its description's: the robot is loaded again from an edited one, in place."""
+    if mass == 0.0 and index == -1:
+        raise unsupported("changeDynamics", "a base becomes fixed by loadURDF(useFixedBase=1), not by mass 0")
+    if body.urdf is None:
+        raise unsupported("changeDynamics", "masses change only of robots that this script loaded")
+    robot = descriptions.parse(body.urdf)
+    name = body.link_name(index)
+    link = None if robot is None else next((l for l in robot.iter("link") if l.get("name") == name), None)
+    if robot is None or link is None:
+        raise error(f"changeDynamics: the description of {body.robot} cannot be edited")
+    old = body.links[body.link_places[name or ""]]
+    weight = old.mass if mass is None else float(mass)
+    if diagonal is not None:
+        x, y, z = vector(diagonal, "localInertiaDiagonal needs three numbers")
+    else:
+        # The same shape, heavier or lighter.
+        x, y, z = (i * (weight / old.mass if old.mass else 1.0) for i in _diagonal(body, old))
+    # The description's lengths are not scaled yet, and an inertia grows with their square.
+    unit = body.scale * body.scale
+    _write_inertia(link, weight, (x / unit, y / unit, z / unit), body)
+    text = ElementTree.tostring(robot)
+    entity = world.wire.reload(body.robot, text, body.files)
+    world.replaced(body, entity, body.frames, text)
+
+
+def _write_inertia(link: ElementTree.Element, mass: float, diagonal: Vector, body: Body) -> None:
+    inertial = link.find("inertial")
+    if inertial is None:
+        inertial = ElementTree.SubElement(link, "inertial")
+        x, y, z = (value / body.scale for value in body.frame(link.get("name", ""))[0])
+        ElementTree.SubElement(inertial, "origin", xyz=f"{x!r} {y!r} {z!r}")
+    for tag in ("mass", "inertia"):
+        for old in inertial.findall(tag):
+            inertial.remove(old)
+    ElementTree.SubElement(inertial, "mass", value=repr(mass))
+    x, y, z = diagonal
+    ElementTree.SubElement(
+        inertial, "inertia", ixx=repr(x), iyy=repr(y), izz=repr(z), ixy="0", ixz="0", iyz="0"
+    )
+
+
+def computeDofCount(bodyUniqueId: int, physicsClientId: int = 0) -> int:
+    """Degrees of freedom of the joints; PyBullet leaves a free base out too."""
+    body = connected(physicsClientId).bodies.get(bodyUniqueId)
+    return sum(joint.width for joint in body.joints) if body else 0
+
+
+def setDefaultContactERP(defaultContactERP: float, physicsClientId: int = 0) -> None:
+    """Belongs to Bullet's solver."""
+    connected(physicsClientId).say_once("setDefaultContactERP does nothing: it belongs to Bullet's solver")
+
+
+__all__ = ["changeDynamics", "computeDofCount", "getDynamicsInfo", "setDefaultContactERP"]

@@ -1,0 +1,211 @@
+"""What belongs to a window: drawing, cameras, keys. Accepted, and told once that it does nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .connections import connected
+
+# Of an item that was not drawn, as PyBullet's DIRECT mode returns it.
+_NOT_DRAWN = -1
+
+
+def _nothing(client: int, function: str) -> None:
+    connected(client).say_once(f"{function} does nothing: a daemon has no window")
+
+
+def addUserDebugLine(
+    lineFromXYZ: Any,
+    lineToXYZ: Any,
+    lineColorRGB: Any = None,
+    lineWidth: float = 1.0,
+    lifeTime: float = 0.0,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    replaceItemUniqueId: int = -1,
+    physicsClientId: int = 0,
+) -> int:
+    """Draws nothing."""
+    _nothing(physicsClientId, "addUserDebugLine")
+    return _NOT_DRAWN
+
+
+def addUserDebugPoints(
+    pointPositions: Any,
+    pointColorsRGB: Any,
+    pointSize: float = 1.0,
+    lifeTime: float = 0.0,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    replaceItemUniqueId: int = -1,
+    physicsClientId: int = 0,
+) -> int:
+    """Draws nothing."""
+    _nothing(physicsClientId, "addUserDebugPoints")
+    return _NOT_DRAWN
+
+
+def addUserDebugText(
+    text: str,
+    textPosition: Any,
+    textColorRGB: Any = None,
+    textSize: float = 1.0,
+    lifeTime: float = 0.0,
+    textOrientation: Any = None,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    replaceItemUniqueId: int = -1,
+    physicsClientId: int = 0,
+) -> int:
+    """Draws nothing."""
+    _nothing(physicsClientId, "addUserDebugText")
+    return _NOT_DRAWN
+
+
+def removeUserDebugItem(itemUniqueId: int, physicsClientId: int = 0) -> None:
+    """Takes down a slider or a button of that number; nothing else is there."""
+    connected(physicsClientId).sliders.remove(itemUniqueId)
+
+
+def removeAllUserDebugItems(physicsClientId: int = 0) -> None:
+    """Nothing was drawn. Sliders stay, as in PyBullet."""
+    connected(physicsClientId)
+
+
+def configureDebugVisualizer(
+    flag: int = -1,
+    enable: int = -1,
+    lightPosition: Any = None,
+    shadowMapResolution: int = -1,
+    shadowMapWorldSize: int = -1,
+    remoteSyncTransformInterval: float = -1.0,
+    shadowMapIntensity: float = -1.0,
+    rgbBackground: Any = None,
+    physicsClientId: int = 0,
+) -> None:
+    """There is no window to set up."""
+    _nothing(physicsClientId, "configureDebugVisualizer")
+
+
+def resetDebugVisualizerCamera(
+    cameraDistance: float,
+    cameraYaw: float,
+    cameraPitch: float,
+    cameraTargetPosition: Any,
+    physicsClientId: int = 0,
+) -> None:
+    """There is no camera to move."""
+    _nothing(physicsClientId, "resetDebugVisualizerCamera")
+
+
+def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
+    """All zeros, as PyBullet's DIRECT mode has it."""
+    connected(physicsClientId)
+    matrix, vector = (0.0,) * 16, (0.0,) * 3
+    return (0, 0, matrix, matrix, vector, vector, vector, vector, 0.0, 0.0, 0.0, vector)
+
+
+def getKeyboardEvents(physicsClientId: int = 0) -> dict[int, int]:
+    """Nobody types."""
+    _nothing(physicsClientId, "getKeyboardEvents")
+    return {}
+
+
+def getMouseEvents(physicsClientId: int = 0) -> tuple[()]:
+    """Nobody clicks."""
+    _nothing(physicsClientId, "getMouseEvents")
+    return ()
+
+
+def getVREvents(
+    deviceTypeFilter: int = 1, allAnalogAxes: int = 0, physicsClientId: int = 0
+) -> tuple[()]:
+    """Nobody wears a headset."""
+    _nothing(physicsClientId, "getVREvents")
+    return ()
+
+
+def setVRCameraState(
+    rootPosition: Any = None,
+    rootOrientation: Any = None,
+    trackObject: int = -2,
+    trackObjectFlag: int = -1,
+    physicsClientId: int = 0,
+) -> None:
+    """There is no headset."""
+    _nothing(physicsClientId, "setVRCameraState")
+
+
+def setDebugObjectColor(
+    objectUniqueId: int, linkIndex: int = -1, objectDebugColorRGB: Any = None, physicsClientId: int = 0
+) -> None:
+    """Colours nothing."""
+    _nothing(physicsClientId, "setDebugObjectColor")
+
+
+def changeVisualShape(
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Any = None,
+    specularColor: Any = None,
+    flags: int = -1,
+    physicsClientId: int = 0,
+) -> None:
+    """Colours nothing."""
+    _nothing(physicsClientId, "changeVisualShape")
+
+
+def resetVisualShapeData(
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Any = None,
+    specularColor: Any = None,
+    flags: int = -1,
+    physicsClientId: int = 0,
+) -> None:
+    """Colours nothing: the old name of changeVisualShape."""
+    _nothing(physicsClientId, "resetVisualShapeData")
+
+
+def loadTexture(textureFilename: str, physicsClientId: int = 0) -> int:
+    """Reads nothing; the number can be given to changeVisualShape."""
+    _nothing(physicsClientId, "loadTexture")
+    return 0
+
+
+def changeTexture(
+    textureUniqueId: int, pixels: Any, width: int, height: int, physicsClientId: int = 0
+) -> None:
+    """Colours nothing."""
+    _nothing(physicsClientId, "changeTexture")
+
+
+def submitProfileTiming(eventName: str = "", physicsClientId: int = 0) -> None:
+    """There is no profile window."""
+    connected(physicsClientId)
+
+
+__all__ = [
+    "addUserDebugLine",
+    "addUserDebugPoints",
+    "addUserDebugText",
+    "changeTexture",
+    "changeVisualShape",
+    "configureDebugVisualizer",
+    "getDebugVisualizerCamera",
+    "getKeyboardEvents",
+    "getMouseEvents",
+    "getVREvents",
+    "loadTexture",
+    "removeAllUserDebugItems",
+    "removeUserDebugItem",
+    "resetDebugVisualizerCamera",
+    "resetVisualShapeData",
+    "setDebugObjectColor",
+    "setVRCameraState",
+    "submitProfileTiming",
+]

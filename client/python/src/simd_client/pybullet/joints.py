@@ -1,0 +1,384 @@
+"""Joints: what they are, what they are told, what they do."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simd_client.proto import ResetJointsRequest, RobotJointStates, methods
+
+from . import constants
+from .arguments import floats, indices
+from .bodies import Body, BodyJoint, JointInfoTuple
+from .connections import connected
+from .errors import error, unsupported
+from .motors import NO_LIMIT
+from .world import World
+
+JointState = tuple[float, float, tuple[float, ...], float]
+
+_NO_REACTION = (0.0,) * 6
+_MODES = {
+    constants.VELOCITY_CONTROL,
+    constants.TORQUE_CONTROL,
+    constants.POSITION_CONTROL,
+    constants.PD_CONTROL,
+}
+
+
+def getNumJoints(bodyUniqueId: int, physicsClientId: int = 0) -> int:
+    """How many joints a robot has, fixed ones included; 0 where there is no such robot."""
+    body = connected(physicsClientId).bodies.get(bodyUniqueId)
+    return len(body.joints) if body else 0
+
+
+def getJointInfo(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointInfoTuple:
+    """The 17 values of PyBullet: see docs/pybullet.md."""
+    body = connected(physicsClientId).body(bodyUniqueId, "GetJointInfo failed.")
+    if not 0 <= jointIndex < len(body.joints):
+        raise error("GetJointInfo failed.")
+    return body.joints[jointIndex].info
+
+
+def setJointMotorControl2(
+    bodyUniqueId: int,
+    jointIndex: int,
+    controlMode: int,
+    targetPosition: float = 0.0,
+    targetVelocity: float = 0.0,
+    force: float = NO_LIMIT,
+    positionGain: float = 0.1,
+    velocityGain: float = 1.0,
+    maxVelocity: float = -1.0,
+    physicsClientId: int = 0,
+) -> None:
+    """Tells a joint's motor what to do; the next step is the first that it does it in."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "Joint index out-of-range.")
+    _tell(
+        world,
+        body,
+        jointIndex,
+        controlMode,
+        targetPosition,
+        targetVelocity,
+        force,
+        positionGain,
+        velocityGain,
+        maxVelocity,
+    )
+    world.sent_if_playing()
+
+
+def setJointMotorControl(
+    bodyIndex: int,
+    jointIndex: int,
+    controlMode: int,
+    targetValue: float = 0.0,
+    maxForce: float = NO_LIMIT,
+    positionGain: float = 0.1,
+    velocityGain: float = 1.0,
+) -> None:
+    """The old form, for the first connection only: one value, which the mode gives a meaning."""
+    position = targetValue if controlMode == constants.POSITION_CONTROL else 0.0
+    velocity = targetValue if controlMode == constants.VELOCITY_CONTROL else 0.0
+    force = targetValue if controlMode == constants.TORQUE_CONTROL else maxForce
+    setJointMotorControl2(
+        bodyIndex, jointIndex, controlMode, position, velocity, force, positionGain, velocityGain
+    )
+
+
+def setJointMotorControlArray(
+    bodyUniqueId: int,
+    jointIndices: Any,
+    controlMode: int,
+    targetPositions: Any = None,
+    targetVelocities: Any = None,
+    forces: Any = None,
+    positionGains: Any = None,
+    velocityGains: Any = None,
+    physicsClientId: int = 0,
+) -> None:
+    """`setJointMotorControl2` for several joints of a robot."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "Joint index out-of-range.")
+    joints = indices(jointIndices, "expected a sequence of joint indices")
+    values = [
+        _matching(given, len(joints), what, default)
+        for given, what, default in (
+            (targetPositions, "target positions", 0.0),
+            (targetVelocities, "target velocities", 0.0),
+            (forces, "forces", 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT),
+            (positionGains, "position gains", 0.1),
+            (velocityGains, "velocity gains", 1.0),
+        )
+    ]
+    _check(body, joints, controlMode)
+    for joint, position, velocity, force, kp, kd in zip(joints, *values, strict=True):
+        _tell(world, body, joint, controlMode, position, velocity, force, kp, kd, -1.0)
+    world.sent_if_playing()
+
+
+def _matching(given: Any, count: int, what: str, default: float) -> list[float]:
+    if given is None:
+        return [default] * count
+    refusal = f"number of {what} should match the number of joint indices"
+    return floats(given, refusal, count)
+
+
+def _check(body: Body, joints: list[int], mode: int) -> None:
+    if any(not 0 <= joint < len(body.joints) for joint in joints):
+        raise error("Joint index out-of-range.")
+    if mode == constants.STABLE_PD_CONTROL:
+        raise unsupported("setJointMotorControl2", "STABLE_PD_CONTROL is not there; PD_CONTROL is stable here")
+    if mode not in _MODES:
+        raise error("Illegal control mode.")
+
+
+def _tell(
+    world: World,
+    body: Body,
+    index: int,
+    mode: int,
+    position: float,
+    velocity: float,
+    force: float,
+    position_gain: float,
+    velocity_gain: float,
+    max_velocity: float,
+) -> None:
+    """Changes a motor, and nothing where the joint has none."""
+    _check(body, [index], mode)
+    joint = body.joints[index]
+    if not joint.driven:
+        if joint.width:
+            world.say_once(f"{body.robot}/{joint.name} has no motor: another joint or nothing moves it")
+        return
+    motor = joint.motor
+    if mode == constants.TORQUE_CONTROL:
+        motor.torque = float(force)
+    else:
+        motor.mode = mode
+        motor.position, motor.velocity = float(position), float(velocity)
+        motor.position_gain, motor.velocity_gain = float(position_gain), float(velocity_gain)
+        motor.force, motor.max_velocity = abs(float(force)), max(float(max_velocity), 0.0)
+    world.drive(body, index)
+
+
+def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointState:
+    """Position, rate, reaction (force and torque), and the effort that the motor applied."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "getJointState failed.")
+    if not 0 <= jointIndex < len(body.joints):
+        raise error("getJointState failed (2).")
+    return _state(world.joint_states(body), body.joints[jointIndex])
+
+
+def getJointStates(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 0) -> tuple[JointState, ...]:
+    """`getJointState` for several joints of a robot."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "getJointState failed.")
+    wanted = indices(jointIndices, "expected a sequence of joint indices")
+    _in_range(body, wanted)
+    states = world.joint_states(body)
+    return tuple(_state(states, body.joints[index]) for index in wanted)
+
+
+def _in_range(body: Body, wanted: list[int]) -> None:
+    if any(not 0 <= index < len(body.joints) for index in wanted):
+        raise error("Joint index out-of-range.")
+
+
+def _state(states: RobotJointStates, joint: BodyJoint) -> JointState:
+    if joint.width != 1:
+        return (0.0, 0.0, _NO_REACTION, 0.0)
+    at = joint.velocity_index
+    return (states.position[joint.position_index], states.velocity[at], _NO_REACTION, states.effort[at])
+
+
+def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
+    """As `getJointState`, with a sequence of values for each: none of a fixed joint, three of a planar one."""
+    return getJointStatesMultiDof(bodyUniqueId, [jointIndex], physicsClientId)[0]
+
+
+def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 0) -> tuple[Any, ...]:
+    """`getJointStateMultiDof` for several joints of a robot."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "getJointState failed.")
+    wanted = indices(jointIndices, "expected a sequence of joint indices")
+    _in_range(body, wanted)
+    states = world.joint_states(body)
+    answers: list[Any] = []
+    for index in wanted:
+        joint = body.joints[index]
+        # A floating joint has a pose of seven values and six rates.
+        count = 7 if joint.width == 6 else joint.width
+        q = slice(joint.position_index, joint.position_index + count)
+        u = slice(joint.velocity_index, joint.velocity_index + joint.width)
+        answers.append(
+            (tuple(states.position[q]), tuple(states.velocity[u]), _NO_REACTION, tuple(states.effort[u]))
+        )
+    return tuple(answers)
+
+
+def resetJointState(
+    bodyUniqueId: int,
+    jointIndex: int,
+    targetValue: float,
+    targetVelocity: float = 0.0,
+    physicsClientId: int = 0,
+) -> None:
+    """Puts a joint somewhere at once. Its motor goes on as it was told."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "Joint index out-of-range.")
+    _reset(world, body, [jointIndex], [[targetValue]], [[targetVelocity]])
+
+
+def resetJointStateMultiDof(
+    bodyUniqueId: int,
+    jointIndex: int,
+    targetValue: Any,
+    targetVelocity: Any = None,
+    physicsClientId: int = 0,
+) -> None:
+    """`resetJointState` with a sequence of values."""
+    velocities = None if targetVelocity is None else [targetVelocity]
+    resetJointStatesMultiDof(bodyUniqueId, [jointIndex], [targetValue], velocities, physicsClientId)
+
+
+def resetJointStatesMultiDof(
+    bodyUniqueId: int,
+    jointIndices: Any,
+    targetValues: Any,
+    targetVelocities: Any = None,
+    physicsClientId: int = 0,
+) -> None:
+    """`resetJointStateMultiDof` for several joints of a robot."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "Joint index out-of-range.")
+    wanted = indices(jointIndices, "expected a sequence of joint indices")
+    text = "number of target values should match the number of joint indices"
+    values = [floats(value, text) for value in targetValues]
+    rates = [floats(value, text) for value in targetVelocities or [[0.0] * len(value) for value in values]]
+    if len(values) != len(wanted) or len(rates) != len(wanted):
+        raise error(text)
+    _reset(world, body, wanted, values, rates)
+
+
+def _reset(
+    world: World, body: Body, wanted: list[int], values: list[list[float]], rates: list[list[float]]
+) -> None:
+    _in_range(body, wanted)
+    request = ResetJointsRequest()
+    robot = request.robots.add(robot=body.robot)
+    for index, value, rate in zip(wanted, values, rates, strict=True):
+        joint = body.joints[index]
+        if joint.width == 6:
+            raise unsupported("resetJointStateMultiDof", "floating joints cannot be put elsewhere")
+        for axis in range(min(joint.width, len(value))):
+            speed = rate[axis] if axis < len(rate) else 0.0
+            robot.joints.add(joint=joint.name, position=value[axis], velocity=speed, axis=axis)
+    if robot.joints:
+        world.wire.call(methods.ResetJoints, request)
+    world.forget_states()
+
+
+def setJointMotorControlMultiDof(
+    bodyUniqueId: int,
+    jointIndex: int,
+    controlMode: int,
+    targetPosition: Any = None,
+    targetVelocity: Any = None,
+    force: Any = None,
+    positionGain: Any = None,
+    velocityGain: Any = None,
+    maxVelocity: Any = None,
+    damping: Any = None,
+    physicsClientId: int = 0,
+) -> None:
+    """`setJointMotorControl2` with sequences of one value; there are no spherical joints."""
+    setJointMotorControlMultiDofArray(
+        bodyUniqueId,
+        [jointIndex],
+        controlMode,
+        None if targetPosition is None else [targetPosition],
+        None if targetVelocity is None else [targetVelocity],
+        None if force is None else [force],
+        None if positionGain is None else [positionGain],
+        None if velocityGain is None else [velocityGain],
+        None if maxVelocity is None else [maxVelocity],
+        physicsClientId,
+    )
+    del damping
+
+
+def setJointMotorControlMultiDofArray(
+    bodyUniqueId: int,
+    jointIndices: Any,
+    controlMode: int,
+    targetPositions: Any = None,
+    targetVelocities: Any = None,
+    forces: Any = None,
+    positionGains: Any = None,
+    velocityGains: Any = None,
+    maxVelocities: Any = None,
+    physicsClientId: int = 0,
+) -> None:
+    """`setJointMotorControlMultiDof` for several joints of a robot."""
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "Joint index out-of-range.")
+    wanted = indices(jointIndices, "expected a sequence of joint indices")
+    _check(body, wanted, controlMode)
+    if any(body.joints[index].width > 1 for index in wanted):
+        raise unsupported("setJointMotorControlMultiDof", "planar and floating joints have no motors here")
+    no_force = 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT
+    for place, index in enumerate(wanted):
+        if body.joints[index].width == 0:
+            continue
+        _tell(
+            world,
+            body,
+            index,
+            controlMode,
+            _first(targetPositions, place, 0.0),
+            _first(targetVelocities, place, 0.0),
+            _first(forces, place, no_force),
+            _first(positionGains, place, 0.1),
+            _first(velocityGains, place, 1.0),
+            _first(maxVelocities, place, -1.0),
+        )
+    world.sent_if_playing()
+
+
+def _first(given: Any, place: int, default: float) -> float:
+    """A value, or the only one of a sequence."""
+    if given is None:
+        return default
+    value = given[place]
+    return float(value[0]) if hasattr(value, "__len__") else float(value)
+
+
+def enableJointForceTorqueSensor(
+    bodyUniqueId: int, jointIndex: int, enableSensor: int = 1, physicsClientId: int = 0
+) -> None:
+    """Joint reactions are not told by the daemon."""
+    del bodyUniqueId, jointIndex, enableSensor, physicsClientId
+    raise unsupported("enableJointForceTorqueSensor", "the daemon does not tell reactions of joints yet")
+
+
+__all__ = [
+    "enableJointForceTorqueSensor",
+    "getJointInfo",
+    "getJointState",
+    "getJointStateMultiDof",
+    "getJointStates",
+    "getJointStatesMultiDof",
+    "getNumJoints",
+    "resetJointState",
+    "resetJointStateMultiDof",
+    "resetJointStatesMultiDof",
+    "setJointMotorControl",
+    "setJointMotorControl2",
+    "setJointMotorControlArray",
+    "setJointMotorControlMultiDof",
+    "setJointMotorControlMultiDofArray",
+]

@@ -1,0 +1,133 @@
+"""Bringing robots in and taking them out: loadURDF and what goes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from simd_client.proto import EntityInfo
+
+from . import constants, descriptions
+from .arguments import Pose, quaternion, vector
+from .connections import connected
+from .errors import error
+from .wire import Spawn
+from .world import World
+
+# Flags that ask for nothing, or for what simd does anyway.
+_GRANTED = (
+    constants.URDF_USE_INERTIA_FROM_FILE
+    | constants.URDF_USE_IMPLICIT_CYLINDER
+    | constants.URDF_ENABLE_CACHED_GRAPHICS_SHAPES
+    | constants.URDF_MAINTAIN_LINK_ORDER
+    | constants.URDF_GLOBAL_VELOCITIES_MB
+    | constants.URDF_USE_MATERIAL_COLORS_FROM_MTL
+    | constants.URDF_USE_MATERIAL_TRANSPARANCY_FROM_MTL
+    | constants.URDF_GOOGLEY_UNDEFINED_COLORS
+    | constants.URDF_PRINT_URDF_INFO
+)
+
+
+def loadURDF(
+    fileName: str,
+    basePosition: Any = (0.0, 0.0, 0.0),
+    baseOrientation: Any = (0.0, 0.0, 0.0, 1.0),
+    useMaximalCoordinates: int = 0,
+    useFixedBase: int = 0,
+    flags: int = 0,
+    globalScaling: float = 1.0,
+    physicsClientId: int = 0,
+) -> int:
+    """Sends a robot from this disk and puts its root link's frame at a pose; its number."""
+    del useMaximalCoordinates
+    world = connected(physicsClientId)
+    path = _found(world, fileName)
+    if flags & ~_GRANTED:
+        world.say_once(f"loadURDF: flags {flags & ~_GRANTED} have no effect")
+    try:
+        urdf = path.read_bytes()
+    except OSError as problem:
+        raise error(f"Cannot load URDF file. {problem}") from None
+    description = descriptions.read(urdf, globalScaling)
+    spawn = Spawn(
+        position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
+        orientation=quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w]."),
+        fixed=True if useFixedBase or description.massless_root else None,
+        scale=globalScaling,
+    )
+    try:
+        entity, files = world.wire.load(path, spawn)
+    except error as refusal:
+        raise error(f"Cannot load URDF file. {refusal}", refusal.reason) from None
+    return settled(world, entity, description.frames, urdf, files, globalScaling)
+
+
+def settled(
+    world: World, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes, files: dict[str, str], scale: float
+) -> int:
+    """The number of a robot that was just spawned. Its joints are braked, as PyBullet's are."""
+    body = world.add(entity, frames, own=True, urdf=urdf)
+    body.files, body.scale = files, scale
+    for index, joint in enumerate(body.joints):
+        if joint.driven:
+            world.drive(body, index)
+    world.sent_if_playing()
+    return body.unique_id
+
+
+def _found(world: World, name: str) -> Path:
+    """PyBullet looks in the working folder, then where it was told to."""
+    places = [Path(name), *(Path(folder) / name for folder in reversed(world.search_paths))]
+    for place in places:
+        if place.is_file():
+            return place
+    looked = ", ".join(str(place) for place in places)
+    raise error(f"Cannot load URDF file. Not found: {looked}")
+
+
+def setAdditionalSearchPath(path: str, physicsClientId: int = 0) -> None:
+    """Where files are looked for that are not in the working folder; the newest path first."""
+    connected(physicsClientId).search_paths.append(str(path))
+
+
+def removeBody(bodyUniqueId: int, physicsClientId: int = 0) -> None:
+    """Takes a robot out of the world."""
+    world = connected(physicsClientId)
+    body = world.bodies.get(bodyUniqueId)
+    # PyBullet warns of a body that is not there, and goes on.
+    if body is not None:
+        world.remove(body)
+
+
+def getNumBodies(physicsClientId: int = 0) -> int:
+    """How many robots there are, those of others included."""
+    return len(connected(physicsClientId).bodies)
+
+
+def getBodyUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
+    """The number of the robot at that place of the list; -1 beyond its end."""
+    numbers = sorted(connected(physicsClientId).bodies)
+    return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
+
+
+def getBodyInfo(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[bytes, bytes]:
+    """Names of the root link and of the robot's description."""
+    body = connected(physicsClientId).body(bodyUniqueId, "Couldn't get body info")
+    return body.base_link.encode(), body.model.encode()
+
+
+def syncBodyInfo(physicsClientId: int = 0) -> None:
+    """Learns which robots other clients brought and took."""
+    connected(physicsClientId).sync()
+
+
+__all__ = [
+    "getBodyInfo",
+    "getBodyUniqueId",
+    "getNumBodies",
+    "loadURDF",
+    "removeBody",
+    "setAdditionalSearchPath",
+    "syncBodyInfo",
+]

@@ -1,0 +1,117 @@
+"""PyBullet's joint motors as targets of simd.
+
+PyBullet's motor sets the joint's next rate, held by up to `force` (btMultiBodyJointMotor):
+
+    rate+ = positionGain (target - q) / h + rate + velocityGain (targetVelocity - rate)
+
+so its gains are per step of h seconds. simd's actuator is an implicit spring and damper
+in SI units; over one step of a joint with inertia M it gives
+
+    rate+ = (rate + (b / h) (target - q) + a v) / (1 + a + b),  a = h damping / M, b = h^2 stiffness / M
+
+Equal coefficients give the gains below. A velocityGain of one needs infinite gains: it is
+held to `STIFFEST`, which leaves 0.1 % of the effort's effect, as simd's own velocity mode does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from . import constants
+
+STIFFEST = 1.0 - 1.0 / 1000.0
+# PyBullet's motors have no limit unless a force is given; this is what it has instead of one.
+NO_LIMIT = 100000.0
+# What each joint has from the start, in N m s (or N s) per step.
+FIRST_IMPULSE = 1.0
+
+
+@dataclass(slots=True)
+class Motor:
+    """What PyBullet's motor of one joint is told to do."""
+
+    mode: int = constants.VELOCITY_CONTROL
+    position: float = 0.0
+    velocity: float = 0.0
+    # The most effort, N m or N; `None` is a new joint's impulse of 1 a step.
+    force: float | None = None
+    position_gain: float = 0.1
+    velocity_gain: float = 1.0
+    # On the way to a position, rad/s or m/s; 0 is no limit.
+    max_velocity: float = 0.0
+    # TORQUE_CONTROL, for the next step only.
+    torque: float | None = None
+
+    def limit(self, h: float) -> float:
+        """The most effort over a step of h seconds."""
+        return FIRST_IMPULSE / h if self.force is None else self.force
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A target of simd: a position's, a velocity's, or an effort's."""
+
+    kind: str
+    value: float = 0.0
+    # Of a position: the rate that its damper pulls towards.
+    rate: float = 0.0
+    stiffness: float | None = None
+    damping: float | None = None
+    feed_forward: float = 0.0
+    max_effort: float | None = None
+    max_velocity: float | None = None
+    # Dry friction beside the joint's own, N m or N.
+    friction: float = 0.0
+
+
+def law(motor: Motor, inertia: float, h: float) -> Law:
+    """The target for the next step of `h` seconds, of a joint whose actuator sees
+    `inertia` (kg m^2 or kg)."""
+    limit = motor.limit(h)
+    torque = motor.torque or 0.0
+    # A bound above any effort that a joint sees is none: simd would plan its way by it.
+    most = None if limit >= NO_LIMIT else limit
+    if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
+        return Law("effort", torque) if torque else Law("passive")
+    if motor.torque is not None and motor.mode == constants.VELOCITY_CONTROL and motor.velocity == 0.0:
+        # A motor that brakes with at most its force, beside a torque, is dry friction.
+        return Law("effort", torque, friction=limit)
+    if most is not None:
+        most += abs(torque)
+    if motor.mode == constants.VELOCITY_CONTROL:
+        gain = motor.velocity_gain
+        damping = None if gain >= STIFFEST else inertia / h * max(gain, 0.0) / (1.0 - gain)
+        return Law("velocity", motor.velocity, damping=damping, feed_forward=torque, max_effort=most)
+    if motor.mode == constants.PD_CONTROL:
+        # SI gains, as simd has them.
+        return Law(
+            "position",
+            motor.position,
+            rate=motor.velocity,
+            stiffness=motor.position_gain,
+            damping=motor.velocity_gain,
+            feed_forward=torque,
+            max_effort=most,
+        )
+    stiffness, damping, rate = _gains(motor, inertia, h)
+    return Law(
+        "position",
+        motor.position,
+        rate=rate,
+        stiffness=stiffness,
+        damping=damping,
+        feed_forward=torque,
+        max_effort=most,
+        max_velocity=motor.max_velocity or None,
+    )
+
+
+def _gains(motor: Motor, inertia: float, h: float) -> tuple[float, float, float]:
+    """Stiffness, damping, and the damper's rate of PyBullet's position law."""
+    kp = max(motor.position_gain, 0.0)
+    kd = min(max(motor.velocity_gain, 0.0), STIFFEST)
+    whole = 1.0 / (1.0 - kd)
+    b = kp * whole
+    a = max(whole - 1.0 - b, 0.0)
+    rate = motor.velocity_gain * motor.velocity * (1.0 + a + b) / a if a > 0.0 else 0.0
+    return b * inertia / (h * h), a * inertia / h, rate

@@ -1,0 +1,188 @@
+"""Boxes, spheres, cylinders and capsules, as URDF text: what createMultiBody makes bodies of."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from . import constants
+from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
+from .rotations import matrix
+
+# A plane has no end; this is where ours has one, metres.
+_PLANE = 1000.0
+_PLANE_DEPTH = 10.0
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """One shape. `size` is a box's full sides, or radius and length."""
+
+    kind: int
+    size: tuple[float, ...]
+    pose: Pose = (ORIGIN, UPRIGHT)
+    color: tuple[float, ...] | None = None
+
+    def inertia(self, mass: float) -> Vector:
+        """Diagonal about the shape's centre, solid, kg m^2."""
+        if self.kind == constants.GEOM_SPHERE:
+            i = 0.4 * mass * self.size[0] ** 2
+            return (i, i, i)
+        if self.kind == constants.GEOM_CYLINDER:
+            radius, length = self.size
+            across = mass * (3.0 * radius**2 + length**2) / 12.0
+            return (across, across, mass * radius**2 / 2.0)
+        # As Bullet has it: a capsule is the box around it.
+        x, y, z = self.size if self.kind != constants.GEOM_CAPSULE else _around(*self.size)
+        return (
+            mass * (y * y + z * z) / 12.0,
+            mass * (x * x + z * z) / 12.0,
+            mass * (x * x + y * y) / 12.0,
+        )
+
+
+def _around(radius: float, length: float) -> Vector:
+    return (2.0 * radius, 2.0 * radius, length + 2.0 * radius)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A link of a body: what it weighs, what it looks like, and the joint to its parent."""
+
+    name: str
+    mass: float
+    collisions: Sequence[Primitive] = ()
+    visuals: Sequence[Primitive] = ()
+    # link_from_inertia.
+    inertia: Pose = (ORIGIN, UPRIGHT)
+    # Empty for the base.
+    joint: str = ""
+    parent: str = ""
+    # parent_from_joint.
+    pose: Pose = (ORIGIN, UPRIGHT)
+    type: int = constants.JOINT_FIXED
+    axis: Vector = (0.0, 0.0, 1.0)
+
+
+@dataclass
+class Shapes:
+    """Shapes that a script made and has not used yet, by number."""
+
+    made: dict[int, tuple[Primitive, ...]] = field(default_factory=dict[int, tuple[Primitive, ...]])
+    next: int = 0
+
+    def add(self, shape: Sequence[Primitive]) -> int:
+        """The number of a shape of several parts."""
+        self.made[self.next] = tuple(shape)
+        self.next += 1
+        return self.next - 1
+
+    def get(self, number: int) -> tuple[Primitive, ...]:
+        """The parts of a shape; none where there is no such shape."""
+        return self.made.get(number, ())
+
+
+def plane(normal: Vector) -> Primitive:
+    """A plane through the origin: the top of a large box."""
+    x, y, z = normal
+    length = math.sqrt(x * x + y * y + z * z) or 1.0
+    x, y, z = x / length, y / length, z / length
+    # The shortest rotation from z to the normal.
+    if z < -1.0 + 1e-12:
+        rotation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    else:
+        w = math.sqrt((1.0 + z) / 2.0)
+        rotation = (-y / (2.0 * w), x / (2.0 * w), 0.0, w)
+    depth = _PLANE_DEPTH / 2.0
+    return Primitive(
+        constants.GEOM_BOX,
+        (_PLANE, _PLANE, _PLANE_DEPTH),
+        ((-x * depth, -y * depth, -z * depth), rotation),
+    )
+
+
+def urdf(name: str, parts: Sequence[Part]) -> bytes:
+    """A robot of these parts, the base first."""
+    robot = ElementTree.Element("robot", name=name)
+    for part in parts:
+        _link(robot, part)
+    for part in parts[1:]:
+        _joint(robot, part)
+    return ElementTree.tostring(robot)
+
+
+def _link(robot: ElementTree.Element, part: Part) -> None:
+    link = ElementTree.SubElement(robot, "link", name=part.name)
+    inertial = ElementTree.SubElement(link, "inertial")
+    _origin(inertial, part.inertia)
+    ElementTree.SubElement(inertial, "mass", value=repr(part.mass))
+    x, y, z = _inertia(part)
+    ElementTree.SubElement(
+        inertial, "inertia", ixx=repr(x), iyy=repr(y), izz=repr(z), ixy="0", ixz="0", iyz="0"
+    )
+    for what, shapes in (("visual", part.visuals), ("collision", part.collisions)):
+        for shape in shapes:
+            _shape(ElementTree.SubElement(link, what), shape)
+
+
+def _inertia(part: Part) -> Vector:
+    """Of the collision shape, as PyBullet computes it; of several, each with its share."""
+    shapes = part.collisions or part.visuals
+    if not shapes:
+        # A point has none, and no joint could turn it: that of a ball of 1 cm.
+        i = 0.4 * part.mass * 1e-4
+        return (i, i, i)
+    each = [shape.inertia(part.mass / len(shapes)) for shape in shapes]
+    return (sum(i[0] for i in each), sum(i[1] for i in each), sum(i[2] for i in each))
+
+
+def _shape(parent: ElementTree.Element, shape: Primitive) -> None:
+    _origin(parent, shape.pose)
+    geometry = ElementTree.SubElement(parent, "geometry")
+    if shape.kind == constants.GEOM_SPHERE:
+        ElementTree.SubElement(geometry, "sphere", radius=repr(shape.size[0]))
+    elif shape.kind == constants.GEOM_BOX:
+        ElementTree.SubElement(geometry, "box", size=_text(shape.size))
+    else:
+        tag = "capsule" if shape.kind == constants.GEOM_CAPSULE else "cylinder"
+        ElementTree.SubElement(geometry, tag, radius=repr(shape.size[0]), length=repr(shape.size[1]))
+    if shape.color is not None and parent.tag == "visual":
+        material = ElementTree.SubElement(parent, "material", name="")
+        ElementTree.SubElement(material, "color", rgba=_text(shape.color))
+
+
+def _joint(robot: ElementTree.Element, part: Part) -> None:
+    types = {
+        constants.JOINT_REVOLUTE: "continuous",
+        constants.JOINT_PRISMATIC: "prismatic",
+        constants.JOINT_FIXED: "fixed",
+    }
+    joint = ElementTree.SubElement(robot, "joint", name=part.joint, type=types[part.type])
+    _origin(joint, part.pose)
+    ElementTree.SubElement(joint, "parent", link=part.parent)
+    ElementTree.SubElement(joint, "child", link=part.name)
+    if part.type != constants.JOINT_FIXED:
+        ElementTree.SubElement(joint, "axis", xyz=_text(part.axis))
+        if part.type == constants.JOINT_PRISMATIC:
+            # URDF wants a limit here; all of it 0 is none.
+            ElementTree.SubElement(joint, "limit", lower="0", upper="0", effort="0", velocity="0")
+
+
+def _origin(parent: ElementTree.Element, pose: Pose) -> None:
+    if pose != (ORIGIN, UPRIGHT):
+        ElementTree.SubElement(parent, "origin", xyz=_text(pose[0]), rpy=_text(_rpy(pose[1])))
+
+
+def _rpy(turn: Quaternion) -> Vector:
+    """URDF's angles, also where the pitch is upright."""
+    m = matrix(turn)
+    pitch = math.asin(max(-1.0, min(1.0, -m[2][0])))
+    if abs(m[2][0]) > 1.0 - 1e-12:
+        return (0.0, pitch, math.atan2(-m[0][1], m[1][1]))
+    return (math.atan2(m[2][1], m[2][2]), pitch, math.atan2(m[1][0], m[0][0]))
+
+
+def _text(values: Sequence[float]) -> str:
+    return " ".join(repr(float(value)) for value in values)

@@ -1,0 +1,298 @@
+"""Bodies of shapes: createCollisionShape, createVisualShape, createMultiBody."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from simd_client.proto import DescriptionSource
+
+from . import constants, descriptions
+from .arguments import ORIGIN, UPRIGHT, Pose, floats, indices, quaternion, vector
+from .connections import connected
+from .errors import error, unsupported
+from .loading import settled
+from .primitives import Part, Primitive, plane, urdf
+from .rotations import compose
+from .wire import Spawn
+from .world import World
+
+_KINDS = {
+    constants.GEOM_SPHERE,
+    constants.GEOM_BOX,
+    constants.GEOM_CYLINDER,
+    constants.GEOM_CAPSULE,
+    constants.GEOM_PLANE,
+}
+
+
+def createCollisionShape(
+    shapeType: int,
+    radius: float = 0.5,
+    halfExtents: Any = (1.0, 1.0, 1.0),
+    height: float = 1.0,
+    fileName: str = "",
+    meshScale: Any = None,
+    planeNormal: Any = (0.0, 0.0, 1.0),
+    flags: int = 0,
+    collisionFramePosition: Any = None,
+    collisionFrameOrientation: Any = None,
+    vertices: Any = None,
+    indices: Any = None,
+    heightfieldTextureScaling: float = 1.0,
+    heightfieldData: Any = None,
+    numHeightfieldRows: int = 0,
+    numHeightfieldColumns: int = 0,
+    replaceHeightfieldIndex: int = -1,
+    physicsClientId: int = 0,
+) -> int:
+    """The number of a box, sphere, cylinder, capsule or plane, for createMultiBody."""
+    frame = _pose(collisionFramePosition, collisionFrameOrientation)
+    made = _primitive("createCollisionShape", shapeType, radius, halfExtents, height, planeNormal, frame, None)
+    return connected(physicsClientId).collision_shapes.add([made])
+
+
+def createVisualShape(
+    shapeType: int,
+    radius: float = 0.5,
+    halfExtents: Any = (1.0, 1.0, 1.0),
+    length: float = 1.0,
+    fileName: str = "",
+    meshScale: Any = None,
+    planeNormal: Any = (0.0, 0.0, 1.0),
+    flags: int = 0,
+    rgbaColor: Any = None,
+    specularColor: Any = None,
+    visualFramePosition: Any = None,
+    visualFrameOrientation: Any = None,
+    vertices: Any = None,
+    indices: Any = None,
+    normals: Any = None,
+    uvs: Any = None,
+    physicsClientId: int = 0,
+) -> int:
+    """As createCollisionShape, for what viewers draw."""
+    frame = _pose(visualFramePosition, visualFrameOrientation)
+    made = _primitive("createVisualShape", shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor)
+    return connected(physicsClientId).visual_shapes.add([made])
+
+
+def createCollisionShapeArray(
+    shapeTypes: Any,
+    radii: Any = None,
+    halfExtents: Any = None,
+    lengths: Any = None,
+    fileNames: Any = None,
+    meshScales: Any = None,
+    planeNormals: Any = None,
+    flags: Any = None,
+    collisionFramePositions: Any = None,
+    collisionFrameOrientations: Any = None,
+    physicsClientId: int = 0,
+) -> int:
+    """One shape of several."""
+    made = _several(
+        "createCollisionShapeArray",
+        shapeTypes,
+        radii,
+        halfExtents,
+        lengths,
+        planeNormals,
+        collisionFramePositions,
+        collisionFrameOrientations,
+        None,
+    )
+    return connected(physicsClientId).collision_shapes.add(made)
+
+
+def createVisualShapeArray(
+    shapeTypes: Any,
+    radii: Any = None,
+    halfExtents: Any = None,
+    lengths: Any = None,
+    fileNames: Any = None,
+    meshScales: Any = None,
+    planeNormals: Any = None,
+    flags: Any = None,
+    rgbaColors: Any = None,
+    visualFramePositions: Any = None,
+    visualFrameOrientations: Any = None,
+    physicsClientId: int = 0,
+) -> int:
+    """One shape of several, for what viewers draw."""
+    made = _several(
+        "createVisualShapeArray",
+        shapeTypes,
+        radii,
+        halfExtents,
+        lengths,
+        planeNormals,
+        visualFramePositions,
+        visualFrameOrientations,
+        rgbaColors,
+    )
+    return connected(physicsClientId).visual_shapes.add(made)
+
+
+def removeCollisionShape(collisionShapeId: int, physicsClientId: int = 0) -> None:
+    """Forgets a shape; bodies that were made of it stay."""
+    connected(physicsClientId).collision_shapes.made.pop(collisionShapeId, None)
+
+
+def _several(
+    function: str,
+    types: Any,
+    radii: Any,
+    extents: Any,
+    lengths: Any,
+    normals: Any,
+    positions: Any,
+    orientations: Any,
+    colors: Any,
+) -> list[Primitive]:
+    def at(values: Any, place: int, default: Any) -> Any:
+        return default if values is None or place >= len(values) else values[place]
+
+    return [
+        _primitive(
+            function,
+            kind,
+            at(radii, place, 0.5),
+            at(extents, place, (1.0, 1.0, 1.0)),
+            at(lengths, place, 1.0),
+            at(normals, place, (0.0, 0.0, 1.0)),
+            _pose(at(positions, place, None), at(orientations, place, None)),
+            at(colors, place, None),
+        )
+        for place, kind in enumerate(indices(types, "expected a sequence of shape types"))
+    ]
+
+
+def _primitive(
+    function: str, kind: int, radius: float, half: Any, length: float, normal: Any, frame: Pose, color: Any
+) -> Primitive:
+    if kind not in _KINDS:
+        raise unsupported(function, "boxes, spheres, cylinders, capsules and planes only; others come by loadURDF")
+    rgba = None if color is None else tuple(floats(color, "rgbaColor needs four numbers", 4))
+    if kind == constants.GEOM_PLANE:
+        flat = plane(vector(normal, "planeNormal needs three numbers"))
+        return Primitive(flat.kind, flat.size, compose(frame, flat.pose), rgba)
+    if kind == constants.GEOM_BOX:
+        x, y, z = vector(half, "halfExtents needs three numbers")
+        size: tuple[float, ...] = (2.0 * x, 2.0 * y, 2.0 * z)
+    elif kind == constants.GEOM_SPHERE:
+        size = (float(radius),)
+    else:
+        size = (float(radius), float(length))
+    if min(size) <= 0.0:
+        raise error(f"{function}: lengths must be above 0")
+    return Primitive(kind, size, frame, rgba)
+
+
+def _pose(position: Any, orientation: Any) -> Pose:
+    at = ORIGIN if position is None else vector(position, "a frame's position needs three numbers")
+    turn = UPRIGHT if orientation is None else quaternion(orientation, "a frame's orientation needs four numbers")
+    return at, turn
+
+
+def createMultiBody(
+    baseMass: float = 0.0,
+    baseCollisionShapeIndex: int = -1,
+    baseVisualShapeIndex: int = -1,
+    basePosition: Any = (0.0, 0.0, 0.0),
+    baseOrientation: Any = (0.0, 0.0, 0.0, 1.0),
+    baseInertialFramePosition: Any = None,
+    baseInertialFrameOrientation: Any = None,
+    linkMasses: Any = (),
+    linkCollisionShapeIndices: Any = (),
+    linkVisualShapeIndices: Any = (),
+    linkPositions: Any = (),
+    linkOrientations: Any = (),
+    linkInertialFramePositions: Any = (),
+    linkInertialFrameOrientations: Any = (),
+    linkParentIndices: Any = (),
+    linkJointTypes: Any = (),
+    linkJointAxis: Any = (),
+    useMaximalCoordinates: int = 0,
+    flags: int = 0,
+    batchPositions: Any = None,
+    physicsClientId: int = 0,
+) -> int:
+    """A body of shapes, fixed to the world where its base has no mass; its number."""
+    del useMaximalCoordinates, flags
+    world = connected(physicsClientId)
+    if batchPositions is not None and len(batchPositions):
+        raise unsupported("createMultiBody", "batchPositions are not there: call it once for each body")
+    base = _part(
+        world,
+        "link0",
+        float(baseMass),
+        baseCollisionShapeIndex,
+        baseVisualShapeIndex,
+        _pose(baseInertialFramePosition, baseInertialFrameOrientation),
+    )
+    columns = (
+        linkCollisionShapeIndices,
+        linkVisualShapeIndices,
+        linkPositions,
+        linkOrientations,
+        linkInertialFramePositions,
+        linkInertialFrameOrientations,
+        linkParentIndices,
+        linkJointTypes,
+        linkJointAxis,
+    )
+    if any(len(column) != len(linkMasses) for column in columns):
+        raise error("All link arrays need to be same size.")
+    parts = [base]
+    for place, row in enumerate(zip(linkMasses, *columns, strict=True), start=1):
+        parts.append(_linked(world, place, len(linkMasses), row))
+    text = urdf("body", parts)
+    spawn = Spawn(
+        position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
+        orientation=quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w]."),
+        fixed=baseMass == 0.0,
+    )
+    entity = world.wire.spawn(DescriptionSource(urdf=text), spawn)
+    return settled(world, entity, descriptions.read(text, 1.0).frames, text, {}, 1.0)
+
+
+def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:
+    mass, collision, visual, position, orientation, at, turn, parent, kind, axis = row
+    if kind not in (constants.JOINT_REVOLUTE, constants.JOINT_PRISMATIC, constants.JOINT_FIXED):
+        raise unsupported("createMultiBody", "revolute, prismatic and fixed joints only")
+    if not 0 <= int(parent) <= count or int(parent) == place:
+        raise error("createMultiBody: a link's parent is 0 for the base, or the number of a link from 1")
+    part = _part(world, f"link{place}", float(mass), collision, visual, _pose(at, turn))
+    return Part(
+        name=part.name,
+        mass=part.mass,
+        collisions=part.collisions,
+        visuals=part.visuals,
+        inertia=part.inertia,
+        joint=f"joint{place}",
+        parent=f"link{int(parent)}",
+        pose=_pose(position, orientation),
+        type=int(kind),
+        axis=vector(axis, "linkJointAxis needs three numbers for each link"),
+    )
+
+
+def _part(world: World, name: str, mass: float, collision: int, visual: int, inertia: Pose) -> Part:
+    return Part(
+        name=name,
+        mass=mass,
+        collisions=world.collision_shapes.get(int(collision)),
+        visuals=world.visual_shapes.get(int(visual)),
+        inertia=inertia,
+    )
+
+
+__all__ = [
+    "createCollisionShape",
+    "createCollisionShapeArray",
+    "createMultiBody",
+    "createVisualShape",
+    "createVisualShapeArray",
+    "removeCollisionShape",
+]

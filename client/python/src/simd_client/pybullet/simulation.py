@@ -1,0 +1,195 @@
+"""The world of a script: its steps, its settings, its snapshots."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simd_client.proto import (
+    DeleteSnapshotRequest,
+    RestoreSnapshotRequest,
+    SaveSnapshotRequest,
+    SetPhysicsRequest,
+    methods,
+)
+
+from .connections import connected
+from .errors import error
+
+# What setPhysicsEngineParameter takes and simd's step has no use for.
+_SOLVER = (
+    "numSolverIterations",
+    "useSplitImpulse",
+    "splitImpulsePenetrationThreshold",
+    "collisionFilterMode",
+    "contactBreakingThreshold",
+    "restitutionVelocityThreshold",
+    "erp",
+    "contactERP",
+    "frictionERP",
+    "enableConeFriction",
+    "allowedCcdPenetration",
+    "jointFeedbackMode",
+    "solverResidualThreshold",
+    "contactSlop",
+    "enableSAT",
+    "constraintSolverType",
+    "globalCFM",
+    "minimumSolverIslandSize",
+    "warmStartingFactor",
+    "sparseSdfVoxelSize",
+    "numNonContactInnerIterations",
+)
+
+
+def stepSimulation(physicsClientId: int = 0) -> tuple[()]:
+    """One time step; on a world that plays, the wait for its next state. PyBullet's solver
+    statistics, which it returns only where they are asked for, are not there."""
+    connected(physicsClientId).step()
+    return ()
+
+
+def resetSimulation(flags: int = 0, physicsClientId: int = 0) -> None:
+    """An empty world without gravity; among the robots of others only the script's own go."""
+    del flags
+    connected(physicsClientId).reset()
+
+
+def setGravity(gravX: float, gravY: float, gravZ: float, physicsClientId: int = 0) -> None:
+    """World axes, m/s^2. The world's: robots of others feel it too."""
+    request = SetPhysicsRequest()
+    request.gravity.x, request.gravity.y, request.gravity.z = float(gravX), float(gravY), float(gravZ)
+    connected(physicsClientId).set_physics(request)
+
+
+def setTimeStep(timeStep: float, physicsClientId: int = 0) -> None:
+    """Seconds that a step advances: 1e-6 to 0.1."""
+    _set_time_step(physicsClientId, timeStep)
+
+
+def _set_time_step(client: int, seconds: float) -> None:
+    world = connected(client)
+    world.set_physics(SetPhysicsRequest(time_step=float(seconds)))
+    world.retune()
+
+
+def setRealTimeSimulation(enableRealTimeSimulation: int, physicsClientId: int = 0) -> None:
+    """Whether the world plays by itself, as the wall clock goes."""
+    connected(physicsClientId).play(bool(enableRealTimeSimulation))
+
+
+def setPhysicsEngineParameter(
+    fixedTimeStep: float | None = None, numSubSteps: int | None = None, physicsClientId: int = 0, **others: Any
+) -> None:
+    """Time step and substeps. The rest belongs to Bullet's solver, and is kept for
+    getPhysicsEngineParameters only."""
+    world = connected(physicsClientId)
+    unknown = [name for name in others if name not in _SOLVER and name not in _SILENT]
+    if unknown:
+        raise TypeError(f"setPhysicsEngineParameter() got an unexpected keyword argument '{unknown[0]}'")
+    if fixedTimeStep is not None:
+        _set_time_step(physicsClientId, fixedTimeStep)
+    if numSubSteps is not None:
+        world.substeps = int(numSubSteps)
+        world.set_physics(SetPhysicsRequest(substeps=max(int(numSubSteps), 1)))
+        world.retune()
+    ignored = [name for name in others if name in _SOLVER]
+    if ignored:
+        world.say_once(f"setPhysicsEngineParameter: {', '.join(ignored)} belong to Bullet's solver and do nothing")
+
+
+_SILENT = ("maxNumCmdPer1ms", "enableFileCaching", "deterministicOverlappingPairs", "reportSolverAnalytics")
+
+
+def getPhysicsEngineParameters(physicsClientId: int = 0) -> dict[str, float]:
+    """Time step, substeps, gravity, whether the world plays."""
+    world = connected(physicsClientId)
+    world.read_state()
+    x, y, z = world.gravity
+    return {
+        "fixedTimeStep": world.time_step,
+        "numSubSteps": world.substeps,
+        "numSolverIterations": 50,
+        "useRealTimeSimulation": int(world.playing),
+        "gravityAccelerationX": x,
+        "gravityAccelerationY": y,
+        "gravityAccelerationZ": z,
+        "numNonContactInnerIterations": 1,
+    }
+
+
+def saveState(physicsClientId: int = 0) -> int:
+    """Keeps the whole state of the world in the daemon's memory; its number."""
+    world = connected(physicsClientId)
+    world.flush()
+    number = world.snapshot_number()
+    world.wire.call(methods.SaveSnapshot, SaveSnapshotRequest(name=world.snapshot_name(number)))
+    return number
+
+
+def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0) -> None:
+    """Puts the world back to a kept state."""
+    world = connected(physicsClientId)
+    if stateId < 0 or fileName:
+        raise NotImplementedError("simd_client.pybullet.restoreState: states are restored by number, not from files")
+    try:
+        world.wire.call(methods.RestoreSnapshot, RestoreSnapshotRequest(name=world.snapshot_name(stateId)))
+    except error as refusal:
+        raise error(f"Couldn't restore state. {refusal}", refusal.reason) from None
+    world.restored()
+
+
+def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
+    """Forgets a kept state."""
+    world = connected(physicsClientId)
+    try:
+        world.wire.call(methods.DeleteSnapshot, DeleteSnapshotRequest(name=world.snapshot_name(stateUniqueId)))
+    except error as refusal:
+        # PyBullet takes no notice of a state that is not there.
+        if refusal.reason != "SNAPSHOT_NOT_FOUND":
+            raise
+
+
+def setTimeOut(timeOutInSeconds: float, physicsClientId: int = 0) -> None:
+    """How long calls wait for the daemon."""
+    connected(physicsClientId).wire.timeout = float(timeOutInSeconds)
+
+
+def addUserDebugParameter(
+    paramName: str,
+    rangeMin: float = 0.0,
+    rangeMax: float = 1.0,
+    startValue: float = 0.0,
+    physicsClientId: int = 0,
+) -> int:
+    """A slider of the daemon, which every client can move; a button where rangeMin is above rangeMax."""
+    return connected(physicsClientId).sliders.add(
+        str(paramName), float(rangeMin), float(rangeMax), float(startValue)
+    )
+
+
+def readUserDebugParameter(itemUniqueId: int, physicsClientId: int = 0) -> float:
+    """Where a slider stands, or how often a button was pressed: from a copy that the daemon keeps fresh."""
+    return connected(physicsClientId).sliders.read(itemUniqueId)
+
+
+def removeAllUserParameters(physicsClientId: int = 0) -> None:
+    """Takes down the script's sliders and buttons."""
+    connected(physicsClientId).sliders.remove_own()
+
+
+__all__ = [
+    "addUserDebugParameter",
+    "getPhysicsEngineParameters",
+    "readUserDebugParameter",
+    "removeAllUserParameters",
+    "removeState",
+    "resetSimulation",
+    "restoreState",
+    "saveState",
+    "setGravity",
+    "setPhysicsEngineParameter",
+    "setRealTimeSimulation",
+    "setTimeOut",
+    "setTimeStep",
+    "stepSimulation",
+]

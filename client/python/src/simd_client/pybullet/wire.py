@@ -1,0 +1,220 @@
+"""The way to the daemon: the client package, with its errors as PyBullet's."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import zenoh
+
+from simd_client import keys
+from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT, read_endpoint
+from simd_client.errors import EndpointError, SimdError, Unavailable
+from simd_client.link import Link, open_link
+from simd_client.method import Method, Reply, Request
+from simd_client.plan import ask
+from simd_client.plans.robots import upload
+from simd_client.proto import (
+    Base,
+    DescriptionSource,
+    EntityInfo,
+    GetParametersRequest,
+    JointStates,
+    ParameterList,
+    ReloadEntityRequest,
+    SpawnEntityRequest,
+    methods,
+)
+
+from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
+from .errors import error
+
+# Wall seconds that `connect` waits for a daemon.
+_CONNECT = 3.0
+# Wall seconds that a call waits for its answer, until a script says otherwise.
+_TIMEOUT = 10.0
+
+
+class NobodyThere(Exception):
+    """No daemon answers; `named` where somebody said where it should be."""
+
+    def __init__(self, message: str, named: bool) -> None:
+        super().__init__(message)
+        self.named = named
+
+
+@dataclass(frozen=True)
+class Spawn:
+    """How a robot comes into the world."""
+
+    position: Vector = ORIGIN
+    orientation: Quaternion = UPRIGHT
+    # `None`: fixed where the root link is called `world`.
+    fixed: bool | None = None
+    scale: float = 1.0
+    # Empty: the description's.
+    name: str = ""
+    # rad or m by joint; the others start at zero.
+    joints: dict[str, float] = field(default_factory=dict[str, float])
+
+
+class Wire:
+    """A connection to one daemon. Calls are made by the script's thread; copies of what the daemon
+    publishes are kept fresh by Zenoh's."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self.timeout = _TIMEOUT
+        self._subscribers: list[zenoh.Subscriber[None]] = []
+        self._parameters: ParameterList | None = None
+        # Not read yet.
+        self._parameters_bytes: bytes | None = None
+        self._states_bytes: dict[str, bytes] = {}
+
+    @staticmethod
+    def open(endpoint: str | None) -> Wire:
+        """Connects to the daemon that was named, else to $SIMD_ENDPOINT, else to the default locator.
+
+        Raises:
+            NobodyThere: where none answers.
+            error: where the endpoint cannot be understood, or several daemons are there.
+        """
+        named = bool(endpoint or os.environ.get(ENVIRONMENT))
+        try:
+            where = read_endpoint(endpoint)
+            if not named and not _listens(where.locator):
+                raise NobodyThere(f"no daemon answers at {where}", named=False)
+            return Wire(open_link(where, _CONNECT))
+        except Unavailable as nobody:
+            raise NobodyThere(str(nobody), named) from None
+        except (EndpointError, SimdError) as problem:
+            raise error(str(problem)) from None
+
+    @property
+    def endpoint(self) -> str:
+        """The locator and the daemon's name."""
+        return f"{self._link.endpoint.locator}#{self._link.name}"
+
+    @property
+    def page(self) -> str | None:
+        """Where the daemon's page would be, if it is on its usual port."""
+        protocol, _, address = self._link.endpoint.locator.partition("/")
+        host = address.rsplit(":", 1)[0]
+        return f"http://{host}:7400" if protocol in ("tcp", "tls") else None
+
+    def alive(self) -> bool:
+        """Whether the session is open."""
+        return not self._link.session.is_closed()
+
+    def close(self) -> None:
+        """Ends the session."""
+        self._subscribers.clear()
+        self._link.close()
+
+    def call(self, method: Method[Request, Reply], request: Request) -> Reply:
+        """One request and its answer.
+
+        Raises:
+            error: with the daemon's own sentence, and its reason.
+        """
+        try:
+            return self._link.run(ask(method, request, _patience(request)), self.timeout)
+        except SimdError as problem:
+            raise error(str(problem), problem.reason) from None
+
+    # Robots.
+
+    def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str]]:
+        """Sends a robot from this disk and brings it in; with the hashes of its files by URI."""
+        try:
+            source = self._link.run(upload(path, None), self.timeout)
+        except SimdError as problem:
+            raise error(str(problem), problem.reason) from None
+        return self.spawn(source, spawn), dict(source.assets)
+
+    def spawn(self, source: DescriptionSource, spawn: Spawn) -> EntityInfo:
+        """Brings a robot in."""
+        bases = {None: Base.BASE_UNSPECIFIED, True: Base.BASE_FIXED, False: Base.BASE_FREE}
+        request = SpawnEntityRequest(
+            source=source,
+            name=spawn.name,
+            allow_renaming=True,
+            base=bases[spawn.fixed],
+            scale=spawn.scale,
+            joint_positions=spawn.joints,
+        )
+        at, turn = request.pose.position, request.pose.orientation
+        at.x, at.y, at.z = spawn.position
+        turn.x, turn.y, turn.z, turn.w = spawn.orientation
+        return self.call(methods.SpawnEntity, request).entity
+
+    def reload(self, robot: str, urdf: bytes, files: dict[str, str]) -> EntityInfo:
+        """Gives a robot another description, whose files the daemon has."""
+        source = DescriptionSource(urdf=urdf, assets=files)
+        return self.call(methods.ReloadEntity, ReloadEntityRequest(robot=robot, source=source)).entity
+
+    # What the daemon publishes.
+
+    def watch_parameters(self) -> None:
+        """Begins to keep a copy of the daemon's parameters."""
+        if self._parameters is None:
+            # First the subscription: what changes after the answer is then sure to arrive.
+            self._subscribe(keys.parameters(self._link.name), self._take_parameters)
+            self._parameters = self.call(methods.GetParameters, GetParametersRequest()).list
+
+    def parameters(self) -> ParameterList:
+        """The newest copy."""
+        self.watch_parameters()
+        assert self._parameters is not None
+        payload, self._parameters_bytes = self._parameters_bytes, None
+        if payload is not None:
+            newest = ParameterList.FromString(payload)
+            if newest.version > self._parameters.version:
+                self._parameters = newest
+        return self._parameters
+
+    def ask_parameters(self) -> ParameterList:
+        """A copy that is sure to hold what was done before."""
+        self._parameters = self.call(methods.GetParameters, GetParametersRequest()).list
+        return self._parameters
+
+    def watch_states(self) -> None:
+        """Begins to keep the newest joint states of each robot, as the daemon publishes them."""
+        self._subscribe(keys.joint_states(self._link.name, "*"), self._take_states)
+
+    def published(self, robot: str) -> JointStates | None:
+        """The newest published states of a robot's joints, if any arrived since they were last read."""
+        payload = self._states_bytes.pop(robot, None)
+        return None if payload is None else JointStates.FromString(payload)
+
+    def _subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> None:
+        try:
+            self._subscribers.append(self._link.session.declare_subscriber(key, take))
+        except zenoh.ZError as problem:
+            raise error(f"cannot subscribe to {key}: {problem}") from None
+
+    def _take_parameters(self, sample: zenoh.Sample) -> None:
+        self._parameters_bytes = sample.payload.to_bytes()
+
+    def _take_states(self, sample: zenoh.Sample) -> None:
+        self._states_bytes[str(sample.key_expr).rsplit("/", 1)[-1]] = sample.payload.to_bytes()
+
+
+def _patience(request: object) -> float:
+    """Wall seconds that the daemon itself may wait before it answers."""
+    return float(getattr(request, "timeout", 0.0))
+
+
+def _listens(locator: str) -> bool:
+    """Whether anybody takes a connection there; Zenoh itself would try for seconds."""
+    if locator != DEFAULT_ENDPOINT:
+        return True
+    host, _, port = locator.partition("/")[2].rpartition(":")
+    try:
+        with socket.create_connection((host, int(port)), timeout=1.0):
+            return True
+    except OSError:
+        return False

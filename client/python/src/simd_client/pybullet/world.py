@@ -1,0 +1,456 @@
+"""One connection: the robots that a script sees, and its turn of the loop.
+
+A turn costs one round trip: motors are told to the daemon with the step, whose answer
+brings the joint states, and readings are answered from those.
+"""
+
+from __future__ import annotations
+
+import sys
+import uuid
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from simd_client.proto import (
+    DeleteEntityRequest,
+    GetEntityStateRequest,
+    GetEntityStateResponse,
+    GetJointLayoutRequest,
+    GetJointStatesRequest,
+    GetLinkPosesRequest,
+    GetLinkStatesRequest,
+    GetPhysicsRequest,
+    GetSimulationStateRequest,
+    JointStates,
+    ListEntitiesRequest,
+    NextJointStatesRequest,
+    Physics,
+    ResetSimulationRequest,
+    RobotJointStates,
+    RobotLinkPoses,
+    RobotLinkStates,
+    RobotTargets,
+    SetJointPropertiesRequest,
+    SetJointTargetsRequest,
+    SetPhysicsRequest,
+    SetSimulationStateRequest,
+    SimulationState,
+    StepSimulationRequest,
+    methods,
+)
+
+from . import bodies, motors
+from .bodies import Body, BodyJoint
+from .errors import error
+from .primitives import Shapes
+from .targets import joint_target
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
+    from simd_client.proto import EntityInfo
+
+    from .arguments import Pose, Vector
+    from .constraints import Constraint
+    from .sliders import Sliders
+    from .wire import Wire
+
+class Log(Protocol):
+    """What wants to know of each step."""
+
+    def __call__(self, world: World) -> None:
+        """After a step."""
+        ...
+
+    def close(self) -> None:
+        """No more steps."""
+        ...
+
+
+State = TypeVar("State")
+
+# How long stepSimulation waits for the next state of a world that plays, seconds.
+_NEXT_STATE = 1.0
+# PyBullet's time step, until a script sets another.
+TIME_STEP = 1.0 / 240.0
+
+
+class World:
+    """The daemon's world as one script sees it."""
+
+    def __init__(self, wire: Wire, method: int, sliders: Sliders, child: bool) -> None:
+        self.wire = wire
+        # What the script asked `connect` for.
+        self.method = method
+        # The daemon was started for this script.
+        self.child = child
+        # The script's robots go at its end, also from a daemon that was running.
+        self.removes_robots = False
+        # Robots of others were here when the script came.
+        self.guest = False
+        self.sliders = sliders
+        self.search_paths: list[str] = []
+        self.gravity: Vector = (0.0, 0.0, 0.0)
+        self.time_step = TIME_STEP
+        self.substeps = 0
+        self.playing = False
+        self.bodies: dict[int, Body] = {}
+        # The next state must be newer than this.
+        self.sequence = 0
+        self.sim_time = 0.0
+        self._waiting: dict[tuple[int, int], None] = {}
+        self._joint_states: dict[str, RobotJointStates] | None = None
+        self._link_poses: dict[str, RobotLinkPoses] = {}
+        self._link_states: dict[str, RobotLinkStates] = {}
+        self._roots: dict[str, GetEntityStateResponse] = {}
+        self.constraints: dict[int, Constraint] = {}
+        self.next_constraint = 1
+        self.collision_shapes = Shapes()
+        self.visual_shapes = Shapes()
+        # Joint states of a world that plays arrive by themselves.
+        self._publishes = False
+        self._watching = False
+        self._said: set[str] = set()
+        self._snapshots = 0
+        self._script = uuid.uuid4().hex[:8]
+        # What runs after each step: state logs.
+        self._logs: dict[int, Log] = {}
+
+    # Bodies.
+
+    def body(self, unique_id: int, refusal: str) -> Body:
+        """The body of that number.
+
+        Raises:
+            error: with `refusal`, where there is none.
+        """
+        found = self.bodies.get(unique_id)
+        if found is None:
+            raise error(refusal)
+        return found
+
+    def add(self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None) -> Body:
+        """A robot that is in the daemon's world, under the smallest free number."""
+        layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
+        free = next(number for number in range(len(self.bodies) + 1) if number not in self.bodies)
+        made = bodies.body(free, entity, layout, frames, own, urdf)
+        self.bodies[free] = made
+        self.forget_states()
+        return made
+
+    def sync(self) -> None:
+        """Learns which robots others brought and took."""
+        entities = self.wire.call(methods.ListEntities, ListEntitiesRequest()).entities
+        there = {entity.name: entity for entity in entities}
+        for number, known in list(self.bodies.items()):
+            entity = there.pop(known.robot, None)
+            if entity is None or (entity.layout_version != known.layout_version and not known.own):
+                self._drop(number)
+                if entity is not None:
+                    there[entity.name] = entity
+        for entity in there.values():
+            self.add(entity, {}, own=False)
+
+    def remove(self, body: Body) -> None:
+        """Takes a robot out of the daemon's world."""
+        self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
+        self._drop(body.unique_id)
+
+    def replaced(self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes) -> Body:
+        """The same robot from another description; motors go on by joint name."""
+        layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
+        made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
+        made.files, made.noted, made.scale = body.files, body.noted, body.scale
+        for joint in made.joints:
+            place = body.by_joint.get(joint.name)
+            if place is not None:
+                joint.motor, joint.sensor = body.joints[place].motor, body.joints[place].sensor
+        self.bodies[body.unique_id] = made
+        self.forget_states()
+        return made
+
+    def _drop(self, number: int) -> None:
+        del self.bodies[number]
+        for waiting in [key for key in self._waiting if key[0] == number]:
+            del self._waiting[waiting]
+        self.forget_states()
+
+    def remove_own(self) -> None:
+        """Takes the script's robots out of the daemon's world."""
+        for body in [body for body in self.bodies.values() if body.own]:
+            self.remove(body)
+
+    # The loop.
+
+    def drive(self, body: Body, index: int) -> None:
+        """The joint's motor changed: it goes with the next step, or now where the world plays."""
+        self._waiting[(body.unique_id, index)] = None
+
+    def sent_if_playing(self) -> None:
+        """Motors wait for a step, unless steps come by themselves."""
+        if self.playing:
+            self.flush()
+
+    def flush(self) -> None:
+        """Sends the motors that wait for a step."""
+        if self._waiting:
+            request = SetJointTargetsRequest()
+            self._put_targets(request.robots)
+            self.wire.call(methods.SetJointTargets, request)
+            self._sent()
+
+    def step(self) -> None:
+        """One step, or the next state of a world that plays by itself."""
+        if self.playing:
+            self._follow()
+        else:
+            request = StepSimulationRequest(steps=1, return_states=True)
+            self._put_targets(request.robots)
+            try:
+                answer = self.wire.call(methods.StepSimulation, request)
+            except error as refusal:
+                if refusal.reason != "WRONG_STATE":
+                    raise
+                # Somebody else pressed play.
+                self._now_playing(True)
+                self._follow()
+            else:
+                self._sent()
+                self._take(answer.states)
+        for log in self._logs.values():
+            log(self)
+
+    def _follow(self) -> None:
+        """Waits for a state that is newer than the last, in a world that plays by itself."""
+        self.flush()
+        request = NextJointStatesRequest(after_sequence=self.sequence, timeout=_NEXT_STATE)
+        before = self.sequence
+        self._take(self.wire.call(methods.NextJointStates, request).states)
+        if self.sequence == before:
+            # Nothing moved for a second: perhaps somebody paused it.
+            self.read_state()
+            if not self.playing:
+                self.step()
+
+    def _put_targets(self, robots: RepeatedCompositeFieldContainer[RobotTargets]) -> None:
+        """Adds the waiting motors to a request."""
+        by_body: dict[int, list[int]] = {}
+        for number, index in self._waiting:
+            by_body.setdefault(number, []).append(index)
+        for number, joints in by_body.items():
+            body = self.bodies[number]
+            target = robots.add()
+            target.robot = body.robot
+            friction: list[tuple[BodyJoint, float]] = []
+            for index in joints:
+                joint = body.joints[index]
+                law = motors.law(joint.motor, joint.inertia, self.time_step)
+                joint_target(joint.name, law, target.joints.add())
+                if joint.friction + law.friction != joint.friction_sent:
+                    friction.append((joint, joint.friction + law.friction))
+            if friction:
+                self._set_friction(body, friction)
+
+    def _set_friction(self, body: Body, friction: Iterable[tuple[BodyJoint, float]]) -> None:
+        request = SetJointPropertiesRequest(robot=body.robot)
+        for joint, value in friction:
+            request.joints.add(joint=joint.name, friction=value)
+            joint.friction_sent = value
+        self.wire.call(methods.SetJointProperties, request)
+
+    def _sent(self) -> None:
+        """The waiting motors are with the daemon. A torque lasts one step: then its motor goes on."""
+        waiting = self._waiting
+        self._waiting = {}
+        for number, index in waiting:
+            motor = self.bodies[number].joints[index].motor
+            if motor.torque is not None:
+                motor.torque = None
+                self._waiting[(number, index)] = None
+
+    # What the world looks like.
+
+    def joint_states(self, body: Body) -> RobotJointStates:
+        """Of the newest step, or of now where something else changed since or the world plays."""
+        if self._joint_states is None:
+            self._take(self._ask_joint_states())
+        elif self.playing:
+            self._take_published(body)
+        states = self._joint_states.get(body.robot) if self._joint_states else None
+        if states is None or states.layout_version != body.layout_version:
+            raise error(f"the robot {body.robot} is gone, or somebody reloaded it")
+        return states
+
+    def _ask_joint_states(self) -> JointStates:
+        return self.wire.call(methods.GetJointStates, GetJointStatesRequest()).states
+
+    def _take_published(self, body: Body) -> None:
+        """What the daemon published last; where it publishes nothing, what it answers."""
+        published = self.wire.published(body.robot)
+        if published is None:
+            if self._publishes:
+                return
+            self._take(self._ask_joint_states())
+        elif self._joint_states is not None and published.stamp.sequence > self.sequence:
+            self._publishes = True
+            for robot in published.robots:
+                self._joint_states[robot.robot] = robot
+
+    def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
+        """Poses of a body's links: of the newest step, as `joint_states`."""
+        states = None if self.playing else self._link_states.get(body.robot)
+        if states is not None:
+            return states
+        if self.playing or not self._link_poses:
+            answer = self.wire.call(methods.GetLinkPoses, GetLinkPosesRequest())
+            self._link_poses = {robot.robot: robot for robot in answer.robots}
+        return _of(self._link_poses, body)
+
+    def link_states(self, body: Body) -> RobotLinkStates:
+        """Poses and rates of a body's links: of the newest step, as `joint_states`."""
+        if self.playing or not self._link_states:
+            answer = self.wire.call(methods.GetLinkStates, GetLinkStatesRequest())
+            self._link_states = {robot.robot: robot for robot in answer.robots}
+        return _of(self._link_states, body)
+
+    def root(self, body: Body) -> GetEntityStateResponse:
+        """Pose and rates of a body's root: of the newest step, as `joint_states`."""
+        state = None if self.playing else self._roots.get(body.robot)
+        if state is None:
+            state = self.wire.call(methods.GetEntityState, GetEntityStateRequest(robot=body.robot))
+            self._roots[body.robot] = state
+        return state
+
+    def forget_states(self) -> None:
+        """Something changed other than by a step."""
+        self._joint_states = None
+        self._forget_places()
+
+    def _forget_places(self) -> None:
+        self._link_poses, self._link_states, self._roots = {}, {}, {}
+
+    def _take(self, states: JointStates) -> None:
+        self.sequence = states.stamp.sequence
+        self.sim_time = states.stamp.sim_time
+        self._joint_states = {robot.robot: robot for robot in states.robots}
+        self._forget_places()
+
+    # The world's settings.
+
+    def set_physics(self, request: SetPhysicsRequest) -> None:
+        """Changes what is given."""
+        self._learn(self.wire.call(methods.SetPhysics, request).physics)
+
+    def read_state(self) -> None:
+        """Learns how the world is set, and whether it plays."""
+        self._learn(self.wire.call(methods.GetPhysics, GetPhysicsRequest()).physics)
+        state = self.wire.call(methods.GetSimulationState, GetSimulationStateRequest()).state
+        self._now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
+
+    def _now_playing(self, playing: bool) -> None:
+        self.playing = playing
+        if playing and not self._watching:
+            self._watching = True
+            self.wire.watch_states()
+
+    def _learn(self, physics: Physics) -> None:
+        self.gravity = (physics.gravity.x, physics.gravity.y, physics.gravity.z)
+        self.time_step = physics.time_step
+        if self.substeps or physics.substeps > 1:
+            self.substeps = physics.substeps
+
+    def retune(self) -> None:
+        """Motors' gains are per step: they change with the time step."""
+        for body in self.bodies.values():
+            if body.own:
+                for index, joint in enumerate(body.joints):
+                    if joint.driven:
+                        self.drive(body, index)
+        self.sent_if_playing()
+
+    def restored(self) -> None:
+        """The world is another: what it looks like, how it is set, and which robots there are."""
+        self._waiting.clear()
+        self.sync()
+        self.read_state()
+        self.forget_states()
+
+    def snapshot_number(self) -> int:
+        """Of the next kept state."""
+        self._snapshots += 1
+        return self._snapshots - 1
+
+    def snapshot_name(self, number: int) -> str:
+        """What the daemon calls a kept state of this script."""
+        return f"pybullet-{self._script}-{number}"
+
+    def play(self, playing: bool) -> None:
+        """Whether steps come by themselves."""
+        self.flush()
+        wanted = SimulationState.SIMULATION_STATE_PLAYING if playing else SimulationState.SIMULATION_STATE_PAUSED
+        self.wire.call(methods.SetSimulationState, SetSimulationStateRequest(state=wanted))
+        self._now_playing(playing)
+        self.forget_states()
+
+    def reset(self) -> None:
+        """PyBullet's resetSimulation: an empty world without gravity. As a guest among the robots
+        of others, the script takes out its own and leaves the world as it is."""
+        self.remove_own()
+        self._waiting.clear()
+        self.constraints.clear()
+        self.sliders.remove_own()
+        if not self.guest:
+            self.wire.call(methods.ResetSimulation, ResetSimulationRequest(time=True))
+            request = SetPhysicsRequest()
+            request.gravity.SetInParent()
+            self.set_physics(request)
+        self.forget_states()
+
+    def begin(self) -> None:
+        """A world that nobody uses becomes as PyBullet's: paused, weightless, 240 steps a second."""
+        self.sync()
+        self.guest = bool(self.bodies)
+        if self.guest:
+            self.read_state()
+        else:
+            self.play(False)
+            request = SetPhysicsRequest(time_step=TIME_STEP, substeps=1)
+            request.gravity.SetInParent()
+            self.set_physics(request)
+
+    def start_log(self, log: Log) -> int:
+        """Calls it after each step; its number."""
+        number = max(self._logs, default=-1) + 1
+        self._logs[number] = log
+        return number
+
+    def stop_log(self, number: int) -> None:
+        """Ends one, if it is there."""
+        log = self._logs.pop(number, None)
+        if log is not None:
+            log.close()
+
+    def say_once(self, sentence: str) -> None:
+        """On stderr, the first time only."""
+        if sentence not in self._said:
+            self._said.add(sentence)
+            print(f"simd: {sentence}", file=sys.stderr)
+
+    def close(self) -> None:
+        """Ends the connection; what it means for robots is decided by who started the daemon."""
+        for number in list(self._logs):
+            self.stop_log(number)
+        if self.removes_robots:
+            self.remove_own()
+        elif not self.child:
+            self.flush()
+        self.sliders.remove_own()
+        self.wire.close()
+
+
+def _of(found: Mapping[str, State], body: Body) -> State:
+    """What was told of a body."""
+    state = found.get(body.robot)
+    if state is None:
+        raise error(f"the robot {body.robot} is gone")
+    return state

@@ -1,0 +1,270 @@
+"""Joint states: arrays of whole robots, and single joints by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.errors import AnswerError, LayoutChanged
+from simd_client.geometry import FloatArray
+from simd_client.layout import JointFlag, JointInfo, JointMode, Layout
+from simd_client.table import Table
+from simd_client.world import Stamp, stamp_from_proto
+
+
+class Named(Protocol):
+    """A robot, or whatever else has a robot's name."""
+
+    @property
+    def name(self) -> str:
+        """The robot's name in the world."""
+        ...
+
+
+def name_of(robot: str | Named) -> str:
+    """A robot's name."""
+    return robot if isinstance(robot, str) else robot.name
+
+
+@dataclass(frozen=True)
+class JointState:
+    """The state of one joint. Arrays have one entry for revolute, continuous and prismatic joints,
+    none for fixed ones, three for planar ones; a floating joint has seven positions and six rates."""
+
+    name: str
+    positions: FloatArray
+    """rad or m."""
+    velocities: FloatArray
+    """rad/s or m/s."""
+    efforts: FloatArray
+    """What the actuator applied over the last step, N m or N."""
+    targets: FloatArray
+    """A position, a velocity or an effort, as `mode` says; 0 when passive."""
+    modes: tuple[JointMode, ...]
+    flags: JointFlag
+    """Of all axes together."""
+
+    @property
+    def position(self) -> float:
+        """rad or m. Raises `ValueError` for a joint that has not exactly one."""
+        return self._only(self.positions)
+
+    @property
+    def velocity(self) -> float:
+        """rad/s or m/s. Raises `ValueError` for a joint that has not exactly one."""
+        return self._only(self.velocities)
+
+    @property
+    def effort(self) -> float:
+        """N m or N. Raises `ValueError` for a joint that has not exactly one."""
+        return self._only(self.efforts)
+
+    @property
+    def target(self) -> float:
+        """As `mode` says. Raises `ValueError` for a joint that has not exactly one."""
+        return self._only(self.targets)
+
+    @property
+    def mode(self) -> JointMode:
+        """Of the first axis; `NONE` for a fixed joint."""
+        return self.modes[0] if self.modes else JointMode.NONE
+
+    def _only(self, values: FloatArray) -> float:
+        if len(values) != 1:
+            raise ValueError(f"joint `{self.name}` has {len(values)} values and not one; read its arrays")
+        return float(values[0])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RobotState:
+    """The state of one robot's joints, or of those that were selected, at one moment.
+
+    Arrays are in joint order, or in the order of the selection.
+    """
+
+    robot: str
+    stamp: Stamp
+    layout: Layout
+    """Of the whole robot. Where the robot was reloaded meanwhile, it may be newer than the arrays."""
+    layout_version: int
+    """Of the arrays."""
+    selected: tuple[str, ...]
+    """The joints that were asked for; none is all of them."""
+    position: FloatArray
+    """rad or m."""
+    velocity: FloatArray
+    """rad/s or m/s."""
+    effort: FloatArray
+    """What the actuators applied over the last step, N m or N."""
+    target: FloatArray
+    """Positions, velocities or efforts, as `mode` says; 0 when passive."""
+    mode: npt.NDArray[np.int8]
+    """`JointMode` of each."""
+    flags: npt.NDArray[np.uint32]
+    """Bit sets of `JointFlag`."""
+
+    @property
+    def name(self) -> str:
+        """The robot's name."""
+        return self.robot
+
+    def __getitem__(self, joint: str) -> JointState:
+        """One joint's state. Raises `KeyError` where it is not among those that were asked for."""
+        info, positions, velocities = self._place(joint)
+        return JointState(
+            name=info.name,
+            positions=self.position[positions],
+            velocities=self.velocity[velocities],
+            efforts=self.effort[velocities],
+            targets=self.target[velocities],
+            modes=tuple(JointMode(int(mode)) for mode in self.mode[velocities]),
+            flags=_together(self.flags[velocities]),
+        )
+
+    def __iter__(self) -> Iterator[JointState]:
+        names = self.selected or tuple(joint.name for joint in self.layout.joints)
+        return (self[name] for name in names)
+
+    def _place(self, joint: str) -> tuple[JointInfo, slice, slice]:
+        if self.layout_version != self.layout.version:
+            raise layout_changed(self.robot)
+        info = self.layout.by_name.get(joint)
+        if info is None or (self.selected and joint not in self.selected):
+            raise KeyError(joint)
+        if not self.selected:
+            return info, info.positions, info.velocities
+        position = velocity = 0
+        for name in self.selected:
+            if name == joint:
+                break
+            before = self.layout.by_name[name]
+            position += before.positions.stop - before.positions.start
+            velocity += before.freedom
+        count = info.positions.stop - info.positions.start
+        return info, slice(position, position + count), slice(velocity, velocity + info.freedom)
+
+    def table(self) -> Table:
+        """One row a joint, for people."""
+        rows = [
+            (
+                joint.name,
+                self.layout.by_name[joint.name].type.name.lower(),
+                joint.mode.name.lower(),
+                _numbers(joint.positions),
+                _numbers(joint.velocities),
+                _numbers(joint.efforts),
+                _numbers(joint.targets),
+            )
+            for joint in self
+            if len(joint.positions)
+        ]
+        return Table(("joint", "type", "mode", "position", "velocity", "effort", "target"), rows)
+
+    def _title(self) -> str:
+        return f"{self.robot} at {self.stamp.sim_time:.6g} s"
+
+    def __repr__(self) -> str:
+        if self.layout_version != self.layout.version:
+            return f"<RobotState {self._title()}, of a former layout>"
+        return f"<RobotState {self._title()}>\n{self.table().text()}"
+
+    def _repr_html_(self) -> str:
+        return self.table().html(self._title())
+
+
+@dataclass(frozen=True)
+class Clamped:
+    """A target that was beyond a limit, and is at the limit now."""
+
+    robot: str
+    joint: str
+    requested: float
+    applied: float
+
+
+@dataclass(frozen=True)
+class Applied:
+    """Targets hold."""
+
+    stamp: Stamp
+    """From when; the next step is the first with them."""
+    clamped: tuple[Clamped, ...] = ()
+    """Targets that were beyond a limit."""
+
+
+@dataclass(frozen=True, eq=False)
+class States(Mapping[str, RobotState]):
+    """States of robots by their names, all of one moment."""
+
+    stamp: Stamp
+    robots: Mapping[str, RobotState] = field(default_factory=dict[str, RobotState])
+    clamped: tuple[Clamped, ...] = ()
+    """Targets that came with the call and were beyond a limit."""
+
+    def __getitem__(self, robot: str | Named) -> RobotState:
+        return self.robots[name_of(robot)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.robots)
+
+    def __len__(self) -> int:
+        return len(self.robots)
+
+
+def layout_changed(robot: str) -> LayoutChanged:
+    """For arrays of one layout and names of another."""
+    error = LayoutChanged(f"the joints of robot `{robot}` are no longer those of the layout that was fetched")
+    error.code, error.reason, error.metadata = "ABORTED", "LAYOUT_CHANGED", {"robot": robot}
+    return error
+
+
+def robot_state(
+    message: proto.RobotJointStates, stamp: Stamp, layout: Layout, selected: Sequence[str] = ()
+) -> RobotState:
+    """One robot's arrays from their message."""
+    state = RobotState(
+        robot=message.robot,
+        stamp=stamp,
+        layout=layout,
+        layout_version=message.layout_version,
+        selected=tuple(selected),
+        position=np.array(message.position, dtype=np.float64),
+        velocity=np.array(message.velocity, dtype=np.float64),
+        effort=np.array(message.effort, dtype=np.float64),
+        target=np.array(message.target, dtype=np.float64),
+        mode=np.array(message.mode, dtype=np.int8),
+        flags=np.array(message.flags, dtype=np.uint32),
+    )
+    if not selected and layout.version == message.layout_version:
+        rates = layout.velocity_count
+        lengths = [len(array) for array in (state.velocity, state.effort, state.target, state.mode, state.flags)]
+        if len(state.position) != layout.position_count or any(length != rates for length in lengths):
+            raise AnswerError(f"the joint states of `{message.robot}` do not have the length of its layout")
+    return state
+
+
+def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped, ...]:
+    """Targets that were beyond a limit, from their messages."""
+    return tuple(Clamped(each.robot, each.joint, each.requested, each.applied) for each in messages)
+
+
+def stamp_of(message: proto.JointStates) -> Stamp:
+    """The moment of states."""
+    return stamp_from_proto(message.stamp)
+
+
+def _together(flags: npt.NDArray[np.uint32]) -> JointFlag:
+    together = JointFlag(0)
+    for each in flags.tolist():
+        # Bits that a newer daemon has mean nothing here.
+        together |= JointFlag(int(each) & 7)
+    return together
+
+
+def _numbers(values: FloatArray) -> str:
+    return " ".join(f"{value:.4f}" for value in values)

@@ -1,0 +1,30 @@
+"""Tables for people: aligned text for a terminal, HTML for a notebook."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under their headings."""
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    def text(self) -> str:
+        """Aligned columns, indented by two."""
+        lines = [self.headings, *self.rows]
+        widths = [max(len(line[column]) for line in lines) for column in range(len(self.headings))]
+        padded = ("  ".join(cell.ljust(width) for cell, width in zip(line, widths)) for line in lines)
+        return "\n".join("  " + line.rstrip() for line in padded)
+
+    def html(self, title: str) -> str:
+        """A table with a title."""
+        head = "".join(f"<th>{html.escape(cell)}</th>" for cell in self.headings)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in self.rows
+        )
+        return f"<b>{html.escape(title)}</b><table><tr>{head}</tr>{body}</table>"

@@ -1,0 +1,6 @@
+"""The versions that the package is of, and speaks."""
+
+__version__ = "0.1.0"
+
+API_VERSION = (1, 0)
+"""Major and minor number of the schema `simd.v1` that this client speaks."""

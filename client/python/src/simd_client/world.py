@@ -1,0 +1,203 @@
+"""The world as a whole: its time, whether it runs, how it is stepped, how well it keeps time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from enum import Enum
+
+from simd_client import proto
+from simd_client.geometry import FloatArray, vector_from_proto
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """The moment of a state. Within one epoch `step` and `sim_time` never fall."""
+
+    epoch: int
+    """Counts resets of time and restored snapshots."""
+    step: int
+    """Steps since the epoch began."""
+    sim_time: float
+    """Simulated seconds since the epoch began."""
+    sequence: int
+    """Counts published states: newer always means larger, also of a paused world."""
+    wall_time: datetime | None
+    """When the daemon published the state, by its own clock, UTC; `None` where it was not published."""
+
+
+class SimulationState(Enum):
+    """Whether the world runs."""
+
+    STOPPED = "stopped"
+    PLAYING = "playing"
+    PAUSED = "paused"
+    UNKNOWN = "unknown"
+
+
+class Pace(Enum):
+    """How steps follow the wall clock while playing."""
+
+    REAL_TIME = "real_time"
+    AS_FAST_AS_POSSIBLE = "as_fast_as_possible"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Physics:
+    """Settings of the step."""
+
+    gravity: FloatArray
+    """Metres per second squared, world axes."""
+    time_step: float
+    """Seconds that one step advances."""
+    substeps: int
+    """A step is done as this many equal parts."""
+    real_time_factor: float
+    """Simulated seconds to a wall second."""
+    pace: Pace
+    """How steps follow the wall clock while playing."""
+
+
+@dataclass(frozen=True)
+class WorldStatistics:
+    """How well the world keeps time."""
+
+    stamp: Stamp
+    state: SimulationState
+    target_real_time_factor: float
+    """What was asked for; infinity as fast as possible."""
+    real_time_factor: float
+    """What was reached over about the last second of playing; 0 when not playing."""
+    overruns: int
+    """How often the world fell so far behind that the lag was dropped."""
+    dropped_lag: float
+    """Wall seconds of lag dropped in all."""
+    iterations: int
+    """Steps done since the daemon started."""
+    robots: int
+    joints: int
+    """Joints of all robots that can move."""
+    step_duration: float
+    """Wall seconds that the computation of a step took, mean over about the last second."""
+    mailbox_refusals: int
+    """Requests refused because the daemon had too much to do."""
+
+
+@dataclass(frozen=True)
+class SimulatorInfo:
+    """Who answers: versions, limits, features."""
+
+    simulator: str
+    version: str
+    """The daemon's release."""
+    api_version: tuple[int, int]
+    """Of the schema that it speaks."""
+    name: str
+    """What the operator called it."""
+    features: tuple[str, ...]
+    limits: proto.Limits
+    """Beyond one of these a request is refused with `LimitExceeded`."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A state of the world that the daemon keeps."""
+
+    name: str
+    stamp: Stamp
+    """The moment that was kept."""
+    robots: int
+
+
+_STATES = {
+    proto.SimulationState.SIMULATION_STATE_STOPPED: SimulationState.STOPPED,
+    proto.SimulationState.SIMULATION_STATE_PLAYING: SimulationState.PLAYING,
+    proto.SimulationState.SIMULATION_STATE_PAUSED: SimulationState.PAUSED,
+}
+_PACES = {
+    proto.PaceMode.PACE_MODE_REAL_TIME: Pace.REAL_TIME,
+    proto.PaceMode.PACE_MODE_AS_FAST_AS_POSSIBLE: Pace.AS_FAST_AS_POSSIBLE,
+}
+
+
+def stamp_from_proto(message: proto.Stamp) -> Stamp:
+    """A moment from its message."""
+    wall = message.wall_time
+    return Stamp(
+        epoch=message.epoch,
+        step=message.step,
+        sim_time=message.sim_time,
+        sequence=message.sequence,
+        wall_time=datetime.fromtimestamp(wall.seconds + wall.nanos * 1e-9, timezone.utc)
+        if message.HasField("wall_time")
+        else None,
+    )
+
+
+def state_from_proto(value: int) -> SimulationState:
+    """From its number; one that a newer daemon has is unknown."""
+    return next((state for number, state in _STATES.items() if number == value), SimulationState.UNKNOWN)
+
+
+def state_to_proto(state: SimulationState | str) -> proto.SimulationState:
+    """From the enum or its value. Raises `ValueError` for another text."""
+    wanted = SimulationState(state)
+    for number, known in _STATES.items():
+        if known is wanted:
+            return number
+    raise ValueError("a world is stopped, playing or paused")
+
+
+def pace_to_proto(pace: Pace | str) -> proto.PaceMode:
+    """From the enum or its value. Raises `ValueError` for another text."""
+    wanted = Pace(pace)
+    for number, known in _PACES.items():
+        if known is wanted:
+            return number
+    raise ValueError("a pace is real_time or as_fast_as_possible")
+
+
+def physics_from_proto(message: proto.Physics) -> Physics:
+    """Settings from their message."""
+    return Physics(
+        gravity=vector_from_proto(message.gravity),
+        time_step=message.time_step,
+        substeps=message.substeps,
+        real_time_factor=message.real_time_factor,
+        pace=next((pace for number, pace in _PACES.items() if number == message.pace), Pace.UNKNOWN),
+    )
+
+
+def statistics_from_proto(message: proto.WorldStatistics) -> WorldStatistics:
+    """Statistics from their message."""
+    return WorldStatistics(
+        stamp=stamp_from_proto(message.stamp),
+        state=state_from_proto(message.state),
+        target_real_time_factor=message.target_real_time_factor,
+        real_time_factor=message.real_time_factor,
+        overruns=message.overruns,
+        dropped_lag=message.dropped_lag,
+        iterations=message.iterations,
+        robots=message.robots,
+        joints=message.joints,
+        step_duration=message.step_duration,
+        mailbox_refusals=message.mailbox_refusals,
+    )
+
+
+def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
+    """Who answers, from the message."""
+    return SimulatorInfo(
+        simulator=message.simulator,
+        version=message.version,
+        api_version=(message.api_major, message.api_minor),
+        name=message.name,
+        features=tuple(message.features),
+        limits=message.limits,
+    )
+
+
+def snapshot_from_proto(message: proto.SnapshotInfo) -> Snapshot:
+    """A kept state from its message."""
+    return Snapshot(message.name, stamp_from_proto(message.stamp), message.robots)

@@ -1,0 +1,73 @@
+"""A daemon of its own for tests: started on free ports of loopback, and ended for sure."""
+
+from __future__ import annotations
+
+import os
+import re
+import selectors
+import subprocess
+import time
+from pathlib import Path
+from types import TracebackType
+
+REPOSITORY = Path(__file__).parents[3]
+ASSETS = REPOSITORY / "tests" / "assets"
+BINARY = Path(os.environ.get("SIMD_BINARY") or REPOSITORY / "target" / "debug" / "simd")
+START_SECONDS = 30.0
+
+
+class Daemon:
+    """A process of `simd`."""
+
+    def __init__(self, *arguments: str, name: str = "pytest") -> None:
+        if not BINARY.is_file():
+            raise FileNotFoundError(f"no daemon at {BINARY}: run `make build`, or say where it is in SIMD_BINARY")
+        self.name = name
+        command = [str(BINARY), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
+        self.process = subprocess.Popen(
+            [*command, "--log", "error", *arguments], stdout=subprocess.PIPE, text=True
+        )
+        self.endpoint = self._ready()
+
+    def _ready(self) -> str:
+        """The locator in the line that says that the daemon is ready."""
+        assert self.process.stdout is not None
+        with selectors.DefaultSelector() as selector:
+            selector.register(self.process.stdout, selectors.EVENT_READ)
+            line = self.process.stdout.readline() if selector.select(START_SECONDS) else ""
+        locator = re.search(r"\b(tcp/\S+:\d+)", line)
+        if locator is None:
+            self.kill()
+            raise RuntimeError(f"the daemon did not say where it listens for Zenoh: {line!r}")
+        return locator.group(1)
+
+    def kill(self) -> None:
+        """Ends it at once."""
+        self.process.kill()
+        self._wait()
+
+    def stop(self) -> int:
+        """Lets it drain; returns its exit code."""
+        self.process.terminate()
+        return self._wait()
+
+    def _wait(self) -> int:
+        try:
+            return self.process.wait(timeout=START_SECONDS)
+        finally:
+            if self.process.stdout is not None:
+                self.process.stdout.close()
+
+    def __enter__(self) -> Daemon:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.process.poll() is None:
+            self.kill()
+
+
+def within(seconds: float = 20.0) -> float:
+    """A moment after which a test gives up: so late that no busy machine gets there."""
+    return time.monotonic() + seconds

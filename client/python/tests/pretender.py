@@ -1,0 +1,51 @@
+"""Something on Zenoh that looks like daemons, for answers that a real one does not give."""
+
+from __future__ import annotations
+
+import json
+import socket
+from types import TracebackType
+from typing import cast
+
+import zenoh
+
+from simd_client import proto
+
+
+class Pretender:
+    """Answers every query with an empty message, or as it is told."""
+
+    def __init__(self, *names: str) -> None:
+        self.answers = True
+        self.payload = proto.GetSimulationStateResponse().SerializeToString()
+        self.error: tuple[bytes, str] | None = None
+        self._held: list[zenoh.Query] = []
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            self.endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
+        settings = {
+            "mode": "peer",
+            "listen": {"endpoints": [self.endpoint]},
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        }
+        self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+        handler = cast("zenoh.handlers.Callback[zenoh.Query]", zenoh.handlers.Callback(self._answer, indirect=False))
+        self._tokens = [self._session.liveliness().declare_token(f"@simd/daemons/{name}/1") for name in names]
+        self._queryables = [self._session.declare_queryable(f"simd/{name}/rpc/**", handler) for name in names]
+
+    def _answer(self, query: zenoh.Query) -> None:
+        if not self.answers:
+            self._held.append(query)
+        elif self.error is not None:
+            query.reply_err(self.error[0], encoding=self.error[1])  # pyright: ignore[reportUnknownMemberType]
+        else:
+            query.reply(query.key_expr, self.payload)  # pyright: ignore[reportUnknownMemberType]
+
+    def __enter__(self) -> Pretender:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._held.clear()
+        self._session.close()  # pyright: ignore[reportUnknownMemberType]

@@ -1,0 +1,1 @@
+"""Tests of `simd_client.pybullet`."""

@@ -1,0 +1,55 @@
+"""Daemons for the tests of `simd_client.pybullet`: each of its own, on free ports of this machine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import simd_client.pybullet as pybullet
+from simd_client.pybullet import daemon_process
+from simd_client.pybullet.daemon_process import DaemonProcess
+
+REPOSITORY = Path(__file__).resolve().parents[4]
+BENCH_ARM = REPOSITORY / "tests/assets/Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf"
+SEVEN_ARM = REPOSITORY / "tests/assets/seven_arm/urdf/seven_arm.urdf"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def binary() -> str:
+    """The daemon that the repository builds, unless SIMD_BINARY names another."""
+    built = REPOSITORY / "target/debug/simd"
+    found = os.environ.setdefault("SIMD_BINARY", str(built))
+    if not Path(found).is_file():
+        pytest.fail(f"{found} is not there: build it with `make build`, or name one with SIMD_BINARY")
+    return found
+
+
+@pytest.fixture(autouse=True)
+def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test connects to a daemon that happens to run."""
+    monkeypatch.delenv("SIMD_ENDPOINT", raising=False)
+
+
+@pytest.fixture
+def script() -> Iterator[ModuleType]:
+    """The module, connected as number 0 to a daemon of its own."""
+    assert pybullet.connect(pybullet.DIRECT, options="--new") == 0
+    yield pybullet
+    for number in range(8):
+        if pybullet.isConnected(number):
+            pybullet.disconnect(number)
+
+
+@pytest.fixture
+def daemon() -> Iterator[DaemonProcess]:
+    """A daemon that is running before any script comes."""
+    running = daemon_process.start()
+    yield running
+    for number in range(8):
+        if pybullet.isConnected(number):
+            pybullet.disconnect(number)
+    running.end()

@@ -1,0 +1,188 @@
+"""A turn of a script's loop: what it costs, and what it does to the joints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+import simd_client.pybullet as pybullet
+from simd_client.pybullet.connections import connected
+
+from .conftest import BENCH_ARM, SEVEN_ARM
+
+Calls = Counter[str]
+
+
+@pytest.fixture
+def calls(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Calls:
+    """Counts the calls to the daemon, by method."""
+    counted: Calls = Counter()
+    wire = connected(0).wire
+    call = wire.call
+
+    def counting(method: Any, request: Any) -> Any:
+        counted[method.key] += 1
+        return call(method, request)
+
+    monkeypatch.setattr(wire, "call", counting)
+    return counted
+
+
+def test_a_turn_costs_one_round_trip(script: ModuleType, calls: Calls) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    slider = script.addUserDebugParameter("elbow", -1, 1, 0.2)
+    script.stepSimulation()
+    calls.clear()
+    for _ in range(50):
+        wanted = script.readUserDebugParameter(slider)
+        for joint in range(7):
+            script.setJointMotorControl2(arm, joint, script.POSITION_CONTROL, wanted, force=200)
+            script.getJointState(arm, joint)
+        script.getJointStates(arm, range(7))
+        script.stepSimulation()
+    assert calls == {"SimulationService/StepSimulation": 50}
+
+
+def test_a_position_is_approached_as_pybullet_does(script: ModuleType) -> None:
+    """A tenth of what is left in each step, where no limit of the joint slows it."""
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.setTimeStep(1e-4)
+    left = 0.3
+    for _ in range(20):
+        script.setJointMotorControl2(arm, 0, script.POSITION_CONTROL, targetPosition=0.3)
+        script.stepSimulation()
+        left *= 0.9
+        assert 0.3 - script.getJointState(arm, 0)[0] == pytest.approx(left, rel=0.02)
+
+
+def test_a_motor_goes_on_without_being_told_again(script: ModuleType) -> None:
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.setGravity(0, 0, -9.81)
+    script.setJointMotorControl2(arm, 0, script.VELOCITY_CONTROL, targetVelocity=1.5)
+    for _ in range(120):
+        script.stepSimulation()
+    position, velocity, _, _ = script.getJointState(arm, 0)
+    assert velocity == pytest.approx(1.5, rel=0.01)
+    assert position == pytest.approx(0.75, rel=0.01)
+
+
+def test_gains_follow_the_time_step(script: ModuleType) -> None:
+    """They are per step: a motor told before setTimeStep keeps its law after it."""
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.setJointMotorControl2(arm, 0, script.POSITION_CONTROL, targetPosition=0.3)
+    script.stepSimulation()
+    script.setTimeStep(1e-3)
+    for _ in range(19):
+        script.stepSimulation()
+    assert 0.3 - script.getJointState(arm, 0)[0] == pytest.approx(0.3 * 0.9**20, rel=0.05)
+
+
+def test_a_torque_lasts_one_step(script: ModuleType) -> None:
+    """One step of torque gives the rate h torque / inertia, and none after."""
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.setJointMotorControl2(arm, 0, script.VELOCITY_CONTROL, force=0)
+    script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.01)
+    script.stepSimulation()
+    first = script.getJointState(arm, 0)
+    assert first[1] > 1e-4 and first[3] == pytest.approx(0.01)
+    script.stepSimulation()
+    second = script.getJointState(arm, 0)
+    assert second[1] == pytest.approx(first[1], rel=1e-6) and second[3] == 0.0
+
+
+def test_a_motor_with_a_small_force_brakes_a_torque_like_friction(script: ModuleType) -> None:
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.setJointMotorControl2(arm, 0, script.VELOCITY_CONTROL, force=0.05)
+    for _ in range(10):
+        script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.04)
+        script.stepSimulation()
+    assert script.getJointState(arm, 0)[1] == pytest.approx(0.0, abs=1e-6)
+    rates: list[float] = []
+    for _ in range(10):
+        script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.06)
+        script.stepSimulation()
+        rates.append(script.getJointState(arm, 0)[1])
+    # What is left of the torque, 0.01 N m, speeds the arm up evenly.
+    assert rates[0] > 0.0
+    assert rates[9] == pytest.approx(10 * rates[0], rel=0.02)
+
+
+def test_force_is_the_most_that_a_motor_applies(script: ModuleType) -> None:
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    script.setGravity(0, 0, -9.81)
+    # The arm's weight asks for 0.33 N m.
+    script.setJointMotorControl2(arm, 0, script.POSITION_CONTROL, targetPosition=0.0, force=0.1)
+    for _ in range(60):
+        script.stepSimulation()
+    position, _, _, torque = script.getJointState(arm, 0)
+    assert abs(position) > 0.1
+    assert abs(torque) <= 0.1 + 1e-12
+
+
+def test_a_joint_is_put_elsewhere_at_once_and_its_motor_goes_on(script: ModuleType) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    for joint in range(7):
+        script.resetJointState(arm, joint, 0.1 * joint, 0.2)
+    assert [state[0] for state in script.getJointStates(arm, range(7))] == pytest.approx([0.1 * j for j in range(7)])
+    assert script.getJointState(arm, 3)[1] == 0.2
+    script.stepSimulation()
+    # Motors of new joints hold the rate zero.
+    assert script.getJointState(arm, 3)[1] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_kept_state_comes_back_to_the_bit(script: ModuleType) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    script.setGravity(0, 0, -9.81)
+    for joint in range(7):
+        script.setJointMotorControl2(arm, joint, script.POSITION_CONTROL, 0.3)
+    for _ in range(5):
+        script.stepSimulation()
+    kept = script.saveState()
+
+    def after_ten() -> Any:
+        for _ in range(10):
+            script.stepSimulation()
+        return script.getJointStates(arm, range(7))
+
+    first = after_ten()
+    script.restoreState(kept)
+    assert after_ten() == first
+    script.removeState(kept)
+    with pytest.raises(pybullet.error, match="Couldn't restore state"):
+        script.restoreState(kept)
+
+
+def test_resetting_gives_an_empty_world_without_gravity_and_keeps_the_time_step(script: ModuleType) -> None:
+    script.setGravity(0, 0, -9.81)
+    script.setTimeStep(1e-3)
+    script.loadURDF(str(BENCH_ARM))
+    script.addUserDebugParameter("a", 0, 1, 0)
+    script.resetSimulation()
+    settings = script.getPhysicsEngineParameters()
+    assert settings["gravityAccelerationZ"] == 0.0
+    assert settings["fixedTimeStep"] == 1e-3
+    assert script.getNumBodies() == 0
+    assert script.loadURDF(str(BENCH_ARM)) == 0
+
+
+def test_refusals_are_pybullets_words(script: ModuleType) -> None:
+    arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    for words, call in (
+        ("GetJointInfo failed.", lambda: script.getJointInfo(arm, 99)),
+        ("GetJointInfo failed.", lambda: script.getJointInfo(9, 0)),
+        ("Joint index out-of-range.", lambda: script.setJointMotorControl2(arm, 99, script.POSITION_CONTROL)),
+        ("Illegal control mode.", lambda: script.setJointMotorControl2(arm, 0, 7)),
+        ("Joint index out-of-range.", lambda: script.getJointStates(arm, [0, 99])),
+        ("Cannot load URDF file.", lambda: script.loadURDF("nowhere.urdf")),
+        (
+            "number of target positions should match the number of joint indices",
+            lambda: script.setJointMotorControlArray(arm, [0], script.POSITION_CONTROL, targetPositions=[1, 2]),
+        ),
+        ("Failed to read parameter.", lambda: script.readUserDebugParameter(5)),
+    ):
+        with pytest.raises(pybullet.error) as refused:
+            call()
+        assert str(refused.value).startswith(words)

@@ -1,0 +1,166 @@
+"""Scripts on a daemon that others use: what they change, what they leave behind."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import simd_client
+import simd_client.pybullet as p
+from simd_client.pybullet import daemon_process
+from simd_client.pybullet.connections import connected
+from simd_client.pybullet.daemon_process import DaemonProcess
+
+from .conftest import BENCH_ARM, SEVEN_ARM
+
+
+def test_in_a_world_without_robots_a_script_gets_pybullets_world(daemon: DaemonProcess) -> None:
+    with simd_client.connect(daemon.endpoint) as other:
+        other.play()
+        p.connect(p.DIRECT, endpoint=daemon.endpoint)
+        physics = other.physics
+        assert list(physics.gravity) == [0.0, 0.0, 0.0]
+        assert physics.time_step == 1.0 / 240.0
+        assert other.state is simd_client.SimulationState.PAUSED
+
+
+def test_a_guest_leaves_the_world_as_it_is(daemon: DaemonProcess) -> None:
+    with simd_client.connect(daemon.endpoint) as other:
+        other.load(SEVEN_ARM, name="theirs", fixed=True)
+        before = other.physics
+        p.connect(p.DIRECT, endpoint=daemon.endpoint)
+        assert p.getNumBodies() == 1
+        p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+        p.resetSimulation()
+        assert list(other.robots) == ["theirs"]
+        after = other.physics
+        assert list(after.gravity) == list(before.gravity)
+        assert after.time_step == before.time_step
+
+
+def test_robots_stay_in_a_daemon_that_was_running_and_sliders_go(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    p.addUserDebugParameter("speed", 0, 1, 0.5)
+    with simd_client.connect(daemon.endpoint) as other:
+        assert list(other.parameters.all()) == ["speed"]
+        p.disconnect()
+        assert list(other.robots) == ["bench_arm"]
+        assert list(other.parameters.all()) == []
+
+
+def test_a_daemon_that_was_started_ends_with_its_script() -> None:
+    number = p.connect(p.DIRECT, options="--new")
+    endpoint = connected(number).wire.endpoint
+    p.disconnect(number)
+    with pytest.raises(simd_client.Unavailable):
+        simd_client.connect(endpoint, connect_timeout=1.0)
+
+
+def test_a_killed_script_leaves_no_daemon_behind() -> None:
+    code = (
+        "import sys, simd_client.pybullet as p; p.connect(p.DIRECT, options='--new');"
+        "print(p.connections._children[0].pid, flush=True); sys.stdin.read()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as script:
+        assert script.stdout is not None
+        daemon = int(script.stdout.readline())
+        # Whoever holds this end of the pipe sees the daemon go: it inherited none of ours.
+        script.kill()
+        script.wait()
+    assert ended(daemon)
+
+
+def ended(process: int) -> bool:
+    """Waits for a process that is not a child, for at most ten seconds."""
+    try:
+        watched = os.pidfd_open(process)
+    except ProcessLookupError:
+        return True
+    import select
+
+    ready, _, _ = select.select([watched], [], [], 10.0)
+    os.close(watched)
+    return bool(ready)
+
+
+def test_two_scripts_and_another_client_share_a_world(daemon: DaemonProcess) -> None:
+    first = p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1, physicsClientId=first)
+    second = p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    assert p.getNumBodies(second) == 1
+    other = p.loadURDF(str(SEVEN_ARM), useFixedBase=1, physicsClientId=second)
+    assert (arm, other) == (0, 1)
+    assert p.getNumBodies(first) == 1
+    p.syncBodyInfo(first)
+    assert p.getNumBodies(first) == 2
+    p.setJointMotorControl2(arm, 0, p.POSITION_CONTROL, 0.5, physicsClientId=first)
+    p.setJointMotorControl2(other, 3, p.POSITION_CONTROL, 0.25, physicsClientId=second)
+    for _ in range(600):
+        p.stepSimulation(first)
+        p.stepSimulation(second)
+    assert p.getJointState(arm, 0, second)[0] == pytest.approx(0.5, abs=1e-3)
+    assert p.getJointState(other, 3, first)[0] == pytest.approx(0.25, abs=1e-3)
+    with simd_client.connect(daemon.endpoint) as client:
+        assert client.robot("bench_arm").joints["shoulder"].position == pytest.approx(0.5, abs=1e-3)
+
+
+def test_on_a_world_that_plays_motors_are_sent_at_once_and_states_arrive(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    p.setGravity(0, 0, -9.81)
+    p.setRealTimeSimulation(1)
+    p.setJointMotorControl2(arm, 0, p.POSITION_CONTROL, targetPosition=0.4)
+    for _ in range(10_000):
+        if abs(p.getJointState(arm, 0)[0] - 0.4) < 1e-3:
+            break
+        p.stepSimulation()
+    assert p.getJointState(arm, 0)[0] == pytest.approx(0.4, abs=1e-3)
+    p.setRealTimeSimulation(0)
+    stopped = p.getJointState(arm, 0)
+    assert p.getJointState(arm, 0) == stopped
+
+
+def test_a_script_that_steps_goes_on_when_somebody_presses_play(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    with simd_client.connect(daemon.endpoint) as other:
+        p.stepSimulation()
+        other.play()
+        p.setJointMotorControl2(arm, 0, p.POSITION_CONTROL, targetPosition=0.4)
+        for _ in range(300):
+            p.stepSimulation()
+        assert p.getPhysicsEngineParameters()["useRealTimeSimulation"] == 1
+        assert p.getJointState(arm, 0)[0] == pytest.approx(0.4, abs=1e-3)
+        other.pause()
+        p.stepSimulation()
+        assert p.getPhysicsEngineParameters()["useRealTimeSimulation"] == 0
+
+
+def test_a_daemon_that_was_named_and_is_not_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SIMD_ENDPOINT", "tcp/127.0.0.1:1#nobody")
+    with pytest.raises(p.error, match="no daemon"):
+        p.connect(p.DIRECT)
+
+
+def test_without_a_program_to_start_the_error_says_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("SIMD_BINARY")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(p.error, match="SIMD_BINARY"):
+        daemon_process.start()
+
+
+def test_robots_go_where_the_script_asks_for_it(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")
+    p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    p.disconnect()
+    with simd_client.connect(daemon.endpoint) as other:
+        assert list(other.robots) == []

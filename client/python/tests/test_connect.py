@@ -1,0 +1,132 @@
+"""Finding the daemon that is meant, and saying so where there is none."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+
+import pytest
+from daemon import Daemon
+from pretender import Pretender
+
+import simd_client
+from simd_client import DeadlineExceeded, EndpointError, SimdError, Unavailable
+from simd_client.endpoint import Endpoint, read_endpoint
+
+
+def free_port() -> int:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return int(taken.getsockname()[1])
+
+
+def test_an_endpoint_is_said_by_the_program_else_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SIMD_ENDPOINT", raising=False)
+    assert read_endpoint(None) == Endpoint("tcp/127.0.0.1:7447")
+    monkeypatch.setenv("SIMD_ENDPOINT", "tcp/10.0.0.5:7447#lab2")
+    assert read_endpoint(None) == Endpoint("tcp/10.0.0.5:7447", "lab2")
+    assert read_endpoint(None, "lab3").name == "lab3"
+    assert read_endpoint("tls/[::1]:1") == Endpoint("tls/[::1]:1")
+
+
+@pytest.mark.parametrize("text", ["127.0.0.1:7400", "http://lab:7400", "tcp/", "tcp/a b", "tcp/lab:1#no name"])
+def test_what_is_no_endpoint_is_refused_in_one_sentence(text: str) -> None:
+    with pytest.raises(EndpointError):
+        simd_client.connect(text)
+
+
+def test_a_connection_says_what_it_is_connected_to(daemon: Daemon) -> None:
+    with simd_client.connect(daemon.endpoint, daemon.name) as sim:
+        assert repr(sim) == f"<Simulation 'pytest' at {daemon.endpoint}>"
+        info = sim.info()
+        assert (info.simulator, info.name, info.api_version[0]) == ("simd", "pytest", 1)
+        assert info.limits.max_steps > 0
+
+
+def test_where_nobody_listens_the_sentence_says_where_and_what_to_do() -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with pytest.raises(Unavailable, match=f"no daemon answers at {endpoint}; start one with `simd`"):
+        simd_client.connect(endpoint, connect_timeout=0.3)
+
+
+def test_a_daemon_of_another_name_is_not_taken_for_it(daemon: Daemon) -> None:
+    with pytest.raises(Unavailable, match="no daemon named `other` answers at .*; there are `pytest`"):
+        simd_client.connect(f"{daemon.endpoint}#other")
+
+
+def test_several_daemons_are_listed_for_one_to_be_chosen() -> None:
+    with Pretender("lab1", "lab2") as network:
+        with pytest.raises(EndpointError, match="say which of `lab1`, `lab2` is meant"):
+            simd_client.connect(network.endpoint)
+        with simd_client.connect(f"{network.endpoint}#lab2") as sim:
+            assert sim.name == "lab2"
+    with Pretender("lab1", "simd") as network, simd_client.connect(network.endpoint) as sim:
+        assert sim.name == "simd"
+
+
+def test_a_daemon_that_never_answers_is_a_deadline_and_not_a_hang() -> None:
+    with Pretender("slow") as network:
+        with simd_client.connect(network.endpoint, timeout=0.2) as sim:
+            network.answers = False
+            with pytest.raises(DeadlineExceeded, match="the daemon `slow` at .* did not answer within 0.2 s"):
+                sim.stamp
+        assert issubclass(DeadlineExceeded, TimeoutError)
+
+
+def test_an_answer_that_is_no_message_is_said_to_be_none() -> None:
+    with Pretender("odd") as network, simd_client.connect(network.endpoint) as sim:
+        network.payload = b"\xff\xff\xff"
+        with pytest.raises(simd_client.AnswerError, match="it is no GetSimulationStateResponse"):
+            sim.stamp
+        network.error = b"not a status", "text/plain"
+        with pytest.raises(SimdError, match="an error in text/plain: not a status"):
+            sim.stamp
+
+
+def test_a_client_of_another_major_version_is_told_which_side_is_older(
+    daemon: Daemon, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("simd_client.link._ATTACHMENT", "simd-api-version: 2.0")
+    with pytest.raises(simd_client.VersionMismatch) as refused:
+        simd_client.connect(daemon.endpoint)
+    assert refused.value.metadata == {"client": "2.0", "daemon": "1.0"}
+    assert "older" in str(refused.value) or "newer" in str(refused.value)
+
+
+def test_a_closed_connection_says_that_it_is_closed(daemon: Daemon) -> None:
+    sim = simd_client.connect(daemon.endpoint)
+    sim.close()
+    with pytest.raises(Unavailable, match="is closed"):
+        sim.stamp
+
+
+def test_a_daemon_that_is_killed_is_unavailable() -> None:
+    with Daemon("--paused", name="doomed") as doomed, simd_client.connect(doomed.endpoint, timeout=5) as sim:
+        assert sim.stamp.step == 0
+        doomed.kill()
+        with pytest.raises(Unavailable, match="no daemon named `doomed` answers"):
+            # The operating system may take a moment to say that it is gone.
+            for _ in range(100):
+                sim.stamp
+
+
+def test_ctrl_c_ends_a_call_that_waits() -> None:
+    with Pretender("slow") as network:
+        script = (
+            "import os, signal, sys, threading, simd_client\n"
+            f"sim = simd_client.connect({network.endpoint!r}, timeout=30)\n"
+            "print('ready', flush=True)\n"
+            "sys.stdin.readline()\n"
+            "threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
+            "try:\n    sim.stamp\nexcept KeyboardInterrupt:\n    os._exit(7)\n"
+        )
+        with subprocess.Popen(
+            [sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None and process.stdin is not None
+            assert process.stdout.readline() == "ready\n"
+            network.answers = False
+            process.stdin.write("go\n")
+            process.stdin.flush()
+            assert process.wait(timeout=20) == 7

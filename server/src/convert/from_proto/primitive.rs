@@ -1,0 +1,99 @@
+//! Single shapes from the wire.
+
+use glamx::DVec3;
+use simd_model::Primitive;
+use simd_model::robot::Geometry;
+use simd_proto::v1;
+
+use super::geometry::{vector, vector_or_zero};
+use crate::convert::field::{BadField, Path};
+
+/// A robot of one shape.
+pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadField> {
+    let geometry = geometry(at, at.field("geometry").given(given.geometry)?)?;
+    let mass = at.field("mass").at_least_zero(given.mass)?;
+    let color = given.color.map(|v1::Color { red, green, blue, alpha }| [red, green, blue, alpha]);
+    if let Some(bad) = color.iter().flatten().find(|part| !(0.0..=1.0).contains(*part)) {
+        return Err(at.field("color").refuse(bad, "its parts must be 0 to 1"));
+    }
+    Ok(Primitive { geometry, mass: (mass > 0.0).then_some(mass), color })
+}
+
+fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, BadField> {
+    use v1::primitive::Geometry as Wire;
+    Ok(match given {
+        Wire::Box(v1::BoxGeometry { size }) => {
+            let at = &at.field("box");
+            let at = &at.field("size");
+            let size = vector(at, at.given(size)?)?;
+            for (axis, side) in ["x", "y", "z"].into_iter().zip(size.to_array()) {
+                above_zero(at, axis, side)?;
+            }
+            Geometry::Box { size }
+        }
+        Wire::Sphere(v1::SphereGeometry { radius }) => {
+            Geometry::Sphere { radius: above_zero(&at.field("sphere"), "radius", radius)? }
+        }
+        Wire::Cylinder(v1::CylinderGeometry { radius, length }) => {
+            let at = &at.field("cylinder");
+            let (radius, length) = (above_zero(at, "radius", radius)?, above_zero(at, "length", length)?);
+            Geometry::Cylinder { radius, length }
+        }
+        Wire::Capsule(v1::CapsuleGeometry { radius, length }) => {
+            let at = &at.field("capsule");
+            let (radius, length) = (above_zero(at, "radius", radius)?, above_zero(at, "length", length)?);
+            Geometry::Capsule { radius, length }
+        }
+        Wire::Plane(v1::PlaneGeometry { normal }) => {
+            let at = &at.field("plane");
+            let at = &at.field("normal");
+            let given = normal.map_or(Ok(DVec3::Z), |normal| vector(at, normal))?;
+            let normal = given.try_normalize().ok_or_else(|| at.refuse(given, "it must have a length"))?;
+            Geometry::Plane { normal }
+        }
+        Wire::Mesh(v1::MeshGeometry { sha256: _, uri, scale }) => {
+            let at = &at.field("mesh");
+            let uri = at.field("uri").name(uri)?;
+            let scale = vector_or_zero(&at.field("scale"), scale)?;
+            Geometry::Mesh { uri, scale: if scale == DVec3::ZERO { DVec3::ONE } else { scale }, asset: None }
+        }
+    })
+}
+
+/// Metres, a length that something has.
+fn above_zero(at: &Path<'_>, name: &str, value: f64) -> Result<f64, BadField> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(at.field(name).refuse(value, "it must be finite and above 0"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(geometry: v1::primitive::Geometry, mass: f64) -> Result<Primitive, BadField> {
+        let given = v1::Primitive { geometry: Some(geometry), mass, color: None };
+        primitive(&Path::ROOT.field("primitive"), given)
+    }
+
+    #[test]
+    fn what_no_shape_can_be_is_refused_by_the_name_of_the_field() {
+        use v1::primitive::Geometry as Wire;
+        let flat = v1::Vector3 { x: 1.0, y: 0.0, z: 1.0 };
+        let nowhere = v1::Vector3 { x: 0.0, y: 0.0, z: 0.0 };
+        let sphere = |radius| Wire::Sphere(v1::SphereGeometry { radius });
+        for (geometry, mass, field) in [
+            (sphere(-1.0), 0.0, "primitive.sphere.radius"),
+            (sphere(f64::NAN), 0.0, "primitive.sphere.radius"),
+            (sphere(1.0), -1.0, "primitive.mass"),
+            (Wire::Box(v1::BoxGeometry { size: None }), 0.0, "primitive.box.size"),
+            (Wire::Box(v1::BoxGeometry { size: Some(flat) }), 0.0, "primitive.box.size.y"),
+            (Wire::Plane(v1::PlaneGeometry { normal: Some(nowhere) }), 0.0, "primitive.plane.normal"),
+            (Wire::Mesh(v1::MeshGeometry::default()), 0.0, "primitive.mesh.uri"),
+        ] {
+            assert_eq!(read(geometry, mass).unwrap_err().field, field);
+        }
+        assert!(read(sphere(1.0), 2.0).is_ok());
+    }
+}
