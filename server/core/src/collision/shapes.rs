@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
+use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use rapier3d_f64::geometry::SharedShape;
@@ -24,6 +25,8 @@ const DIRECTIONS: usize = 256;
 #[derive(Clone, Default)]
 pub struct Shapes {
     pub(super) parts: Vec<Part>,
+    /// Of its meshes, for other robots with the same.
+    hulls: Hulls,
 }
 
 /// A shape of a link.
@@ -45,17 +48,23 @@ impl fmt::Debug for Shapes {
 impl Shapes {
     /// Those of a robot. A mesh that is missing touches nothing; the load report said so.
     pub fn new(model: &RobotModel) -> Self {
+        Self::reusing(model, &[])
+    }
+
+    /// The same, with the hulls that other robots have of the same meshes in the same
+    /// scale: they are what would be made here.
+    pub fn reusing(model: &RobotModel, others: &[Arc<Self>]) -> Self {
         // A mesh that is used many times has its hull made once.
-        let mut hulls = BTreeMap::new();
+        let mut hulls = Hulls::new();
         let mut parts = Vec::new();
         for (link, of) in model.links.iter().enumerate() {
             for collision in &of.collisions {
-                let Some((shape, turn)) = shape(&collision.geometry, &mut hulls) else { continue };
+                let Some((shape, turn)) = shape(&collision.geometry, &mut hulls, others) else { continue };
                 let link_from_shape = collision.link_from_shape * DPose3::from_rotation(turn);
                 parts.push(Part { link, link_from_shape, shape });
             }
         }
-        Self { parts }
+        Self { parts, hulls }
     }
 
     /// How many there are.
@@ -73,7 +82,7 @@ impl Shapes {
 type Hulls = BTreeMap<(Sha256, [u64; 3]), Option<SharedShape>>;
 
 /// rapier's shape, and the turn from its axes to ours: its cylinders stand along y, URDF's along z.
-fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DQuat)> {
+fn shape(geometry: &Geometry, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Option<(SharedShape, DQuat)> {
     let upright = DQuat::from_rotation_x(FRAC_PI_2);
     Some(match geometry {
         Geometry::Box { size } => {
@@ -89,7 +98,8 @@ fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DQuat)>
         Geometry::Mesh { scale, asset, .. } => {
             let asset = asset.as_deref()?;
             let key = (asset.sha256, scale.to_array().map(f64::to_bits));
-            let hull = hulls.entry(key).or_insert_with(|| hull(asset, *scale));
+            let made = || others.iter().find_map(|other| other.hulls.get(&key)).cloned();
+            let hull = hulls.entry(key).or_insert_with(|| made().unwrap_or_else(|| hull(asset, *scale)));
             (hull.clone()?, DQuat::IDENTITY)
         }
     })
