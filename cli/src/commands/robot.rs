@@ -1,5 +1,6 @@
 //! `simctl robot`: robots in the world, in and out.
 
+pub(crate) mod validate;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -28,6 +29,8 @@ pub(crate) enum Robot {
     Load(Load),
     /// Reads a robot's description again, and keeps its pose, joints and targets
     Reload(Reload),
+    /// Says what the daemon would make of a description, without a daemon
+    Validate(validate::Validate),
     /// Shows the robots in the world
     List,
     /// Shows one robot: base, mass, pose, links
@@ -108,6 +111,7 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
     match command {
         Robot::Load(arguments) => load(arguments, client, output).await,
         Robot::Reload(arguments) => reload(arguments, client, output).await,
+        Robot::Validate(arguments) => validate::run(&arguments, output),
         Robot::List => {
             let robots: Vec<RobotView> = client.robots().await?.into_iter().map(RobotView::from).collect();
             output.list(&robots, view::list)
