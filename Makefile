@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test test-data build lint nextest bench truth reference clean
+.PHONY: demo test test-data build lint nextest bench truth fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -53,6 +53,20 @@ bench: build
 # simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
 truth: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/report.py
+
+# Fuzzes each target for FUZZ_SECONDS. What it finds is in fuzz/artifacts; a find that is mended
+# goes into fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
+FUZZ_SECONDS ?= 60
+FUZZ_VERSION := 0.13.2
+FUZZ_TARGETS ?= urdf stl obj collada paths xacro
+fuzz:
+	@$(CARGO) fuzz --version >/dev/null 2>&1 || \
+	  $(CARGO) install cargo-fuzz --locked --version $(FUZZ_VERSION)
+	@for target in $(FUZZ_TARGETS); do \
+	  mkdir -p fuzz/found/$$target && \
+	  RUSTC_BOOTSTRAP=1 $(CARGO) fuzz run $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
+	done
 
 # Makes the reference figures of the physics suite again.
 reference: target/reference-venv/installed

@@ -2,12 +2,14 @@
 //!
 //! * `store`, `partial`: what was uploaded.
 //! * `disk`: what lies on the daemon's own disk.
+//! * `decoded`: meshes in memory, shared by robots.
 //! * `reading`: from there to a model.
 //! * `progress`: how far that is.
 //! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
 //! * Here: what is kept of it all, and which robot came from where.
 
 mod calls;
+mod decoded;
 mod disk;
 mod partial;
 mod progress;
@@ -23,9 +25,10 @@ use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
 
-use crate::handle::{CallError, Limits};
 pub use progress::{Phase, Progress};
 
+use crate::handle::{CallError, Limits};
+use decoded::Decoded;
 use disk::Roots;
 use partial::Partials;
 use reading::{Origin, Used};
@@ -43,6 +46,7 @@ pub(crate) struct Loader {
     roots: Roots,
     turns: Arc<Semaphore>,
     seats: Arc<Semaphore>,
+    decoded: Arc<Decoded>,
     /// Held for a look or a change, never while something is read or hashed.
     shelf: Mutex<Shelf>,
 }
@@ -81,6 +85,7 @@ impl Loader {
             roots: Roots::new(asset_roots)?,
             turns: Arc::new(Semaphore::new(TURNS)),
             seats: Arc::new(Semaphore::new(SEATS)),
+            decoded: Arc::new(Decoded::new(limits.decoded_bytes)),
             shelf: Mutex::new(shelf),
         })
     }

@@ -25,6 +25,8 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
     let output = Output::new(options.output);
     match arguments.command {
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
+        // Needs no daemon.
+        Command::Robot(robot::Robot::Validate(arguments)) => robot::validate::run(&arguments, output),
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,

@@ -3,6 +3,7 @@
 mod kinematics;
 mod progress;
 mod shape;
+pub(crate) mod validate;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -35,6 +36,8 @@ pub(crate) enum Robot {
     Shape(shape::Shape),
     /// Reads a robot's description again, and keeps its pose, joints and targets
     Reload(Reload),
+    /// Says what the daemon would make of a description, without a daemon
+    Validate(validate::Validate),
     /// Shows the robots in the world
     List,
     /// Shows one robot: base, mass, pose, links
@@ -128,6 +131,7 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
         Robot::Load(arguments) => load(arguments, client, output).await,
         Robot::Shape(arguments) => shape::run(arguments, client, output).await,
         Robot::Reload(arguments) => reload(arguments, client, output).await,
+        Robot::Validate(arguments) => validate::run(&arguments, output),
         Robot::List => {
             let robots: Vec<RobotView> = client.robots().await?.into_iter().map(RobotView::from).collect();
             output.list(&robots, view::list)

@@ -7,8 +7,8 @@ use simd_proto::{
     v1::{
         contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
-        kinematics_service_client::KinematicsServiceClient,
-        parameter_service_client::ParameterServiceClient, simulation_service_client::SimulationServiceClient,
+        kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
+        simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{

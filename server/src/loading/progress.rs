@@ -1,7 +1,9 @@
 //! How far a robot is on its way into the world, for whoever waits for it.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
+use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Asset, Assets};
 use tokio::sync::watch;
 
@@ -81,6 +83,19 @@ impl<A: Assets> Assets for Counting<'_, A> {
             listener.send_replace(Progress { phase: Phase::Reading, done, total, uri });
         }
         self.assets.find(uri)
+    }
+
+    fn note(&self, uri: &str) -> Option<String> {
+        self.assets.note(uri)
+    }
+
+    fn mesh(
+        &self,
+        sha256: Sha256,
+        format: &str,
+        read: &mut dyn FnMut() -> Result<MeshAsset, String>,
+    ) -> Result<Arc<MeshAsset>, String> {
+        self.assets.mesh(sha256, format, read)
     }
 }
 

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
+use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::shape::SharedShape;
@@ -25,6 +26,8 @@ const DIRECTIONS: usize = 256;
 #[derive(Clone, Default)]
 pub struct Shapes {
     pub(super) parts: Vec<Part>,
+    /// Of its meshes, for other robots with the same.
+    hulls: Hulls,
 }
 
 /// A shape of a link.
@@ -48,17 +51,25 @@ impl fmt::Debug for Shapes {
 impl Shapes {
     /// Those of a robot. A mesh that is missing touches nothing; the load report said so.
     pub fn new(model: &RobotModel) -> Self {
+        Self::reusing(model, &[])
+    }
+
+    /// The same, with the hulls that other robots have of the same meshes in the same
+    /// scale: they are what would be made here.
+    pub fn reusing(model: &RobotModel, others: &[Arc<Self>]) -> Self {
         // A mesh that is used many times has its hull made once.
-        let mut hulls = BTreeMap::new();
+        let mut hulls = Hulls::new();
         let mut parts = Vec::new();
         for (link, of) in model.links.iter().enumerate() {
             for collision in &of.collisions {
-                let Some((shape, own_from_shape)) = shape(&collision.geometry, &mut hulls) else { continue };
+                let Some((shape, own_from_shape)) = shape(&collision.geometry, &mut hulls, others) else {
+                    continue;
+                };
                 let link_from_shape = collision.link_from_shape * own_from_shape;
                 parts.push(Part { link, link_from_shape, shape, material: collision.material });
             }
         }
-        Self { parts }
+        Self { parts, hulls }
     }
 
     /// How many there are.
@@ -76,7 +87,7 @@ impl Shapes {
 type Hulls = BTreeMap<(Sha256, [u64; 3]), Option<(SharedShape, DPose3)>>;
 
 /// parry's shape, and where its axes are in ours: its cylinders stand along y, URDF's along z.
-fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DPose3)> {
+fn shape(geometry: &Geometry, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Option<(SharedShape, DPose3)> {
     Some(match geometry {
         Geometry::Box { size } => {
             (SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0), DPose3::IDENTITY)
@@ -95,7 +106,9 @@ fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DPose3)
         Geometry::Mesh { scale, asset, .. } => {
             let asset = asset.as_deref()?;
             let key = (asset.sha256, scale.to_array().map(f64::to_bits));
-            hulls.entry(key).or_insert_with(|| hull(asset, *scale)).clone()?
+            let made = || others.iter().find_map(|other| other.hulls.get(&key)).cloned();
+            let hull = hulls.entry(key).or_insert_with(|| made().unwrap_or_else(|| hull(asset, *scale)));
+            hull.clone()?
         }
     })
 }

@@ -183,6 +183,19 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     let hulls: Vec<_> = shapes.parts.iter().filter_map(|part| part.shape.as_convex_polyhedron()).collect();
     assert_eq!(hulls.len(), 100);
     assert!(hulls.iter().all(|hull| std::ptr::eq(*hull, hulls[0])));
+    // Another robot with the same mesh has the same hull, and in another scale its own.
+    let known = Arc::new(shapes.clone());
+    let other = Shapes::reusing(&model, std::slice::from_ref(&known));
+    assert!(
+        other.parts.iter().zip(&known.parts).all(|(a, b)| a.link != 2 || Arc::ptr_eq(&a.shape.0, &b.shape.0))
+    );
+    let mut larger = model.clone();
+    if let Geometry::Mesh { scale, .. } = &mut larger.links[2].collisions[0].geometry {
+        *scale = DVec3::splat(2.0);
+    }
+    let larger = Shapes::reusing(&larger, std::slice::from_ref(&known));
+    let of_pad = |shapes: &Shapes| shapes.parts.iter().find(|part| part.link == 2).unwrap().shape.clone();
+    assert!(!Arc::ptr_eq(&of_pad(&larger).0, &of_pad(&known).0));
     let corners = hulls[0].points();
     assert!(corners.len() <= 256);
     // It still is a ball: flat between the corners, by less than a fiftieth of its radius.

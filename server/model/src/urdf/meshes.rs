@@ -30,7 +30,8 @@ pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
     limits: &'s Limits,
     by_uri: HashMap<String, Found>,
-    by_content: HashMap<Sha256, Found>,
+    /// By what is in the file and by its format.
+    by_content: HashMap<(Sha256, String), Found>,
     reported: HashSet<(String, Use)>,
     triangles: usize,
 }
@@ -99,11 +100,12 @@ impl<'s> Meshes<'s> {
             .assets
             .find(uri)
             .map_err(|places| format!("mesh {} {}", quoted(uri), absent(uri, &places)))?;
-        if let Some(found) = self.by_content.get(&asset.sha256) {
+        let content = (asset.sha256, mesh::format(uri));
+        if let Some(found) = self.by_content.get(&content) {
             return found.clone();
         }
         let found = self.parse(uri, &asset);
-        self.by_content.insert(asset.sha256, found.clone());
+        self.by_content.insert(content, found.clone());
         found
     }
 
@@ -113,18 +115,22 @@ impl<'s> Meshes<'s> {
         if size > cap {
             return Err(format!("mesh {name} is not read: it has {size} bytes; the most is {cap}"));
         }
-        let (vertices, triangles) =
-            mesh::parse(uri, &asset.bytes).map_err(|why| format!("mesh {name} is not read: {why}"))?;
-        let (count, cap) = (triangles.len(), self.limits.mesh_triangles);
+        let mut read = || {
+            let (vertices, triangles) = mesh::parse(uri, &asset.bytes)?;
+            Ok(MeshAsset { sha256: asset.sha256, vertices, triangles })
+        };
+        let read = self.assets.mesh(asset.sha256, &mesh::format(uri), &mut read);
+        let read = read.map_err(|why| format!("mesh {name} is not read: {why}"))?;
+        let (count, cap) = (read.triangles.len(), self.limits.mesh_triangles);
         if count > cap {
             return Err(format!("mesh {name} is not read: it has {count} triangles; the most is {cap}"));
         }
-        self.triangles = self.triangles.saturating_add(triangles.len());
+        self.triangles = self.triangles.saturating_add(count);
         if self.triangles > self.limits.robot_triangles {
             let cap = self.limits.robot_triangles;
             return Err(format!("mesh {name} is not read: with it the robot has more than {cap} triangles"));
         }
-        Ok(Arc::new(MeshAsset { sha256: asset.sha256, vertices, triangles }))
+        Ok(read)
     }
 }
 

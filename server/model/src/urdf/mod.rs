@@ -33,7 +33,7 @@ use std::sync::Arc;
 
 use crate::limits::Limits;
 use crate::report::LoadReport;
-use crate::robot::{RobotModel, Sha256};
+use crate::robot::{MeshAsset, RobotModel, Sha256};
 use deadline::Deadline;
 use findings::{Findings, Refusal};
 
@@ -59,6 +59,19 @@ pub trait Assets {
     fn note(&self, uri: &str) -> Option<String> {
         let _ = uri;
         None
+    }
+
+    /// The mesh of a file with this content, read as this format: by `read`, which says
+    /// in a fragment of a sentence why not, or from where it was kept. By default nothing
+    /// is kept.
+    fn mesh(
+        &self,
+        sha256: Sha256,
+        format: &str,
+        read: &mut dyn FnMut() -> Result<MeshAsset, String>,
+    ) -> Result<Arc<MeshAsset>, String> {
+        let _ = (sha256, format);
+        read().map(Arc::new)
     }
 }
 

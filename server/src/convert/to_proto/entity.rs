@@ -113,6 +113,7 @@ pub fn report(report: LoadReport, summary: String) -> v1::LoadReport {
             element: finding.element,
             line: finding.line.unwrap_or(0),
             message: finding.message,
+            file: finding.file.unwrap_or_default(),
         })
         .collect();
     v1::LoadReport { summary, findings }
