@@ -171,6 +171,7 @@ class World:
 
     def _drop(self, number: int) -> None:
         del self.bodies[number]
+        self.constraints = {n: c for n, c in self.constraints.items() if c.body != number}
         for waiting in [key for key in self._waiting if key[0] == number]:
             del self._waiting[waiting]
         self.forget_states()
