@@ -23,7 +23,7 @@ def test_link_states_are_where_the_links_are(sim: Simulation, arm: Robot) -> Non
 def test_inverse_dynamics_is_the_mass_matrix_times_accelerations_beside_gravity(arm: Robot) -> None:
     there = Configuration(positions=[0.2, 0.7])
     mass = arm.mass_matrix(there)
-    np.testing.assert_allclose(mass, mass.T, atol=1e-12)
+    np.testing.assert_allclose(mass, np.transpose(mass), atol=1e-12)
     assert np.all(np.linalg.eigvalsh(mass) > 0)
     gravity = arm.inverse_dynamics(configuration=there)
     np.testing.assert_allclose(arm.inverse_dynamics([1.0, -2.0], there), mass @ [1.0, -2.0] + gravity, atol=1e-9)

@@ -44,10 +44,12 @@ def selections(selection: Selection) -> list[proto.JointSelection]:
     """As messages."""
     if selection is None:
         return []
+    if isinstance(selection, str):
+        return [proto.JointSelection(robot=selection)]
     if isinstance(selection, Mapping):
         by_robot = cast("Mapping[str, Sequence[str]]", selection)
         return [proto.JointSelection(robot=robot, joints=joints) for robot, joints in by_robot.items()]
-    if isinstance(selection, Collection) and not isinstance(selection, str):
+    if isinstance(selection, Collection):
         return [proto.JointSelection(robot=name_of(robot)) for robot in selection]
     return [proto.JointSelection(robot=name_of(selection))]
 
