@@ -115,6 +115,7 @@ async def test_the_world_events_claims_and_parameters(sim: aio.Simulation) -> No
         if len(stamps) == 5:
             break
     assert stamps == sorted(set(stamps))
+    assert (await sim.exchange({arm: [0.1, 0.2]}))[arm].target.tolist() == [0.1, 0.2]
     await arm.stream_targets([0.1, 0.1])
 
 

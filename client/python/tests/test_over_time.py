@@ -103,6 +103,24 @@ def test_streamed_targets_take_effect_without_an_answer(sim: Simulation, arm: Ro
     assert arm.target.tolist() == [0.1, 0.5]
 
 
+def test_targets_are_exchanged_for_the_first_state_that_was_stepped_with_them(sim: Simulation, arm: Robot) -> None:
+    sim.play()
+    before = sim.stamp
+    states = [sim.exchange({arm: {"elbow joint": 0.01 * turn}}, states=arm)[arm] for turn in range(1, 11)]
+    for turn, state in enumerate(states, 1):
+        assert state.target[1] == 0.01 * turn
+    sequences = [before.sequence, *(state.stamp.sequence for state in states)]
+    assert sequences == sorted(set(sequences))
+    sim.pause()
+    assert sim.exchange({}, wait=0.0).stamp == sim.stamp
+    assert sim.exchange({arm: [0.0, 9.0]}, wait=0.0).clamped[0].applied == 2.4
+    with pytest.raises(simd_client.TargetBeyondLimit):
+        sim.exchange({arm: [0.0, 9.0]}, wait=0.0, beyond_limit="refuse")
+    with pytest.raises(simd_client.RobotNotFound) as refused:
+        sim.exchange({"leg": {"knee": 0.0}}, wait=0.0)
+    assert refused.value.metadata["robot"] == "leg" and refused.value.code == "NOT_FOUND"
+
+
 def test_statistics_come_ten_times_a_second(sim: Simulation) -> None:
     assert sim.statistics.robots == 0
     sim.play()
