@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test test-data build lint nextest bench truth fuzz reference clean
+.PHONY: demo test test-python test-data build lint nextest bench truth fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -21,9 +21,26 @@ demo: build
 build:
 	$(CARGO) build --locked -p simd-server -p simd-cli
 
-# Installs what the tests need, and runs every suite.
-test: lint nextest test-data build
+# Installs what the tests need, and runs every suite. The binaries are built with the tests, not
+# by `build`: packages chosen otherwise have other features, and all would be built twice.
+test: lint nextest test-data
+	$(CARGO) build --locked --workspace --bins --tests
 	$(CARGO) nextest run --locked --workspace
+	$(MAKE) --no-print-directory test-python
+
+# The Python client as it is installed, against the daemon that was built.
+test-python: target/python-venv/installed
+	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
+	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest
+
+PYTHON_CLIENT := $(shell find client/python/src -name '*.py' -not -path '*/proto/*') \
+  $(wildcard proto/simd/v1/*.proto client/python/schema/*/*.proto client/python/*.toml client/python/hatch_build.py)
+
+target/python-venv/installed: client/python/requirements.txt $(PYTHON_CLIENT)
+	python3 -m venv target/python-venv
+	target/python-venv/bin/pip install --quiet --disable-pip-version-check -r client/python/requirements.txt
+	target/python-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
+	@touch $@
 
 # Robots that others made, for the suites: never committed.
 test-data: target/test-venv/installed

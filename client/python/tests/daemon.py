@@ -19,11 +19,11 @@ START_SECONDS = 30.0
 class Daemon:
     """A process of `simd`."""
 
-    def __init__(self, *arguments: str, name: str = "pytest") -> None:
+    def __init__(self, *arguments: str, name: str = "pytest", locator: str = "tcp/127.0.0.1:0") -> None:
         if not BINARY.is_file():
             raise FileNotFoundError(f"no daemon at {BINARY}: run `make build`, or say where it is in SIMD_BINARY")
         self.name = name
-        command = [str(BINARY), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
+        command = [str(BINARY), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", locator]
         self.process = subprocess.Popen(
             [*command, "--log", "error", *arguments], stdout=subprocess.PIPE, text=True
         )

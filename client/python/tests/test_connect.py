@@ -5,9 +5,11 @@ from __future__ import annotations
 import socket
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from daemon import Daemon
+from daemon import ASSETS, Daemon, within
 from pretender import Pretender
 
 import simd_client
@@ -109,6 +111,35 @@ def test_a_daemon_that_is_killed_is_unavailable() -> None:
             # The operating system may take a moment to say that it is gone.
             for _ in range(100):
                 sim.stamp
+
+
+def test_calls_work_again_once_the_daemon_is_back() -> None:
+    with Daemon("--paused", name="phoenix") as first:
+        sim = simd_client.connect(first.endpoint, timeout=5)
+        first.kill()
+    with sim, Daemon("--paused", name="phoenix", locator=first.endpoint):
+        stop = within()
+        while True:
+            try:
+                assert sim.stamp.step == 0
+                break
+            except Unavailable:
+                assert time.monotonic() < stop
+
+
+def test_several_threads_share_a_connection(daemon: Daemon) -> None:
+    with simd_client.connect(daemon.endpoint) as sim:
+        arm = sim.load(ASSETS / "Two Link.v2", "threads", fixed=True)
+
+        def work(number: int) -> int:
+            done = 0
+            for _ in range(20):
+                arm.joints[number % 2].set_position(0.01 * number)
+                done += arm.read().position.shape == (2,)
+            return done
+
+        with ThreadPoolExecutor(8) as pool:
+            assert list(pool.map(work, range(8))) == [20] * 8
 
 
 def test_ctrl_c_ends_a_call_that_waits() -> None:

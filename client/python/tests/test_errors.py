@@ -45,6 +45,6 @@ def test_own_enums_have_the_numbers_of_the_schema() -> None:
     assert {f.name: f.value for f in layout.JointFlag} == {
         name.removeprefix("JOINT_FLAG_"): value for name, value in proto.JointFlag.items() if value
     }
-    states = {value for name, value in proto.SimulationState.items() if value}
+    states = {number for number in proto.SimulationState.values() if number}
     assert {world.state_to_proto(world.state_from_proto(number)) for number in states} == states
     assert world.state_from_proto(99) is world.SimulationState.UNKNOWN

@@ -39,6 +39,7 @@ class Link:
         self.endpoint = endpoint
         self.name = name
         self._publisher: zenoh.Publisher | None = None
+        self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
         self._lock = threading.Lock()
 
     def close(self) -> None:
@@ -65,15 +66,19 @@ class Link:
         except zenoh.ZError:
             raise self.nobody() from None
 
-    def _request(self, request: Ask, timeout: float) -> tuple[str, dict[str, Any]]:
-        return keys.rpc(self.name, request.method), {
-            "payload": request.payload,
-            "encoding": f"application/protobuf;simd.v1.{request.message}",
-            "attachment": _ATTACHMENT,
-            "consolidation": zenoh.ConsolidationMode.NONE,
-            "timeout": timeout + request.wait,
-            "express": True,
-        }
+    def _request(self, request: Ask, timeout: float) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
+        """The key and the options of a query; what is the same each time is made once."""
+        route = self._routes.get(request.method)
+        if route is None:
+            same: dict[str, Any] = {
+                "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{request.message}"),
+                "attachment": zenoh.ZBytes(_ATTACHMENT),
+                "consolidation": zenoh.ConsolidationMode.NONE,
+                "express": True,
+            }
+            route = self._routes[request.method] = zenoh.KeyExpr(keys.rpc(self.name, request.method)), same
+        key, same = route
+        return key, {**same, "payload": request.payload, "timeout": timeout + request.wait}
 
     def opened(self, reply: zenoh.Reply, timeout: float) -> bytes:
         """The bytes of an answer, or the exception that it stands for."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from functools import cached_property
+from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -80,33 +81,61 @@ class JointState:
         return float(values[0])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class RobotState:
     """The state of one robot's joints, or of those that were selected, at one moment.
 
-    Arrays are in joint order, or in the order of the selection.
+    Arrays are in joint order, or in the order of the selection. They are made when they are first looked at.
     """
 
-    robot: str
-    stamp: Stamp
-    layout: Layout
-    """Of the whole robot. Where the robot was reloaded meanwhile, it may be newer than the arrays."""
-    layout_version: int
-    """Of the arrays."""
-    selected: tuple[str, ...]
-    """The joints that were asked for; none is all of them."""
-    position: FloatArray
-    """rad or m."""
-    velocity: FloatArray
-    """rad/s or m/s."""
-    effort: FloatArray
-    """What the actuators applied over the last step, N m or N."""
-    target: FloatArray
-    """Positions, velocities or efforts, as `mode` says; 0 when passive."""
-    mode: npt.NDArray[np.int8]
-    """`JointMode` of each."""
-    flags: npt.NDArray[np.uint32]
-    """Bit sets of `JointFlag`."""
+    def __init__(
+        self, message: proto.RobotJointStates, stamp: Stamp, layout: Layout, selected: Sequence[str] = ()
+    ) -> None:
+        self._message = message
+        self.stamp: Final = stamp
+        self.layout: Final = layout
+        """Of the whole robot. Where the robot was reloaded meanwhile, it may be newer than the arrays."""
+        self.selected: Final = tuple(selected)
+        """The joints that were asked for; none is all of them."""
+
+    @property
+    def robot(self) -> str:
+        """The robot's name."""
+        return self._message.robot
+
+    @property
+    def layout_version(self) -> int:
+        """Of the arrays."""
+        return self._message.layout_version
+
+    @cached_property
+    def position(self) -> FloatArray:
+        """rad or m."""
+        return _array(self._message.position)
+
+    @cached_property
+    def velocity(self) -> FloatArray:
+        """rad/s or m/s."""
+        return _array(self._message.velocity)
+
+    @cached_property
+    def effort(self) -> FloatArray:
+        """What the actuators applied over the last step, N m or N."""
+        return _array(self._message.effort)
+
+    @cached_property
+    def target(self) -> FloatArray:
+        """Positions, velocities or efforts, as `mode` says; 0 when passive."""
+        return _array(self._message.target)
+
+    @cached_property
+    def mode(self) -> npt.NDArray[np.int8]:
+        """`JointMode` of each."""
+        return np.array(self._message.mode[:], dtype=np.int8)
+
+    @cached_property
+    def flags(self) -> npt.NDArray[np.uint32]:
+        """Bit sets of `JointFlag`."""
+        return np.array(self._message.flags[:], dtype=np.uint32)
 
     @property
     def name(self) -> str:
@@ -227,25 +256,11 @@ def robot_state(
     message: proto.RobotJointStates, stamp: Stamp, layout: Layout, selected: Sequence[str] = ()
 ) -> RobotState:
     """One robot's arrays from their message."""
-    state = RobotState(
-        robot=message.robot,
-        stamp=stamp,
-        layout=layout,
-        layout_version=message.layout_version,
-        selected=tuple(selected),
-        position=np.array(message.position, dtype=np.float64),
-        velocity=np.array(message.velocity, dtype=np.float64),
-        effort=np.array(message.effort, dtype=np.float64),
-        target=np.array(message.target, dtype=np.float64),
-        mode=np.array(message.mode, dtype=np.int8),
-        flags=np.array(message.flags, dtype=np.uint32),
-    )
     if not selected and layout.version == message.layout_version:
-        rates = layout.velocity_count
-        lengths = [len(array) for array in (state.velocity, state.effort, state.target, state.mode, state.flags)]
-        if len(state.position) != layout.position_count or any(length != rates for length in lengths):
+        rates = (message.velocity, message.effort, message.target, message.mode, message.flags)
+        if len(message.position) != layout.position_count or any(len(r) != layout.velocity_count for r in rates):
             raise AnswerError(f"the joint states of `{message.robot}` do not have the length of its layout")
-    return state
+    return RobotState(message, stamp, layout, selected)
 
 
 def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped, ...]:
@@ -256,6 +271,11 @@ def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped
 def stamp_of(message: proto.JointStates) -> Stamp:
     """The moment of states."""
     return stamp_from_proto(message.stamp)
+
+
+def _array(values: Sequence[float]) -> FloatArray:
+    # A list of them is read twice as fast as the field itself.
+    return np.array(values[:], dtype=np.float64)
 
 
 def _together(flags: npt.NDArray[np.uint32]) -> JointFlag:

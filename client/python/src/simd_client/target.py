@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Union
+from typing import Any, Literal, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,6 @@ import numpy.typing as npt
 from simd_client import proto
 from simd_client.geometry import FloatArray
 from simd_client.layout import JointMode, Layout
-from simd_client.state import Named
 
 BeyondLimit = Literal["clamp", "refuse"]
 """What to do with a target beyond a limit: use the limit and say so, or refuse with `TargetBeyondLimit`."""
@@ -155,11 +154,13 @@ class Whole:
 OneTarget = Union[float, Target, Sequence[Union[float, Target]]]
 """For one joint: a position, a `Target`, or for a planar joint three of them (x, y, angle)."""
 
-RobotTargets = Union[Whole, Mapping[str, OneTarget], Sequence[float], FloatArray]
+Numbers = npt.NDArray[Union[np.floating[Any], np.integer[Any]]]
+
+RobotTargets = Union[Whole, Mapping[str, OneTarget], Sequence[float], Numbers]
 """For one robot: an array of positions in joint order, a `Whole`, or targets by joint name."""
 
-Targets = Mapping[Union[str, Named], RobotTargets]
-"""For several robots: by robot, or by its name."""
+Targets = Mapping[Any, RobotTargets]
+"""For several robots: by robot (`Robot` or `aio.Robot`), or by its name."""
 
 
 def needs_layout(targets: RobotTargets) -> bool:

@@ -71,6 +71,7 @@ class Watch(Iterator[Item]):
         self._pacer = Pacer(rate)
         self._timeout = timeout
         self._last: Item | None = None
+        self._heard = 0.0
         self._is_open = True
         try:
             ring = cast("zenoh.handlers.RingChannel[zenoh.Sample]", zenoh.handlers.RingChannel(1))
@@ -94,11 +95,11 @@ class Watch(Iterator[Item]):
         return self._first() if self._last is None else self._following(begin, timeout)
 
     def newest(self) -> Item:
-        """The newest item that has arrived, without waiting; asks the daemon where none has yet."""
-        if self._last is None:
-            return self._first()
-        self._received()
-        return self._last
+        """The newest item that has arrived, without waiting. Asks the daemon where none has yet, and where
+        nothing was heard for a second: what it sent last may have been lost."""
+        if not self._received() and time.monotonic() - self._heard >= SILENCE:
+            self._last = self._asked()
+        return self._last_item()
 
     def close(self) -> None:
         """Ends it."""
@@ -118,7 +119,9 @@ class Watch(Iterator[Item]):
         return self._last
 
     def _asked(self) -> Item:
-        return self._link.run(self._source.ask(), self._timeout)
+        item = self._link.run(self._source.ask(), self._timeout)
+        self._heard = time.monotonic()
+        return item
 
     def _received(self) -> bool:
         """Takes in what has arrived, if it is newer than what there was."""
@@ -129,27 +132,23 @@ class Watch(Iterator[Item]):
         if sample is None:
             return False
         item = self._link.run(self._source.read(sample.payload.to_bytes()), self._timeout)
-        return item is not None and self._take(item)
-
-    def _take(self, item: Item) -> bool:
-        if self._last is not None and self._source.order(item) <= self._source.order(self._last):
+        if item is None or (self._last is not None and self._source.order(item) <= self._source.order(self._last)):
             return False
         self._last = item
+        self._heard = time.monotonic()
         return True
 
     def _following(self, begin: float, timeout: float | None) -> Item:
-        quiet = time.monotonic()
         while not self._received():
             now = time.monotonic()
             if timeout is not None and now - begin >= timeout:
                 raise DeadlineExceeded(f"nothing new was published within {timeout:g} s")
-            if now - quiet >= SILENCE:
+            if now - self._heard >= SILENCE:
                 item = self._asked()
                 # A smaller number is not older, but of a daemon that was started again.
                 if self._source.order(item) != self._source.order(self._last_item()):
                     self._last = item
                     break
-                quiet = time.monotonic()
             # A world that stands still is looked at less often.
             time.sleep(POLL if now - begin < SILENCE else 10 * POLL)
         return self._last_item()

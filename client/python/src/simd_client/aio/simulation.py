@@ -244,6 +244,19 @@ class Simulation(Connection):
         """Targets for several robots, all at one step, or none."""
         return self.run(joints.set_targets(self._memory, targets, beyond_limit))
 
+    def exchange(
+        self,
+        targets: Targets,
+        *,
+        states: Selection = None,
+        wait: float = 1.0,
+        beyond_limit: BeyondLimit = "clamp",
+    ) -> Answer[States]:
+        """A turn of a controller's loop on a world that plays: targets there, and the first state that was
+        stepped with them back, in one round trip. After `wait` seconds the answer is the state there is (a
+        paused world has no newer one); with 0 it comes at once. `states` selects, as in `states`."""
+        return self.run(joints.exchange(self._memory, targets, states, wait, beyond_limit))
+
     async def stream_targets(self, targets: Targets) -> None:
         """Sends targets without waiting for an answer, for controllers that send them at a rate. What is
         beyond a limit is clamped; a refusal is counted by the daemon and not told; under congestion a

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections import deque
 from collections.abc import AsyncIterator
 from types import TracebackType
@@ -58,6 +59,7 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         self._pacer = Pacer(rate)
         self._timeout = timeout
         self._last: Item | None = None
+        self._heard = 0.0
         self._is_open = True
         self._slot = _Slot()
         handler = cast("zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(self._slot.put, indirect=False))
@@ -82,11 +84,11 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         return await self._first() if self._last is None else await self._following(begin, timeout)
 
     async def newest(self) -> Item:
-        """The newest item that has arrived; asks the daemon where none has yet."""
-        if self._last is None:
-            return await self._first()
-        await self._received()
-        return self._last
+        """The newest item that has arrived. Asks the daemon where none has yet, and where nothing was heard for
+        a second: what it sent last may have been lost."""
+        if not await self._received() and time.monotonic() - self._heard >= SILENCE:
+            self._last = await self._asked()
+        return await self._first() if self._last is None else self._last
 
     def close(self) -> None:
         """Ends it."""
@@ -112,7 +114,9 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         return self._last
 
     async def _asked(self) -> Item:
-        return await run(self._link, self._source.ask(), self._timeout)
+        item = await run(self._link, self._source.ask(), self._timeout)
+        self._heard = time.monotonic()
+        return item
 
     async def _received(self) -> bool:
         payload = self._slot.take()
@@ -122,6 +126,7 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         if item is None or (self._last is not None and self._order(item) <= self._order(self._last)):
             return False
         self._last = item
+        self._heard = time.monotonic()
         return True
 
     def _order(self, item: Item) -> int:

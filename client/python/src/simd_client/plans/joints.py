@@ -9,7 +9,7 @@ from typing import Union, cast
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.errors import AnswerError, LayoutChanged, RobotNotFound
+from simd_client.errors import AnswerError, LayoutChanged, RobotNotFound, refusal
 from simd_client.geometry import vector
 from simd_client.layout import Gains, Layout, Limits, layout_from_proto, limits_to_proto
 from simd_client.memory import Held, Memory
@@ -44,10 +44,12 @@ def selections(selection: Selection) -> list[proto.JointSelection]:
     """As messages."""
     if selection is None:
         return []
+    if isinstance(selection, str):
+        return [proto.JointSelection(robot=selection)]
     if isinstance(selection, Mapping):
         by_robot = cast("Mapping[str, Sequence[str]]", selection)
         return [proto.JointSelection(robot=robot, joints=joints) for robot, joints in by_robot.items()]
-    if isinstance(selection, Collection) and not isinstance(selection, str):
+    if isinstance(selection, Collection):
         return [proto.JointSelection(robot=name_of(robot)) for robot in selection]
     return [proto.JointSelection(robot=name_of(selection))]
 
@@ -147,6 +149,30 @@ def set_targets(memory: Memory, targets: Targets, beyond_limit: BeyondLimit) -> 
     with forgetting_layouts(memory):
         answer = yield from ask(methods.SetJointTargets, request)
     return Applied(stamp_from_proto(answer.stamp), clamped_from_proto(answer.clamped))
+
+
+def exchange(
+    memory: Memory, targets: Targets, selection: Selection, wait: float, beyond_limit: BeyondLimit
+) -> Plan[States]:
+    """Targets there, and the first state that they are in back; or the state there is after `wait` seconds."""
+    sent = yield from wire(memory, targets)
+    selected = selections(selection)
+    newer = proto.ControlWait.CONTROL_WAIT_NEWER_STATE if wait > 0 else proto.ControlWait.CONTROL_WAIT_NONE
+    request = proto.ControlRequest(
+        selections=selected,
+        robots=sent.robots,
+        limit_policy=beyond_limit_to_proto(beyond_limit),
+        claim=sent.claim,
+        wait=newer,
+        timeout=wait,
+    )
+    with forgetting_layouts(memory):
+        answer = yield from ask(methods.Control, request, wait)
+        if answer.HasField("refusal"):
+            said = answer.refusal
+            reason = proto.ErrorReason.Name(said.reason).removeprefix("ERROR_REASON_")
+            raise refusal(said.code, said.message, reason, said.metadata)
+    return (yield from states_from(memory, answer.states, selected, clamped_from_proto(answer.clamped)))
 
 
 def streamed(memory: Memory, targets: Targets) -> Plan[bytes]:

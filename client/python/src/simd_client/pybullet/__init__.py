@@ -5,12 +5,28 @@ A script runs as it is with `python -m simd_client.pybullet script.py`. What eac
 it differs from PyBullet on purpose, is told in docs/pybullet.md.
 """
 
+from . import (
+    cameras,
+    connections,
+    constants,
+    constraints,
+    dynamics,
+    headless,
+    joints,
+    kinematics,
+    loading,
+    rotations,
+    shapes,
+    simulation,
+    state_log,
+    unsupported,
+)
 from .cameras import *
 from .connections import *
 from .constants import *
 from .constraints import *
 from .dynamics import *
-from .errors import error as error
+from .errors import error
 from .headless import *
 from .joints import *
 from .kinematics import *
@@ -20,3 +36,19 @@ from .shapes import *
 from .simulation import *
 from .state_log import *
 from .unsupported import *
+
+__all__ = ["error"]
+__all__ += cameras.__all__
+__all__ += connections.__all__
+__all__ += constants.__all__
+__all__ += constraints.__all__
+__all__ += dynamics.__all__
+__all__ += headless.__all__
+__all__ += joints.__all__
+__all__ += kinematics.__all__
+__all__ += loading.__all__
+__all__ += rotations.__all__
+__all__ += shapes.__all__
+__all__ += simulation.__all__
+__all__ += state_log.__all__
+__all__ += unsupported.__all__

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar, cast
 
 from .errors import error
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Pose = tuple[Vector, Quaternion]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -53,3 +56,18 @@ def indices(value: Any, message: str) -> list[int]:
         return [int(item) for item in value]  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     except (TypeError, ValueError):
         raise error(message) from None
+
+
+def formerly(old: str, new: str) -> Callable[[Function], Function]:
+    """Takes the argument `new` under its old name too, as PyBullet does."""
+
+    def renaming(function: Function) -> Function:
+        @functools.wraps(function)
+        def renamed(*arguments: Any, **named: Any) -> Any:
+            if old in named:
+                named[new] = named.pop(old)
+            return function(*arguments, **named)
+
+        return cast(Function, renamed)
+
+    return renaming

@@ -152,7 +152,9 @@ def _end(number: int, world: World) -> None:
 def isConnected(physicsClientId: int = 0) -> int:
     """1 or 0."""
     world = _worlds.get(physicsClientId)
-    return int(world is not None and world.wire.alive())
+    child = _children.get(physicsClientId)
+    gone = world is None or not world.wire.alive() or (child is not None and not child.running())
+    return int(not gone)
 
 
 def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:

@@ -35,6 +35,10 @@ class DaemonProcess:
         """Of the process that was started."""
         return self._process.pid
 
+    def running(self) -> bool:
+        """Whether it still is there."""
+        return self._process.poll() is None
+
     def end(self) -> None:
         """Ends it and waits for that."""
         if self._process.stdin is not None:

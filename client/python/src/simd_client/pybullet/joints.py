@@ -7,7 +7,7 @@ from typing import Any
 from simd_client.proto import ResetJointsRequest, RobotJointStates, methods
 
 from . import constants
-from .arguments import floats, indices
+from .arguments import floats, formerly, indices
 from .bodies import Body, BodyJoint, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
@@ -39,6 +39,7 @@ def getJointInfo(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -
     return body.joints[jointIndex].info
 
 
+@formerly("bodyIndex", "bodyUniqueId")
 def setJointMotorControl2(
     bodyUniqueId: int,
     jointIndex: int,
@@ -87,6 +88,7 @@ def setJointMotorControl(
     )
 
 
+@formerly("bodyIndex", "bodyUniqueId")
 def setJointMotorControlArray(
     bodyUniqueId: int,
     jointIndices: Any,

@@ -23,7 +23,7 @@ from simd_client.proto import (
 from simd_client.proto import Pose as PoseMessage
 
 from . import constants
-from .arguments import Pose, Quaternion, Vector, floats, indices, quaternion, vector
+from .arguments import Pose, Quaternion, Vector, floats, formerly, indices, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
@@ -265,6 +265,7 @@ def calculateMassMatrix(bodyUniqueId: int, objPositions: Any, flags: int = 0, ph
     return _rows(np.transpose(change) @ _matrix(answer.matrix, answer.columns) @ change)
 
 
+@formerly("bodyIndex", "bodyUniqueId")
 def calculateInverseDynamics(
     bodyUniqueId: int,
     objPositions: Any,
@@ -328,6 +329,7 @@ def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix.tolist())
 
 
+@formerly("bodyIndex", "bodyUniqueId")
 def calculateInverseKinematics(
     bodyUniqueId: int,
     endEffectorLinkIndex: int,

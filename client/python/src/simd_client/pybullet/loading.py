@@ -9,7 +9,7 @@ from typing import Any
 from simd_client.proto import EntityInfo
 
 from . import constants, descriptions
-from .arguments import Pose, quaternion, vector
+from .arguments import UPRIGHT, Pose, quaternion, vector
 from .connections import connected
 from .errors import error
 from .wire import Spawn
@@ -32,7 +32,7 @@ _GRANTED = (
 def loadURDF(
     fileName: str,
     basePosition: Any = (0.0, 0.0, 0.0),
-    baseOrientation: Any = (0.0, 0.0, 0.0, 1.0),
+    baseOrientation: Any = None,
     useMaximalCoordinates: int = 0,
     useFixedBase: int = 0,
     flags: int = 0,
@@ -40,8 +40,10 @@ def loadURDF(
     physicsClientId: int = 0,
 ) -> int:
     """Sends a robot from this disk and puts its root link's frame at a pose; its number."""
-    del useMaximalCoordinates
     world = connected(physicsClientId)
+    if isinstance(basePosition, (int, float)):
+        # The oldest form: loadURDF(fileName, x, y, z).
+        basePosition, baseOrientation = (basePosition, baseOrientation or 0.0, useMaximalCoordinates), None
     path = _found(world, fileName)
     if flags & ~_GRANTED:
         world.say_once(f"loadURDF: flags {flags & ~_GRANTED} have no effect")
@@ -52,7 +54,7 @@ def loadURDF(
     description = descriptions.read(urdf, globalScaling)
     spawn = Spawn(
         position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
-        orientation=quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w]."),
+        orientation=quaternion(UPRIGHT if baseOrientation is None else baseOrientation, "baseOrientation needs to be [x,y,z,w]."),
         fixed=True if useFixedBase or description.massless_root else None,
         scale=globalScaling,
     )

@@ -144,10 +144,11 @@ class World:
         there = {entity.name: entity for entity in entities}
         for number, known in list(self.bodies.items()):
             entity = there.pop(known.robot, None)
-            if entity is None or (entity.layout_version != known.layout_version and not known.own):
+            if entity is None:
                 self._drop(number)
-                if entity is not None:
-                    there[entity.name] = entity
+            elif entity.layout_version != known.layout_version:
+                # Reloaded, by somebody or by a state that was restored.
+                self.replaced(known, entity, known.frames if known.own else {}, known.urdf)
         for entity in there.values():
             self.add(entity, {}, own=False)
 
@@ -156,7 +157,7 @@ class World:
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
         self._drop(body.unique_id)
 
-    def replaced(self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes) -> Body:
+    def replaced(self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes | None) -> Body:
         """The same robot from another description; motors go on by joint name."""
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
@@ -166,11 +167,16 @@ class World:
             if place is not None:
                 joint.motor, joint.sensor = body.joints[place].motor, body.joints[place].sensor
         self.bodies[body.unique_id] = made
+        for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
+            # A joint that follows another now has no motor.
+            if key[1] >= len(made.joints) or not made.joints[key[1]].driven:
+                del self._waiting[key]
         self.forget_states()
         return made
 
     def _drop(self, number: int) -> None:
         del self.bodies[number]
+        self.constraints = {n: c for n, c in self.constraints.items() if c.body != number}
         for waiting in [key for key in self._waiting if key[0] == number]:
             del self._waiting[waiting]
         self.forget_states()

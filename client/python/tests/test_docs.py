@@ -1,0 +1,39 @@
+"""What the guide and the README show is run."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from daemon import REPOSITORY, Daemon
+
+GUIDE = REPOSITORY / "docs" / "python.md"
+README = Path(__file__).parents[1] / "README.md"
+
+
+def blocks(paper: Path) -> list[str]:
+    """Its blocks of Python, each behind as many blank lines as make an error's line that of the paper."""
+    text = paper.read_text()
+    found = re.finditer(r"^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+    return ["\n" * text[: each.start(1)].count("\n") + each.group(1) for each in found]
+
+
+def test_the_blocks_of_the_guide_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(REPOSITORY)
+    said = blocks(GUIDE)
+    assert len(said) >= 12
+    with Daemon(name="guide") as daemon:
+        monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
+        names: dict[str, object] = {"__name__": "guide"}
+        for block in said:
+            exec(compile(block, str(GUIDE), "exec"), names)
+
+
+def test_the_block_of_the_readme_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(REPOSITORY)
+    (block,) = blocks(README)
+    block = block.replace("path/to/arm.urdf", "tests/assets/Two Link.v2").replace('"elbow"', '"elbow joint"')
+    with Daemon(name="readme") as daemon:
+        monkeypatch.setenv("SIMD_ENDPOINT", daemon.endpoint)
+        exec(compile(block, str(README), "exec"), {"__name__": "readme"})
