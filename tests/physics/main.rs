@@ -3,6 +3,8 @@
 #![cfg(test)]
 
 mod chains;
+mod contact_runs;
+mod contacts;
 mod convergence;
 mod energy;
 mod extremes;

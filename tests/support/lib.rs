@@ -4,4 +4,5 @@ pub mod daemon;
 pub mod process;
 pub mod pybullet_data;
 pub mod robots;
+pub mod scenes;
 pub mod statistics;

@@ -26,7 +26,7 @@ impl Service {
     async fn snapshots(&self) -> Result<Vec<SnapshotInfo>, CallError> {
         match self.handle.query(Query::Snapshots).await? {
             Answer::Snapshots(snapshots) => Ok(snapshots),
-            other @ Answer::Joints { .. } => Err(mismatched(&other)),
+            other => Err(mismatched(&other)),
         }
     }
 }

@@ -60,6 +60,8 @@ pub struct ContactRows {
     pub effect: [f64; 6],
     /// The inverse of its tangent part: tt, tu, uu.
     pub inverse: [f64; 3],
+    /// The inverse of the largest effect along a tangent.
+    pub gradient_step: f64,
     /// Coulomb's coefficient.
     pub friction: f64,
     /// Normal and tangents, N s.
@@ -145,6 +147,8 @@ impl ContactRows {
         } else {
             [0.0; 3]
         };
+        let largest = (tt + uu) / 2.0 + ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
+        self.gradient_step = if determinant > 1e-12 * tt * uu { 1.0 / largest } else { 0.0 };
     }
 
     /// The least normal rate for a step of `h`, from the normal rate before the step and that
@@ -190,7 +194,8 @@ impl ContactRows {
     /// change of a rate, m/s.
     ///
     /// The tangent impulse is projected on the disc of radius friction times normal
-    /// impulse: the circular cone of Coulomb's law, not a pyramid.
+    /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
+    /// points against the slip.
     #[inline]
     pub fn solve(&mut self, blocks: &[f64], rates: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
@@ -203,9 +208,16 @@ impl ContactRows {
             let (vt, vu) = (rate[1] + nt * dn, rate[2] + nu * dn);
             let [a, b, c] = self.inverse;
             let (mut t, mut u) = (self.impulse[1] - a * vt - b * vu, self.impulse[2] - b * vt - c * vu);
-            let size = (t * t + u * u).sqrt();
-            if size > most {
-                (t, u) = (t * most / size, u * most / size);
+            if t * t + u * u > most * most {
+                // It slips. The impulse that would stop it is no guide to where friction points,
+                // since the body may be easier to move one way than the other; a step against the
+                // slip is.
+                t = self.impulse[1] - self.gradient_step * vt;
+                u = self.impulse[2] - self.gradient_step * vu;
+                let size = (t * t + u * u).sqrt();
+                if size > most {
+                    (t, u) = (t * most / size, u * most / size);
+                }
             }
             (dt, du) = (t - self.impulse[1], u - self.impulse[2]);
             (self.impulse[1], self.impulse[2]) = (t, u);
