@@ -13,5 +13,6 @@ mod mujoco;
 mod properties;
 mod random_robots;
 mod rows;
+mod scenes;
 mod seven_arm;
 mod world;
