@@ -4,6 +4,9 @@
 
 mod chains;
 mod closed_forms;
+mod contact_runs;
+mod contacts;
+mod convergence;
 mod energy;
 mod extremes;
 mod floating;
@@ -13,6 +16,7 @@ mod properties;
 mod random_robots;
 mod reactions;
 mod rows;
+mod scenes;
 mod seven_arm;
 mod truth;
 mod world;

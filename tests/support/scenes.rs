@@ -5,11 +5,13 @@ use std::sync::Arc;
 use glamx::{DMat3, DPose3, DVec3};
 use simd_core::collision::Shapes;
 use simd_core::simulation::WorldLimits;
-use simd_core::simulation::command::{LinkProperties, Spawn, Touches};
+use simd_core::simulation::command::{
+    JointTarget, LinkProperties, RobotTargets, SetTargets, Spawn, Target, Touches,
+};
 use simd_core::simulation::query::ContactReport;
 use simd_core::{Answer, Command, PhysicsSettings, Query, Simulation, Snapshot};
 use simd_model::RobotModel;
-use simd_model::robot::{Collision, Geometry, Inertial, Link, Material};
+use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, Limits, Link, Material};
 
 /// An empty world on Earth.
 pub fn world(time_step: f64) -> Simulation {
@@ -166,5 +168,108 @@ pub fn rain(time_step: f64, count: usize) -> Simulation {
         );
         spawn(&mut world, robot(&format!("ball-{i}"), &model, DPose3::from_translation(at), false));
     }
+    world
+}
+
+/// A link of one box, at a place in its own frame, with its mass there.
+fn boxed(name: &str, at: DVec3, size: DVec3, mass: f64) -> Link {
+    let mut link = cuboid(size, mass).links[0].clone();
+    link.name = name.into();
+    link.inertial.center_of_mass = at;
+    for collision in &mut link.collisions {
+        collision.link_from_shape = DPose3::from_translation(at);
+    }
+    link
+}
+
+fn joint(name: &str, kind: JointKind, (parent, child): (usize, usize), at: DVec3, axis: DVec3) -> Joint {
+    Joint {
+        name: name.into(),
+        kind,
+        parent,
+        child,
+        parent_from_joint: DPose3::from_translation(at),
+        axis,
+        limits: Limits::default(),
+        damping: 0.0,
+        friction: 0.0,
+        mimic: None,
+    }
+}
+
+/// A base without a shape, and a rod of this length that hangs from it and turns about y.
+pub fn pendulum(length: f64, mass: f64) -> Arc<RobotModel> {
+    let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
+    let rod = boxed("rod", DVec3::Z * (-length / 2.0), DVec3::new(0.04, 0.04, length), mass);
+    let hinge = joint("hinge", JointKind::Continuous, (0, 1), DVec3::ZERO, DVec3::Y);
+    Arc::new(RobotModel { name: "pendulum".into(), links: vec![base, rod], joints: vec![hinge] })
+}
+
+/// A hand that goes up and down on a rail, with two fingers that close along y. With the lift at 0
+/// the finger tips are at the base's height; open by 0.1 m each at 0.
+pub fn gripper() -> Arc<RobotModel> {
+    let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
+    let hand = boxed("hand", DVec3::Z * 0.2, DVec3::new(0.1, 0.3, 0.05), 1.0);
+    let finger = |name: &str| boxed(name, DVec3::Z * 0.05, DVec3::new(0.03, 0.02, 0.1), 0.1);
+    let slide = |name: &str, child: usize, y: f64| {
+        let axis = DVec3::Y * -y.signum();
+        let mut joint = joint(name, JointKind::Prismatic, (1, child), DVec3::Y * y, axis);
+        joint.limits = Limits { lower: Some(0.0), upper: Some(0.1), effort: Some(20.0), velocity: Some(0.5) };
+        joint
+    };
+    let mut lift = joint("lift", JointKind::Prismatic, (0, 1), DVec3::ZERO, DVec3::Z);
+    lift.limits = Limits { lower: Some(0.0), upper: Some(1.0), effort: Some(200.0), velocity: Some(0.3) };
+    Arc::new(RobotModel {
+        name: "gripper".into(),
+        links: vec![base, hand, finger("left"), finger("right")],
+        joints: vec![lift, slide("left", 2, 0.11), slide("right", 3, -0.11)],
+    })
+}
+
+/// Sends joints of a robot to positions.
+pub fn go_to(world: &mut Simulation, robot: &str, positions: &[(&str, f64)]) {
+    let target = |&(joint, position): &(&str, f64)| JointTarget {
+        joint: joint.into(),
+        axis: 0,
+        target: Target::Position {
+            position,
+            velocity: 0.0,
+            stiffness: None,
+            damping: None,
+            feed_forward: 0.0,
+        },
+    };
+    let joints = positions.iter().map(target).collect();
+    let robots = vec![RobotTargets { robot: robot.into(), joints, ..RobotTargets::default() }];
+    apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
+}
+
+/// A quadruped's joints as it stands: hip, upper and lower joint of a leg, rad.
+pub const A1_STANDS: [f64; 3] = [0.0, 0.67, -1.3];
+
+/// An A1, as `pybullet_data` has it, above the ground with its legs bent, holding them so.
+pub fn a1(time_step: f64, model: &Arc<RobotModel>) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    let at = DPose3::from_translation(DVec3::Z * 0.36);
+    let moving = model.joints.iter().filter(|joint| joint.kind.moves());
+    let positions = moving.map(|joint| (joint.name.clone(), a1_angle(&joint.name)));
+    let standing =
+        Spawn { joint_positions: positions.collect(), passive: false, ..robot("a1", model, at, false) };
+    spawn(&mut world, standing);
+    world
+}
+
+fn a1_angle(joint: &str) -> f64 {
+    let part = ["hip", "upper", "lower"].into_iter().position(|part| joint.contains(part));
+    part.and_then(|part| A1_STANDS.get(part)).copied().unwrap_or(0.0)
+}
+
+/// A free robot that stands on the ground with this height of its root, holding its joints at 0.
+pub fn standing(time_step: f64, model: &Arc<RobotModel>, height: f64) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    let at = DPose3::from_translation(DVec3::Z * height);
+    spawn(&mut world, Spawn { passive: false, ..robot("robot", model, at, false) });
     world
 }

@@ -290,6 +290,7 @@ fn changes_the_world_as_a_whole(command: &Command) -> bool {
         Command::SetTargets(_)
         | Command::ResetJoints { .. }
         | Command::SetJointProperties { .. }
+        | Command::SetLinkProperties { .. }
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::SetEntityState { .. }

@@ -60,6 +60,8 @@ pub struct ContactRows {
     pub effect: [f64; 6],
     /// The inverse of its tangent part: tt, tu, uu.
     pub inverse: [f64; 3],
+    /// The inverse of the largest effect along a tangent.
+    pub gradient_step: f64,
     /// Coulomb's coefficient.
     pub friction: f64,
     /// Normal and tangents, N s.
@@ -84,17 +86,22 @@ impl Side {
         [0, 1, 2].map(|row| &blocks[at + row * self.len..at + (row + 1) * self.len])
     }
 
-    /// J qd.
+    /// J qd, added to `sum`.
     #[inline]
-    fn rates(&self, blocks: &[f64], rates: &[f64]) -> [f64; 3] {
-        let mut sum = [0.0; 4];
+    fn add_rates(&self, blocks: &[f64], rates: &[f64], sum: &mut [f64; 4]) {
         let own = &rates[self.first..self.first + self.len];
-        for (j, rate) in self.jacobian(blocks).chunks_exact(4).zip(own) {
-            for k in 0..4 {
-                sum[k] += j[k] * rate;
+        let add = |sum: &mut [f64; 4], jacobian: &[f64], own: &[f64]| {
+            for (j, rate) in jacobian.chunks_exact(4).zip(own) {
+                for k in 0..4 {
+                    sum[k] += j[k] * rate;
+                }
             }
+        };
+        // Single free bodies are many: with the length known this is three times as fast.
+        match (self.jacobian(blocks).first_chunk::<24>(), own.first_chunk::<6>()) {
+            (Some(jacobian), Some(own)) if self.len == 6 => add(sum, jacobian, own),
+            _ => add(sum, self.jacobian(blocks), own),
         }
-        [sum[0], sum[1], sum[2]]
     }
 
     /// qd += M^-1 J' impulse.
@@ -102,6 +109,15 @@ impl Side {
     fn push(&self, blocks: &[f64], impulse: [f64; 3], rates: &mut [f64]) {
         let own = &mut rates[self.first..self.first + self.len];
         let [n, t, u] = self.responses(blocks);
+        if self.len == 6
+            && let (Some(own), Some(n), Some(t), Some(u)) =
+                (own.first_chunk_mut::<6>(), n.first_chunk::<6>(), t.first_chunk::<6>(), u.first_chunk::<6>())
+        {
+            for i in 0..6 {
+                own[i] += n[i] * impulse[0] + t[i] * impulse[1] + u[i] * impulse[2];
+            }
+            return;
+        }
         for (((rate, n), t), u) in own.iter_mut().zip(n).zip(t).zip(u) {
             *rate += n * impulse[0] + t * impulse[1] + u * impulse[2];
         }
@@ -112,9 +128,9 @@ impl ContactRows {
     /// Rates of the second body's point against the first's, along the axes.
     #[inline]
     pub fn rates(&self, blocks: &[f64], rates: &[f64]) -> [f64; 3] {
-        let a = self.sides[0].rates(blocks, rates);
-        let b = self.sides[1].rates(blocks, rates);
-        [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+        let mut sum = [0.0; 4];
+        self.sides.iter().for_each(|side| side.add_rates(blocks, rates, &mut sum));
+        [sum[0], sum[1], sum[2]]
     }
 
     /// Gives the rates an impulse along the axes.
@@ -145,6 +161,8 @@ impl ContactRows {
         } else {
             [0.0; 3]
         };
+        let largest = (tt + uu) / 2.0 + ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
+        self.gradient_step = if determinant > 1e-12 * tt * uu { 1.0 / largest } else { 0.0 };
     }
 
     /// The least normal rate for a step of `h`, from the normal rate before the step and that
@@ -190,7 +208,8 @@ impl ContactRows {
     /// change of a rate, m/s.
     ///
     /// The tangent impulse is projected on the disc of radius friction times normal
-    /// impulse: the circular cone of Coulomb's law, not a pyramid.
+    /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
+    /// points against the slip.
     #[inline]
     pub fn solve(&mut self, blocks: &[f64], rates: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
@@ -203,9 +222,16 @@ impl ContactRows {
             let (vt, vu) = (rate[1] + nt * dn, rate[2] + nu * dn);
             let [a, b, c] = self.inverse;
             let (mut t, mut u) = (self.impulse[1] - a * vt - b * vu, self.impulse[2] - b * vt - c * vu);
-            let size = (t * t + u * u).sqrt();
-            if size > most {
-                (t, u) = (t * most / size, u * most / size);
+            if t * t + u * u > most * most {
+                // It slips. The impulse that would stop it is no guide to where friction points,
+                // since the body may be easier to move one way than the other; a step against the
+                // slip is.
+                t = self.impulse[1] - self.gradient_step * vt;
+                u = self.impulse[2] - self.gradient_step * vu;
+                let size = (t * t + u * u).sqrt();
+                if size > most {
+                    (t, u) = (t * most / size, u * most / size);
+                }
             }
             (dt, du) = (t - self.impulse[1], u - self.impulse[2]);
             (self.impulse[1], self.impulse[2]) = (t, u);
