@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{contact, context, event, joint, parameter, robot, server, sim, snapshot};
+use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, snapshot};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
 /// What every command takes.
 #[derive(Args, Debug)]
 pub(crate) struct Options {
-    /// The daemon: host, host:port or http://host:port
+    /// The daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]
     #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]
     pub(crate) endpoint: Option<String>,
     /// The daemon, by its name in the configuration file
@@ -103,7 +103,10 @@ pub(crate) enum Command {
     /// What happens: watch
     #[command(subcommand)]
     Event(event::Event),
-    /// Daemons by name: list
+    /// Daemons of a Zenoh network: list
+    #[command(subcommand)]
+    Daemon(daemon::Daemon),
+    /// Daemons of the configuration file: list
     #[command(subcommand)]
     Context(context::Context),
     /// Prints a completion script

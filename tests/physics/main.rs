@@ -6,7 +6,6 @@ mod chains;
 mod closed_forms;
 mod contact_runs;
 mod contacts;
-mod convergence;
 mod energy;
 mod extremes;
 mod floating;

@@ -2,6 +2,7 @@
 
 pub(crate) mod contact;
 pub(crate) mod context;
+pub(crate) mod daemon;
 pub(crate) mod event;
 pub(crate) mod joint;
 pub(crate) mod parameter;
@@ -34,6 +35,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::Snapshot(command) => snapshot::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,
+        Command::Daemon(command) => daemon::run(command, options, output).await,
         Command::Context(command) => context::run(command, options, output),
         Command::Completions { shell } => {
             // Into memory first: the generator panics where its writer fails.
@@ -46,9 +48,12 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
 
 async fn connect(options: &Options) -> anyhow::Result<Client> {
     let choice = choose(options)?;
+    Ok(Client::connect_with(&choice.endpoint, connect_options(options)).await?)
+}
+
+fn connect_options(options: &Options) -> ConnectOptions {
     let connect_timeout = options.timeout.min(ConnectOptions::default().connect_timeout);
-    let options = ConnectOptions { connect_timeout, timeout: options.timeout };
-    Ok(Client::connect_with(&choice.endpoint, options).await?)
+    ConnectOptions { connect_timeout, timeout: options.timeout }
 }
 
 /// A field that the schema promises and the type cannot.

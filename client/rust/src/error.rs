@@ -106,7 +106,11 @@ impl Error {
         // itself when a connection breaks can be told from them.
         let is_transport = std::error::Error::source(status).is_some() || status.code() == Code::Unavailable;
         if details.error_info().is_none() && is_transport {
-            let reason = root_cause(status);
+            // Without a cause of its own the status has the words.
+            let reason = match std::error::Error::source(status) {
+                Some(_) => root_cause(status),
+                None => status.message().to_owned(),
+            };
             return Self::Unreachable { endpoint: endpoint.to_owned(), reason };
         }
         let (reason, metadata) = match details.error_info() {

@@ -1,4 +1,4 @@
-//! The Rust client of simd: robots, joints and time of a running daemon, over gRPC.
+//! The Rust client of simd: robots, joints and time of a running daemon, over gRPC or Zenoh.
 //!
 //! ```no_run
 //! use simd_client::{Client, Target, every_joint, joint_target};
@@ -16,7 +16,8 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`.
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`.
+//! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
 //! * [`Control`]: the stream of controllers, one answer for each request.
 //! * [`Target`]: what a joint is asked to do.
@@ -24,6 +25,7 @@
 //! * [`Error`]: what the daemon said, or why it said nothing.
 //! * [`proto`]: the messages themselves.
 
+mod channel;
 mod client;
 mod contact;
 mod control;
@@ -39,10 +41,13 @@ mod reading;
 mod simulation;
 mod target;
 mod upload;
+mod zenoh;
 
+pub use self::zenoh::{Network, Presence};
 pub use client::{Client, ConnectOptions};
 pub use contact::ray;
 pub use control::{Control, ControlOptions, ControlReply};
+pub use endpoint::is_zenoh;
 pub use entity::{Reloaded, Spawned};
 pub use error::{Error, Refusal};
 pub use event::{EventWatch, Observed};
@@ -51,6 +56,6 @@ pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
-pub use simd_proto::{API_VERSION, DEFAULT_PORT, v1 as proto};
+pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
 pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;

@@ -76,7 +76,8 @@ impl Zenoh {
         json!({
             "mode": "peer",
             "listen": { "endpoints": self.listens_on(), "timeout_ms": 0, "exit_on_failure": true },
-            "connect": { "endpoints": self.connect, "timeout_ms": -1, "exit_on_failure": false },
+            "connect": { "endpoints": self.connect, "timeout_ms": -1, "exit_on_failure": false,
+                "retry": { "period_init_ms": 100, "period_max_ms": 1000 } },
             "scouting": {
                 // How long a start waits for its routers, whatever Zenoh calls it.
                 "delay": CONNECT_MS,

@@ -1,10 +1,11 @@
-//! What is published: states and poses of each robot, statistics, events. Each only
+//! What is published: states and poses of each robot, statistics, events, parameters. Each only
 //! while somebody subscribes to it, by a task of its own, and never by the physics thread.
 //!
 //! A receiver that does not read loses publications: newest wins, and a gap in the
 //! events shows in their numbers.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use prost::Message;
@@ -21,12 +22,14 @@ use zenoh::{Session, Wait as _};
 use super::{Error, sending};
 use crate::SimHandle;
 use crate::convert::{Selection, to_proto};
-use crate::handle::{CallError, Published};
+use crate::handle::{CallError, Published, RunState};
 
 /// How often statistics are published.
 const STATISTICS: Duration = Duration::from_millis(100);
-/// A world that does not change is published so often, for those who subscribe late.
+/// What does not change is published so often, for those who subscribe late.
 const UNCHANGED: Duration = Duration::from_secs(1);
+/// How long a playing world is waited for to do its next step.
+const FRESH: Duration = Duration::from_millis(2);
 /// How long a task waits for an event before it looks again; nobody learns of it.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -53,6 +56,8 @@ pub(super) async fn serve(
     tokio::spawn(ended.clone().run_until_cancelled_owned(publish_statistics(handle.clone(), statistics)));
     let events = Demand::of(session, keys::events(name), "WatchEventsResponse").await?;
     tokio::spawn(ended.clone().run_until_cancelled_owned(publish_events(handle.clone(), events)));
+    let parameters = Demand::of(session, keys::parameters(name), "ParameterList").await?;
+    tokio::spawn(ended.clone().run_until_cancelled_owned(publish_parameters(handle.clone(), parameters)));
     Ok(())
 }
 
@@ -95,7 +100,7 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
             sent = 0;
         }
         ticks.tick().await;
-        let Ok(state) = world.handle.newer_than(sent, Some(UNCHANGED)).await else { return };
+        let Ok(state) = newest(&world.handle, sent).await else { return };
         sent = state.sequence;
         let robots = &state.snapshot.world.entities;
         publishers.retain(|name, _| robots.iter().any(|robot| robot.name == *name));
@@ -115,6 +120,16 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
             }
         }
     }
+}
+
+/// The first state after `sent` that is fresh: while the world plays the next step is
+/// waited for, since the one there is may be a step old already.
+async fn newest(handle: &SimHandle, sent: u64) -> Result<Arc<Published>, CallError> {
+    let there = handle.newest();
+    if there.sequence > sent && there.statistics.state == RunState::Playing {
+        return handle.newer_than(there.sequence, Some(FRESH)).await;
+    }
+    handle.newer_than(sent, Some(UNCHANGED)).await
 }
 
 async fn publish_statistics(handle: SimHandle, mut demand: Demand) {
@@ -147,6 +162,20 @@ async fn publish_events(handle: SimHandle, mut demand: Demand) {
             let message = v1::WatchEventsResponse { event, missed: std::mem::take(&mut missed) };
             put(&demand.publisher, message.encode_to_vec());
         }
+    }
+}
+
+/// All parameters whenever one changed.
+async fn publish_parameters(handle: SimHandle, mut demand: Demand) {
+    let mut sent = 0;
+    loop {
+        if demand.wait().await {
+            sent = 0;
+        }
+        let Ok(list) = handle.next_parameters(sent, Some(UNCHANGED)).await else { return };
+        sent = list.version;
+        let message = to_proto::parameter::list(list.version, &list.parameters, &handle.newest());
+        put(&demand.publisher, message.encode_to_vec());
     }
 }
 

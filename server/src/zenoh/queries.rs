@@ -149,7 +149,7 @@ async fn stream_to(query: &Query, method: &'static Method, mut answers: Streamin
             Ok(Ok(Some(answer))) => reply(query, method, answer),
             // One query is one credit: it has its answer.
             Ok(Ok(None)) if method.takes_many && is_answered => return,
-            Ok(Ok(None)) => return reply_status(query, &Status::new(Code::Ok, "the daemon shuts down")),
+            Ok(Ok(None)) => return reply_status(query, &Status::new(Code::Ok, "the stream ended")),
             Ok(Err(status)) => return reply_status(query, &with_reason(status)),
             Err(_elapsed) => {
                 let seconds = length.as_secs_f64();
