@@ -8,11 +8,14 @@ use simd_core::dynamics::reactions::{Motion, joint_reactions};
 use simd_core::dynamics::spatial::Spatial;
 use simd_core::dynamics::tree::Freedom;
 use simd_core::dynamics::{Articulation, Axis, Tree};
+use simd_core::simulation::command::{LinkWrench, Spawn};
+use simd_core::{Answer, Command, Query, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
 
 use crate::chains::chain;
 use crate::random_robots::robot;
+use crate::world::{apply, passive, run, world};
 
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
@@ -119,4 +122,60 @@ fn passive_joints_carry_nothing_along_their_axes() {
         }
     }
     assert!(checked > 300, "{checked}");
+}
+
+fn carried(world: &Simulation, robot: &str) -> Vec<[DVec3; 2]> {
+    match world.query(&Query::Reactions { robot: robot.into() }) {
+        Ok(Answer::Reactions { wrenches, .. }) => wrenches,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Two level rods that hold their position: at rest the joints carry what hangs on them,
+/// torque included. 1e-6 is for what the springs still move after two seconds.
+#[test]
+fn joints_of_a_robot_that_holds_itself_carry_its_weight() {
+    let mut world = world(1e-3);
+    let spawn = Spawn { passive: false, ..passive(&Arc::new(chain(2)), false, &[]) };
+    apply(&mut world, Command::Spawn(Box::new(spawn)));
+    run(&mut world, 2.0);
+    for ([force, torque], (mass, lever)) in carried(&world, "robot").into_iter().zip([(2.0, 1.0), (1.0, 0.5)])
+    {
+        let weight = mass * 9.81;
+        assert!((force.length() - weight).abs() < 1e-6, "{force}");
+        // The rods sag by less than a milliradian: the lever is shorter by its square.
+        assert!((torque.y + weight * lever).abs() < 1e-4, "{torque}");
+    }
+}
+
+/// A falling robot carries nothing; pushed at the tip with what it weighs, for one step too.
+#[test]
+fn joints_of_a_falling_robot_carry_nothing_until_it_is_pushed() {
+    let mut world = world(1e-3);
+    let mut model = chain(2);
+    model.joints[1].kind = JointKind::Fixed;
+    model.joints[0].kind = JointKind::Fixed;
+    model.links[0].inertial = crate::chains::rod(1.0);
+    apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(model), true, &[]))));
+    run(&mut world, 0.1);
+    for [force, torque] in carried(&world, "robot") {
+        assert!(force.length() < 1e-9 && torque.length() < 1e-9, "{force} {torque}");
+    }
+    // Along the rods: nothing turns, and each joint carries what moves the rest behind it.
+    apply(
+        &mut world,
+        Command::ApplyWrench(LinkWrench {
+            robot: "robot".into(),
+            link: "link-2".into(),
+            force: DVec3::X * 3.0,
+            torque: DVec3::ZERO,
+            in_link_axes: true,
+            point: DVec3::ZERO,
+            persistent: false,
+        }),
+    );
+    world.step();
+    for ([force, _], expected) in carried(&world, "robot").into_iter().zip([-1.0, -2.0]) {
+        assert!((force - DVec3::X * expected).length() < 1e-9, "{force} {expected}");
+    }
 }

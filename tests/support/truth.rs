@@ -160,6 +160,7 @@ impl Case {
             passive: true,
             joint_positions: Vec::new(),
             shapes: Default::default(),
+            touches: Default::default(),
             loaded_at_start: false,
         }
     }

@@ -2,8 +2,9 @@
 
 use simd_proto::v1::{
     ComputeInverseDynamicsRequest, ComputeInverseDynamicsResponse, ComputeInverseKinematicsRequest,
-    ComputeInverseKinematicsResponse, GetJacobianRequest, GetJacobianResponse, GetLinkStatesRequest,
-    GetLinkStatesResponse, GetMassMatrixRequest, GetMassMatrixResponse,
+    ComputeInverseKinematicsResponse, GetJacobianRequest, GetJacobianResponse, GetJointReactionsRequest,
+    GetJointReactionsResponse, GetLinkStatesRequest, GetLinkStatesResponse, GetMassMatrixRequest,
+    GetMassMatrixResponse,
 };
 
 use crate::{Client, Error};
@@ -16,6 +17,15 @@ impl Client {
     /// `ROBOT_NOT_FOUND`.
     pub async fn link_states(&self, robots: Vec<String>) -> Result<GetLinkStatesResponse, Error> {
         self.unary(self.kinematics().get_link_states(GetLinkStatesRequest { robots })).await
+    }
+
+    /// What a robot's joints carried over the last step.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn joint_reactions(&self, robot: &str) -> Result<GetJointReactionsResponse, Error> {
+        let request = GetJointReactionsRequest { robot: robot.to_owned() };
+        self.unary(self.kinematics().get_joint_reactions(request)).await
     }
 
     /// How rates move a point of a link.

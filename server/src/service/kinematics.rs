@@ -3,18 +3,19 @@
 
 use std::sync::Arc;
 
-use simd_core::Error;
+use glamx::DVec3;
 use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
 use simd_core::dynamics::inverse_kinematics::{Goal, Movable, inverse_kinematics};
 use simd_core::dynamics::jacobian::jacobian;
 use simd_core::simulation::query::JointStatus;
 use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::{Answer, Error, Query};
 use simd_model::robot::JointKind;
 use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
 use tokio::sync::Semaphore;
 use tonic::{Request, Response, Status};
 
-use super::{entity, joints_of};
+use super::{entity, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{entity as from_proto_entity, kinematics as from_proto};
 use crate::convert::to_proto::{kinematics as to_proto, stamp};
@@ -126,6 +127,22 @@ impl KinematicsService for Service {
             .map(|(place, entity)| to_proto::link_states(&state.snapshot, place, entity))
             .collect();
         Ok(Response::new(v1::GetLinkStatesResponse { stamp: Some(stamp::published(&state)), robots }))
+    }
+
+    async fn get_joint_reactions(
+        &self,
+        request: Request<v1::GetJointReactionsRequest>,
+    ) -> Result<Response<v1::GetJointReactionsResponse>, Status> {
+        let robot = from_proto_entity::robot(request.into_inner().robot)?;
+        let answer = self.handle.query(Query::Reactions { robot }).await?;
+        let Answer::Reactions { layout_version, wrenches } = answer else {
+            return Err(mismatched(&answer).into());
+        };
+        Ok(Response::new(v1::GetJointReactionsResponse {
+            stamp: Some(stamp::published(&self.handle.newest())),
+            layout_version,
+            wrenches: wrenches.iter().flatten().flat_map(DVec3::to_array).collect(),
+        }))
     }
 
     async fn get_jacobian(

@@ -9,7 +9,7 @@ use tonic::{Request, Response, Status};
 use super::{command_once, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
-use crate::convert::to_proto::{joint, simulation as to_proto, stamp};
+use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
 use crate::handle::CallError;
 
 /// Serves `simd.v1.SimulationService`.
@@ -69,7 +69,7 @@ impl SimulationService for Service {
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let mut request = request.into_inner();
         let request_id = std::mem::take(&mut request.request_id);
-        let Steps { steps, targets, claim, mut selection } = from_proto::steps(request)?;
+        let Steps { steps, targets, claim, mut selection, with_links } = from_proto::steps(request)?;
         // Here and not by the step alone: a retry that is answered from memory renews too.
         if let Some(claim) = &claim {
             self.handle.renew(claim);
@@ -82,10 +82,18 @@ impl SimulationService for Service {
             }
             let stepped = handle.step_with(targets, steps).await?;
             let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
+            let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
+            let snapshot = &stepped.state.snapshot;
+            let links = |of: &v1::RobotJointStates| {
+                let (place, entity) = snapshot.entity(&of.robot)?;
+                Some(to_proto_kinematics::link_states(snapshot, place, entity))
+            };
+            let link_states = robots.filter_map(links).collect();
             Ok(v1::StepSimulationResponse {
                 stamp: Some(stamp::done(&stepped.done)),
                 states,
                 clamped: joint::clamped(stepped.clamped),
+                link_states,
             })
         };
         Ok(Response::new(self.handle.once_weighing(&request_id, Message::encoded_len, work).await?))

@@ -43,7 +43,10 @@ pub struct Articulation {
     efforts: Vec<f64>,
     /// Forces from outside on each body, in its own frame. Held until changed.
     external: Vec<Spatial>,
+    /// Between steps: the rates before the last one.
     new_rates: Vec<f64>,
+    /// Whether it was a step that gave it its rates.
+    has_stepped: bool,
     constraints: Constraints,
     work: Workspace,
 }
@@ -68,6 +71,7 @@ impl Articulation {
             efforts: vec![0.0; n],
             external: vec![Spatial::ZERO; tree.bodies.len()],
             new_rates: vec![0.0; n],
+            has_stepped: false,
             constraints: Constraints { warm: Impulses::new(&tree), ..Constraints::default() },
             work: Workspace {
                 bodies: vec![Work::default(); tree.bodies.len()],
@@ -131,7 +135,7 @@ impl Articulation {
     /// Moves on with the new rates.
     pub fn finish(&mut self, h: f64) {
         self.note_efforts(h);
-        std::mem::swap(&mut self.rates, &mut self.new_rates);
+        self.take_new_rates();
         advance(&self.tree, &mut self.positions, &self.rates, h);
     }
 
@@ -139,8 +143,13 @@ impl Articulation {
     /// what overlaps, which must not give it speed.
     pub fn finish_apart(&mut self, moving: &[f64], h: f64) {
         self.note_efforts(h);
-        std::mem::swap(&mut self.rates, &mut self.new_rates);
+        self.take_new_rates();
         advance(&self.tree, &mut self.positions, moving, h);
+    }
+
+    fn take_new_rates(&mut self) {
+        std::mem::swap(&mut self.rates, &mut self.new_rates);
+        self.has_stepped = true;
     }
 
     /// What the actuators apply at the new rates.
@@ -280,7 +289,16 @@ impl Articulation {
 
     /// To give it other rates.
     pub fn rates_mut(&mut self) -> &mut [f64] {
+        self.has_stepped = false;
         &mut self.rates
+    }
+
+    /// How the rates changed in the last step of `h`, by rate and second; zero where they were
+    /// given since.
+    pub fn last_accelerations(&self, h: f64) -> Vec<f64> {
+        let change =
+            |(after, before): (&f64, &f64)| if self.has_stepped { (after - before) / h } else { 0.0 };
+        self.rates.iter().zip(&self.new_rates).map(change).collect()
     }
 
     /// By rate.
@@ -324,6 +342,7 @@ impl Articulation {
         self.constraints.warm = Impulses::new(&self.tree);
         self.drives.fill(Drive::default());
         self.efforts.fill(0.0);
+        self.has_stepped = false;
     }
 
     /// `world_from_base`: of a fixed root link; the world itself where the root is free.
@@ -362,6 +381,7 @@ impl Articulation {
     /// Gives a free root other rates, world axes; does nothing to a fixed one.
     pub fn set_root_twist(&mut self, linear: DVec3, angular: DVec3) {
         if !self.tree.fixed_base {
+            self.has_stepped = false;
             let own = self.root_pose().rotation.inverse() * angular;
             super::articulated::write_free(&mut self.rates, linear, own);
         }

@@ -44,6 +44,8 @@ pub(super) struct Entity {
     pub claims: Vec<Option<Arc<Claim>>>,
     /// Pushes on links.
     pub pushes: Vec<Push>,
+    /// Those that acted for the last step alone.
+    pub passed: Vec<Push>,
     /// The state before the present step, to go back to if it is not finite.
     last_good: (Vec<f64>, Vec<f64>),
 }
@@ -121,12 +123,14 @@ impl Entity {
             disabled,
             claims,
             pushes,
+            passed: Vec::new(),
             last_good,
         }
     }
 
     /// Keeps the state, to go back to if a step spoils it.
     pub(super) fn begin_step(&mut self) {
+        self.passed.clear();
         if self.is_awake() {
             self.last_good.0.clear();
             self.last_good.0.extend_from_slice(self.body.positions());
@@ -157,7 +161,7 @@ impl Entity {
             return None;
         }
         if self.pushes.iter().any(|push| !push.persistent) {
-            self.pushes.retain(|push| push.persistent);
+            self.passed.extend(self.pushes.extract_if(.., |push| !push.persistent));
             self.push_links();
         }
         if self.asleep || self.body.is_finite() {

@@ -25,6 +25,7 @@ impl Simulation {
             Query::Contacts { robot } => self.contact_reports(robot.as_deref()),
             Query::CastRays { rays } => self.cast_rays(rays),
             Query::Links { robot } => self.link_surfaces(robot),
+            Query::Reactions { robot } => self.reactions(robot),
         }
     }
 

@@ -3,7 +3,7 @@
 //! * [`command`], [`query`]: what can be asked of it; [`error`]: why it refuses.
 //! * `robots`, `links`, `joints`, `targets`, `world`: how commands are applied.
 //! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
-//! * `step`: how they move on.
+//! * `step`: how they move on; `reactions`: what that asked of joints.
 //! * [`snapshot`], [`event`]: what it shows.
 
 pub mod command;
@@ -14,6 +14,7 @@ pub mod event;
 mod joints;
 pub mod links;
 pub mod query;
+mod reactions;
 mod robots;
 pub mod settings;
 mod sleep;

@@ -27,6 +27,11 @@ pub enum Query {
         /// The start and the end of each, world, metres.
         rays: Vec<[DVec3; 2]>,
     },
+    /// What a robot's joints carried over the last step.
+    Reactions {
+        /// The robot's name.
+        robot: String,
+    },
     /// Friction and restitution of a robot's links.
     Links {
         /// The robot's name.
@@ -51,6 +56,15 @@ pub enum Answer {
     Contacts(Vec<ContactReport>),
     /// To [`Query::CastRays`]: one a ray, `None` where it hits nothing.
     Rays(Vec<Option<RayReport>>),
+    /// To [`Query::Reactions`]: one for each joint of the model, with the layout version
+    /// that they belong to.
+    Reactions {
+        /// Of the robot, as in the snapshot's layout.
+        layout_version: u64,
+        /// Force and torque of the parent link on the child, in the child link's frame and
+        /// about its origin, N and N m.
+        wrenches: Vec<[DVec3; 2]>,
+    },
     /// To [`Query::Links`]: one a link of the model, `None` where it has no collider.
     Links(Vec<Option<Surface>>),
 }

@@ -180,6 +180,7 @@ impl Entity {
             axis.settings = settings;
         }
         self.pushes.clear();
+        self.passed.clear();
         self.disabled = None;
         (self.asleep, self.still_for) = (false, 0.0);
     }

@@ -39,6 +39,8 @@ pub struct Steps {
     pub claim: Option<String>,
     /// Whose states to answer with; `None` for no states.
     pub selection: Option<Selection>,
+    /// Whether the answer also has the links of those robots.
+    pub with_links: bool,
 }
 
 /// How many steps to do, and what comes with them.
@@ -53,6 +55,7 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
         claim: targets.claim.clone(),
         targets: (!targets.robots.is_empty()).then_some(targets),
         selection: request.return_states.then(|| Selection::new(selections)),
+        with_links: request.return_link_states,
     })
 }
 
