@@ -7,6 +7,7 @@ mod convergence;
 mod energy;
 mod extremes;
 mod floating;
+mod inverse_kinematics;
 mod kinematics;
 mod mujoco;
 mod properties;
