@@ -9,6 +9,7 @@ mod contacts;
 mod energy;
 mod extremes;
 mod floating;
+mod inverse_kinematics;
 mod kinematics;
 mod mujoco;
 mod properties;
