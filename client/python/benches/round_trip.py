@@ -21,11 +21,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from daemon import ASSETS, Daemon  # noqa: E402
+from daemon import ASSETS, Daemon
 
-import simd_client  # noqa: E402
-from simd_client import aio, proto  # noqa: E402
-from simd_client.proto import methods  # noqa: E402
+import simd_client
+from simd_client import aio, proto
+from simd_client.proto import methods
 
 REQUEST_BYTES, REPLY_BYTES = 110, 306
 ROUNDS = 10

@@ -34,7 +34,9 @@ def cleaned(sim: Simulation) -> None:
     for snapshot in sim.snapshots():
         sim.delete_snapshot(snapshot)
     sim.parameters.remove()
-    sim.set_physics(gravity=(0, 0, -9.81), time_step=0.001, substeps=1, real_time_factor=1.0, pace="real_time")
+    sim.set_physics(
+        gravity=(0, 0, -9.81), time_step=0.001, substeps=1, real_time_factor=1.0, pace="real_time"
+    )
 
 
 @pytest.fixture

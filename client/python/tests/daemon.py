@@ -21,7 +21,9 @@ class Daemon:
 
     def __init__(self, *arguments: str, name: str = "pytest", locator: str = "tcp/127.0.0.1:0") -> None:
         if not BINARY.is_file():
-            raise FileNotFoundError(f"no daemon at {BINARY}: run `make build`, or say where it is in SIMD_BINARY")
+            raise FileNotFoundError(
+                f"no daemon at {BINARY}: run `make build`, or say where it is in SIMD_BINARY"
+            )
         self.name = name
         command = [str(BINARY), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", locator]
         self.process = subprocess.Popen(

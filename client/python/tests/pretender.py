@@ -29,7 +29,9 @@ class Pretender:
             "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         }
         self._session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
-        handler = cast("zenoh.handlers.Callback[zenoh.Query]", zenoh.handlers.Callback(self._answer, indirect=False))
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Query]", zenoh.handlers.Callback(self._answer, indirect=False)
+        )
         self._tokens = [self._session.liveliness().declare_token(f"@simd/daemons/{name}/1") for name in names]
         self._queryables = [self._session.declare_queryable(f"simd/{name}/rpc/**", handler) for name in names]
 

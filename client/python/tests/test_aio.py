@@ -31,7 +31,9 @@ async def sim(daemon: Daemon) -> AsyncIterator[aio.Simulation]:
         yield connected
 
 
-@pytest.mark.parametrize("name", ["Simulation", "Robot", "Joint", "Parameters", "Watch", "EventWatch", "Claim"])
+@pytest.mark.parametrize(
+    "name", ["Simulation", "Robot", "Joint", "Parameters", "Watch", "EventWatch", "Claim"]
+)
 def test_it_has_the_same_names_and_parameters(name: str) -> None:
     def members(kind: type) -> dict[str, Any]:
         return {
@@ -40,7 +42,8 @@ def test_it_has_the_same_names_and_parameters(name: str) -> None:
             else "property"
             for base in reversed(kind.__mro__)
             for key, value in vars(base).items()
-            if (not key.startswith("_") or key in ("__getitem__",)) and (inspect.isfunction(value) or isinstance(value, property))
+            if (not key.startswith("_") or key in ("__getitem__",))
+            and (inspect.isfunction(value) or isinstance(value, property))
         }
 
     blocking, awaited = members(getattr(simd_client, name)), members(getattr(aio, name))

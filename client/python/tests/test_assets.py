@@ -37,13 +37,19 @@ def test_each_shared_vector_is_answered_as_it_says(tmp_path: Path) -> None:
         tree = (tmp_path / str(number)).resolve()
         tree.mkdir()
         make(tree, case)
-        folders = {key: [tree / name for name in case.get(key, [])] for key in ("ros_package_path", "ament_prefix_path")}
+        folders = {
+            key: [tree / name for name in case.get(key, [])]
+            for key in ("ros_package_path", "ament_prefix_path")
+        }
         packages = {name: tree / folder for name, folder in case.get("packages", {}).items()}
         ros = RosPaths(folders["ros_package_path"], folders["ament_prefix_path"])
         locator = Locator(tree / case["urdf"], packages, ros)
         for question in case["find"]:
             expected = tree / question["path"] if "path" in question else Why(question["why"])
-            assert found(locator, question["uri"].replace("{tree}", str(tree))) == expected, (case["name"], question)
+            assert found(locator, question["uri"].replace("{tree}", str(tree))) == expected, (
+                case["name"],
+                question,
+            )
             asked += 1
     assert asked > 80
 
@@ -64,8 +70,20 @@ def test_a_file_that_may_not_be_given_away_says_so_in_the_report(tmp_path: Path)
     )
 
 
-def test_the_environment_says_where_ros_has_its_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    make(tmp_path, {"files": {"place/arm.urdf": "", "opt/share/hand/a.stl": "", "src/foot/package.xml": "<name>foot</name>", "src/foot/b.stl": ""}})
+def test_the_environment_says_where_ros_has_its_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(
+        tmp_path,
+        {
+            "files": {
+                "place/arm.urdf": "",
+                "opt/share/hand/a.stl": "",
+                "src/foot/package.xml": "<name>foot</name>",
+                "src/foot/b.stl": "",
+            }
+        },
+    )
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "opt"))
     monkeypatch.setenv("ROS_PACKAGE_PATH", os.pathsep.join(["relative", str(tmp_path / "src")]))
     locator = Locator(tmp_path / "place/arm.urdf")
@@ -74,7 +92,18 @@ def test_the_environment_says_where_ros_has_its_packages(tmp_path: Path, monkeyp
 
 
 def test_a_folder_stands_for_its_only_urdf(tmp_path: Path) -> None:
-    make(tmp_path, {"files": {"arm/urdf/arm.URDF": "", "arm/urdf/arm.csv": "", "two/a.urdf": "", "two/b.urdf": "", "none/a.xacro": ""}})
+    make(
+        tmp_path,
+        {
+            "files": {
+                "arm/urdf/arm.URDF": "",
+                "arm/urdf/arm.csv": "",
+                "two/a.urdf": "",
+                "two/b.urdf": "",
+                "none/a.xacro": "",
+            }
+        },
+    )
     assert find_urdf(tmp_path / "arm") == tmp_path / "arm/urdf/arm.URDF"
     for path, sentence in [
         ("two", "holds several .urdf files; name one of"),

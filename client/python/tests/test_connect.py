@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 from daemon import ASSETS, Daemon, within
@@ -32,7 +33,9 @@ def test_an_endpoint_is_said_by_the_program_else_by_the_environment(monkeypatch:
     assert read_endpoint("tls/[::1]:1") == Endpoint("tls/[::1]:1")
 
 
-@pytest.mark.parametrize("text", ["127.0.0.1:7400", "http://lab:7400", "tcp/", "tcp/a b", "tcp/lab:1#no name"])
+@pytest.mark.parametrize(
+    "text", ["127.0.0.1:7400", "http://lab:7400", "tcp/", "tcp/a b", "tcp/lab:1#no name"]
+)
 def test_what_is_no_endpoint_is_refused_in_one_sentence(text: str) -> None:
     with pytest.raises(EndpointError):
         simd_client.connect(text)
@@ -44,6 +47,18 @@ def test_a_connection_says_what_it_is_connected_to(daemon: Daemon) -> None:
         info = sim.info()
         assert (info.simulator, info.name, info.api_version[0]) == ("simd", "pytest", 1)
         assert info.limits.max_steps > 0
+
+
+def test_any_setting_of_zenoh_can_be_given_by_name_or_in_a_file(daemon: Daemon, tmp_path: Path) -> None:
+    settings = {"transport.link.tx.keep_alive": 2, "transport/link/tx/lease": 4000}
+    with simd_client.connect(daemon.endpoint, config=settings) as sim:
+        assert sim.stamp.step >= 0
+    file = tmp_path / "zenoh.json5"
+    file.write_text("{ scouting: { multicast: { enabled: false } } }")
+    with simd_client.connect(daemon.endpoint, config=file) as sim:
+        assert sim.name == daemon.name
+    with pytest.raises(EndpointError, match="Zenoh does not take `transport/nonsense` = 1"):
+        simd_client.connect(daemon.endpoint, config={"transport/nonsense": 1})
 
 
 def test_where_nobody_listens_the_sentence_says_where_and_what_to_do() -> None:

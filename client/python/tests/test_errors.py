@@ -17,7 +17,9 @@ def test_every_reason_of_the_schema_has_its_exception_and_no_other_is_there() ->
 
 
 def test_a_refusal_keeps_sentence_reason_code_metadata_and_fields() -> None:
-    refused = errors.refusal(5, "no robot is named `x`", "ROBOT_NOT_FOUND", {"robot": "x"}, {"robot": "unknown"})
+    refused = errors.refusal(
+        5, "no robot is named `x`", "ROBOT_NOT_FOUND", {"robot": "x"}, {"robot": "unknown"}
+    )
     assert isinstance(refused, simd_client.RobotNotFound) and isinstance(refused, LookupError)
     assert str(refused) == "no robot is named `x`"
     assert (refused.code, refused.reason) == ("NOT_FOUND", "ROBOT_NOT_FOUND")

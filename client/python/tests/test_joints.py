@@ -38,7 +38,11 @@ def test_whole_robots_are_float64_arrays_in_joint_order(sim: Simulation, arm: Ro
 def test_every_mode_can_be_asked_for(arm: Robot) -> None:
     elbow = arm.joints["elbow joint"]
     for ask, mode, target in [
-        (lambda: elbow.set_position(0.1, stiffness=50.0, damping=2.0, max_velocity=1.0), JointMode.POSITION, 0.1),
+        (
+            lambda: elbow.set_position(0.1, stiffness=50.0, damping=2.0, max_velocity=1.0),
+            JointMode.POSITION,
+            0.1,
+        ),
         (lambda: elbow.set_velocity(0.2, max_effort=3.0), JointMode.VELOCITY, 0.2),
         (lambda: elbow.set_effort(0.3), JointMode.EFFORT, 0.3),
         (lambda: elbow.set_passive(), JointMode.PASSIVE, 0.0),
@@ -56,6 +60,15 @@ def test_every_mode_can_be_asked_for(arm: Robot) -> None:
         assert (state.mode, state.target) == (mode, target)
 
 
+def test_numbers_of_any_kind_are_taken(sim: Simulation) -> None:
+    start = {"elbow joint": np.float32(0.5)}
+    arm = sim.load(ASSETS / "Two Link.v2", "arm", fixed=True, joint_positions=start)  # pyright: ignore[reportArgumentType]
+    assert arm.position.tolist() == [0.0, 0.5]
+    arm.set_positions(np.array([1, 0]))
+    arm.set_targets({"elbow joint": np.float32(0.25)})  # pyright: ignore[reportArgumentType]
+    assert arm.target.tolist() == [1.0, 0.25]
+
+
 def test_gains_of_a_target_are_in_force(arm: Robot) -> None:
     arm.joints["elbow joint"].set_position(0.1, stiffness=50.0, damping=2.0)
     arm.refresh()
@@ -65,7 +78,12 @@ def test_gains_of_a_target_are_in_force(arm: Robot) -> None:
 def test_a_target_beyond_a_limit_is_clamped_and_said_or_refused(arm: Robot) -> None:
     applied = arm.set_positions([0.0, 9.0])
     clamped = applied.clamped[0]
-    assert (clamped.robot, clamped.joint, clamped.requested, clamped.applied) == ("arm", "elbow joint", 9.0, 2.4)
+    assert (clamped.robot, clamped.joint, clamped.requested, clamped.applied) == (
+        "arm",
+        "elbow joint",
+        9.0,
+        2.4,
+    )
     with pytest.raises(simd_client.TargetBeyondLimit) as refused:
         arm.joints["elbow joint"].set_position(-9.0, beyond_limit="refuse")
     assert refused.value.metadata["joint"] == "elbow joint"

@@ -26,7 +26,9 @@ def test_inverse_dynamics_is_the_mass_matrix_times_accelerations_beside_gravity(
     np.testing.assert_allclose(mass, np.transpose(mass), atol=1e-12)
     assert np.all(np.linalg.eigvalsh(mass) > 0)
     gravity = arm.inverse_dynamics(configuration=there)
-    np.testing.assert_allclose(arm.inverse_dynamics([1.0, -2.0], there), mass @ [1.0, -2.0] + gravity, atol=1e-9)
+    np.testing.assert_allclose(
+        arm.inverse_dynamics([1.0, -2.0], there), mass @ [1.0, -2.0] + gravity, atol=1e-9
+    )
 
 
 def test_inverse_kinematics_finds_positions_that_lead_there(sim: Simulation, arm: Robot) -> None:

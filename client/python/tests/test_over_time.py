@@ -103,7 +103,9 @@ def test_streamed_targets_take_effect_without_an_answer(sim: Simulation, arm: Ro
     assert arm.target.tolist() == [0.1, 0.5]
 
 
-def test_targets_are_exchanged_for_the_first_state_that_was_stepped_with_them(sim: Simulation, arm: Robot) -> None:
+def test_targets_are_exchanged_for_the_first_state_that_was_stepped_with_them(
+    sim: Simulation, arm: Robot
+) -> None:
     sim.play()
     before = sim.stamp
     states = [sim.exchange({arm: {"elbow joint": 0.01 * turn}}, states=arm)[arm] for turn in range(1, 11)]

@@ -44,7 +44,9 @@ def test_a_name_that_is_taken_is_refused_replaced_or_made_another(sim: Simulatio
     assert parameters.remove() == ("gain", "gain_1")
 
 
-def test_another_client_moves_a_slider_and_a_loop_sees_it_without_asking(sim: Simulation, daemon: Daemon) -> None:
+def test_another_client_moves_a_slider_and_a_loop_sees_it_without_asking(
+    sim: Simulation, daemon: Daemon
+) -> None:
     sim.parameters.add_slider("gain", 0, 1, 0.5)
     with sim.parameters.watch() as watch, simd_client.connect(daemon.endpoint) as other:
         assert watch.newest()["gain"].value == 0.5

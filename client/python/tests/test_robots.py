@@ -37,7 +37,9 @@ def test_a_mesh_that_is_not_found_is_a_warning_that_says_where_it_was_looked_for
     shutil.copytree(ASSETS / "Two Link.v2", package)
     (package / "meshes" / "forearm.STL").unlink()
     report = sim.validate(package)
-    assert any("forearm.STL" in finding.message and str(package) in finding.message for finding in report.warnings)
+    assert any(
+        "forearm.STL" in finding.message and str(package) in finding.message for finding in report.warnings
+    )
     assert sim.robots == {}
     with pytest.raises(simd_client.InvalidDescription):
         sim.load(package, strict=True)
@@ -62,7 +64,7 @@ def test_a_text_without_files_is_loaded_in_one_call(sim: Simulation) -> None:
 
 
 def test_a_name_that_is_taken_is_refused_or_made_another(sim: Simulation) -> None:
-    sim.load_text(BOX, "crate")
+    sim.load_text(BOX, "crate", scale=2.0)
     with pytest.raises(simd_client.RobotExists) as refused:
         sim.load_text(BOX, "crate")
     assert refused.value.metadata["robot"] == "crate"
@@ -95,7 +97,9 @@ def test_a_root_link_is_put_elsewhere_and_pushed(sim: Simulation) -> None:
         box.apply_wrench("lid", force=(0, 0, 1))
 
 
-def test_a_new_export_is_reloaded_in_place_and_arrays_have_its_layout(sim: Simulation, tmp_path: Path) -> None:
+def test_a_new_export_is_reloaded_in_place_and_arrays_have_its_layout(
+    sim: Simulation, tmp_path: Path
+) -> None:
     package = tmp_path / "arm"
     shutil.copytree(ASSETS / "Two Link.v2", package)
     arm = sim.load(package, "arm", fixed=True)
@@ -144,5 +148,7 @@ def test_joints_are_known_by_name_and_by_index(arm: Robot) -> None:
     assert arm.joints[1] is elbow and list(arm.joints) == ["shoulder joint", "elbow joint"]
     assert (elbow.type, elbow.limits.lower, elbow.limits.upper) == (JointType.REVOLUTE, -2.1, 2.4)
     assert elbow.info.parent_link == "upper arm" and elbow.mode is JointMode.HOLD
-    with pytest.raises(KeyError, match="robot `arm` has no joint `knee`; it has `shoulder joint`, `elbow joint`"):
+    with pytest.raises(
+        KeyError, match="robot `arm` has no joint `knee`; it has `shoulder joint`, `elbow joint`"
+    ):
         arm.joints["knee"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import simd_client
-from simd_client import Pace, Robot, SimulationState, Simulation, Target
+from simd_client import Pace, Robot, Simulation, SimulationState, Target
 
 
 def test_a_turn_of_a_loop_is_one_call(sim: Simulation, arm: Robot) -> None:

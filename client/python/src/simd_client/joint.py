@@ -199,7 +199,14 @@ class Joint(JointHandle):
     ) -> Stamp:
         """Changes what is given and leaves the rest; `limits` replaces all four."""
         plan = plans.set_properties(
-            self._robot.memory, self._robot.name, self.name, damping, friction, armature, limits, default_gains
+            self._robot.memory,
+            self._robot.name,
+            self.name,
+            damping,
+            friction,
+            armature,
+            limits,
+            default_gains,
         )
         return self._robot.run(plan)
 

@@ -61,7 +61,10 @@ class Link:
         """Sends a request. `arrived` gets the reply and `ended` is called after it, on a thread of Zenoh's."""
         try:
             key, options = self._request(request, timeout)
-            handler = cast("zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(arrived, ended, indirect=False))
+            handler = cast(
+                "zenoh.handlers.Callback[zenoh.Reply]",
+                zenoh.handlers.Callback(arrived, ended, indirect=False),
+            )
             self.session.get(key, handler, **options)
         except zenoh.ZError:
             raise self.nobody() from None
@@ -92,7 +95,9 @@ class Link:
         if _STATUS in encoding:
             raise _refused(payload)
         if b"Timeout" in payload:
-            raise DeadlineExceeded(f"the daemon `{self.name}` at {self.endpoint.locator} did not answer within {timeout:g} s")
+            raise DeadlineExceeded(
+                f"the daemon `{self.name}` at {self.endpoint.locator} did not answer within {timeout:g} s"
+            )
         text = payload.decode(errors="replace")
         raise SimdError(f"the daemon's answer cannot be understood: an error in {encoding}: {text}")
 
@@ -195,8 +200,12 @@ def _choose(endpoint: Endpoint, there: list[str]) -> str:
     if DEFAULT_NAME in there:
         return DEFAULT_NAME
     if not there:
-        raise Unavailable(f"no daemon answers at {where}; start one with `simd`, or name the endpoint of another")
-    raise EndpointError(f"several daemons answer at {where}: say which of {names} is meant, as {where}#{there[0]}")
+        raise Unavailable(
+            f"no daemon answers at {where}; start one with `simd`, or name the endpoint of another"
+        )
+    raise EndpointError(
+        f"several daemons answer at {where}: say which of {names} is meant, as {where}#{there[0]}"
+    )
 
 
 def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None) -> zenoh.Config:

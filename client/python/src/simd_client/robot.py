@@ -313,7 +313,9 @@ class Robot(RobotHandle):
         """Reads its description again from where it came. Pose, positions, rates and targets stay."""
         return self._reloaded(lambda: robots.reload(self._memory, self.name, None, strict))
 
-    def reload_from(self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False) -> Reloaded:
+    def reload_from(
+        self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False
+    ) -> Reloaded:
         """Sends a new export from this disk, and reads it."""
         return self._reloaded(lambda: robots.reload_from(self._memory, self.name, path, packages, strict))
 

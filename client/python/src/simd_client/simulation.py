@@ -40,7 +40,9 @@ def statistics_source(daemon: str) -> Source[WorldStatistics]:
     """Where statistics are watched."""
     key = keys.world_statistics(daemon)
     # A world that stands still has statistics all the same.
-    return Source(key, plans.published_statistics, plans.statistics, lambda statistics: statistics.stamp.sequence)
+    return Source(
+        key, plans.published_statistics, plans.statistics, lambda statistics: statistics.stamp.sequence
+    )
 
 
 class Connection:

@@ -258,7 +258,9 @@ def robot_state(
     """One robot's arrays from their message."""
     if not selected and layout.version == message.layout_version:
         rates = (message.velocity, message.effort, message.target, message.mode, message.flags)
-        if len(message.position) != layout.position_count or any(len(r) != layout.velocity_count for r in rates):
+        if len(message.position) != layout.position_count or any(
+            len(r) != layout.velocity_count for r in rates
+        ):
             raise AnswerError(f"the joint states of `{message.robot}` do not have the length of its layout")
     return RobotState(message, stamp, layout, selected)
 

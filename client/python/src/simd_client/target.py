@@ -52,7 +52,14 @@ class Target:
         the most for this target, beside the joint's own limits.
         """
         return Target(
-            JointMode.POSITION, float(position), velocity, stiffness, damping, feed_forward, max_effort, max_velocity
+            JointMode.POSITION,
+            float(position),
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
         )
 
     @staticmethod
@@ -155,6 +162,7 @@ OneTarget = Union[float, Target, Sequence[Union[float, Target]]]
 """For one joint: a position, a `Target`, or for a planar joint three of them (x, y, angle)."""
 
 Numbers = npt.NDArray[Union[np.floating[Any], np.integer[Any]]]
+"""An array of any kind of number."""
 
 RobotTargets = Union[Whole, Mapping[str, OneTarget], Sequence[float], Numbers]
 """For one robot: an array of positions in joint order, a `Whole`, or targets by joint name."""

@@ -128,11 +128,15 @@ class Watch(Iterator[Item]):
         try:
             sample = self._subscriber.handler.try_recv()
         except zenoh.ZError:
-            raise Unavailable(f"the connection to the daemon at {self._link.endpoint.locator} is closed") from None
+            raise Unavailable(
+                f"the connection to the daemon at {self._link.endpoint.locator} is closed"
+            ) from None
         if sample is None:
             return False
         item = self._link.run(self._source.read(sample.payload.to_bytes()), self._timeout)
-        if item is None or (self._last is not None and self._source.order(item) <= self._source.order(self._last)):
+        if item is None or (
+            self._last is not None and self._source.order(item) <= self._source.order(self._last)
+        ):
             return False
         self._last = item
         self._heard = time.monotonic()

@@ -55,10 +55,14 @@ def test_a_body_without_mass_is_part_of_the_world(script: ModuleType) -> None:
 def test_spheres_cylinders_capsules_and_planes_are_bodies_too(script: ModuleType) -> None:
     ball = script.createMultiBody(1.0, script.createCollisionShape(script.GEOM_SPHERE, radius=0.5))
     assert script.getDynamicsInfo(ball, -1)[2] == pytest.approx((0.1, 0.1, 0.1))
-    can = script.createMultiBody(1.0, script.createCollisionShape(script.GEOM_CYLINDER, radius=0.5, height=2.0))
+    can = script.createMultiBody(
+        1.0, script.createCollisionShape(script.GEOM_CYLINDER, radius=0.5, height=2.0)
+    )
     across = (3 * 0.25 + 4) / 12
     assert script.getDynamicsInfo(can, -1)[2] == pytest.approx((across, across, 0.125))
-    pill = script.createMultiBody(1.0, script.createCollisionShape(script.GEOM_CAPSULE, radius=0.5, height=2.0))
+    pill = script.createMultiBody(
+        1.0, script.createCollisionShape(script.GEOM_CAPSULE, radius=0.5, height=2.0)
+    )
     assert script.getDynamicsInfo(pill, -1)[0] == 1.0
     floor = script.createMultiBody(0.0, script.createCollisionShape(script.GEOM_PLANE))
     assert script.getDynamicsInfo(floor, -1)[0] == 0.0
@@ -130,7 +134,9 @@ def test_a_base_is_held_moved_and_let_go(script: ModuleType) -> None:
     for _ in range(24):
         script.stepSimulation()
     assert script.getBasePositionAndOrientation(arm)[0][2] < 2.49
-    with pytest.raises(NotImplementedError, match="JOINT_FIXED between a robot's base and the world, and JOINT_GEAR"):
+    with pytest.raises(
+        NotImplementedError, match="JOINT_FIXED between a robot's base and the world, and JOINT_GEAR"
+    ):
         script.createConstraint(arm, 0, -1, -1, script.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 0])
 
 

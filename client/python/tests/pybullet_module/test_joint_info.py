@@ -14,7 +14,7 @@ import pytest
 real: Any = pytest.importorskip("pybullet", exc_type=ImportError)
 pybullet_data: Any = pytest.importorskip("pybullet_data")
 
-from .conftest import BENCH_ARM, SEVEN_ARM  # noqa: E402 (after the skip)
+from .conftest import BENCH_ARM, SEVEN_ARM
 
 DATA = Path(pybullet_data.getDataPath())
 ROBOTS = [
@@ -95,7 +95,9 @@ def test_places_of_a_base_and_its_links_are_pybullets(theirs: Any, script: Modul
     place, turn = [0.3, 0.1, 1.0], theirs.getQuaternionFromEuler([0.2, 0.3, 0.5])
     right = theirs.loadURDF(path, place, turn)
     ours = script.loadURDF(path, place, turn)
-    moving = [joint for joint in range(theirs.getNumJoints(right)) if theirs.getJointInfo(right, joint)[2] != 4]
+    moving = [
+        joint for joint in range(theirs.getNumJoints(right)) if theirs.getJointInfo(right, joint)[2] != 4
+    ]
     for number, joint in enumerate(moving):
         low, high = theirs.getJointInfo(right, joint)[8:10]
         q = min(max(0.1 * (number % 3 + 1), low), high)
@@ -115,7 +117,9 @@ def test_jacobians_and_inertia_are_pybullets(theirs: Any, script: ModuleType) ->
         path = str(DATA / name)
         right = theirs.loadURDF(path, flags=theirs.URDF_USE_INERTIA_FROM_FILE)
         ours = script.loadURDF(path)
-        moving = [joint for joint in range(theirs.getNumJoints(right)) if theirs.getJointInfo(right, joint)[2] != 4]
+        moving = [
+            joint for joint in range(theirs.getNumJoints(right)) if theirs.getJointInfo(right, joint)[2] != 4
+        ]
         limits = [theirs.getJointInfo(right, joint)[8:10] for joint in moving]
         q = [min(max(0.1 * (n % 5 + 1), low), high) for n, (low, high) in enumerate(limits)]
         still = [0.0] * len(q)

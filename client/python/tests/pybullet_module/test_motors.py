@@ -13,7 +13,9 @@ from simd_client.pybullet.motors import Law, Motor, law
 
 def bullet(motor: Motor, q: float, qd: float, h: float) -> float:
     """The rate after a step, of btMultiBodyJointMotor without its force limit."""
-    towards = motor.position_gain * (motor.position - q) / h if motor.mode == constants.POSITION_CONTROL else 0.0
+    towards = (
+        motor.position_gain * (motor.position - q) / h if motor.mode == constants.POSITION_CONTROL else 0.0
+    )
     return towards + qd + motor.velocity_gain * (motor.velocity - qd)
 
 
@@ -68,5 +70,6 @@ def test_gains_of_any_size_are_finite() -> None:
         for kd in (0.0, 0.5, 1.0, 20.0):
             target = law(Motor(constants.POSITION_CONTROL, 1.0, 0.5, 5.0, kp, kd), 0.01, 1e-4)
             assert all(
-                value is None or math.isfinite(value) for value in (target.stiffness, target.damping, target.rate)
+                value is None or math.isfinite(value)
+                for value in (target.stiffness, target.damping, target.rate)
             )

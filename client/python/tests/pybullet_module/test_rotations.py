@@ -108,7 +108,9 @@ def test_transforms_are_exact_where_pybullet_rounds() -> None:
 
 
 @pytest.mark.parametrize("row", ROTATIONS, ids=[row[0] for row in ROTATIONS])
-def test_arguments_of_a_wrong_length_are_refused_as_pybullet_refuses_them(row: tuple[str, float, Arguments]) -> None:
+def test_arguments_of_a_wrong_length_are_refused_as_pybullet_refuses_them(
+    row: tuple[str, float, Arguments],
+) -> None:
     name = row[0]
     given = row[2](random.Random(1), unit)
     given[0] = [1.0, 2.0]

@@ -49,7 +49,9 @@ def test_a_script_that_imports_pybullets_helpers_gets_ours(tmp_path: Path) -> No
 def test_old_names_of_arguments_are_taken(script: ModuleType) -> None:
     arm = script.loadURDF(str(BENCH_ARM), 0, 0, 2)
     assert script.getLinkState(arm, 0)[4][2] > 2.0
-    script.setJointMotorControl2(bodyIndex=arm, jointIndex=0, controlMode=script.VELOCITY_CONTROL, targetVelocity=1)
+    script.setJointMotorControl2(
+        bodyIndex=arm, jointIndex=0, controlMode=script.VELOCITY_CONTROL, targetVelocity=1
+    )
     script.stepSimulation()
     script.setJointMotorControl(arm, 0, script.POSITION_CONTROL, 0.25)
     for _ in range(200):

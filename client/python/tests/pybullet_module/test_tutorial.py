@@ -36,7 +36,9 @@ def start(daemon: DaemonProcess, data: str, kind: str, turns: int, ready: int) -
     )
 
 
-def run(daemon: DaemonProcess, data: str, kind: str, slider: str, value: float) -> tuple[list[str], float, float]:
+def run(
+    daemon: DaemonProcess, data: str, kind: str, slider: str, value: float
+) -> tuple[list[str], float, float]:
     """Moves the slider after 200 of 3,000 turns; what the script printed, position and rate at its end."""
     process = start(daemon, data, kind, 3000, 200)
     assert process.stdin is not None and process.stdout is not None
@@ -60,7 +62,9 @@ def test_a_position_slider_is_followed_within_a_milliradian(daemon: DaemonProces
     assert position == pytest.approx(0.7, abs=1e-3)
     assert rate == pytest.approx(0.0, abs=1e-3)
     assert said[0] == "joints 1"
-    assert said[1].startswith("joint 0 b'shoulder' (0, 7, 6, 1, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, b'arm', (0.0, 1.0, 0.0), ")
+    assert said[1].startswith(
+        "joint 0 b'shoulder' (0, 7, 6, 1, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, b'arm', (0.0, 1.0, 0.0), "
+    )
 
 
 def test_a_velocity_slider_is_followed_within_a_percent(daemon: DaemonProcess, data_folder: str) -> None:
@@ -81,7 +85,10 @@ def test_without_a_daemon_the_runner_starts_one_and_says_so(data_folder: str) ->
     assert ran.stdout.splitlines()[-1].startswith("at ")
     assert "simd: no daemon was running; started " in ran.stderr
     # One line says where to look.
-    assert sum(word in ran.stderr for word in ("look at the world at http://", "watch the world with: simctl")) == 1
+    assert (
+        sum(word in ran.stderr for word in ("look at the world at http://", "watch the world with: simctl"))
+        == 1
+    )
 
 
 def test_a_script_that_is_not_there_is_told(tmp_path: Path) -> None:
@@ -98,7 +105,9 @@ def test_without_pybullet_data_the_message_says_what_to_install(
 
     monkeypatch.delenv("PYBULLET_DATA", raising=False)
     monkeypatch.setattr(sys, "path", [str(tmp_path)])
-    monkeypatch.setattr(data.sysconfig, "get_paths", lambda: {"purelib": str(tmp_path), "platlib": str(tmp_path)})
+    monkeypatch.setattr(
+        data.sysconfig, "get_paths", lambda: {"purelib": str(tmp_path), "platlib": str(tmp_path)}
+    )
     monkeypatch.setattr(data.site, "getusersitepackages", lambda: str(tmp_path))
     with pytest.raises(FileNotFoundError, match="pip install pybullet"):
         data.getDataPath()

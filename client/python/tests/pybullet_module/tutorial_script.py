@@ -28,7 +28,10 @@ for i in range(pybullet.getNumJoints(robot)):
 
 def slider(joint_index: int, lower: float, upper: float, start: float, what: str) -> list:
     name = str(pybullet.getJointInfo(robot, joint_index)[1]) + what
-    return [joint_index, pybullet.addUserDebugParameter(paramName=name, rangeMin=lower, rangeMax=upper, startValue=start)]
+    return [
+        joint_index,
+        pybullet.addUserDebugParameter(paramName=name, rangeMin=lower, rangeMax=upper, startValue=start),
+    ]
 
 
 position_slider = slider(0, -3.14, 3.14, 0, "PC")

@@ -24,7 +24,9 @@ class Parameters:
         self, name: str, minimum: float, maximum: float, value: float, *, if_taken: IfTaken = "refuse"
     ) -> Slider:
         """Puts up a slider. A value outside the range is moved to the nearest end."""
-        added = await run(self._link, plans.add(Slider(name, minimum, maximum, value), if_taken), self._timeout)
+        added = await run(
+            self._link, plans.add(Slider(name, minimum, maximum, value), if_taken), self._timeout
+        )
         return cast(Slider, added)
 
     async def add_button(self, name: str, *, if_taken: IfTaken = "refuse") -> Button:

@@ -121,7 +121,9 @@ class Robot(RobotHandle):
         targets = positions if isinstance(positions, Mapping) else Whole.positions(positions)
         return self.set_targets(targets, beyond_limit=beyond_limit)
 
-    def set_velocities(self, velocities: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
+    def set_velocities(
+        self, velocities: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp"
+    ) -> Answer[Applied]:
         """Turn and slide at these rates: rad/s or m/s in joint order."""
         return self.set_targets(Whole.velocities(velocities), beyond_limit=beyond_limit)
 
@@ -254,7 +256,9 @@ class Robot(RobotHandle):
         """Reads its description again from where it came. Pose, positions, rates and targets stay."""
         return self._reloaded(robots.reload(self._memory, self.name, None, strict))
 
-    def reload_from(self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False) -> Answer[Reloaded]:
+    def reload_from(
+        self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False
+    ) -> Answer[Reloaded]:
         """Sends a new export from this disk, and reads it."""
         return self._reloaded(robots.reload_from(self._memory, self.name, path, packages, strict))
 

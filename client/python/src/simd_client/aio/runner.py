@@ -25,7 +25,9 @@ async def run(link: Link, plan: Plan[Result], timeout: float) -> Result:
         while True:
             try:
                 # Only files are read on another thread.
-                answer = await (asyncio.to_thread(need.do) if isinstance(need, Work) else query(link, need, timeout))
+                answer = await (
+                    asyncio.to_thread(need.do) if isinstance(need, Work) else query(link, need, timeout)
+                )
             except SimdError as error:
                 need = plan.throw(error)
             else:

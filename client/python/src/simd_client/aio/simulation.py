@@ -222,7 +222,9 @@ class Simulation(Connection):
         """The newest state, at once: of all robots, a robot, several, or joints by robot."""
         return self.run(joints.states(self._memory, selection))
 
-    def next_states(self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None) -> Answer[States]:
+    def next_states(
+        self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None
+    ) -> Answer[States]:
         """The newest state once it is newer than `after`, or the one there is after `wait` seconds, at most 60."""
         sequence = after if isinstance(after, int) else after.sequence
         return self.run(joints.next_states(self._memory, sequence, wait, selection))

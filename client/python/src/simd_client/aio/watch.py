@@ -62,7 +62,9 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         self._heard = 0.0
         self._is_open = True
         self._slot = _Slot()
-        handler = cast("zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(self._slot.put, indirect=False))
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(self._slot.put, indirect=False)
+        )
         try:
             self._subscriber = link.session.declare_subscriber(source.key, handler)
         except zenoh.ZError:

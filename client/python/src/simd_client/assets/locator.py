@@ -142,7 +142,9 @@ class _Search:
             found = self._in_other_case(top, way)
         if found is Outcome.LEADS_OUT:
             real = real_path(candidate) if installed else None
-            if real is None or all(package.manifest_name(above) != installed for above in [real, *real.parents]):
+            if real is None or all(
+                package.manifest_name(above) != installed for above in [real, *real.parents]
+            ):
                 self.pass_by(Why.LINK_LEADS_OUT)
                 return None
             found = real

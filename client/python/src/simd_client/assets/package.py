@@ -131,7 +131,9 @@ def _folders_in(folder: Path) -> list[Path]:
     """In the order of their names. Not hidden ones, and not links: those may lead in circles."""
     try:
         with os.scandir(folder) as entries:
-            names = [e.name for e in entries if e.is_dir(follow_symlinks=False) and not e.name.startswith(".")]
+            names = [
+                e.name for e in entries if e.is_dir(follow_symlinks=False) and not e.name.startswith(".")
+            ]
     except OSError:
         return []
     return [folder / name for name in sorted(names)]

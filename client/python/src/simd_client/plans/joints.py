@@ -209,18 +209,24 @@ def reset_joints(
     if unplaced:
         raise ValueError(f"joint `{unplaced[0]}` is given a velocity and no position to start from")
     joints = [
-        proto.JointReset(joint=name, position=position, velocity=rates.get(name, 0.0))
+        proto.JointReset(joint=name, position=float(position), velocity=float(rates.get(name, 0.0)))
         for name, position in where.items()
     ]
     request = proto.ResetJointsRequest(robots=[proto.RobotReset(robot=robot, joints=joints)])
     return stamp_from_proto((yield from ask(methods.ResetJoints, request)).stamp)
 
 
-def reset_to(memory: Memory, robot: str, positions: npt.ArrayLike, velocities: npt.ArrayLike | None) -> Plan[Stamp]:
+def reset_to(
+    memory: Memory, robot: str, positions: npt.ArrayLike, velocities: npt.ArrayLike | None
+) -> Plan[Stamp]:
     """The same with arrays in joint order."""
     known = yield from layout(memory, robot)
     where = vector(positions, known.position_count, f"a position of robot `{robot}`")
-    rates = None if velocities is None else vector(velocities, known.velocity_count, f"a velocity of robot `{robot}`")
+    rates = (
+        None
+        if velocities is None
+        else vector(velocities, known.velocity_count, f"a velocity of robot `{robot}`")
+    )
     joints: list[proto.JointReset] = []
     for joint in known.joints:
         own = where[joint.positions]

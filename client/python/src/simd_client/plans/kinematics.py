@@ -76,7 +76,9 @@ class Configuration:
 def configuration(given: Configuration | None) -> proto.Configuration | None:
     """As a message; absent is the newest state's."""
     if given is None or given.positions is None:
-        if given is not None and (given.velocities is not None or given.root is not None or given.root_twist is not None):
+        if given is not None and (
+            given.velocities is not None or given.root is not None or given.root_twist is not None
+        ):
             raise ValueError("a configuration begins with its positions")
         return None
     return proto.Configuration(
@@ -95,7 +97,9 @@ def link_states(robot: str) -> Plan[LinkStates]:
     return LinkStates(stamp_from_proto(answer.stamp), poses, rows(found.twists, 6))
 
 
-def jacobian(robot: str, link: str, point: npt.ArrayLike | None, given: Configuration | None) -> Plan[Jacobian]:
+def jacobian(
+    robot: str, link: str, point: npt.ArrayLike | None, given: Configuration | None
+) -> Plan[Jacobian]:
     """How rates move a point of a link."""
     request = proto.GetJacobianRequest(
         robot=robot,

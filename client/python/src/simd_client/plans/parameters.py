@@ -98,7 +98,9 @@ def parameter_from_proto(message: proto.Parameter) -> Parameter:
 
 def list_from_proto(message: proto.ParameterList) -> ParameterList:
     """All of them from their message."""
-    return ParameterList(message.version, {each.name: parameter_from_proto(each) for each in message.parameters})
+    return ParameterList(
+        message.version, {each.name: parameter_from_proto(each) for each in message.parameters}
+    )
 
 
 def add(parameter: Parameter, if_taken: IfTaken) -> Plan[Parameter]:
@@ -117,7 +119,7 @@ def add(parameter: Parameter, if_taken: IfTaken) -> Plan[Parameter]:
 
 def set_values(values: Mapping[str, float], presses: Mapping[str, int]) -> Plan[list[Parameter]]:
     """Moves sliders, presses buttons; all or nothing."""
-    changes = [proto.ParameterChange(name=name, value=value) for name, value in values.items()]
+    changes = [proto.ParameterChange(name=name, value=float(value)) for name, value in values.items()]
     changes += [proto.ParameterChange(name=name, presses=times) for name, times in presses.items()]
     answer = yield from ask(methods.SetParameters, proto.SetParametersRequest(changes=changes))
     return [parameter_from_proto(each) for each in answer.parameters]

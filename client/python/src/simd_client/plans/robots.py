@@ -145,7 +145,9 @@ def _sha256(path: Path) -> str:
 def spawn(memory: Memory, source: proto.DescriptionSource, options: Options) -> Plan[Loaded]:
     """Brings a robot into the world, from a source that the daemon has."""
     base = {None: proto.Base.BASE_UNSPECIFIED, True: proto.Base.BASE_FIXED, False: proto.Base.BASE_FREE}
-    mode = proto.InitialMode.INITIAL_MODE_PASSIVE if options.passive else proto.InitialMode.INITIAL_MODE_HOLDING
+    mode = (
+        proto.InitialMode.INITIAL_MODE_PASSIVE if options.passive else proto.InitialMode.INITIAL_MODE_HOLDING
+    )
     request = proto.SpawnEntityRequest(
         source=source,
         name=options.name,
@@ -153,7 +155,7 @@ def spawn(memory: Memory, source: proto.DescriptionSource, options: Options) -> 
         pose=pose_to_proto(options.pose),
         base=base[options.fixed],
         initial_mode=mode,
-        joint_positions=options.joint_positions,
+        joint_positions={name: float(at) for name, at in (options.joint_positions or {}).items()},
         scale=options.scale,
         strict=options.strict,
     )
@@ -225,7 +227,9 @@ class Reloaded:
     removed_joints: tuple[str, ...]
 
 
-def reload(memory: Memory, robot: str, source: proto.DescriptionSource | None, strict: bool) -> Plan[Reloaded]:
+def reload(
+    memory: Memory, robot: str, source: proto.DescriptionSource | None, strict: bool
+) -> Plan[Reloaded]:
     """Reads a description again; from where it came if nothing else is said."""
     request = proto.ReloadEntityRequest(robot=robot, source=source, strict=strict)
     answer = yield from ask(methods.ReloadEntity, request)
@@ -238,7 +242,9 @@ def reload(memory: Memory, robot: str, source: proto.DescriptionSource | None, s
     )
 
 
-def reload_from(memory: Memory, robot: str, path: AnyPath, packages: Packages | None, strict: bool) -> Plan[Reloaded]:
+def reload_from(
+    memory: Memory, robot: str, path: AnyPath, packages: Packages | None, strict: bool
+) -> Plan[Reloaded]:
     """Sends a new export, and reads it."""
     source = yield from upload(path, packages)
     return (yield from reload(memory, robot, source, strict))
@@ -308,7 +314,9 @@ def apply_wrench(
     request = proto.ApplyLinkWrenchRequest(
         robot=robot,
         link=link,
-        wrench=proto.Wrench(force=vector_to_proto(force, "a force"), torque=vector_to_proto(torque, "a torque")),
+        wrench=proto.Wrench(
+            force=vector_to_proto(force, "a force"), torque=vector_to_proto(torque, "a torque")
+        ),
         frame=frames[frame],
         point=None if point is None else vector_to_proto(point, "a point"),
         persistent=persistent,

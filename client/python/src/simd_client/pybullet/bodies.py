@@ -14,7 +14,23 @@ from .motors import Motor
 from .rotations import compose, conjugate, inverse, product, rotate
 
 JointInfoTuple = tuple[
-    int, bytes, int, int, int, int, float, float, float, float, float, float, bytes, Vector, Vector, Quaternion, int
+    int,
+    bytes,
+    int,
+    int,
+    int,
+    int,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    bytes,
+    Vector,
+    Vector,
+    Quaternion,
+    int,
 ]
 
 _TYPES = {

@@ -51,7 +51,13 @@ def computeViewMatrixFromYawPitchRoll(
 
 
 def computeProjectionMatrix(
-    left: float, right: float, bottom: float, top: float, nearVal: float, farVal: float, physicsClientId: int = 0
+    left: float,
+    right: float,
+    bottom: float,
+    top: float,
+    nearVal: float,
+    farVal: float,
+    physicsClientId: int = 0,
 ) -> ViewMatrix:
     """Of a frustum given by its sides at the near plane."""
     del physicsClientId

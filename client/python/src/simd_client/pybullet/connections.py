@@ -107,7 +107,9 @@ def connect(
     _worlds[number] = world
     if world.guest:
         others = ", ".join(body.robot for body in world.bodies.values())
-        print(f"simd: {wire.endpoint} has robots of others, which stay as they are: {others}", file=sys.stderr)
+        print(
+            f"simd: {wire.endpoint} has robots of others, which stay as they are: {others}", file=sys.stderr
+        )
     if child is not None:
         _children[number] = child
     if method in _WITH_WINDOW:
@@ -121,7 +123,10 @@ def _show(wire: Wire, child: DaemonProcess | None) -> None:
     if page is not None and _is_page(page):
         print(f"simd: look at the world at {page}/", file=sys.stderr)
     else:
-        print(f"simd: watch the world with: simctl --endpoint {wire.endpoint} joint watch ROBOT", file=sys.stderr)
+        print(
+            f"simd: watch the world with: simctl --endpoint {wire.endpoint} joint watch ROBOT",
+            file=sys.stderr,
+        )
 
 
 def _is_page(address: str) -> bool:

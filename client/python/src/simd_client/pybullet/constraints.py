@@ -216,9 +216,7 @@ def _gear(world: World, body: Body, constraint: Constraint) -> None:
     _edit_mimic(world, body, constraint, mimic)
 
 
-def _edit_mimic(
-    world: World, body: Body, constraint: Constraint, mimic: ElementTree.Element | None
-) -> None:
+def _edit_mimic(world: World, body: Body, constraint: Constraint, mimic: ElementTree.Element | None) -> None:
     robot = None if body.urdf is None else descriptions.parse(body.urdf)
     if robot is None:
         raise unsupported("createConstraint", "gears are for robots that this script loaded")

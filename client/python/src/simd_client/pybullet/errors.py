@@ -1,7 +1,7 @@
 """The one exception type of PyBullet."""
 
 
-class error(Exception):  # noqa: N801 (PyBullet's own name)
+class error(Exception):  # PyBullet's own name
     """What PyBullet's functions raise as `pybullet.error`."""
 
     def __init__(self, message: str = "", reason: str = "") -> None:

@@ -117,9 +117,7 @@ def getMouseEvents(physicsClientId: int = 0) -> tuple[()]:
     return ()
 
 
-def getVREvents(
-    deviceTypeFilter: int = 1, allAnalogAxes: int = 0, physicsClientId: int = 0
-) -> tuple[()]:
+def getVREvents(deviceTypeFilter: int = 1, allAnalogAxes: int = 0, physicsClientId: int = 0) -> tuple[()]:
     """Nobody wears a headset."""
     _nothing(physicsClientId, "getVREvents")
     return ()

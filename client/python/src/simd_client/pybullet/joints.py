@@ -131,7 +131,9 @@ def _check(body: Body, joints: list[int], mode: int) -> None:
     if any(not 0 <= joint < len(body.joints) for joint in joints):
         raise error("Joint index out-of-range.")
     if mode == constants.STABLE_PD_CONTROL:
-        raise unsupported("setJointMotorControl2", "STABLE_PD_CONTROL is not there; PD_CONTROL is stable here")
+        raise unsupported(
+            "setJointMotorControl2", "STABLE_PD_CONTROL is not there; PD_CONTROL is stable here"
+        )
     if mode not in _MODES:
         raise error("Illegal control mode.")
 

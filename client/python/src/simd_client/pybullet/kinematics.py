@@ -251,7 +251,9 @@ def calculateJacobian(
     return _rows(linear), _rows(angular)
 
 
-def calculateMassMatrix(bodyUniqueId: int, objPositions: Any, flags: int = 0, physicsClientId: int = 0) -> Any:
+def calculateMassMatrix(
+    bodyUniqueId: int, objPositions: Any, flags: int = 0, physicsClientId: int = 0
+) -> Any:
     """The joint-space inertia matrix, row by row; of a free base with six rates in front, as
     calculateJacobian has them."""
     del flags
@@ -291,7 +293,11 @@ def calculateInverseDynamics(
 
 
 def _configure(
-    world: World, body: Body, configuration: Configuration, positions: list[float], rates: list[float] | None = None
+    world: World,
+    body: Body,
+    configuration: Configuration,
+    positions: list[float],
+    rates: list[float] | None = None,
 ) -> None:
     """PyBullet gives a value for each rate of the joints, and puts a free base at its origin."""
     wanted = sum(1 if joint.width == 1 else joint.width for joint in body.joints)

@@ -54,7 +54,9 @@ def loadURDF(
     description = descriptions.read(urdf, globalScaling)
     spawn = Spawn(
         position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
-        orientation=quaternion(UPRIGHT if baseOrientation is None else baseOrientation, "baseOrientation needs to be [x,y,z,w]."),
+        orientation=quaternion(
+            UPRIGHT if baseOrientation is None else baseOrientation, "baseOrientation needs to be [x,y,z,w]."
+        ),
         fixed=True if useFixedBase or description.massless_root else None,
         scale=globalScaling,
     )
@@ -66,7 +68,12 @@ def loadURDF(
 
 
 def settled(
-    world: World, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes, files: dict[str, str], scale: float
+    world: World,
+    entity: EntityInfo,
+    frames: Mapping[str, Pose],
+    urdf: bytes,
+    files: dict[str, str],
+    scale: float,
 ) -> int:
     """The number of a robot that was just spawned. Its joints are braked, as PyBullet's are."""
     body = world.add(entity, frames, own=True, urdf=urdf)

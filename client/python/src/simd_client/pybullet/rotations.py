@@ -276,7 +276,6 @@ _vector = vector
 
 __all__ = [
     "calculateVelocityQuaternion",
-
     "getAxisAngleFromQuaternion",
     "getAxisDifferenceQuaternion",
     "getDifferenceQuaternion",

@@ -48,7 +48,9 @@ def createCollisionShape(
 ) -> int:
     """The number of a box, sphere, cylinder, capsule or plane, for createMultiBody."""
     frame = _pose(collisionFramePosition, collisionFrameOrientation)
-    made = _primitive("createCollisionShape", shapeType, radius, halfExtents, height, planeNormal, frame, None)
+    made = _primitive(
+        "createCollisionShape", shapeType, radius, halfExtents, height, planeNormal, frame, None
+    )
     return connected(physicsClientId).collision_shapes.add([made])
 
 
@@ -73,7 +75,9 @@ def createVisualShape(
 ) -> int:
     """As createCollisionShape, for what viewers draw."""
     frame = _pose(visualFramePosition, visualFrameOrientation)
-    made = _primitive("createVisualShape", shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor)
+    made = _primitive(
+        "createVisualShape", shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor
+    )
     return connected(physicsClientId).visual_shapes.add([made])
 
 
@@ -172,7 +176,9 @@ def _primitive(
     function: str, kind: int, radius: float, half: Any, length: float, normal: Any, frame: Pose, color: Any
 ) -> Primitive:
     if kind not in _KINDS:
-        raise unsupported(function, "boxes, spheres, cylinders, capsules and planes only; others come by loadURDF")
+        raise unsupported(
+            function, "boxes, spheres, cylinders, capsules and planes only; others come by loadURDF"
+        )
     rgba = None if color is None else tuple(floats(color, "rgbaColor needs four numbers", 4))
     if kind == constants.GEOM_PLANE:
         flat = plane(vector(normal, "planeNormal needs three numbers"))
@@ -191,7 +197,11 @@ def _primitive(
 
 def _pose(position: Any, orientation: Any) -> Pose:
     at = ORIGIN if position is None else vector(position, "a frame's position needs three numbers")
-    turn = UPRIGHT if orientation is None else quaternion(orientation, "a frame's orientation needs four numbers")
+    turn = (
+        UPRIGHT
+        if orientation is None
+        else quaternion(orientation, "a frame's orientation needs four numbers")
+    )
     return at, turn
 
 

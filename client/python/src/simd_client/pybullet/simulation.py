@@ -78,7 +78,10 @@ def setRealTimeSimulation(enableRealTimeSimulation: int, physicsClientId: int = 
 
 
 def setPhysicsEngineParameter(
-    fixedTimeStep: float | None = None, numSubSteps: int | None = None, physicsClientId: int = 0, **others: Any
+    fixedTimeStep: float | None = None,
+    numSubSteps: int | None = None,
+    physicsClientId: int = 0,
+    **others: Any,
 ) -> None:
     """Time step and substeps. The rest belongs to Bullet's solver, and is kept for
     getPhysicsEngineParameters only."""
@@ -94,7 +97,9 @@ def setPhysicsEngineParameter(
         world.retune()
     ignored = [name for name in others if name in _SOLVER]
     if ignored:
-        world.say_once(f"setPhysicsEngineParameter: {', '.join(ignored)} belong to Bullet's solver and do nothing")
+        world.say_once(
+            f"setPhysicsEngineParameter: {', '.join(ignored)} belong to Bullet's solver and do nothing"
+        )
 
 
 _SILENT = ("maxNumCmdPer1ms", "enableFileCaching", "deterministicOverlappingPairs", "reportSolverAnalytics")
@@ -130,7 +135,9 @@ def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0
     """Puts the world back to a kept state."""
     world = connected(physicsClientId)
     if stateId < 0 or fileName:
-        raise NotImplementedError("simd_client.pybullet.restoreState: states are restored by number, not from files")
+        raise NotImplementedError(
+            "simd_client.pybullet.restoreState: states are restored by number, not from files"
+        )
     try:
         world.wire.call(methods.RestoreSnapshot, RestoreSnapshotRequest(name=world.snapshot_name(stateId)))
     except error as refusal:
@@ -142,7 +149,9 @@ def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
     """Forgets a kept state."""
     world = connected(physicsClientId)
     try:
-        world.wire.call(methods.DeleteSnapshot, DeleteSnapshotRequest(name=world.snapshot_name(stateUniqueId)))
+        world.wire.call(
+            methods.DeleteSnapshot, DeleteSnapshotRequest(name=world.snapshot_name(stateUniqueId))
+        )
     except error as refusal:
         # PyBullet takes no notice of a state that is not there.
         if refusal.reason != "SNAPSHOT_NOT_FOUND":

@@ -53,7 +53,15 @@ class StateLog:
         padding = [0.0] * (self._most - len(moving))
         position, orientation = getBasePositionAndOrientation(body.unique_id, self._client)
         linear, angular = getBaseVelocity(body.unique_id, self._client)
-        row: list[Any] = [self._step, world.sim_time, body.unique_id, *position, *orientation, *linear, *angular]
+        row: list[Any] = [
+            self._step,
+            world.sim_time,
+            body.unique_id,
+            *position,
+            *orientation,
+            *linear,
+            *angular,
+        ]
         row.append(len(moving))
         row += [states.position[joint.position_index] for joint in moving] + padding
         row += [states.velocity[joint.velocity_index] for joint in moving] + padding

@@ -28,7 +28,9 @@ def _raises(function: str, why: str) -> Any:
 
 
 addUserData = _raises("addUserData", _DATA)
-calculateInverseKinematics2 = _raises("calculateInverseKinematics2", "the daemon solves for one link at a time")
+calculateInverseKinematics2 = _raises(
+    "calculateInverseKinematics2", "the daemon solves for one link at a time"
+)
 createSoftBodyAnchor = _raises("createSoftBodyAnchor", _SOFT)
 executePluginCommand = _raises("executePluginCommand", _PLUGINS)
 getAABB = _raises("getAABB", _BOXES)

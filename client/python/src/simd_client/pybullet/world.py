@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from .sliders import Sliders
     from .wire import Wire
 
+
 class Log(Protocol):
     """What wants to know of each step."""
 
@@ -129,7 +130,9 @@ class World:
             raise error(refusal)
         return found
 
-    def add(self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None) -> Body:
+    def add(
+        self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None
+    ) -> Body:
         """A robot that is in the daemon's world, under the smallest free number."""
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         free = next(number for number in range(len(self.bodies) + 1) if number not in self.bodies)
@@ -157,7 +160,9 @@ class World:
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
         self._drop(body.unique_id)
 
-    def replaced(self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes | None) -> Body:
+    def replaced(
+        self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes | None
+    ) -> Body:
         """The same robot from another description; motors go on by joint name."""
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
@@ -393,7 +398,9 @@ class World:
     def play(self, playing: bool) -> None:
         """Whether steps come by themselves."""
         self.flush()
-        wanted = SimulationState.SIMULATION_STATE_PLAYING if playing else SimulationState.SIMULATION_STATE_PAUSED
+        wanted = (
+            SimulationState.SIMULATION_STATE_PLAYING if playing else SimulationState.SIMULATION_STATE_PAUSED
+        )
         self.wire.call(methods.SetSimulationState, SetSimulationStateRequest(state=wanted))
         self._now_playing(playing)
         self.forget_states()
