@@ -176,7 +176,7 @@ fn two_arms_collide_and_the_weaker_gives_way() {
 fn a_thousand_balls_fall_into_a_box_and_stay_there() {
     let mut world = rain(2e-3, 1_000);
     let mut deepest = 0.0f64;
-    for _ in 0..15 {
+    for _ in 0..10 {
         run(&mut world, 0.1);
         deepest = contacts(&world, None).iter().map(|contact| contact.depth).fold(deepest, f64::max);
     }

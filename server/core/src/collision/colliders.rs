@@ -196,6 +196,11 @@ impl RobotColliders {
         self.placed.is_empty()
     }
 
+    /// Whether some of them may touch others of the same robot.
+    pub fn touch_each_other(&self) -> bool {
+        !self.own_pairs.is_empty()
+    }
+
     /// Gives the colliders of a link, or of all, what a material gives.
     pub fn set_material(&mut self, link: Option<usize>, material: &Material) {
         for placed in self.placed.iter_mut().filter(|placed| link.is_none_or(|link| placed.link == link)) {
