@@ -58,7 +58,7 @@ fn a_block_slides_down_a_slope_as_coulombs_law_says() {
 }
 
 /// tan a < mu: it stays. A tenth of a millimetre in ten seconds is below what anybody could see;
-/// MuJoCo's block of the same friction creeps by more.
+/// MuJoCo's block of the same friction creeps by 15 mm (`tests/reference/make_contacts.py`).
 #[test]
 fn a_block_on_a_slope_that_is_rough_enough_stays() {
     for h in [1e-3, 4e-3] {
@@ -195,5 +195,39 @@ fn a_stack_of_ten_boxes_stays_a_minute() {
             assert!(off.length() < 1e-3, "box {i} is off by {off}");
             assert!(root.linear.length() < 1e-3, "box {i} moves by {}", root.linear);
         }
+    }
+}
+
+/// A prism over a regular polygon of twelve corners, which parry's faces of four corners would not
+/// carry: it stands on a plane and on a box without tilting.
+#[test]
+fn a_hull_with_a_round_sole_stands() {
+    use std::sync::Arc;
+
+    use simd_model::robot::{Geometry, MeshAsset, Sha256};
+    let corner = |i: u32| {
+        let turn = f64::from(i % 12) * std::f64::consts::TAU / 12.0;
+        DVec3::new(0.1 * turn.cos(), 0.1 * turn.sin(), if i < 12 { -0.1 } else { 0.1 })
+    };
+    let vertices = (0..24).map(corner).collect();
+    let asset = MeshAsset { sha256: Sha256([7; 32]), vertices, triangles: vec![[0, 1, 2]] };
+    let mesh = Geometry::Mesh { uri: "prism.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) };
+    let model = solid(&[(DPose3::IDENTITY, mesh)], 0.05);
+    for ground in [plane(DVec3::Z), cuboid(DVec3::new(1.0, 1.0, 0.2), 1.0)] {
+        let mut world = world(1e-3);
+        spawn(&mut world, robot("ground", &ground, DPose3::IDENTITY, true));
+        let top = if ground.links[0].collisions[0].geometry == (Geometry::Plane { normal: DVec3::Z }) {
+            0.0
+        } else {
+            0.1
+        };
+        let at = DPose3::from_translation(DVec3::Z * (top + 0.101));
+        spawn(&mut world, robot("body", &model, at, false));
+        keep_awake(&mut world, "body");
+        run(&mut world, 5.0);
+        let root = &look(&world).roots[1];
+        let off = root.pose.translation - DVec3::Z * (top + 0.1);
+        assert!(off.length() < 1e-3, "on {:?} it is off by {off}", ground.links[0].collisions[0].geometry);
+        assert!((root.pose.rotation * DVec3::Z).z > 0.99999 && root.linear.length() < 1e-3);
     }
 }

@@ -45,15 +45,15 @@ fn an_a1_walks_a_scripted_gait() {
     let start = look(&world).roots[1].pose.translation;
     let mut deepest = 0.0f64;
     for step in 0..8_000u32 {
-        let phase = f64::from(step) * 1e-3 * std::f64::consts::TAU / 0.4;
+        let phase = f64::from(step) * 1e-3 * std::f64::consts::TAU / 0.3;
         if step % 10 == 0 {
             let mut joints = Vec::new();
             for (leg, shift) in [("FR", 0.0), ("RL", 0.0), ("FL", 0.5), ("RR", 0.5)] {
                 let phase = phase + shift * std::f64::consts::TAU;
                 // The foot goes back while it is down, and ahead while the knee lifts it.
                 let (swing, lift) = (phase.cos(), (-phase.sin()).max(0.0));
-                joints.push((format!("{leg}_upper_joint"), A1_STANDS[1] - 0.18 * swing + 0.15 * lift));
-                joints.push((format!("{leg}_lower_joint"), A1_STANDS[2] - 0.4 * lift));
+                joints.push((format!("{leg}_upper_joint"), A1_STANDS[1] - 0.05 * swing + 0.15 * lift));
+                joints.push((format!("{leg}_lower_joint"), A1_STANDS[2] - 0.3 * lift));
             }
             let joints: Vec<(&str, f64)> = joints.iter().map(|(name, q)| (name.as_str(), *q)).collect();
             go_to(&mut world, "a1", &joints);
@@ -63,7 +63,7 @@ fn an_a1_walks_a_scripted_gait() {
     }
     let root = look(&world).roots[1].pose;
     let way = root.translation - start;
-    assert!(way.x.abs() > 0.3 && root.translation.z > 0.25, "{way}");
+    assert!(way.x > 0.3 && root.translation.z > 0.25, "{way}");
     assert!((root.rotation * DVec3::Z).z > 0.9, "it stands upright");
     assert!(deepest < 1e-3, "{deepest}");
 }
@@ -120,8 +120,9 @@ fn a_pendulum_hits_a_wall_and_rests_against_it() {
     assert!((seen.positions[0] - expected).abs() < 0.3 && seen.velocities[0].abs() < 5.0);
 }
 
-/// A hand on a rail pushes a box of 1 kg along; it keeps in front of the hand, and friction pulls
-/// back with mu m g.
+/// A hand on a rail pushes a box of 1 kg along; it keeps in front of the hand. The ground pulls back
+/// with mu (m g + v), where v is what the hand pushes down or up with by friction of their own, at
+/// most mu f: f is between mu m g / (1 + mu^2) and mu m g / (1 - mu^2).
 #[test]
 fn a_robot_pushes_a_box_along() {
     let mut world = world(1e-3);
@@ -137,11 +138,13 @@ fn a_robot_pushes_a_box_along() {
     run(&mut world, 1.5);
     let pushed = contacts(&world, Some("gripper"));
     let force: f64 = pushed.iter().map(|contact| contact.normal_force).sum();
-    assert!((force - 0.5 * 9.81).abs() < 0.5, "{force} N");
+    assert!((0.5 * 9.81 / 1.25..0.5 * 9.81 / 0.75).contains(&force), "{force} N");
     run(&mut world, 4.0);
     let end = look(&world).roots[1].pose.translation;
-    // The finger tips end at -0.2 + 0.1 + 0.8; the box's near face is there.
-    assert!((end.x - 0.8).abs() < 0.01 && end.y.abs() < 0.02, "{end}");
+    // The hand ends at -0.2 + 0.8 + 0.225; while it slows down, the box slides on a little.
+    let seen = look(&world);
+    assert!((0.924..0.95).contains(&end.x) && end.y.abs() < 0.01, "{end}");
+    assert!((seen.positions[0] - 0.8).abs() < 1e-3 && seen.roots[1].linear.length() < 1e-3);
 }
 
 /// Two driven rods turn into each other: the weaker one is pushed back, and neither passes.
@@ -173,7 +176,7 @@ fn two_arms_collide_and_the_weaker_gives_way() {
 fn a_thousand_balls_fall_into_a_box_and_stay_there() {
     let mut world = rain(2e-3, 1_000);
     let mut deepest = 0.0f64;
-    for _ in 0..15 {
+    for _ in 0..10 {
         run(&mut world, 0.1);
         deepest = contacts(&world, None).iter().map(|contact| contact.depth).fold(deepest, f64::max);
     }

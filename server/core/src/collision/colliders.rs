@@ -96,13 +96,20 @@ pub(super) struct Placed {
     body_from_shape: DPose3,
     /// The middle of the shape and how far it reaches from there.
     middle: DVec3,
-    radius: f64,
+    pub(super) radius: f64,
     pub(super) world_from_shape: DPose3,
     /// Contacts are looked for this far from the shape, metres.
     pub(super) margin: f64,
     /// Around the shape and its margin.
     pub(super) bounds: Bounds,
     pub(super) surface: Surface,
+}
+
+impl Placed {
+    /// The middle of the shape, world.
+    pub(super) fn world_middle(&self) -> DVec3 {
+        self.world_from_shape.transform_point(self.middle)
+    }
 }
 
 /// A box along the world's axes.
@@ -189,6 +196,11 @@ impl RobotColliders {
         self.placed.is_empty()
     }
 
+    /// Whether some of them may touch others of the same robot.
+    pub fn touch_each_other(&self) -> bool {
+        !self.own_pairs.is_empty()
+    }
+
     /// Gives the colliders of a link, or of all, what a material gives.
     pub fn set_material(&mut self, link: Option<usize>, material: &Material) {
         for placed in self.placed.iter_mut().filter(|placed| link.is_none_or(|link| placed.link == link)) {
@@ -225,7 +237,7 @@ impl RobotColliders {
                 Some(place) => {
                     let BodyMotion { pose, linear, angular } = body(place);
                     placed.world_from_shape = pose * placed.body_from_shape;
-                    let arm = placed.world_from_shape.transform_point(placed.middle) - pose.translation;
+                    let arm = placed.world_middle() - pose.translation;
                     let speed = (linear + angular.cross(arm)).length() + angular.length() * placed.radius;
                     placed.margin = slack + LOOK_AHEAD * h * speed;
                 }

@@ -89,6 +89,9 @@ impl Narrow {
     ) {
         let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
         let within = a.margin + b.margin;
+        if far_above(shape_a, a, b, within) || far_above(shape_b, b, a, within) {
+            return;
+        }
         let a_from_b = a.world_from_shape.inverse() * b.world_from_shape;
         let Some(normal) = self.find(shape_a, shape_b, &a_from_b, within) else { return };
         let mut kept = [0; MOST];
@@ -152,4 +155,14 @@ impl Narrow {
         let normal = self.manifold.local_n1;
         (!self.points.is_empty() && normal.is_finite()).then_some(normal)
     }
+}
+
+/// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a
+/// plane are all of space, and tell nothing.
+fn far_above(shape: &dyn Shape, plane: &Placed, other: &Placed, within: f64) -> bool {
+    shape.as_halfspace().is_some_and(|half| {
+        let normal = plane.world_from_shape.rotation * half.normal;
+        let height = (other.world_middle() - plane.world_from_shape.translation).dot(normal);
+        height - other.radius > within
+    })
 }

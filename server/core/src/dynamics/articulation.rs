@@ -225,19 +225,23 @@ impl Articulation {
         }
     }
 
-    /// Writes J and M^-1 J' for an impulse at a world point of a body, in a world direction.
-    pub(super) fn point_row(
+    /// A unit impulse at a world point of a body, in a world direction, as it acts about the body's
+    /// origin, in the base's axes.
+    pub(super) fn wrench(&self, body: usize, point: DVec3, direction: DVec3) -> Spatial {
+        let arm = self.base.inverse_transform_point(point) - self.work.bodies[body].origin;
+        let direction = self.base.rotation.inverse() * direction;
+        Spatial::new(arm.cross(direction), direction)
+    }
+
+    /// Writes J and M^-1 J' for an impulse on a body about its origin, in the base's axes.
+    pub(super) fn wrench_row(
         &mut self,
         body: usize,
-        (point, direction): (DVec3, DVec3),
+        wrench: Spatial,
         jacobian: &mut [f64],
         response: &mut [f64],
     ) {
-        let to_base = self.base.rotation.inverse();
-        let at = &self.work.bodies[body];
-        let arm = self.base.inverse_transform_point(point) - at.origin;
-        let direction = to_base * direction;
-        let force = (body, Spatial::new(arm.cross(direction), direction));
+        let force = (body, wrench);
         project(&self.tree, &self.positions, &self.work.bodies, force, jacobian);
         respond_to_force(&self.tree, &self.positions, force, &mut self.work, response);
     }

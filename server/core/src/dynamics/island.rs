@@ -5,6 +5,7 @@ use glamx::DVec3;
 
 use super::articulation::{Articulation, MAX_ROUNDS};
 use super::constraint::contact::{Contact, ContactRows, Side};
+use super::spatial::Spatial;
 
 /// Sweeps at the most.
 pub const MAX_SWEEPS: usize = 50;
@@ -14,6 +15,9 @@ pub const SETTLED: f64 = 1e-6;
 
 /// Sweeps of what pushes apart; what is left, the next step does.
 const PUSH_SWEEPS: usize = 5;
+
+/// With so many points, the rows of a body are summed from those of the six wrenches.
+const MANY: usize = 3;
 
 /// The memory that solving needs, kept from step to step.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +32,20 @@ pub struct Island {
     before: Vec<f64>,
     /// A row and its response, before they are filed.
     scratch: Vec<f64>,
+    /// Bodies with many contacts, in order.
+    bases: Vec<Basis>,
+    /// Of each basis six times J and its response.
+    basis_rows: Vec<f64>,
+    /// Robot and body of each side of each contact.
+    touched: Vec<(usize, usize)>,
+}
+
+/// Where the rows of a body's six wrenches are.
+#[derive(Clone, Copy, Debug)]
+struct Basis {
+    robot: usize,
+    body: usize,
+    at: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +194,11 @@ impl Island {
     }
 
     /// J and M^-1 J' of all contacts.
+    ///
+    /// Both are linear in the wrench. A body with many points has them found once for each of the
+    /// six wrenches, and each row is a sum of those.
     fn measure<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[Contact]) {
+        self.find_bases(robots, contacts);
         for rows in &mut self.rows {
             let contact = &contacts[rows.contact];
             let mut used = 0;
@@ -186,27 +208,76 @@ impl Island {
                 let again = i == 1 && used == 1 && contact.robots[0] == contact.robots[1];
                 let side = rows.sides[if again { 0 } else { used }];
                 used += 1;
-                let (jacobian, response) = self.scratch.split_at_mut(side.len);
-                let response = &mut response[..side.len];
-                let block = &mut self.blocks[side.at..side.at + Side::size(side.len)];
+                let n = side.len;
+                let (jacobian, response) = self.scratch.split_at_mut(n);
+                let response = &mut response[..n];
+                let block = &mut self.blocks[side.at..side.at + Side::size(n)];
+                let (columns, responses) = block.split_at_mut(4 * n);
+                if !again {
+                    columns.fill(0.0);
+                    responses.fill(0.0);
+                }
+                let basis =
+                    self.bases.binary_search_by_key(&(robot, body), |basis| (basis.robot, basis.body));
                 for (k, axis) in rows.axes.iter().enumerate() {
-                    let push = (contact.touch.point, axis * sign);
-                    robots[robot].as_mut().point_row(body, push, jacobian, response);
-                    let (columns, responses) = block.split_at_mut(4 * side.len);
-                    let kept = &mut responses[k * side.len..(k + 1) * side.len];
-                    for i in 0..side.len {
-                        if again {
-                            columns[4 * i + k] += jacobian[i];
-                            kept[i] += response[i];
-                        } else {
-                            columns[4 * i + k] = jacobian[i];
-                            columns[4 * i + 3] = 0.0;
-                            kept[i] = response[i];
+                    let articulation = robots[robot].as_mut();
+                    let wrench = articulation.wrench(body, contact.touch.point, axis * sign);
+                    let kept = &mut responses[k * n..(k + 1) * n];
+                    let mut add = |factor: f64, jacobian: &[f64], response: &[f64]| {
+                        for i in 0..n {
+                            columns[4 * i + k] += factor * jacobian[i];
+                            kept[i] += factor * response[i];
+                        }
+                    };
+                    match basis.ok().map(|basis| self.bases[basis].at) {
+                        Some(at) => {
+                            let parts = self.basis_rows[at..at + 12 * n].chunks_exact(2 * n);
+                            let (a, l) = (wrench.angular, wrench.linear);
+                            for (factor, part) in [a.x, a.y, a.z, l.x, l.y, l.z].into_iter().zip(parts) {
+                                let (jacobian, response) = part.split_at(n);
+                                add(factor, jacobian, response);
+                            }
+                        }
+                        None => {
+                            articulation.wrench_row(body, wrench, jacobian, response);
+                            add(1.0, jacobian, response);
                         }
                     }
                 }
             }
             rows.measure(&self.blocks);
+        }
+    }
+
+    /// J and M^-1 J' of the six unit wrenches, for each body that has many contacts.
+    fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[Contact]) {
+        let Self { rows, bases, basis_rows, touched, .. } = self;
+        touched.clear();
+        for rows in rows {
+            let contact = &contacts[rows.contact];
+            for (robot, body) in contact.robots.into_iter().zip(contact.touch.bodies) {
+                touched.extend(body.map(|body| (robot, body)));
+            }
+        }
+        touched.sort_unstable();
+        bases.clear();
+        let mut end = 0;
+        for points in touched.chunk_by(|a, b| a == b).filter(|points| points.len() >= MANY) {
+            let (robot, body) = points[0];
+            let articulation = robots[robot].as_mut();
+            let n = articulation.rates().len();
+            bases.push(Basis { robot, body, at: end });
+            if basis_rows.len() < end + 12 * n {
+                basis_rows.resize(end + 12 * n, 0.0);
+            }
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+            let turns = axes.map(|axis| Spatial::new(axis, DVec3::ZERO));
+            let pushes = axes.map(|axis| Spatial::new(DVec3::ZERO, axis));
+            for wrench in turns.into_iter().chain(pushes) {
+                let (jacobian, response) = basis_rows[end..end + 2 * n].split_at_mut(n);
+                articulation.wrench_row(body, wrench, jacobian, response);
+                end += 2 * n;
+            }
         }
     }
 

@@ -42,7 +42,8 @@ impl Contacts {
         std::mem::swap(&mut self.list, &mut self.before);
         let Self { list, before, broad, narrow } = self;
         list.clear();
-        let new = |robots, touch| Contact { robots, touch, impulse: DVec3::ZERO, total: DVec3::ZERO };
+        let new =
+            |robots, touch| Contact { robots, place: 0, touch, impulse: DVec3::ZERO, total: DVec3::ZERO };
         let present =
             robots.iter().map(|robot| robot.is_active().then(|| (&robot.colliders, robot.is_awake())));
         for &pair in broad.pairs(present) {
@@ -59,10 +60,7 @@ impl Contacts {
             a.is_active() && b.is_active() && !a.is_awake() && !b.is_awake()
         };
         list.extend(before.iter().filter(asleep));
-        // Points of one pair of colliders stay in the order in which they were found.
-        if !list.is_sorted_by_key(key) {
-            list.sort_by_key(key);
-        }
+        list.sort_unstable_by_key(|contact| (key(contact), contact.place));
     }
 
     /// Takes the contacts of a robot out.
@@ -105,14 +103,15 @@ fn inherit(list: &mut [Contact], before: &[Contact]) {
         let old = &old[..old.iter().take_while(|old| key(old) == this).count()];
         let single = len == 1 && old.len() == 1;
         let mut taken = 0u64;
-        for contact in &mut list[start..start + len] {
+        for (place, contact) in list[start..start + len].iter_mut().enumerate() {
+            contact.place = place;
             let way = |old: &Contact| {
                 let on = |i: usize| contact.touch.on[i].distance_squared(old.touch.on[i]);
                 on(0).min(on(1))
             };
             let free = old.iter().take(64).enumerate().filter(|(i, _)| taken >> i & 1 == 0);
             let nearest = free.min_by(|a, b| way(a.1).total_cmp(&way(b.1)));
-            let Some((i, known)) = nearest else { break };
+            let Some((i, known)) = nearest else { continue };
             if single || way(known) < SAME_POINT * SAME_POINT {
                 taken |= 1 << i;
                 (contact.impulse, contact.total) = (known.impulse, known.total);

@@ -139,9 +139,10 @@ impl Entity {
         }
     }
 
-    /// Puts bodies, pushes and colliders where they are now. Contacts are looked for within
-    /// `slack` metres and what a part of a step, `h` seconds, moves the robot.
-    pub(super) fn place(&mut self, slack: f64, h: f64) {
+    /// Puts bodies and pushes where they are now, and colliders where there are others. Contacts
+    /// are looked for within `slack` metres and what a part of a step, `h` seconds, moves the
+    /// robot.
+    pub(super) fn place(&mut self, others: bool, slack: f64, h: f64) {
         if self.is_awake() {
             if !self.pushes.is_empty() {
                 self.push_links();
@@ -149,7 +150,7 @@ impl Entity {
             self.body.place();
         }
         let Self { body, colliders, asleep, .. } = self;
-        if !*asleep {
+        if !*asleep && (others || colliders.touch_each_other()) {
             colliders.place(body.base(), slack, h, |place| body.body_motion(place));
         }
     }

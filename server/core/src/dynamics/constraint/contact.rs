@@ -22,6 +22,8 @@ pub const BOUNCE_THRESHOLD: f64 = 0.01;
 pub struct Contact {
     /// Places of the two robots, the earlier first.
     pub robots: [usize; 2],
+    /// Its place among the points of the same colliders.
+    pub place: usize,
     /// Where, and on what.
     pub touch: Touch,
     /// On the second, world, N s; before solving that of the last step.
