@@ -197,7 +197,7 @@ fn chained(contents: &[String]) -> String {
 }
 
 /// Files on the disk, where clients look for them.
-struct Disk(Locator);
+pub(crate) struct Disk(pub(crate) Locator);
 
 impl Assets for Disk {
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {

@@ -5,7 +5,7 @@
 //! * `table`: `docs/urdf.md` and the cases name the same things.
 //! * `limits`: each limit at its value and one past it; `hostile`: files made to harm.
 //! * `mutations`: nothing that is done to a good file makes the reader panic.
-
+//! * `pybullet`: robots that others made, beside PyBullet and an independent reader.
 #![cfg(test)]
 
 mod case;
@@ -13,6 +13,7 @@ mod hostile;
 mod limits;
 mod meshes;
 mod mutations;
+mod pybullet;
 mod table;
 
 use simd_model::{Disposition, Severity};

@@ -115,11 +115,10 @@ async fn messages_that_make_no_sense_are_refused_and_do_not_kill_the_daemon() {
         b"\xff\xfe<\0",
         b"<robot name='r'>",
     ] {
-        let package = Package {
-            path: "arm.urdf".into(),
-            urdf: urdf.into(),
-            locator: simd_client::Locator::new("arm.urdf".as_ref()),
-        };
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("arm.urdf");
+        std::fs::write(&path, urdf).unwrap();
+        let package = Package::open(&path).unwrap();
         let refused = client.upload(&package).await.unwrap_err();
         assert_eq!(refused.reason(), Some(ErrorReason::InvalidDescription), "{urdf:?}: {refused}");
     }

@@ -93,6 +93,11 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   real_time_factor = 1.0
   as_fast_as_possible = false
 
+  [limits]                        # of descriptions: see urdf.md for all of them
+  links = 1000
+  xml_nodes = 250000
+  seconds = 60
+
   [[robots]]
   path = \"/srv/robots/arm\"        # required: a .urdf, or a package's folder
   name = \"arm\"

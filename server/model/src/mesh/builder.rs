@@ -13,6 +13,11 @@ pub(super) struct Builder {
 }
 
 impl Builder {
+    /// With room for so many.
+    pub(super) fn with_capacity(corners: usize, triangles: usize) -> Self {
+        Self { vertices: Vec::with_capacity(corners), triangles: Vec::with_capacity(triangles) }
+    }
+
     /// Adds a corner and gives its index.
     pub(super) fn corner(&mut self, corner: DVec3) -> Result<u32, String> {
         if self.vertices.len() >= limits::MESH_VERTICES {

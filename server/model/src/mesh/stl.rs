@@ -19,25 +19,27 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     let not_stl = |error: std::io::Error| format!("not an STL: {error}");
     let mut file = Cursor::new(bytes.as_ref());
     let mut corners: Vec<[f32; 3]> = Vec::new();
+    // A binary file has as many as it says: that was checked.
+    corners.reserve_exact(bytes.len() / TRIANGLE * 3);
     for triangle in stl_io::create_stl_reader(&mut file).map_err(not_stl)? {
         corners.extend(triangle.map_err(not_stl)?.vertices.map(|vertex| vertex.0));
         check_count(corners.len() / 3)?;
     }
-    let mut mesh = Builder::default();
-    let mut triangle = [0; 3];
-    let mut shared = vec![0; corners.len()];
-    for (place, (corner, first)) in corners.iter().zip(first_alike(&corners)).enumerate() {
-        // A corner that stood before has its index already.
-        let index = match shared.get(first as usize) {
-            Some(index) if (first as usize) < place => *index,
+    // First the place of the first corner that is alike, then the corner's index.
+    let mut indices = first_alike(&corners);
+    let distinct = (0_u32..).zip(&indices).filter(|(place, first)| place == *first).count();
+    let mut mesh = Builder::with_capacity(distinct, corners.len() / 3);
+    for (place, corner) in corners.iter().enumerate() {
+        let first = indices.get(place).map_or(place, |first| *first as usize);
+        let index = match indices.get(first) {
+            Some(index) if first < place => *index,
             _ => mesh.corner(DVec3::from_array(corner.map(f64::from)))?,
         };
-        shared.get_mut(place).into_iter().for_each(|shared| *shared = index);
-        triangle.get_mut(place % 3).into_iter().for_each(|slot| *slot = index);
-        if place % 3 == 2 {
-            mesh.triangle(triangle)?;
-        }
+        indices.get_mut(place).into_iter().for_each(|slot| *slot = index);
     }
+    drop(corners);
+    let (triangles, _) = indices.as_chunks::<3>();
+    triangles.iter().try_for_each(|triangle| mesh.triangle(*triangle))?;
     mesh.finish()
 }
 

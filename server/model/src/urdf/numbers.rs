@@ -56,7 +56,7 @@ pub(super) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
     let (values, separators) = match parsed(&words) {
         Ok(values) => (values, None),
         Err(word) => {
-            let (values, how) = with_commas(text, &words, shape)
+            let (values, how) = forgiven(text, &words, shape)
                 .ok_or_else(|| format!("has a word that is not a number: {}", quoted(word)))?;
             (values, Some(how.to_owned()))
         }
@@ -81,15 +81,22 @@ fn default_of_optenv(value: &str) -> Option<&str> {
     Some(default)
 }
 
-/// Commas between numbers, or in the place of points: whichever gives as many
-/// numbers as there should be.
-fn with_commas(text: &str, words: &[&str], shape: Shape) -> Option<(Vec<f64>, &'static str)> {
+/// Commas between numbers or in the place of points, and points too many: whichever
+/// reading gives as many numbers as there should be.
+fn forgiven(text: &str, words: &[&str], shape: Shape) -> Option<(Vec<f64>, &'static str)> {
     let separated = |c: char| c.is_whitespace() || c == ',' || c == ';';
     let between: Vec<&str> = text.split(separated).filter(|word| !word.is_empty()).collect();
     if between.len() == shape.count()
         && let Ok(values) = parsed(&between)
     {
         return Some((values, "has commas between its numbers: read as spaces"));
+    }
+    // `-1.57.`, as C reads it.
+    let shorter: Vec<&str> = words.iter().map(|word| word.strip_suffix('.').unwrap_or(word)).collect();
+    if shorter.len() == shape.count()
+        && let Ok(values) = parsed(&shorter)
+    {
+        return Some((values, "has a point too many: read without"));
     }
     let points: Vec<String> = words.iter().map(|word| word.replace(',', ".")).collect();
     let points: Vec<&str> = points.iter().map(String::as_str).collect();
