@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test test-python test-data build lint nextest bench reference clean
+.PHONY: demo test test-python test-data build lint nextest bench truth fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -21,8 +21,10 @@ demo: build
 build:
 	$(CARGO) build --locked -p simd-server -p simd-cli
 
-# Installs what the tests need, and runs every suite.
-test: lint nextest test-data build
+# Installs what the tests need, and runs every suite. The binaries are built with the tests, not
+# by `build`: packages chosen otherwise have other features, and all would be built twice.
+test: lint nextest test-data
+	$(CARGO) build --locked --workspace --bins --tests
 	$(CARGO) nextest run --locked --workspace
 	$(MAKE) --no-print-directory test-python
 
@@ -65,12 +67,34 @@ bench: build
 	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/benches/peers.py
 
+# simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
+truth: test-data target/reference-venv/installed
+	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/report.py
+
+# Fuzzes each target for FUZZ_SECONDS. What it finds is in fuzz/artifacts; a find that is mended
+# goes into fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
+FUZZ_SECONDS ?= 60
+FUZZ_VERSION := 0.13.2
+FUZZ_TARGETS ?= urdf stl obj collada paths xacro
+fuzz:
+	@$(CARGO) fuzz --version >/dev/null 2>&1 || \
+	  $(CARGO) install cargo-fuzz --locked --version $(FUZZ_VERSION)
+	@for target in $(FUZZ_TARGETS); do \
+	  mkdir -p fuzz/found/$$target && \
+	  RUSTC_BOOTSTRAP=1 $(CARGO) fuzz run $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
+	done
+
 # Makes the reference figures of the physics suite again.
-reference:
-	python3 -m venv target/reference-venv
-	target/reference-venv/bin/pip install --quiet -r tests/reference/requirements.txt
+reference: target/reference-venv/installed
 	target/reference-venv/bin/python tests/reference/make_reference.py
 	target/reference-venv/bin/python tests/reference/make_truth.py
+	target/reference-venv/bin/python tests/reference/make_kinematics.py
+
+target/reference-venv/installed: tests/reference/requirements.txt
+	python3 -m venv target/reference-venv
+	target/reference-venv/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
 
 clean:
 	$(CARGO) clean

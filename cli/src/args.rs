@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{context, event, joint, robot, server, sim, snapshot};
+use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, snapshot};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
 /// What every command takes.
 #[derive(Args, Debug)]
 pub(crate) struct Options {
-    /// The daemon: host, host:port or http://host:port
+    /// The daemon: host, host:port, http://host:port, or for Zenoh tcp/host:port[#NAME]
     #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]
     pub(crate) endpoint: Option<String>,
     /// The daemon, by its name in the configuration file
@@ -82,12 +82,18 @@ pub(crate) enum Command {
     /// The world: play, pause, step, reset, physics
     #[command(subcommand)]
     Sim(sim::Sim),
-    /// Robots: load, reload, list, info, delete
+    /// Robots: load, shape, reload, list, info, links, ik, delete
     #[command(subcommand)]
     Robot(robot::Robot),
     /// Joints: list, get, set, reset, watch
     #[command(subcommand)]
     Joint(joint::Joint),
+    /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
+    #[command(subcommand)]
+    Parameter(parameter::Parameter),
+    /// What touches what: list, ray, surfaces, set
+    #[command(subcommand)]
+    Contact(contact::Contact),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),
@@ -97,7 +103,10 @@ pub(crate) enum Command {
     /// What happens: watch
     #[command(subcommand)]
     Event(event::Event),
-    /// Daemons by name: list
+    /// Daemons of a Zenoh network: list
+    #[command(subcommand)]
+    Daemon(daemon::Daemon),
+    /// Daemons of the configuration file: list
     #[command(subcommand)]
     Context(context::Context),
     /// Prints a completion script
@@ -159,6 +168,8 @@ mod tests {
             "simctl robot load a.urdf --pose -1,0,0.5",
             "simctl robot load a.urdf --position elbow=-0.5",
             "simctl joint set arm elbow=-0.5",
+            "simctl parameter add speed -1 1 -0.5",
+            "simctl parameter set speed=-0.5",
         ] {
             Arguments::try_parse_from(line.split(' ')).unwrap();
         }

@@ -77,6 +77,10 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
             let robot = about("robot").unwrap_or_else(|| "ROBOT".to_owned());
             Some(format!("`simctl joint list {robot}` shows its joints"))
         }
+        ErrorReason::LinkNotFound => {
+            let robot = about("robot").unwrap_or_else(|| "ROBOT".to_owned());
+            Some(format!("`simctl robot links {robot}` shows its links"))
+        }
         ErrorReason::RobotExists => Some(
             "give another name with --name, have one made up with --rename, or use `simctl robot reload`"
                 .into(),
@@ -92,6 +96,12 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         }
         ErrorReason::SnapshotNotFound => {
             Some("`simctl snapshot list` shows the snapshots there are".to_owned())
+        }
+        ErrorReason::ParameterNotFound => {
+            Some("`simctl parameter list` shows the parameters there are".to_owned())
+        }
+        ErrorReason::ParameterExists => {
+            Some("--replace puts the new one in its place, --rename gives it another name".to_owned())
         }
         _ => None,
     }

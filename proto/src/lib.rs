@@ -1,5 +1,9 @@
 //! The `simd.v1` schema as Rust types, and what both ends must agree on beside
-//! it: versions and the names of headers. No logic.
+//! it: versions, the names of headers, and the keys of Zenoh. No logic.
+
+pub mod keys;
+pub mod methods;
+pub mod raw;
 
 /// The messages and services of `simd/v1/*.proto`.
 #[allow(missing_docs, unreachable_pub, clippy::all, clippy::pedantic)]

@@ -5,6 +5,7 @@ mod file;
 mod flags;
 #[cfg(test)]
 mod tests;
+mod zenoh;
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -17,6 +18,7 @@ use simd_core::simulation::command::PhysicsChange;
 use simd_core::{Command, PhysicsSettings, Simulation};
 use tracing_subscriber::EnvFilter;
 
+pub use self::zenoh::Zenoh;
 use crate::driver;
 use crate::handle::{Limits, Pace, RunState};
 
@@ -27,6 +29,8 @@ pub struct Config {
     pub name: String,
     /// Where gRPC is served; port 0 takes a free one.
     pub listen: SocketAddr,
+    /// How it is reached over Zenoh.
+    pub zenoh: Zenoh,
     /// Allows an address that others can reach.
     pub insecure: bool,
     /// Ends when stdin does, so that a program's own daemon does not outlive it.
@@ -83,8 +87,9 @@ pub enum ConfigError {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            name: "simd".into(),
+            name: simd_proto::keys::DEFAULT_NAME.into(),
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
+            zenoh: Zenoh::default(),
             insecure: false,
             until_stdin_closes: false,
             log: "info".into(),
@@ -127,12 +132,11 @@ impl Config {
                 .map_err(|sentence| ConfigError::File(format!("{}: {sentence}", path.display())))?;
         }
         let listen_by_flag = flags.listen.is_some();
+        let zenoh_by_flag = flags.has_zenoh();
         flags.apply(&mut config).map_err(ConfigError::Usage)?;
-        config.check_exposure().map_err(if listen_by_flag {
-            ConfigError::Usage
-        } else {
-            ConfigError::File
-        })?;
+        let whose = |by_flag| if by_flag { ConfigError::Usage } else { ConfigError::File };
+        config.check_exposure().map_err(whose(listen_by_flag))?;
+        config.zenoh.check(config.insecure).map_err(whose(zenoh_by_flag))?;
         Ok(config)
     }
 
@@ -167,7 +171,7 @@ impl Config {
     }
 
     fn change_name(&mut self, name: String) -> Result<(), String> {
-        if name.is_empty() || name != simd_model::wire_name(&name) || name.len() > 64 {
+        if !simd_proto::keys::is_daemon_name(&name) {
             return Err(format!("name is {name:?}; it must be 1 to 64 of the characters A-Z a-z 0-9 _ -"));
         }
         self.name = name;

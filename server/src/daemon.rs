@@ -1,6 +1,6 @@
 //! All of it put together, from start to drain.
 //!
-//! The order of a start: asset roots, port, driver (paused), robots, play, serve.
+//! The order of a start: asset roots, ports, driver (paused), robots, play, serve.
 //! So an operator learns of a mistake in the first second, and the first step is
 //! the first that any robot sees.
 
@@ -23,6 +23,7 @@ use crate::config::{Config, Robot};
 use crate::driver;
 use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
 use crate::loading::Loader;
+use crate::zenoh;
 use signals::Signals;
 
 /// Calls and streams end within this time of a drain, or are cut off.
@@ -49,6 +50,9 @@ pub enum Error {
         /// The system's words.
         source: std::io::Error,
     },
+    /// Zenoh cannot be served.
+    #[error(transparent)]
+    Zenoh(#[from] zenoh::Error),
     /// A robot cannot be loaded.
     #[error("cannot load {path}: {source}", path = path.display())]
     Robot {
@@ -77,8 +81,11 @@ impl Error {
         match self {
             // An asset root was there when the configuration was read.
             Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
-            Self::Listen { .. } => 4,
+            Self::Listen { .. } | Self::Zenoh(zenoh::Error::Listen { .. }) => 4,
             Self::Robot { .. } => 5,
+            Self::Zenoh(zenoh::Error::NameTaken { .. }) => 6,
+            Self::Zenoh(zenoh::Error::Settings(_)) => 3,
+            Self::Zenoh(zenoh::Error::Session(_)) => 1,
         }
     }
 }
@@ -90,6 +97,7 @@ pub struct Running {
     pub handle: SimHandle,
     /// Where it listens, with the port that it got.
     pub address: SocketAddr,
+    zenoh: Option<zenoh::Serving>,
     server: JoinHandle<Result<(), tonic::transport::Error>>,
 }
 
@@ -103,6 +111,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let listen = |source| Error::Listen { address: config.listen, source };
     let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
     let address = listener.local_addr().map_err(listen)?;
+    let zenoh = match config.zenoh.enabled {
+        true => Some(zenoh::open(&config.zenoh, &config.name).await?),
+        false => None,
+    };
 
     let limits = config.limits;
     let world = Simulation::new(
@@ -122,14 +134,20 @@ pub async fn start(config: Config) -> Result<Running, Error> {
             let driver = |error: CallError| Error::Driver(error.to_string());
             handle.set_state(config.driver.state).await.map_err(driver)?;
         }
-        Ok(())
+        match zenoh {
+            Some(opened) => Ok(Some(opened.serve(&handle).await?)),
+            None => Ok(None),
+        }
     };
-    if let Err(error) = ready.await {
-        handle.end_driver();
-        return Err(error);
-    }
+    let zenoh = match ready.await {
+        Ok(zenoh) => zenoh,
+        Err(error) => {
+            handle.end_driver();
+            return Err(error);
+        }
+    };
     let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener));
-    Ok(Running { handle, address, server })
+    Ok(Running { handle, address, zenoh, server })
 }
 
 /// A robot that the operator named; what its report warns of is logged.
@@ -145,6 +163,7 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         joint_positions: robot.positions.into_iter().collect(),
         scale: robot.scale,
         strict: robot.strict,
+        touches: Default::default(),
     };
     let loaded = handle.spawn_at_start(path.clone(), request).await;
     let loaded = loaded.map_err(|source| Error::Robot { path, source })?;
@@ -156,6 +175,11 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
 }
 
 impl Running {
+    /// Where it listens for Zenoh, with the ports that it got.
+    pub fn locators(&self) -> &[String] {
+        self.zenoh.as_ref().map_or(&[], zenoh::Serving::locators)
+    }
+
     /// Returns when the daemon ends without having been told to, with the reason.
     pub async fn failed(&mut self) -> Error {
         let driver_ended = self.handle.driver_ended();
@@ -175,8 +199,14 @@ impl Running {
     /// has not ended by itself after two seconds is cut off.
     pub async fn drain(self) {
         self.handle.draining().cancel();
+        let zenoh = async {
+            if let Some(zenoh) = self.zenoh {
+                zenoh.drain().await;
+            }
+        };
         let abort = self.server.abort_handle();
-        match tokio::time::timeout(DRAIN, self.server).await {
+        let (served, ()) = tokio::join!(tokio::time::timeout(DRAIN, self.server), zenoh);
+        match served {
             Ok(Ok(Ok(()))) => {}
             Ok(Ok(Err(error))) => tracing::warn!(%error, "the server failed while draining"),
             Ok(Err(error)) => tracing::warn!(%error, "the server failed while draining"),
@@ -206,10 +236,12 @@ pub async fn run(config: Config) -> Result<(), Error> {
         // Nobody was served yet, so there is nothing to drain.
         _ = signals.next() => return Ok(()),
     };
-    tracing::info!(address = %running.address, "serving gRPC");
+    tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");
+    let places = std::iter::once(format!("http://{}", running.address));
+    let places: Vec<String> = places.chain(running.locators().iter().cloned()).collect();
     // Whoever closed stdout does not want the line.
     let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "simd {name} is listening on http://{}", running.address)
+    let _ = writeln!(stdout, "simd {name} is listening on {}", places.join(" and "))
         .and_then(|()| stdout.flush());
     drop(stdout);
 

@@ -101,6 +101,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         pacer: Pacer::new(period(config.pace, &settings), config.lag_limit, now),
         meter: Meter::new(now),
         steps: StepQueue::default(),
+        has_unpublished: false,
         iterations: 0,
         served: 0,
     };

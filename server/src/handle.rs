@@ -3,6 +3,7 @@
 //! * Here: commands and questions to the driver, states, events, the end.
 //! * `claims`: claims on joints and their leases.
 //! * `once`: answers to retries.
+//! * `parameters`: sliders and buttons.
 //! * Bringing robots in is in [`crate::loading`].
 
 mod call_error;
@@ -10,6 +11,7 @@ mod claims;
 mod event_log;
 mod info;
 mod once;
+mod parameters;
 mod published;
 mod robots;
 #[cfg(test)]
@@ -19,7 +21,7 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use simd_core::simulation::command::PhysicsChange;
+use simd_core::simulation::command::{PhysicsChange, SetTargets};
 use simd_core::{Answer, Command, PhysicsSettings, Query};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
@@ -28,13 +30,15 @@ pub use call_error::CallError;
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub use info::{DaemonInfo, Limits};
-pub use published::{Done, Pace, Published, RunState, Statistics};
+pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
+pub use published::{Done, Pace, PaceChange, Published, RunState, Statistics, Stepped};
 pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, Validated};
 
 use crate::driver::{self, Event, ReplyTo};
 use crate::loading::Loader;
 use claims::Leases;
 use once::Answers;
+use parameters::Parameters;
 
 /// The one way to the world. Clones are the same handle.
 #[derive(Clone, Debug)]
@@ -48,6 +52,7 @@ struct Inner {
     loader: Loader,
     answers: Answers,
     leases: Leases,
+    parameters: Parameters,
     info: DaemonInfo,
     draining: CancellationToken,
 }
@@ -56,7 +61,8 @@ impl SimHandle {
     /// A handle on a driver that was started.
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
         let (answers, leases, draining) = Default::default();
-        Self { inner: Arc::new(Inner { driver, loader, answers, leases, info, draining }) }
+        let parameters = Parameters::new(info.limits.parameters);
+        Self { inner: Arc::new(Inner { driver, loader, answers, leases, parameters, info, draining }) }
     }
 
     /// Changes the world.
@@ -95,6 +101,15 @@ impl SimHandle {
     /// While playing, where the number is 0 or beyond the limit, where a play, a
     /// pause, a stop or a reset comes between, and where the daemon drains.
     pub async fn step(&self, steps: u64) -> Result<Done, CallError> {
+        Ok(self.step_with(None, steps).await?.done)
+    }
+
+    /// Sets targets and does steps, in one: both or, where one is refused, nothing.
+    /// Steps that another call waits for come first, and have the targets too.
+    ///
+    /// # Errors
+    /// Those of [`SimHandle::step`], and where the world refuses the targets.
+    pub async fn step_with(&self, targets: Option<SetTargets>, steps: u64) -> Result<Stepped, CallError> {
         let limit = self.inner.info.limits.steps;
         if steps == 0 {
             return Err(CallError::InvalidValue {
@@ -106,7 +121,10 @@ impl SimHandle {
         if steps > limit {
             return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
         }
-        self.until_drained(self.ask(|reply| Event::Step { steps, reply })).await?
+        if let Some(claim) = targets.as_ref().and_then(|targets| targets.claim.as_ref()) {
+            self.renew(claim);
+        }
+        self.until_drained(self.ask(|reply| Event::Step { targets, steps, reply })).await?
     }
 
     /// Changes how steps follow the wall clock.
@@ -114,7 +132,7 @@ impl SimHandle {
     /// # Errors
     /// Where the factor is not within 0.001 and 1,000.
     pub async fn set_pace(&self, pace: Pace) -> Result<Done, CallError> {
-        let (done, _, _) = self.set_physics(PhysicsChange::default(), Some(pace)).await?;
+        let (done, _, _) = self.set_physics(PhysicsChange::default(), pace.into()).await?;
         Ok(done)
     }
 
@@ -126,10 +144,10 @@ impl SimHandle {
     pub async fn set_physics(
         &self,
         change: PhysicsChange,
-        pace: Option<Pace>,
+        pace: PaceChange,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
-        if let Some(pace) = pace {
-            pace.check()?;
+        if let Some(factor) = pace.factor {
+            Pace::RealTime { factor }.check()?;
         }
         self.ask(|reply| Event::SetPhysics { change, pace, reply }).await
     }
@@ -185,7 +203,25 @@ impl SimHandle {
         T: Clone + Send + Sync + 'static,
         W: Future<Output = Result<T, CallError>> + Send + 'static,
     {
-        self.inner.answers.once(request_id, work).await
+        self.inner.answers.once(request_id, |_| 0, work).await
+    }
+
+    /// [`SimHandle::once`] for answers that grow with the world: `weigh` gives their
+    /// bytes, and of all of them no more than 64 MiB are remembered, the newest.
+    ///
+    /// # Errors
+    /// Those of [`SimHandle::once`].
+    pub async fn once_weighing<T, W>(
+        &self,
+        request_id: &str,
+        weigh: fn(&T) -> usize,
+        work: W,
+    ) -> Result<T, CallError>
+    where
+        T: Clone + Send + Sync + 'static,
+        W: Future<Output = Result<T, CallError>> + Send + 'static,
+    {
+        self.inner.answers.once(request_id, weigh, work).await
     }
 
     /// What happened after an event's number, at once.

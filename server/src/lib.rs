@@ -6,7 +6,7 @@
 //! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
 //! * [`convert`]: wire types to core types and back.
 //! * [`service`]: the services of `simd.v1`, once for every transport.
-//! * [`grpc`]: the gRPC front-end.
+//! * [`grpc`], [`zenoh`]: the front-ends.
 //! * [`config`]: what the operator can say.
 //! * [`daemon`]: all of it put together, from start to drain.
 
@@ -18,5 +18,6 @@ pub mod grpc;
 pub mod handle;
 pub mod loading;
 pub mod service;
+pub mod zenoh;
 
 pub use handle::SimHandle;

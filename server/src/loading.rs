@@ -2,13 +2,17 @@
 //!
 //! * `store`, `partial`: what was uploaded.
 //! * `disk`: what lies on the daemon's own disk.
+//! * `decoded`: meshes in memory, shared by robots.
 //! * `reading`: from there to a model.
+//! * `progress`: how far that is.
 //! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
 //! * Here: what is kept of it all, and which robot came from where.
 
 mod calls;
+mod decoded;
 mod disk;
 mod partial;
+mod progress;
 mod reading;
 mod store;
 #[cfg(test)]
@@ -17,11 +21,14 @@ mod tests;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use simd_model::RobotModel;
 use simd_model::robot::Sha256;
+use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
 
+pub use progress::{Phase, Progress};
+
 use crate::handle::{CallError, Limits};
+use decoded::Decoded;
 use disk::Roots;
 use partial::Partials;
 use reading::{Origin, Used};
@@ -39,6 +46,7 @@ pub(crate) struct Loader {
     roots: Roots,
     turns: Arc<Semaphore>,
     seats: Arc<Semaphore>,
+    decoded: Arc<Decoded>,
     /// Held for a look or a change, never while something is read or hashed.
     shelf: Mutex<Shelf>,
 }
@@ -77,12 +85,17 @@ impl Loader {
             roots: Roots::new(asset_roots)?,
             turns: Arc::new(Semaphore::new(TURNS)),
             seats: Arc::new(Semaphore::new(SEATS)),
+            decoded: Arc::new(Decoded::new(limits.decoded_bytes)),
             shelf: Mutex::new(shelf),
         })
     }
 
     fn lock(&self) -> MutexGuard<'_, Shelf> {
         self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn options(&self, scale: f64, strict: bool) -> ReadOptions {
+        ReadOptions { scale, strict, limits: self.limits.reading }
     }
 
     fn check_description(&self, bytes: usize) -> Result<(), CallError> {

@@ -6,6 +6,7 @@
 //! * 3: a mistake in the configuration file.
 //! * 4: the address cannot be listened on.
 //! * 5: a robot cannot be loaded at the start.
+//! * 6: a daemon of the same name is on the Zenoh network.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
@@ -28,7 +29,8 @@ fn main() -> ExitCode {
         Err(error @ ConfigError::Usage(_)) => return complain(&error, 2),
         Err(error @ ConfigError::File(_)) => return complain(&error, 3),
     };
-    let filter = EnvFilter::try_new(&config.log).unwrap_or_default();
+    // Zenoh logs what operators need not read; who wants it says so with --log zenoh=info.
+    let filter = EnvFilter::try_new(format!("zenoh=off,{}", config.log)).unwrap_or_default();
     let colors =
         std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colors).init();

@@ -32,6 +32,7 @@ fn spawn(world: &mut Simulation, name: &str, model: &Arc<RobotModel>, fixed: boo
         passive,
         joint_positions: Vec::new(),
         shapes: Default::default(),
+        touches: Default::default(),
         loaded_at_start: false,
     };
     apply(world, Command::Spawn(Box::new(spawn)));

@@ -2,7 +2,10 @@
 #![cfg(test)]
 
 mod control;
+mod kinematics;
+mod lockstep;
 mod others_robots;
+mod parameters;
 mod refusals;
 mod robots;
 mod streams;

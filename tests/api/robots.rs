@@ -54,6 +54,43 @@ async fn what_the_daemon_has_is_not_sent_again() {
     assert_eq!(names, ["arm", "again"]);
 }
 
+/// How many words come depends on who is faster; the last is the robot, or why there is none.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_robot_can_be_watched_on_its_way_in() {
+    let daemon = Daemon::paused().await;
+    let package = Package::open(assets().join("seven_arm")).unwrap();
+    let source = Some(daemon.client.upload(&package).await.unwrap());
+    let request = proto::SpawnEntityRequest { source, ..fixed("arm") };
+    let mut phases = Vec::new();
+    let heard = |progress: &proto::LoadProgress| phases.push(progress.phase);
+    let spawned = daemon.client.spawn_with_progress(request.clone(), heard).await.unwrap();
+    assert_eq!(spawned.entity.name, "arm");
+    assert!(phases.is_sorted(), "{phases:?}");
+    let refused = daemon.client.spawn_with_progress(request, |_| ()).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(proto::ErrorReason::RobotExists));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_ball_and_a_box_are_spawned_without_a_description() {
+    let daemon = Daemon::paused().await;
+    let ball = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
+    let primitive = proto::Primitive { geometry: Some(ball), mass: 2.0, color: None };
+    let source = proto::DescriptionSource {
+        source: Some(proto::description_source::Source::Primitive(primitive)),
+        ..Default::default()
+    };
+    let request = proto::SpawnEntityRequest { source: Some(source), strict: true, ..Default::default() };
+    let spawned = daemon.client.spawn(request).await.unwrap();
+    assert_eq!((spawned.entity.name.as_str(), spawned.entity.mass), ("sphere", 2.0));
+    assert_eq!(spawned.entity.base(), proto::Base::Free);
+    // It falls: semi-implicit Euler, h g h (n (n + 1) / 2).
+    daemon.pass(0.1).await;
+    let state = daemon.client.robot_state("sphere").await.unwrap();
+    let fallen = -9.81 * 1e-6 * 100.0 * 101.0 / 2.0;
+    let z = state.pose.unwrap().position.unwrap().z;
+    assert!((z - fallen).abs() < 1e-12, "{z} {fallen}");
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_missing_mesh_is_a_warning_that_names_the_places_searched() {
     let daemon = Daemon::paused().await;

@@ -84,6 +84,21 @@ async fn control_of_a_robot_is_refused_while_it_is_not_there() {
     }
 }
 
+/// One that asks for each newer state is refused once a state, not as fast as it can ask.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn refusals_of_control_come_no_faster_than_states() {
+    let daemon = Daemon::start(|_| {}).await;
+    let mut control = daemon.client.control(options(ControlWait::NewerState)).await.unwrap();
+    let newest = async || sequence(&daemon.client.joint_states(Vec::new()).await.unwrap());
+    let before = newest().await;
+    let refusals = 50;
+    for _ in 0..refusals {
+        let reply = control.next().await.unwrap();
+        assert_eq!(reply.refusal.unwrap().reason, proto::ErrorReason::RobotNotFound);
+    }
+    assert!(newest().await - before >= refusals - 1);
+}
+
 /// The reader grants a credit and then looks away while a thousand steps are done; what it
 /// reads next is one state old at the most, and the one after is the newest.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

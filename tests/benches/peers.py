@@ -18,21 +18,27 @@ HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[1]
 sys.path.insert(0, str(HERE / "peers"))
 
+import contacts_mujoco  # noqa: E402
+import contacts_pybullet  # noqa: E402
 import figures  # noqa: E402
 import in_mujoco  # noqa: E402
 import in_pybullet  # noqa: E402
 import robots  # noqa: E402
+import scenes as contact  # noqa: E402
 from worker import Worker  # noqa: E402
 
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
 BATCH = 0.008
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
+CONTACT_ENGINES = ["MuJoCo", "PyBullet"]
+"""Of the scenes with contact."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
 
 NOTES = """
-All: 1 ms a step, one thread, double precision, no shapes and so no contacts, limits on, each joint held at a bent
-pose that each batch starts from. Ratios are of batches of one round, and below 1 where it is faster than MuJoCo.
+All: 1 ms a step, one thread, double precision. First table: no shapes and so no contacts, limits on, each joint held
+at a bent pose that each batch starts from. Ratios are of batches of one round, and below 1 where it is faster than
+MuJoCo.
 simd      Simulation::step; actuators as a robot is spawned with, default gains, effort limits.
 MuJoCo    {mujoco}, mj_step with nstep: its loop in C. Euler. Position actuators with simd's stiffness; simd's damping
           as joint damping, since Euler integrates that implicitly: as an actuator's kv it is not stable at these gains.
@@ -41,6 +47,9 @@ PyBullet  {pybullet}, DIRECT, one stepSimulation a step called from Python. POSI
           defaults; inertia from the file, fixed links merged. It ignores mimic: the follower has a motor of its own.
 rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed links merged; ForceBased motors of simd's
           gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
+Contact:  another table. Friction 0.8, no restitution, no contacts within a robot, nobody sleeps. It is timed after it
+          has settled, from the same state each round. MuJoCo: pyramidal cones, its default solver, for the
+          spheres conjugate gradients.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
           humanoid; `implicitfast` has kv in the actuator too, and holds simd's gains.
 """
@@ -50,6 +59,7 @@ def main():
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--rounds", type=int, default=60, help="of the robots")
     arguments.add_argument("--chain-rounds", type=int, default=30, help="of the chains")
+    arguments.add_argument("--contact-rounds", type=int, default=15, help="of the scenes with contact; 0 for none")
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
     options = arguments.parse_args()
     folder = options.out / "robots"
@@ -58,23 +68,29 @@ def main():
     table = robots.robots(folder)
     chains = robots.chains(folder, LENGTHS)
     scenes = table + chains
-    worker = Worker(build_worker(), scenes, folder)
+    touching = contact.contact_scenes(folder) if options.contact_rounds else []
+    worker = Worker(build_worker(), scenes + touching, folder)
     load = os.getloadavg()
     cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]
     run("robots", cases[: len(table)], options.rounds)
     run("chains", cases[len(table):], options.chain_rounds)
+    contacts = [ContactCase(worker, len(scenes) + place, scene) for place, scene in enumerate(touching)]
+    run("contacts", contacts, options.contact_rounds)
     worker.close()
 
     of_robots = {case.name: figures.summary(case.rounds) for case in cases[: len(table)]}
     of_chains = {length: figures.summary(case.rounds) for length, case in zip(LENGTHS, cases[len(table):])}
+    of_contacts = {case.name: figures.summary(case.rounds) for case in contacts}
     show(of_robots, of_chains, load)
+    show_contacts(of_contacts, contacts)
     result = {
         "machine": figures.machine(),
         "notes": notes(),
         "robots": of_robots,
         "chains": of_chains,
-        "held_within": {case.name: case.errors for case in cases},
-        "batches_us_per_step": {case.name: case.rounds for case in cases},
+        "contacts": of_contacts,
+        "held_within": {case.name: case.errors for case in cases + contacts},
+        "batches_us_per_step": {case.name: case.rounds for case in cases + contacts},
     }
     (options.out / "peers.json").write_text(json.dumps(result, indent=1) + "\n")
     figures.plot(of_chains, ENGINES, options.out / "peers.png")
@@ -97,6 +113,9 @@ class Case:
             kinds = in_mujoco.Settings
             self.engines["explicit kv"] = in_mujoco.engine(scene, joints, kinds.EXPLICIT)
             self.engines["implicitfast"] = in_mujoco.engine(scene, joints, kinds.IMPLICIT)
+        self.start()
+
+    def start(self):
         self.steps = {name: steps_of(engine) for name, engine in self.engines.items()}
         self.rounds = {name: [] for name in self.engines}
         self.errors = dict.fromkeys(self.engines, 0.0)
@@ -108,6 +127,16 @@ class Case:
             seconds, error = self.engines[name](self.steps[name])
             self.rounds[name].append(seconds / self.steps[name] * 1e6)
             self.errors[name] = max(self.errors[name], error)
+
+
+class ContactCase(Case):
+    """A scene with contact in each simulator that has a side for it."""
+
+    def __init__(self, worker, place, scene):
+        self.name, self.scene = scene.name, scene
+        scene.joints = worker.joints(place) if scene.urdf else []
+        self.engines = {"MuJoCo": contacts_mujoco.engine(scene), "PyBullet": contacts_pybullet.engine(scene)}
+        self.start()
 
 
 def steps_of(engine):
@@ -144,6 +173,19 @@ def show(of_robots, of_chains, load):
         slope, explained = figures.slope(LENGTHS, [of_chains[n][engine]["us_per_step"]["median"] for n in LENGTHS])
         print(f"  {engine:10} {slope:8.3f} microseconds a joint, which explains {explained:.1%} of the variance")
     print(notes())
+
+
+def show_contacts(of_contacts, cases):
+    if not cases:
+        return
+    print("\nscenes with contact, microseconds a step: median (5 % to 95 %)")
+    print(figures.table(of_contacts, CONTACT_ENGINES, "us_per_step"))
+    print("\nratio to MuJoCo's time")
+    print(figures.table(of_contacts, [name for name in CONTACT_ENGINES if name != figures.BASE], f"to_{figures.BASE}"))
+    for case in cases:
+        for engine, error in case.errors.items():
+            verdict = "" if error <= case.scene.drift else ": it does not stand, and the figure does not count"
+            print(f"  {case.name}: in {engine} within {error:.1e} m{verdict}")
 
 
 def notes():

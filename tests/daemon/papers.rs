@@ -114,6 +114,7 @@ async fn the_limits_of_the_paper_are_those_that_the_daemon_reports() {
         ("max_message_bytes", limits.max_message_bytes),
         ("max_steps", limits.max_steps),
         ("max_snapshots", limits.max_snapshots.into()),
+        ("max_parameters", limits.max_parameters.into()),
     ] {
         let row = format!("| `{name}` | {value} |");
         assert!(paper.contains(&row), "docs/daemon.md lacks {row:?}");

@@ -3,13 +3,19 @@
 #![cfg(test)]
 
 mod chains;
+mod closed_forms;
+mod contact_runs;
+mod contacts;
 mod energy;
 mod extremes;
 mod floating;
+mod kinematics;
 mod mujoco;
 mod properties;
 mod random_robots;
+mod reactions;
 mod rows;
+mod scenes;
 mod seven_arm;
 mod truth;
 mod world;

@@ -103,6 +103,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
         passive: rng.bool(),
         joint_positions: Vec::new(),
         shapes: Default::default(),
+        touches: Default::default(),
         loaded_at_start: false,
     }
 }

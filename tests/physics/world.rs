@@ -25,6 +25,7 @@ pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) ->
         passive: true,
         joint_positions: moving.map(|joint| joint.name.clone()).zip(positions.iter().copied()).collect(),
         shapes: Default::default(),
+        touches: Default::default(),
         loaded_at_start: false,
     }
 }

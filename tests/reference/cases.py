@@ -108,8 +108,10 @@ def cases():
         urdf = robots.OTHERS + file
         out.append(Case(name, "smooth", urdf, *spread(urdf), 0.24, **extra))
     iiwa, panda = robots.OTHERS + "kuka_iiwa/model.urdf", robots.OTHERS + "franka_panda/panda.urdf"
+    dampers = {"kind": "velocity", "targets": named(arm, [2.0, 3.0, -2.0, 1.5, -3.0, 2.0, 1.0])}
     out += [
         Case("rotor, dry friction", "kinked", own + "rotor.urdf", {}, {"axle": 5.0}, friction=0.2),
+        Case("held on a slope by friction", "kinked", own + "slope.urdf", {}, {}, 2.0, friction=7.5),
         Case("seven_arm, dry friction", "kinked", arm, bent, moving, friction=4.0),
         Case("pendulum on a stop", "kinked", own + "pendulum.urdf", {"hinge": 1.2}, {}, 0.96,
              limits={"hinge": (-0.3, 1.5)}),
@@ -122,9 +124,10 @@ def cases():
              mimic={"knee": ("hip", -0.5, 0.1)}),
         Case("iiwa on springs", "driven", iiwa, spread(iiwa)[0], {}, 0.48,
              drive={"kind": "position", "targets": {}, "stiffness": 100.0, "damping": 5.0}),
-        Case("seven_arm, saturated", "driven", arm, bent, still, effort=12.0,
-             drive={"kind": "velocity", "damping": 8.0,
-                    "targets": named(arm, [2.0, 3.0, -2.0, 1.5, -3.0, 2.0, 1.0])}),
+        Case("seven_arm, saturated", "driven", arm, bent, still, 0.24, effort=1.5,
+             drive=dampers | {"damping": 0.8}),
+        Case("seven_arm, saturated, stiff", "driven", arm, bent, still, effort=12.0,
+             drive=dampers | {"damping": 8.0}),
         Case("branching, efforts", "driven", tree, pose, rates, damping=0.1,
              drive={"kind": "effort", "targets": dict(hip=4.0, knee=-0.5, turn=2.0, slide=6.0, bend=0.3)}),
     ]

@@ -21,7 +21,7 @@ class Robot:
 
     def __init__(self, case):
         self.case = case
-        text = robots.plain(case.urdf, {})
+        text = robots.plain(case.urdf, {}, planar_as_chain=True, bounded=True)
         root = [pin.JointModelFreeFlyer()] if case.free else []
         model = pin.buildModelFromXML(text, *root)
         model.gravity.linear = np.array(GRAVITY)

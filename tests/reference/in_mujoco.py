@@ -1,4 +1,4 @@
-"""A case in MuJoCo: its Euler integrator, other settings as they are by default."""
+"""A case in MuJoCo: its Euler integrator where no other is asked for; other settings as they are by default."""
 
 import mujoco
 import numpy as np
@@ -10,7 +10,7 @@ mujoco.set_mju_user_warning(lambda text: None)
 
 
 def model(case):
-    text = robots.plain(case.urdf, case.limits, planar_as_chain=False)
+    text = robots.plain(case.urdf, case.limits)
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = True
     if case.free:
@@ -34,7 +34,6 @@ def model(case):
             if case.effort is not None:
                 actuator.forcelimited, actuator.forcerange = True, [-case.effort, case.effort]
     compiled = spec.compile()
-    compiled.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     compiled.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     if not case.limits:
         compiled.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
@@ -56,9 +55,9 @@ def joints(compiled, case):
     return found
 
 
-def run(case, time_step, instants):
+def run(case, time_step, instants, integrator=mujoco.mjtIntegrator.mjINT_EULER):
     compiled = model(case)
-    compiled.opt.timestep = time_step
+    compiled.opt.timestep, compiled.opt.integrator = time_step, integrator
     data = mujoco.MjData(compiled)
     names = [name for name, *_ in robots.axes(case.urdf)]
     places = joints(compiled, case)

@@ -38,11 +38,16 @@ def axes(urdf):
     return out
 
 
-def plain(urdf, limits, planar_as_chain=True):
+def slides(urdf):
+    """Whether a joint of it slides."""
+    return any(joint.get("type") in ("prismatic", "planar") for joint in read(urdf).findall("joint"))
+
+
+def plain(urdf, limits, planar_as_chain=False, bounded=False):
     """The text of a robot whose joints have these limits and nothing else.
 
-    Turning joints without limits are continuous where `planar_as_chain` is false (MuJoCo), and
-    revolute with far limits else, so that Pinocchio has one coordinate a joint.
+    Turning joints without limits are continuous, or where `bounded`, revolute with far limits: Pinocchio has
+    two coordinates for a continuous joint. A planar joint is read by MuJoCo; the others get a chain.
     """
     root = read(urdf)
     for link in root.findall("link"):
@@ -60,9 +65,9 @@ def plain(urdf, limits, planar_as_chain=True):
             for child in joint.findall(tag):
                 joint.remove(child)
         if kind == "planar" and planar_as_chain:
-            split(root, joint)
+            split(root, joint, bounded)
         elif kind in ("revolute", "continuous", "prismatic"):
-            one_axis(joint, limits.get(joint.get("name")), planar_as_chain)
+            one_axis(joint, limits.get(joint.get("name")), bounded)
     return xml.tostring(root, encoding="unicode")
 
 
@@ -76,7 +81,7 @@ def one_axis(joint, limits, bounded):
         xml.SubElement(joint, "limit", attributes)
 
 
-def split(root, joint):
+def split(root, joint, bounded):
     """A planar joint whose normal is z as two slides and a turn through links without mass."""
     assert joint.find("axis").get("xyz") == "0 0 1"
     name, child = joint.get("name"), joint.find("child").get("link")
@@ -92,4 +97,4 @@ def split(root, joint):
         xml.SubElement(part, "axis", {"xyz": direction})
         if axis == 0 and origin is not None:
             part.append(origin)
-        xml.SubElement(part, "limit", {"lower": f"-{FAR}", "upper": FAR, "effort": "1e9", "velocity": "1e9"})
+        one_axis(part, None, bounded)

@@ -4,5 +4,6 @@ pub mod daemon;
 pub mod process;
 pub mod pybullet_data;
 pub mod robots;
+pub mod scenes;
 pub mod statistics;
 pub mod truth;

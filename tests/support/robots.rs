@@ -25,7 +25,7 @@ pub fn read(urdf: &str) -> (Arc<RobotModel>, LoadReport) {
     };
     let text = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let files = OnDisk(Locator::new(&path));
-    match simd_model::read(&text, &files, &ReadOptions { scale: 1.0, strict: false }) {
+    match simd_model::read(&text, &files, &ReadOptions::default()) {
         Ok((model, report)) => (Arc::new(model), report),
         Err(refused) => panic!("{urdf}: {refused}"),
     }

@@ -1,8 +1,11 @@
 //! The commands, one file per noun, and what they share: the connection.
 
+pub(crate) mod contact;
 pub(crate) mod context;
+pub(crate) mod daemon;
 pub(crate) mod event;
 pub(crate) mod joint;
+pub(crate) mod parameter;
 pub(crate) mod robot;
 pub(crate) mod server;
 pub(crate) mod sim;
@@ -23,11 +26,16 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
     let output = Output::new(options.output);
     match arguments.command {
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
+        // Needs no daemon.
+        Command::Robot(robot::Robot::Validate(arguments)) => robot::validate::run(&arguments, output),
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
+        Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
+        Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::Snapshot(command) => snapshot::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,
+        Command::Daemon(command) => daemon::run(command, options, output).await,
         Command::Context(command) => context::run(command, options, output),
         Command::Completions { shell } => {
             // Into memory first: the generator panics where its writer fails.
@@ -40,9 +48,12 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
 
 async fn connect(options: &Options) -> anyhow::Result<Client> {
     let choice = choose(options)?;
+    Ok(Client::connect_with(&choice.endpoint, connect_options(options)).await?)
+}
+
+fn connect_options(options: &Options) -> ConnectOptions {
     let connect_timeout = options.timeout.min(ConnectOptions::default().connect_timeout);
-    let options = ConnectOptions { connect_timeout, timeout: options.timeout };
-    Ok(Client::connect_with(&choice.endpoint, options).await?)
+    ConnectOptions { connect_timeout, timeout: options.timeout }
 }
 
 /// A field that the schema promises and the type cannot.

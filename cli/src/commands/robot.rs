@@ -1,12 +1,16 @@
 //! `simctl robot`: robots in the world, in and out.
 
+mod kinematics;
+mod progress;
+mod shape;
+pub(crate) mod validate;
 mod view;
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use simd_client::{
-    Client, Error, Package,
+    Client, Error, OpenOptions, Package,
     proto::{
         Base, DescriptionSource, ErrorReason, InitialMode, LoadReport, Pose, ReloadEntityRequest, Severity,
         SpawnEntityRequest, description_source::Source,
@@ -15,19 +19,25 @@ use simd_client::{
 
 use crate::{
     args::{PackageFolder, package_folder},
+    commands::contact::Surface,
     failure::{hint, warn},
     output::Output,
     pose,
     target::{Placement, placement},
 };
+use progress::Progress;
 use view::{Deleted, InfoView, Loaded, ReloadedView, RobotView};
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Robot {
     /// Sends a robot to the daemon and spawns it
     Load(Load),
+    /// Spawns a single shape: the ground, a box to push
+    Shape(shape::Shape),
     /// Reads a robot's description again, and keeps its pose, joints and targets
     Reload(Reload),
+    /// Says what the daemon would make of a description, without a daemon
+    Validate(validate::Validate),
     /// Shows the robots in the world
     List,
     /// Shows one robot: base, mass, pose, links
@@ -35,6 +45,13 @@ pub(crate) enum Robot {
         /// The robot's name
         robot: String,
     },
+    /// Shows where a robot's links are and how they move
+    Links {
+        /// The robot's name
+        robot: String,
+    },
+    /// Finds joint positions that put a link somewhere (inverse kinematics)
+    Ik(kinematics::Ik),
     /// Takes a robot out of the world
     Delete {
         /// The robot's name
@@ -44,7 +61,7 @@ pub(crate) enum Robot {
 
 #[derive(Args, Debug)]
 pub(crate) struct Load {
-    /// A URDF file, or the folder of a ROS package that holds one
+    /// A URDF or xacro file, or the folder of a ROS package that holds one
     path: PathBuf,
     /// The robot's name; the one in the URDF where it is left out
     #[arg(long)]
@@ -73,35 +90,48 @@ pub(crate) struct Load {
     /// Adds _1, _2, ... to a name that is taken
     #[arg(long)]
     rename: bool,
+    #[command(flatten)]
+    surface: Surface,
+    /// Links of the robot touch each other, except those that a joint connects
+    #[arg(long)]
+    self_collision: bool,
     /// PATH is on the daemon's own disk
-    #[arg(long, conflicts_with = "packages")]
+    #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"])]
     on_daemon: bool,
     /// Where a ROS package is that the URDF names; may be given again
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
     packages: Vec<PackageFolder>,
+    /// An argument of a xacro file; may be given again
+    #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
+    xacro_arguments: Vec<(String, String)>,
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Reload {
     /// The robot's name
     robot: String,
-    /// A URDF file or package folder; where it is left out, the daemon reads again what it has on its own disk
+    /// A URDF or xacro file or package folder; where it is left out, the daemon reads again what it has on its own disk
     path: Option<PathBuf>,
     /// Refuses a robot whose report has a warning
     #[arg(long)]
     strict: bool,
     /// PATH is on the daemon's own disk
-    #[arg(long, conflicts_with = "packages", requires = "path")]
+    #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"], requires = "path")]
     on_daemon: bool,
     /// Where a ROS package is that the URDF names; may be given again
     #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder, requires = "path")]
     packages: Vec<PackageFolder>,
+    /// An argument of a xacro file; may be given again
+    #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument, requires = "path")]
+    xacro_arguments: Vec<(String, String)>,
 }
 
 pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyhow::Result<()> {
     match command {
         Robot::Load(arguments) => load(arguments, client, output).await,
+        Robot::Shape(arguments) => shape::run(arguments, client, output).await,
         Robot::Reload(arguments) => reload(arguments, client, output).await,
+        Robot::Validate(arguments) => validate::run(&arguments, output),
         Robot::List => {
             let robots: Vec<RobotView> = client.robots().await?.into_iter().map(RobotView::from).collect();
             output.list(&robots, view::list)
@@ -111,6 +141,8 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
             let state = client.robot_state(&robot).await?;
             output.one(&InfoView::new(entity, state)?)
         }
+        Robot::Links { robot } => kinematics::links(&robot, client, output).await,
+        Robot::Ik(arguments) => kinematics::ik(arguments, client, output).await,
         Robot::Delete { robot } => {
             let stamp = client.delete_robot(&robot).await?.into();
             output.one(&Deleted { deleted: robot, stamp })
@@ -120,7 +152,8 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
 
 async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Result<()> {
     let path = &arguments.path;
-    let source = source(client, path, arguments.on_daemon, &arguments.packages).await?;
+    let options = options(&arguments.packages, &arguments.xacro_arguments);
+    let (source, package) = source(client, path, arguments.on_daemon, &options).await?;
     let is_base_given = arguments.fixed || arguments.free;
     let request = SpawnEntityRequest {
         source: Some(source),
@@ -137,10 +170,15 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         joint_positions: arguments.positions.into_iter().map(|at| (at.joint, at.position)).collect(),
         scale: arguments.scale,
         strict: arguments.strict,
+        link_properties: arguments.surface.of(None).into_iter().collect(),
+        self_collision: arguments.self_collision,
         ..Default::default()
     };
-    let spawned = client.spawn(request).await.map_err(|error| naming(path, error))?;
-    warn_of(&spawned.report);
+    let mut line = Progress::default();
+    let spawned = client.spawn_with_progress(request, |progress| line.show(progress)).await;
+    line.clear();
+    let spawned = spawned.map_err(|error| naming(path, error))?;
+    warn_of(&spawned.report, package.as_ref());
     if spawned.entity.base() == Base::Free && !is_base_given {
         hint("its base is free, so it falls; --fixed holds it in place");
     }
@@ -148,9 +186,13 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
 }
 
 async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::Result<()> {
-    let source = match &arguments.path {
-        Some(path) => Some(source(client, path, arguments.on_daemon, &arguments.packages).await?),
-        None => None,
+    let options = options(&arguments.packages, &arguments.xacro_arguments);
+    let (source, package) = match &arguments.path {
+        Some(path) => {
+            let (source, package) = source(client, path, arguments.on_daemon, &options).await?;
+            (Some(source), package)
+        }
+        None => (None, None),
     };
     let request = ReloadEntityRequest {
         robot: arguments.robot,
@@ -162,7 +204,7 @@ async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::R
         Some(path) => client.reload(request).await.map_err(|error| naming(path, error))?,
         None => client.reload(request).await?,
     };
-    warn_of(&reloaded.report);
+    warn_of(&reloaded.report, package.as_ref());
     output.one(&ReloadedView::from(reloaded))
 }
 
@@ -171,16 +213,25 @@ async fn source(
     client: &Client,
     path: &Path,
     on_daemon: bool,
-    packages: &[PackageFolder],
-) -> anyhow::Result<DescriptionSource> {
+    options: &OpenOptions,
+) -> anyhow::Result<(DescriptionSource, Option<Package>)> {
     if on_daemon {
         let path = path.to_string_lossy().into_owned();
-        return Ok(DescriptionSource { source: Some(Source::Path(path)), ..Default::default() });
+        return Ok((DescriptionSource { source: Some(Source::Path(path)), ..Default::default() }, None));
     }
-    let package = packages
-        .iter()
-        .fold(Package::open(path)?, |package, known| package.with_package(&known.name, &known.folder));
-    client.upload(&package).await.map_err(|error| naming(&package.path, error))
+    let package = Package::open_with(path, options)?;
+    for message in package.xacro_messages() {
+        hint(message);
+    }
+    let source = client.upload(&package).await.map_err(|error| naming(&package.path, error))?;
+    Ok((source, Some(package)))
+}
+
+fn options(packages: &[PackageFolder], xacro_arguments: &[(String, String)]) -> OpenOptions {
+    OpenOptions {
+        packages: packages.iter().map(|known| (known.name.clone(), known.folder.clone())).collect(),
+        xacro_arguments: xacro_arguments.iter().cloned().collect(),
+    }
 }
 
 /// The daemon knows the line of a mistake, but not of which file.
@@ -196,16 +247,33 @@ fn naming(path: &Path, error: Error) -> anyhow::Error {
     if is_about_file { error.context(path.display().to_string()) } else { error }
 }
 
-/// Where warnings are seen even if stdout is read by a program.
-fn warn_of(report: &LoadReport) {
+/// Where warnings are seen even if stdout is read by a program. Lines of a xacro are told
+/// in its own files.
+fn warn_of(report: &LoadReport, package: Option<&Package>) {
+    let source = |line| package.and_then(|package| package.xacro_source(line));
     for finding in report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning) {
+        let line = match source(finding.line) {
+            Some((file, line)) => format!("{}:{line}", file.display()),
+            None => format!("line {}", finding.line),
+        };
         let place = match (finding.element.as_str(), finding.line) {
             ("", 0) => String::new(),
-            ("", line) => format!("line {line}: "),
+            ("", _) => format!("{line}: "),
             (element, 0) => format!("{element}: "),
-            (element, line) => format!("{element}, line {line}: "),
+            (element, _) => format!("{element}, {line}: "),
         };
         warn(&format!("{place}{}", finding.message));
+    }
+}
+
+/// Reads `NAME=VALUE`; `NAME:=VALUE`, as ROS writes it, means the same.
+fn xacro_argument(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("must be NAME=VALUE")?;
+    let name = name.strip_suffix(':').unwrap_or(name);
+    if name.is_empty() {
+        Err("must be NAME=VALUE".to_owned())
+    } else {
+        Ok((name.to_owned(), value.to_owned()))
     }
 }
 

@@ -114,6 +114,7 @@ struct Limits {
     max_message_bytes: u64,
     max_steps: u64,
     max_snapshots: u32,
+    max_parameters: u32,
 }
 
 impl Info {
@@ -135,6 +136,7 @@ impl Info {
                 max_message_bytes: limits.max_message_bytes,
                 max_steps: limits.max_steps,
                 max_snapshots: limits.max_snapshots,
+                max_parameters: limits.max_parameters,
             }),
         }
     }
@@ -159,6 +161,7 @@ impl View for Info {
                 ("message", format!("at most {}", size(limits.max_message_bytes))),
                 ("steps of a call", format!("at most {}", limits.max_steps)),
                 ("snapshots", format!("at most {}", limits.max_snapshots)),
+                ("parameters", format!("at most {}", limits.max_parameters)),
             ]);
         }
         Page::new().pairs(pairs)

@@ -1,5 +1,7 @@
 //! Whether a path stays inside a folder, by its text and by the disk.
 
+use std::collections::VecDeque;
+use std::ffi::OsString;
 use std::path::{Component, Path, PathBuf};
 
 /// The real path of `path`, if that lies in `folder` or below it once all
@@ -8,6 +10,74 @@ pub fn below(folder: &Path, path: &Path) -> Option<PathBuf> {
     let folder = folder.canonicalize().ok()?;
     let path = path.canonicalize().ok()?;
     path.starts_with(&folder).then_some(path)
+}
+
+/// What a path in a folder turns out to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Inside {
+    /// There is something, and this is its real path.
+    There(PathBuf),
+    /// There is nothing.
+    Missing,
+    /// A symbolic link leads out of the folder, be there anything at its end or not.
+    LeadsOut,
+}
+
+/// Follows `rest` from `folder`, link by link, and looks at nothing outside of it: whoever
+/// asks learns of no path outside whether it exists. `..` goes where links have led.
+///
+/// `folder` is a real path, as [`Path::canonicalize`] gives it.
+pub fn inside(folder: &Path, rest: &Path) -> Inside {
+    /// More than the system itself follows.
+    const MOST_LINKS: usize = 64;
+    let mut links = 0;
+    let mut at = folder.to_path_buf();
+    let mut ahead: VecDeque<Step> = steps(rest).collect();
+    while let Some(step) = ahead.pop_front() {
+        match step {
+            Step::Root(root) => at = root,
+            Step::Up => drop(at.pop()),
+            // Outside: a link may lead back in, but nothing is looked at here.
+            Step::Down(name) if !at.starts_with(folder) => at.push(name),
+            Step::Down(name) => {
+                let next = at.join(name);
+                // What has just come back in from outside is the folder, which is real.
+                let Ok(metadata) = next.symlink_metadata() else { return Inside::Missing };
+                if !metadata.is_symlink() {
+                    at = next;
+                    continue;
+                }
+                links += 1;
+                let Ok(target) = next.read_link() else { return Inside::Missing };
+                if links > MOST_LINKS {
+                    return Inside::Missing;
+                }
+                for step in steps(&target).collect::<Vec<_>>().into_iter().rev() {
+                    ahead.push_front(step);
+                }
+            }
+        }
+    }
+    if !at.starts_with(folder) {
+        return Inside::LeadsOut;
+    }
+    if at.symlink_metadata().is_ok() { Inside::There(at) } else { Inside::Missing }
+}
+
+/// One step along a path.
+enum Step {
+    Root(PathBuf),
+    Up,
+    Down(OsString),
+}
+
+fn steps(path: &Path) -> impl Iterator<Item = Step> {
+    path.components().filter_map(|component| match component {
+        Component::Prefix(_) | Component::RootDir => Some(Step::Root(Path::new(&component).to_path_buf())),
+        Component::CurDir => None,
+        Component::ParentDir => Some(Step::Up),
+        Component::Normal(name) => Some(Step::Down(name.to_owned())),
+    })
 }
 
 /// Joins without asking the disk, so that a path that climbs out is refused

@@ -7,14 +7,17 @@
 //!
 //! * [`Locator`]: from a URI to a file.
 //! * [`find_urdf`]: from the path of a robot to its URDF.
-//! * [`below`]: whether a path lies in a folder once symbolic links are resolved.
+//! * [`inside`]: what a path in a folder turns out to be once symbolic links are followed.
 
 mod boundary;
 mod locator;
+mod not_found;
 mod package;
+mod ros;
 mod urdf;
 mod uri;
 
-pub use boundary::below;
-pub use locator::{Locator, NotFound};
-pub use urdf::{NoUrdf, find_urdf};
+pub use boundary::{Inside, below, inside};
+pub use locator::Locator;
+pub use not_found::{NotFound, Why};
+pub use urdf::{NoUrdf, find_description, find_urdf, find_urdf_within, is_xacro};

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    below,
+    Inside, NotFound, Why,
     boundary::join_within,
-    package,
+    inside, package,
+    ros::RosPaths,
     uri::{self, Uri},
 };
 
@@ -16,6 +17,9 @@ const EXTENSIONS: &[&str] = &[
     "usd", "usda", "usdc", "usdz", "step", "stp", "iges", "igs", "png", "jpg", "jpeg", "bmp", "tga", "tif",
     "tiff", "gif", "webp", "dds", "hdr",
 ];
+
+/// Extensions of what a xacro file may name: its text ends up in a URDF that is sent.
+const SOURCES: &[&str] = &["xacro", "urdf", "xml", "gazebo", "yaml", "yml"];
 
 /// Finds the files that one URDF names.
 ///
@@ -32,21 +36,9 @@ pub struct Locator {
     folder: PathBuf,
     /// Folders by package name, which come before all else.
     packages: Vec<(String, PathBuf)>,
+    ros: RosPaths,
     /// Nothing outside of it is found.
     root: Option<PathBuf>,
-}
-
-/// Why there is no file for a URI.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{reason}{}", Searched(places))]
-pub struct NotFound {
-    /// A sentence that names the URI.
-    pub reason: String,
-    /// The files that would have been it, in the order in which they were looked for.
-    pub places: Vec<PathBuf>,
-    /// The URI means nothing here, or what it means may not be given away: the
-    /// reason says so. Else there simply is no such file.
-    pub refused: bool,
 }
 
 impl Locator {
@@ -57,7 +49,7 @@ impl Locator {
             Some(folder) => folder.to_path_buf(),
             None => urdf.to_path_buf(),
         };
-        Self { folder, packages: Vec::new(), root: None }
+        Self { folder, packages: Vec::new(), ros: RosPaths::default(), root: None }
     }
 
     /// Says where a package is, before any search.
@@ -76,37 +68,73 @@ impl Locator {
         self
     }
 
+    /// Looks in the packages of a ROS installation too, before the folders above the
+    /// URDF: `ROS_PACKAGE_PATH` and `AMENT_PREFIX_PATH`, as lists of folders.
+    #[must_use]
+    pub fn with_ros_paths(mut self, package_path: Vec<PathBuf>, prefixes: Vec<PathBuf>) -> Self {
+        self.ros = RosPaths::new(package_path, prefixes);
+        self
+    }
+
+    /// The same by the variables of this process.
+    #[must_use]
+    pub fn with_environment(self) -> Self {
+        let folders = |name| std::env::var_os(name).map(|list| std::env::split_paths(&list).collect());
+        let folders = |name| {
+            let list: Vec<PathBuf> = folders(name).unwrap_or_default();
+            list.into_iter().filter(|folder| folder.is_absolute()).collect()
+        };
+        self.with_ros_paths(folders("ROS_PACKAGE_PATH"), folders("AMENT_PREFIX_PATH"))
+    }
+
     /// The real path of the file that `uri` names.
     ///
     /// # Errors
     /// [`NotFound`] where there is no such file, where it lies outside of its
     /// package or of the root, or where it is not a mesh or an image by its name.
     pub fn find(&self, uri: &str) -> Result<PathBuf, NotFound> {
-        let readings = uri::readings(uri).map_err(|phrase| NotFound {
-            reason: format!("`{uri}` {phrase}"),
-            places: Vec::new(),
-            refused: true,
-        })?;
+        self.search(uri, Kind::Mesh)
+    }
+
+    /// The real path of a xacro file or of a YAML file that a xacro file names, below the
+    /// same bounds.
+    ///
+    /// # Errors
+    /// As [`find`](Self::find).
+    pub fn find_source(&self, uri: &str) -> Result<PathBuf, NotFound> {
+        self.search(uri, Kind::Source)
+    }
+
+    /// The folder of a package.
+    pub fn package(&self, name: &str) -> Option<PathBuf> {
         let ancestors = package::ancestors(&self.folder, self.root.as_deref());
-        let mut search = Search { root: self.root.as_deref(), places: Vec::new(), refusal: None };
-        for reading in &readings {
-            let found = match reading {
-                Uri::Package { name, rest } => self.in_package(&mut search, &ancestors, name, rest),
-                Uri::Relative(path) => self.relative(&mut search, &ancestors, path),
-                Uri::Absolute(path) => self.absolute(&mut search, &ancestors, path),
-            };
-            if let Some(found) = found {
-                return Ok(found);
+        let all = self.folders_of(&ancestors, name);
+        let (named, others): (Vec<_>, Vec<_>) =
+            all.into_iter().filter(|folder| folder.path.is_dir()).partition(|folder| folder.is_named);
+        named.into_iter().chain(others).next().map(|folder| folder.path)
+    }
+
+    fn search(&self, uri: &str, kind: Kind) -> Result<PathBuf, NotFound> {
+        let not_found = |why, places| NotFound { uri: uri.to_owned(), why, places };
+        let readings = uri::readings(uri).map_err(|why| not_found(why, Vec::new()))?;
+        let ancestors = package::ancestors(&self.folder, self.root.as_deref());
+        let mut search =
+            Search { root: self.root.as_deref(), kind, any_case: false, places: Vec::new(), why: None };
+        // Files in other case only where there is none as it is written.
+        for any_case in [false, true] {
+            search.any_case = any_case;
+            for reading in &readings {
+                let found = match reading {
+                    Uri::Package { name, rest } => self.in_package(&mut search, &ancestors, name, rest),
+                    Uri::Relative(path) => self.relative(&mut search, &ancestors, path),
+                    Uri::Absolute(path) => self.absolute(&mut search, &ancestors, path),
+                };
+                if let Some(found) = found {
+                    return Ok(found);
+                }
             }
         }
-        Err(NotFound {
-            reason: match search.refusal {
-                Some(phrase) => format!("`{uri}` {phrase}"),
-                None => format!("no file for `{uri}`"),
-            },
-            places: search.places,
-            refused: search.refusal.is_some(),
-        })
+        Err(not_found(search.why.unwrap_or(Why::Missing), search.places))
     }
 
     fn in_package(
@@ -116,35 +144,38 @@ impl Locator {
         name: &str,
         rest: &str,
     ) -> Option<PathBuf> {
-        for (_, folder) in self.packages.iter().filter(|(known, _)| known == name) {
-            if let Some(found) = search.look(folder, folder, rest) {
-                return Some(found);
-            }
-        }
-        for folder in ancestors.iter().filter(|_| !name.is_empty()) {
-            if package::is_named(folder, name)
-                && let Some(found) = search.look(folder, folder, rest)
-            {
-                return Some(found);
-            }
-            let beside = folder.join(name);
-            if let Some(found) = search.look(&beside, &beside, rest) {
-                return Some(found);
+        self.folders_of(ancestors, name).into_iter().find_map(|folder| {
+            let installed = folder.is_installed.then_some(name);
+            search.look(&folder.path, &folder.path, rest, installed)
+        })
+    }
+
+    /// Where a package may be, in the order in which it is looked for there.
+    fn folders_of(&self, ancestors: &[PathBuf], name: &str) -> Vec<Folder> {
+        let folder = |path| Folder { path, is_named: true, is_installed: false };
+        let mapped = self.packages.iter().filter(|(known, _)| known == name);
+        let mut all: Vec<Folder> = mapped.map(|(_, path)| folder(path.clone())).collect();
+        if !name.is_empty() {
+            all.extend(
+                self.ros.folders(name).into_iter().map(|path| Folder { is_installed: true, ..folder(path) }),
+            );
+            for above in ancestors {
+                if package::is_named(above, name) {
+                    all.push(folder(above.clone()));
+                }
+                all.push(folder(above.join(name)));
             }
         }
         // The folder of an export is often renamed, and the URDF in it is not.
-        for folder in ancestors.iter().filter(|folder| package::looks_like_one(folder)) {
-            if let Some(found) = search.look(folder, folder, rest) {
-                return Some(found);
-            }
-        }
-        None
+        let renamed = ancestors.iter().filter(|above| package::looks_like_one(above));
+        all.extend(renamed.map(|above| Folder { is_named: false, ..folder(above.clone()) }));
+        all
     }
 
     fn relative(&self, search: &mut Search, ancestors: &[PathBuf], path: &str) -> Option<PathBuf> {
         let folder = std::path::absolute(&self.folder).ok()?;
         let boundary = self.boundary(ancestors)?;
-        if let Some(found) = search.look(&folder, &boundary, path) {
+        if let Some(found) = search.look(&folder, &boundary, path, None) {
             return Some(found);
         }
         // Again from the real folder, in which `..` may mean something else.
@@ -152,23 +183,31 @@ impl Locator {
         if real == folder {
             return None;
         }
-        search.look(&real, &boundary.canonicalize().ok()?, path)
+        search.look(&real, &boundary.canonicalize().ok()?, path, None)
     }
 
     fn absolute(&self, search: &mut Search, ancestors: &[PathBuf], path: &str) -> Option<PathBuf> {
+        let path = Path::new(path);
         let folders = self.packages.iter().map(|(_, folder)| folder.clone()).chain(self.boundary(ancestors));
-        for folder in folders {
+        let beside = ancestors.iter().filter_map(|above| {
+            let name = path.strip_prefix(above).ok()?.components().next()?;
+            Some(above.join(name)).filter(|folder| folder.join("package.xml").is_file())
+        });
+        let mut is_known = false;
+        for folder in folders.chain(self.ros.package_of(path)).chain(beside) {
             let Ok(folder) = std::path::absolute(folder) else { continue };
             let real = folder.canonicalize().unwrap_or_else(|_| folder.clone());
             for folder in [folder, real] {
-                let Ok(rest) = Path::new(path).strip_prefix(&folder) else { continue };
-                if let Some(found) = rest.to_str().and_then(|rest| search.look(&folder, &folder, rest)) {
+                let Some(rest) = path.strip_prefix(&folder).ok().and_then(Path::to_str) else { continue };
+                is_known = true;
+                let name = folder.file_name().and_then(|name| name.to_str());
+                if let Some(found) = search.look(&folder, &folder, rest, name) {
                     return Some(found);
                 }
             }
         }
-        if search.places.is_empty() {
-            search.refuse("is an absolute path outside of the robot's package");
+        if !is_known {
+            search.pass_by(Why::AbsoluteOutside);
         }
         None
     }
@@ -182,58 +221,153 @@ impl Locator {
     }
 }
 
+/// A folder that may be a package's.
+struct Folder {
+    path: PathBuf,
+    /// By its name, its manifest or the map; else it only looks like some package.
+    is_named: bool,
+    /// By ROS: its files may be links into the package's source.
+    is_installed: bool,
+}
+
+/// What a file must be.
+#[derive(Clone, Copy)]
+enum Kind {
+    Mesh,
+    Source,
+}
+
 /// One search: where it looked, and why it passed by what it saw.
 struct Search<'a> {
     root: Option<&'a Path>,
+    kind: Kind,
+    any_case: bool,
     places: Vec<PathBuf>,
-    refusal: Option<&'static str>,
+    why: Option<Why>,
 }
 
 impl Search<'_> {
-    /// The real path of `folder/rest`, if it is a file to be given away.
-    fn look(&mut self, folder: &Path, boundary: &Path, rest: &str) -> Option<PathBuf> {
+    /// The real path of `folder/rest`, if it is a file to be given away. Links of an
+    /// `installed` package may lead into the source of the package of that name.
+    fn look(
+        &mut self,
+        folder: &Path,
+        boundary: &Path,
+        rest: &str,
+        installed: Option<&str>,
+    ) -> Option<PathBuf> {
         let Some(candidate) = join_within(folder, boundary, rest) else {
-            self.refuse("climbs out of the robot's package with `..`");
+            self.pass_by(Why::ClimbsOut);
             return None;
         };
         if !self.places.contains(&candidate) {
             self.places.push(candidate.clone());
         }
-        if !candidate.is_file() {
+        let (top, boundary, rest) = self.real(boundary, &candidate)?;
+        let found = match inside(&top, &rest) {
+            Inside::Missing if self.any_case => match in_other_case(&top, &rest) {
+                Ok(found) => Inside::There(found?),
+                Err(why) => {
+                    self.pass_by(why);
+                    return None;
+                }
+            },
+            found => found,
+        };
+        let real = match found {
+            Inside::There(real) if real.starts_with(&boundary) => real,
+            Inside::Missing => return None,
+            Inside::There(_) | Inside::LeadsOut => {
+                let source = installed.filter(|_| self.root.is_none()).and_then(|name| {
+                    let real = candidate.canonicalize().ok()?;
+                    real.ancestors()
+                        .any(|above| package::manifest_name(above).as_deref() == Some(name))
+                        .then_some(real)
+                });
+                let Some(real) = source else {
+                    self.pass_by(Why::LinkLeadsOut);
+                    return None;
+                };
+                real
+            }
+        };
+        if !real.is_file() {
             return None;
         }
-        let inside = below(boundary, &candidate)
-            .filter(|real| self.root.is_none_or(|root| below(root, real).is_some()));
-        let Some(real) = inside else {
-            self.refuse("leads out of the robot's package through a symbolic link");
-            return None;
-        };
-        let extension = real.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-        if !extension.is_some_and(|e| EXTENSIONS.contains(&e.as_str())) {
-            self.refuse("is not a mesh or an image by its name");
+        if !self.kind.has(&real) {
+            self.pass_by(match self.kind {
+                Kind::Mesh => Why::NotAMesh,
+                Kind::Source => Why::NotASource,
+            });
             return None;
         }
         Some(real)
     }
 
-    /// The first refusal is kept: it is of the likeliest place.
-    fn refuse(&mut self, phrase: &'static str) {
-        self.refusal.get_or_insert(phrase);
+    /// The real folder to start from, the real folder to stay in, and the way from the one
+    /// to the candidate. With a root, nothing outside of it is so much as looked at.
+    fn real(&self, boundary: &Path, candidate: &Path) -> Option<(PathBuf, PathBuf, PathBuf)> {
+        let Some(root) = self.root else {
+            let real = boundary.canonicalize().ok()?;
+            return Some((real.clone(), real, candidate.strip_prefix(boundary).ok()?.to_path_buf()));
+        };
+        let real = root.canonicalize().ok()?;
+        let root = std::path::absolute(root).ok()?;
+        let from_root = |path: &Path| {
+            path.strip_prefix(&root).or_else(|_| path.strip_prefix(&real)).ok().map(Path::to_path_buf)
+        };
+        let Inside::There(boundary) = inside(&real, &from_root(boundary)?) else { return None };
+        let rest = from_root(candidate)?;
+        Some((real, boundary, rest))
+    }
+
+    /// The first reason is kept: it is of the likeliest place.
+    fn pass_by(&mut self, why: Why) {
+        self.why.get_or_insert(why);
     }
 }
 
-/// The end of the sentence, where there were any places.
-struct Searched<'a>(&'a [PathBuf]);
-
-impl std::fmt::Display for Searched<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (index, place) in self.0.iter().enumerate() {
-            let before = if index == 0 { "; searched " } else { ", " };
-            write!(f, "{before}{}", place.display())?;
-        }
-        Ok(())
+impl Kind {
+    fn has(self, file: &Path) -> bool {
+        let extension = file.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+        let known = match self {
+            Self::Mesh => EXTENSIONS,
+            Self::Source => SOURCES,
+        };
+        extension.is_some_and(|extension| known.contains(&extension.as_str()))
     }
+}
+
+/// The one path that differs from `rest` in capital letters alone.
+fn in_other_case(top: &Path, rest: &Path) -> Result<Option<PathBuf>, Why> {
+    let mut at = PathBuf::new();
+    for component in rest.components() {
+        let next = at.join(component);
+        if let Inside::There(_) = inside(top, &next) {
+            at = next;
+            continue;
+        }
+        let Inside::There(folder) = inside(top, &at) else { return Ok(None) };
+        let wanted = component.as_os_str().to_string_lossy().to_lowercase();
+        let Ok(entries) = std::fs::read_dir(folder) else { return Ok(None) };
+        let mut alike = entries
+            .filter_map(Result::ok)
+            .map(|entry| entry.file_name())
+            .filter(|name| name.to_string_lossy().to_lowercase() == wanted);
+        match (alike.next(), alike.next()) {
+            (Some(name), None) => at.push(name),
+            (Some(_), Some(_)) => return Err(Why::Ambiguous),
+            (None, _) => return Ok(None),
+        }
+    }
+    Ok(match inside(top, &at) {
+        Inside::There(found) => Some(found),
+        Inside::Missing | Inside::LeadsOut => None,
+    })
 }
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+#[cfg(unix)]
+mod vectors;

@@ -59,7 +59,7 @@ pub(crate) fn home(ancestors: &[PathBuf]) -> Option<PathBuf> {
 }
 
 /// `<name>` of the folder's `package.xml`, found by its text: no more is needed of it.
-fn manifest_name(folder: &Path) -> Option<String> {
+pub(crate) fn manifest_name(folder: &Path) -> Option<String> {
     let path = folder.join("package.xml");
     if !path.is_file() {
         return None;
@@ -70,4 +70,19 @@ fn manifest_name(folder: &Path) -> Option<String> {
     let (_, after) = text.split_once("<name>")?;
     let (name, _) = after.split_once("</name>")?;
     Some(name.trim().to_owned())
+}
+
+/// The folders in a folder, in the order of their names. Not hidden ones, and not links:
+/// those may lead in circles.
+pub(crate) fn folders_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let is_folder = |entry: &std::fs::DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
+    let is_hidden = |entry: &std::fs::DirEntry| entry.file_name().as_encoded_bytes().starts_with(b".");
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(Result::ok)
+        .filter(|entry| is_folder(entry) && !is_hidden(entry))
+        .map(|entry| entry.path())
+        .collect();
+    found.sort();
+    found
 }

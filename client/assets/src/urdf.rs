@@ -30,41 +30,81 @@ pub enum NoUrdf {
 /// [`NoUrdf`] where there is none, or several to choose from, or where the file
 /// needs xacro first.
 pub fn find_urdf(path: &Path) -> Result<PathBuf, NoUrdf> {
-    let metadata = std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
-    let file = if metadata.is_dir() { only_urdf(path)? } else { path.to_path_buf() };
-    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xacro")) {
-        return Err(unfit(path, "is a xacro file; run `xacro` on it and load what comes out"));
-    }
-    if !file.is_file() {
-        return Err(unfit(path, "is neither a file nor a folder"));
-    }
-    Ok(file)
+    find(path, None).and_then(no_xacro)
 }
 
-fn only_urdf(folder: &Path) -> Result<PathBuf, NoUrdf> {
-    let mut found = urdfs_in(folder)?;
-    let inner = folder.join("urdf");
-    if found.is_empty() && inner.is_dir() {
-        found = urdfs_in(&inner)?;
+/// The same below a folder: a folder `urdf` that is a link out of it is passed by.
+///
+/// # Errors
+/// As [`find_urdf`].
+pub fn find_urdf_within(root: &Path, path: &Path) -> Result<PathBuf, NoUrdf> {
+    find(path, Some(root)).and_then(no_xacro)
+}
+
+/// The description that a path stands for: as [`find_urdf`], or a `.xacro` file, or the
+/// only `.urdf.xacro` where there is no `.urdf`.
+///
+/// # Errors
+/// [`NoUrdf`] where there is none, or several to choose from.
+pub fn find_description(path: &Path) -> Result<PathBuf, NoUrdf> {
+    find(path, None)
+}
+
+/// Whether a file is to be expanded before it is a URDF, by its name.
+pub fn is_xacro(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("xacro"))
+}
+
+fn no_xacro(path: PathBuf) -> Result<PathBuf, NoUrdf> {
+    if is_xacro(&path) {
+        let reason = "is a xacro file, which clients expand; send it from there, or run `xacro` on it";
+        return Err(unfit(&path, reason));
     }
-    match found.as_slice() {
-        [only] => Ok(only.clone()),
-        [] => Err(unfit(folder, "holds no .urdf file, and neither does a folder `urdf` in it")),
-        several => {
-            let names: Vec<String> = several.iter().map(|path| path.display().to_string()).collect();
-            Err(unfit(folder, &format!("holds several .urdf files; name one of {}", names.join(", "))))
+    Ok(path)
+}
+
+fn find(path: &Path, root: Option<&Path>) -> Result<PathBuf, NoUrdf> {
+    let metadata = std::fs::metadata(path).map_err(|error| unreadable(path, &error))?;
+    if metadata.is_dir() {
+        return only_urdf(path, root);
+    }
+    if metadata.is_file() {
+        Ok(path.to_path_buf())
+    } else {
+        Err(unfit(path, "is neither a file nor a folder"))
+    }
+}
+
+fn only_urdf(folder: &Path, root: Option<&Path>) -> Result<PathBuf, NoUrdf> {
+    let inner = folder.join("urdf");
+    let is_inside = root.is_none_or(|root| crate::below(root, &inner).is_some());
+    for ending in [".urdf", ".urdf.xacro"] {
+        let mut found = files_in(folder, ending)?;
+        if found.is_empty() && is_inside && inner.is_dir() {
+            found = files_in(&inner, ending)?;
+        }
+        match found.as_slice() {
+            [only] => return Ok(only.clone()),
+            [] => {}
+            several => {
+                let names: Vec<String> = several.iter().map(|path| path.display().to_string()).collect();
+                let reason = format!("holds several {ending} files; name one of {}", names.join(", "));
+                return Err(unfit(folder, &reason));
+            }
         }
     }
+    Err(unfit(folder, "holds no .urdf file, and neither does a folder `urdf` in it"))
 }
 
-/// Sorted, so that the sentence that lists them is the same each time.
-fn urdfs_in(folder: &Path) -> Result<Vec<PathBuf>, NoUrdf> {
+/// Sorted, so that the sentence that lists them is the same each time. A link counts, be
+/// there anything at its end or not.
+fn files_in(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, NoUrdf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))? {
-        let path = entry.map_err(|error| unreadable(folder, &error))?.path();
-        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf")) && path.is_file()
-        {
-            found.push(path);
+        let entry = entry.map_err(|error| unreadable(folder, &error))?;
+        let ends = entry.file_name().to_string_lossy().to_ascii_lowercase().ends_with(ending);
+        if ends && entry.file_type().is_ok_and(|kind| !kind.is_dir()) {
+            found.push(entry.path());
         }
     }
     found.sort();
@@ -115,10 +155,30 @@ mod tests {
 
     #[test]
     fn a_folder_without_a_robot_a_missing_file_and_a_xacro_are_refused() {
-        let dir = folder(&["arm.urdf.xacro"]);
+        let dir = folder(&["macros.xacro", "README"]);
         let of = |path: &Path| find_urdf(path).unwrap_err().to_string();
         assert!(of(dir.path()).contains("holds no .urdf file"));
         assert!(of(&dir.path().join("none.urdf")).starts_with("cannot read /"));
-        assert!(of(&dir.path().join("arm.urdf.xacro")).contains("run `xacro`"));
+        assert!(of(&dir.path().join("macros.xacro")).contains("is a xacro file"));
+    }
+
+    #[test]
+    fn a_description_may_be_a_xacro_where_there_is_no_urdf() {
+        let dir = folder(&["urdf/arm.urdf.xacro", "urdf/macros.xacro"]);
+        let xacro = dir.path().join("urdf/arm.urdf.xacro");
+        assert_eq!(find_description(dir.path()).unwrap(), xacro);
+        assert!(find_urdf(dir.path()).unwrap_err().to_string().contains("is a xacro file"));
+        fs::write(dir.path().join("urdf/arm.urdf"), "").unwrap();
+        assert_eq!(find_description(dir.path()).unwrap(), dir.path().join("urdf/arm.urdf"));
+        assert!(is_xacro(&xacro) && !is_xacro(&dir.path().join("urdf/arm.urdf")));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn below_a_root_a_folder_that_leads_out_is_not_looked_into() {
+        let dir = folder(&["root/arm/README", "secret/hidden.urdf"]);
+        std::os::unix::fs::symlink(dir.path().join("secret"), dir.path().join("root/arm/urdf")).unwrap();
+        let refused = find_urdf_within(&dir.path().join("root"), &dir.path().join("root/arm")).unwrap_err();
+        assert!(refused.to_string().contains("holds no .urdf file"), "{refused}");
     }
 }

@@ -1,5 +1,7 @@
 //! Takes apart what a URDF writes in `filename`.
 
+use crate::Why;
+
 /// A URI, by the way it is looked up.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Uri {
@@ -13,13 +15,13 @@ pub(crate) enum Uri {
 
 /// The readings of a URI, the literal one first: a `%20` is rarely, but
 /// sometimes, part of a file's real name. The error is a phrase about the URI.
-pub(crate) fn readings(uri: &str) -> Result<Vec<Uri>, &'static str> {
+pub(crate) fn readings(uri: &str) -> Result<Vec<Uri>, Why> {
     let text = uri.trim().replace('\\', "/");
     if text.is_empty() {
-        return Err("is empty");
+        return Err(Why::Empty);
     }
     if text.contains("$(") || text.contains("${") {
-        return Err("is an unexpanded xacro expression: run xacro on the file first");
+        return Err(Why::Xacro);
     }
     let mut readings = vec![parse(&text)?];
     if let Some(decoded) = percent_decoded(&text) {
@@ -32,48 +34,43 @@ pub(crate) fn readings(uri: &str) -> Result<Vec<Uri>, &'static str> {
     Ok(readings)
 }
 
-fn parse(text: &str) -> Result<Uri, &'static str> {
+fn parse(text: &str) -> Result<Uri, Why> {
     if text.contains('\0') {
-        return Err("holds a null character");
+        return Err(Why::Null);
     }
     let Some((scheme, path)) = text.split_once("://") else {
-        return Ok(if is_absolute(text) {
-            Uri::Absolute(text.to_owned())
-        } else {
-            Uri::Relative(text.to_owned())
-        });
+        // `file:/a` is short for `file:///a`.
+        return path_of(text.strip_prefix("file:").filter(|path| path.starts_with('/')).unwrap_or(text));
     };
     match scheme.to_ascii_lowercase().as_str() {
         "package" | "model" => {
-            let (name, rest) = path.split_once('/').ok_or("names a package and no file in it")?;
+            let (name, rest) = path.split_once('/').ok_or(Why::NoFile)?;
             if name == "." || name == ".." {
-                return Err("names no package");
+                return Err(Why::NoPackage);
             }
             if rest.is_empty() {
-                return Err("names a package and no file in it");
+                return Err(Why::NoFile);
             }
             Ok(Uri::Package { name: name.to_owned(), rest: rest.trim_start_matches('/').to_owned() })
         }
         "file" => {
             let path = path.strip_prefix("localhost").filter(|p| p.starts_with('/')).unwrap_or(path);
-            if path.is_empty() {
-                Err("names no file")
-            } else if is_absolute(path) {
-                Ok(Uri::Absolute(path.to_owned()))
-            } else {
-                // Two slashes instead of three: a common slip, meant as a relative path.
-                Ok(Uri::Relative(path.to_owned()))
-            }
+            // Two slashes instead of three are a common slip, meant as a relative path.
+            if path.is_empty() { Err(Why::NoFile) } else { path_of(path) }
         }
-        "http" | "https" | "ftp" => Err("is a network address, and nothing is fetched from the network"),
-        _ => Err("has a scheme other than package, model and file"),
+        "http" | "https" | "ftp" => Err(Why::Network),
+        _ => Err(Why::Scheme),
     }
 }
 
-/// Also of a Windows path, which no other system would take for absolute.
-fn is_absolute(path: &str) -> bool {
+/// What stands behind a scheme, or without one.
+fn path_of(path: &str) -> Result<Uri, Why> {
     let bytes = path.trim_start_matches('/').as_bytes();
-    path.starts_with('/') || matches!(bytes, [drive, b':', b'/', ..] if drive.is_ascii_alphabetic())
+    if matches!(bytes, [drive, b':', b'/', ..] if drive.is_ascii_alphabetic()) {
+        return Err(Why::Windows);
+    }
+    let path = path.to_owned();
+    Ok(if path.starts_with('/') { Uri::Absolute(path) } else { Uri::Relative(path) })
 }
 
 /// `None` where there is nothing to decode or the result is not text.
@@ -133,22 +130,23 @@ mod tests {
         assert_eq!(readings("file:///a/b.stl").unwrap(), [Uri::Absolute("/a/b.stl".into())]);
         assert_eq!(readings("file://localhost/b.stl").unwrap(), [Uri::Absolute("/b.stl".into())]);
         assert_eq!(readings("file://meshes/b.stl").unwrap(), [Uri::Relative("meshes/b.stl".into())]);
-        assert_eq!(readings("C:\\cad\\b.stl").unwrap(), [Uri::Absolute("C:/cad/b.stl".into())]);
+        assert_eq!(readings("file:/a/b.stl").unwrap(), [Uri::Absolute("/a/b.stl".into())]);
     }
 
     #[test]
     fn what_cannot_be_looked_up_is_refused_with_a_phrase() {
-        for (uri, phrase) in [
-            ("", "is empty"),
-            ("https://a/b.stl", "network"),
-            ("package://arm", "no file in it"),
-            ("package://../b.stl", "names no package"),
-            ("gopher://a/b.stl", "scheme"),
-            ("$(find arm)/b.stl", "xacro"),
-            ("a%00.stl", "null"),
+        for (uri, why) in [
+            ("", Why::Empty),
+            ("https://a/b.stl", Why::Network),
+            ("package://arm", Why::NoFile),
+            ("package://../b.stl", Why::NoPackage),
+            ("gopher://a/b.stl", Why::Scheme),
+            ("$(find arm)/b.stl", Why::Xacro),
+            ("a%00.stl", Why::Null),
+            ("C:\\cad\\b.stl", Why::Windows),
+            ("file:///C:/cad/b.stl", Why::Windows),
         ] {
-            let refused = readings(uri).unwrap_err();
-            assert!(refused.contains(phrase), "{uri}: {refused}");
+            assert_eq!(readings(uri).unwrap_err(), why, "{uri}");
         }
     }
 }

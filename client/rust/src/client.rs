@@ -1,22 +1,32 @@
 //! A connection to a daemon, and how every call goes through it.
 
-use std::{future::Future, sync::Arc, time::Duration};
+use std::{convert::Infallible, future::Future, sync::Arc, time::Duration};
 
 use simd_proto::{
     API_VERSION, API_VERSION_HEADER,
     v1::{
-        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
-        joint_service_client::JointServiceClient, simulation_service_client::SimulationServiceClient,
+        contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
+        event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
+        kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
+        simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{
     Request, Response, Status,
+    body::Body,
+    codegen::{Service, http},
     metadata::{Ascii, MetadataValue},
     service::{Interceptor, interceptor::InterceptedService},
-    transport::{Channel, Endpoint},
+    transport::Endpoint,
 };
 
-use crate::{Error, endpoint, error::root_cause};
+use crate::{
+    Error,
+    channel::{Channel, Local},
+    endpoint::{self, Place},
+    error::root_cause,
+    zenoh::Network,
+};
 
 /// Answers larger than this are refused, so that a faulty daemon cannot fill the
 /// client's memory. Scenes and assets are the largest answers.
@@ -47,12 +57,16 @@ impl Default for ConnectOptions {
 }
 
 impl Client {
-    /// Connects to the daemon at `endpoint`: `host`, `host:port` or
-    /// `http://host:port`. The port is [`DEFAULT_PORT`](crate::DEFAULT_PORT) where it is left out.
+    /// Connects to the daemon at `endpoint`: over gRPC for `host`, `host:port` or
+    /// `http://host:port`, where the port is [`DEFAULT_PORT`](crate::DEFAULT_PORT) if it is left
+    /// out; over Zenoh for a locator like `tcp/host:7447`. Where several daemons are
+    /// behind a locator, `tcp/host:7447#NAME` says which.
+    ///
+    /// Zenoh needs a tokio runtime of the multi-thread flavor.
     ///
     /// # Errors
-    /// [`Error::Endpoint`] where the text is no endpoint, [`Error::Unreachable`]
-    /// where nobody listens there.
+    /// [`Error::Endpoint`] where the text is no endpoint or leaves open which daemon is
+    /// meant, [`Error::Unreachable`] where no daemon is there.
     pub async fn connect(endpoint: &str) -> Result<Self, Error> {
         Self::connect_with(endpoint, ConnectOptions::default()).await
     }
@@ -62,7 +76,28 @@ impl Client {
     /// # Errors
     /// As [`connect`](Self::connect).
     pub async fn connect_with(endpoint: &str, options: ConnectOptions) -> Result<Self, Error> {
-        let url = endpoint::url(endpoint)?;
+        match endpoint::read(endpoint)? {
+            Place::Grpc { url } => Self::connect_grpc(endpoint, url, options).await,
+            Place::Zenoh { locator, name } => {
+                let network = Network::open(&locator, options).await?;
+                Ok(Self { endpoint: endpoint.into(), ..network.find(name.as_deref()).await? })
+            }
+        }
+    }
+
+    /// A client of services within this process, for instance of a daemon that a test
+    /// holds: calls go the whole way but for the network.
+    pub fn within<S>(service: S) -> Self
+    where
+        S: Service<http::Request<Body>, Response = http::Response<Body>, Error = Infallible>,
+        S: Clone + Send + Sync + 'static,
+        S::Future: Send,
+    {
+        let channel = Channel::Local(Local::new(service));
+        Self::over(channel, "this process".into(), ConnectOptions::default().timeout)
+    }
+
+    async fn connect_grpc(endpoint: &str, url: String, options: ConnectOptions) -> Result<Self, Error> {
         let to_endpoint = Endpoint::from_shared(url)
             .map_err(|error| Error::Endpoint { endpoint: endpoint.to_owned(), reason: root_cause(&error) })?;
         let channel = to_endpoint
@@ -78,11 +113,11 @@ impl Client {
                 endpoint: endpoint.to_owned(),
                 reason: root_cause(&error),
             })?;
-        Ok(Self {
-            channel: InterceptedService::new(channel, SayVersion::new()),
-            endpoint: endpoint.into(),
-            timeout: options.timeout,
-        })
+        Ok(Self::over(channel.into(), endpoint.into(), options.timeout))
+    }
+
+    pub(crate) fn over(channel: Channel, endpoint: Arc<str>, timeout: Duration) -> Self {
+        Self { channel: InterceptedService::new(channel, SayVersion::new()), endpoint, timeout }
     }
 
     /// As it was given to [`connect`](Self::connect).
@@ -106,6 +141,10 @@ impl Client {
         SimulationServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
+    pub(crate) fn contact(&self) -> ContactServiceClient<InterceptedService<Channel, SayVersion>> {
+        ContactServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
     pub(crate) fn entity(&self) -> EntityServiceClient<InterceptedService<Channel, SayVersion>> {
         EntityServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
@@ -116,6 +155,14 @@ impl Client {
 
     pub(crate) fn event(&self) -> EventServiceClient<InterceptedService<Channel, SayVersion>> {
         EventServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn kinematics(&self) -> KinematicsServiceClient<InterceptedService<Channel, SayVersion>> {
+        KinematicsServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn parameter(&self) -> ParameterServiceClient<InterceptedService<Channel, SayVersion>> {
+        ParameterServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     /// Waits for an answer as long as calls usually may take.

@@ -103,6 +103,7 @@ impl Control {
             claim: self.options.claim.clone(),
             wait: self.options.wait.into(),
             timeout: self.options.timeout.map_or(0.0, |timeout| timeout.as_secs_f64()),
+            ..ControlRequest::default()
         };
         // Full cannot be: the answer before was read, so the request before was taken.
         self.requests.try_send(request).map_err(|_| self.ended())?;

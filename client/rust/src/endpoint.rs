@@ -1,11 +1,50 @@
-//! Reads where a daemon is: `host`, `host:port` or `http://host:port`.
+//! Reads where a daemon is: `host`, `host:port`, `http://host:port`, or the Zenoh
+//! locator `tcp/host:port`, with `#NAME` where several daemons are behind it.
 
-use simd_proto::DEFAULT_PORT;
+use simd_proto::{DEFAULT_PORT, keys};
 
 use crate::Error;
 
+/// What comes before the `/` of a Zenoh locator.
+const ZENOH_PROTOCOLS: [&str; 9] =
+    ["tcp", "tls", "udp", "quic", "ws", "serial", "vsock", "unixpipe", "unixsock-stream"];
+
+/// Where a daemon is, and by which transport.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// For gRPC.
+    Grpc { url: String },
+    /// Of a daemon or of a router.
+    Zenoh { locator: String, name: Option<String> },
+}
+
+/// Whether an endpoint is a locator of Zenoh, and not of gRPC.
+pub fn is_zenoh(text: &str) -> bool {
+    text.trim().split_once('/').is_some_and(|(protocol, _)| ZENOH_PROTOCOLS.contains(&protocol))
+}
+
+/// The place that `text` names.
+pub(crate) fn read(text: &str) -> Result<Place, Error> {
+    let trimmed = text.trim();
+    if !is_zenoh(trimmed) {
+        return url(text).map(|url| Place::Grpc { url });
+    }
+    let refuse = |reason: String| Error::Endpoint { endpoint: text.to_owned(), reason };
+    if trimmed.contains("://") {
+        return Err(refuse("a Zenoh locator has one slash, as in tcp/127.0.0.1:7447".to_owned()));
+    }
+    match trimmed.rsplit_once('#') {
+        // Zenoh's own settings of a locator come after a # too, as KEY=VALUE.
+        Some((locator, name)) if !name.contains('=') => match keys::is_daemon_name(name) {
+            true => Ok(Place::Zenoh { locator: locator.to_owned(), name: Some(name.to_owned()) }),
+            false => Err(refuse(format!("`{name}` is no name of a daemon: those are of A-Z a-z 0-9 _ -"))),
+        },
+        Some(_) | None => Ok(Place::Zenoh { locator: trimmed.to_owned(), name: None }),
+    }
+}
+
 /// The URL of the daemon at `text`. The port may be left out.
-pub(crate) fn url(text: &str) -> Result<String, Error> {
+fn url(text: &str) -> Result<String, Error> {
     let refuse = |reason: &str| Error::Endpoint { endpoint: text.to_owned(), reason: reason.to_owned() };
     let trimmed = text.trim();
     let authority = match trimmed.split_once("://") {
@@ -58,6 +97,28 @@ mod tests {
         ] {
             assert_eq!(url(text).unwrap(), expected, "{text}");
         }
+    }
+
+    #[test]
+    fn a_zenoh_locator_may_name_a_daemon() {
+        for (text, locator, name) in [
+            ("tcp/127.0.0.1:7447", "tcp/127.0.0.1:7447", None),
+            (" tcp/[::1]:7447#lab-2 ", "tcp/[::1]:7447", Some("lab-2")),
+            ("tls/lab:7447#root_ca_certificate=/ca.pem", "tls/lab:7447#root_ca_certificate=/ca.pem", None),
+            (
+                "tls/lab:7447#root_ca_certificate=/ca.pem#a",
+                "tls/lab:7447#root_ca_certificate=/ca.pem",
+                Some("a"),
+            ),
+        ] {
+            let expected = Place::Zenoh { locator: locator.into(), name: name.map(str::to_owned) };
+            assert_eq!(read(text).unwrap(), expected, "{text}");
+        }
+        for text in ["tcp://127.0.0.1:7447", "tcp/lab:1#", "tcp/lab:1#a b", "tcp/lab:1#a/b"] {
+            let refused = read(text).unwrap_err().to_string();
+            assert!(refused.starts_with(&format!("`{text}` is not an endpoint: ")), "{refused}");
+        }
+        assert_eq!(read("lab").unwrap(), Place::Grpc { url: "http://lab:7400".into() });
     }
 
     #[test]

@@ -3,9 +3,10 @@
 use simd_proto::v1::{
     ApplyLinkWrenchRequest, DeleteEntityRequest, DescriptionSource, EntityInfo, GetAssetRequest,
     GetEntityInfoRequest, GetEntityStateRequest, GetEntityStateResponse, GetLinkPosesRequest,
-    GetLinkPosesResponse, GetSceneRequest, GetSceneResponse, ListEntitiesRequest, LoadReport,
-    ReloadEntityRequest, SetEntityStateRequest, SpawnEntityRequest, Stamp, ValidateDescriptionRequest,
-    ValidateDescriptionResponse, description_source::Source,
+    GetLinkPosesResponse, GetSceneRequest, GetSceneResponse, ListEntitiesRequest, LoadProgress, LoadReport,
+    ReloadEntityRequest, SetEntityStateRequest, SpawnEntityRequest, SpawnEntityResponse,
+    SpawnEntityWithProgressRequest, Stamp, ValidateDescriptionRequest, ValidateDescriptionResponse,
+    description_source::Source, spawn_entity_with_progress_response::Event,
 };
 
 use crate::{Client, Error, client::present};
@@ -19,6 +20,16 @@ pub struct Spawned {
     pub report: LoadReport,
     /// The moment from which it is in the world.
     pub stamp: Stamp,
+}
+
+impl Spawned {
+    fn new(answer: SpawnEntityResponse) -> Result<Self, Error> {
+        Ok(Self {
+            entity: present(answer.entity, "entity")?,
+            report: present(answer.report, "report")?,
+            stamp: present(answer.stamp, "stamp")?,
+        })
+    }
 }
 
 /// A robot whose description was read again.
@@ -45,11 +56,28 @@ impl Client {
     /// `ASSET_NOT_UPLOADED`, `PATH_NOT_ALLOWED`, `FILE_NOT_FOUND`, `INVALID_VALUE`.
     pub async fn spawn(&self, request: SpawnEntityRequest) -> Result<Spawned, Error> {
         let answer = self.unary(self.entity().spawn_entity(request)).await?;
-        Ok(Spawned {
-            entity: present(answer.entity, "entity")?,
-            report: present(answer.report, "report")?,
-            stamp: present(answer.stamp, "stamp")?,
-        })
+        Spawned::new(answer)
+    }
+
+    /// The same, and says how far it is. Waits as long as the daemon says something.
+    ///
+    /// # Errors
+    /// As [`spawn`](Self::spawn).
+    pub async fn spawn_with_progress(
+        &self,
+        request: SpawnEntityRequest,
+        mut listener: impl FnMut(&LoadProgress),
+    ) -> Result<Spawned, Error> {
+        let request = SpawnEntityWithProgressRequest { spawn: Some(request) };
+        let mut answers = self.unary(self.entity().spawn_entity_with_progress(request)).await?;
+        loop {
+            let answer = answers.message().await;
+            let answer = answer.map_err(|status| Error::from_status(&status, self.endpoint()))?;
+            match present(answer.and_then(|answer| answer.event), "event")? {
+                Event::Progress(progress) => listener(&progress),
+                Event::Spawned(answer) => return Spawned::new(answer),
+            }
+        }
     }
 
     /// Reads a robot's description again, from where it came or from a new source.

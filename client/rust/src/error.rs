@@ -54,6 +54,9 @@ pub enum Error {
     /// A path on this disk stands for no robot.
     #[error(transparent)]
     NoUrdf(#[from] simd_assets::NoUrdf),
+    /// A xacro file on this disk cannot be expanded.
+    #[error(transparent)]
+    Xacro(#[from] simd_xacro::Error),
     /// The daemon answered something that its schema does not allow.
     #[error("the daemon's answer cannot be understood: {reason}")]
     Answer {
@@ -80,7 +83,11 @@ impl Error {
             Self::TimedOut { .. } => Some(Code::DeadlineExceeded),
             Self::Answer { .. } => Some(Code::Internal),
             Self::LayoutChanged { .. } => Some(Code::Aborted),
-            Self::Endpoint { .. } | Self::File { .. } | Self::NoUrdf(_) | Self::CreditInUse => None,
+            Self::Endpoint { .. }
+            | Self::File { .. }
+            | Self::NoUrdf(_)
+            | Self::Xacro(_)
+            | Self::CreditInUse => None,
         }
     }
 
@@ -99,7 +106,11 @@ impl Error {
         // itself when a connection breaks can be told from them.
         let is_transport = std::error::Error::source(status).is_some() || status.code() == Code::Unavailable;
         if details.error_info().is_none() && is_transport {
-            let reason = root_cause(status);
+            // Without a cause of its own the status has the words.
+            let reason = match std::error::Error::source(status) {
+                Some(_) => root_cause(status),
+                None => status.message().to_owned(),
+            };
             return Self::Unreachable { endpoint: endpoint.to_owned(), reason };
         }
         let (reason, metadata) = match details.error_info() {

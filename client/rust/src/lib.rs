@@ -1,4 +1,4 @@
-//! The Rust client of simd: robots, joints and time of a running daemon, over gRPC.
+//! The Rust client of simd: robots, joints and time of a running daemon, over gRPC or Zenoh.
 //!
 //! ```no_run
 //! use simd_client::{Client, Target, every_joint, joint_target};
@@ -16,7 +16,8 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`.
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`.
+//! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
 //! * [`Control`]: the stream of controllers, one answer for each request.
 //! * [`Target`]: what a joint is asked to do.
@@ -24,28 +25,37 @@
 //! * [`Error`]: what the daemon said, or why it said nothing.
 //! * [`proto`]: the messages themselves.
 
+mod channel;
 mod client;
+mod contact;
 mod control;
 mod endpoint;
 mod entity;
 mod error;
 mod event;
 mod joint;
+mod kinematics;
 mod package;
+mod parameter;
 mod reading;
 mod simulation;
 mod target;
 mod upload;
+mod zenoh;
 
+pub use self::zenoh::{Network, Presence};
 pub use client::{Client, ConnectOptions};
+pub use contact::ray;
 pub use control::{Control, ControlOptions, ControlReply};
+pub use endpoint::is_zenoh;
 pub use entity::{Reloaded, Spawned};
 pub use error::{Error, Refusal};
 pub use event::{EventWatch, Observed};
 pub use joint::{JointWatch, every_joint, some_joints};
-pub use package::Package;
+pub use package::{OpenOptions, Package};
+pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
-pub use simd_proto::{API_VERSION, DEFAULT_PORT, v1 as proto};
-pub use target::{Target, joint_target};
+pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
+pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;

@@ -1,43 +1,87 @@
 //! A robot on this disk: its URDF, and where the files that it names are.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
 
-use simd_assets::{Locator, find_urdf};
+use simd_assets::{Locator, find_description, is_xacro};
+use simd_xacro::Expanded;
 
 use crate::Error;
 
 /// A URDF file, read, and the [`Locator`] of the files that it names.
 #[derive(Clone, Debug)]
 pub struct Package {
-    /// The URDF file.
+    /// The URDF file, or the xacro file that it comes from.
     pub path: PathBuf,
-    /// Its bytes, as they are.
+    /// The URDF's bytes: those of the file, or what its xacro expands to.
     pub urdf: Vec<u8>,
     /// Finds the files that it names.
     pub locator: Locator,
+    /// What the xacro expanded to, where it was one.
+    expanded: Option<Expanded>,
+}
+
+/// How a robot is opened.
+#[derive(Clone, Debug, Default)]
+pub struct OpenOptions {
+    /// Where ROS packages are that the description names, before any search.
+    pub packages: Vec<(String, PathBuf)>,
+    /// Of a xacro file: its `$(arg NAME)`.
+    pub xacro_arguments: BTreeMap<String, String>,
 }
 
 impl Package {
     /// Opens a URDF file, or the folder of a ROS package that holds exactly one, in
-    /// itself or in its folder `urdf`.
+    /// itself or in its folder `urdf`. What it names is looked for in `ROS_PACKAGE_PATH` and
+    /// `AMENT_PREFIX_PATH` too. A `.xacro` file is expanded, without ROS.
     ///
     /// # Errors
-    /// [`Error::NoUrdf`] where there is no URDF or several, or where the file needs
-    /// xacro first, [`Error::File`] where it cannot be read.
+    /// [`Error::NoUrdf`] where there is no URDF or several, [`Error::File`] where it cannot
+    /// be read, [`Error::Xacro`] where a xacro file cannot be expanded.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = find_urdf(path.as_ref())?;
-        let urdf = fs::read(&path).map_err(|source| Error::File { path: path.clone(), source })?;
-        Ok(Self { locator: Locator::new(&path), path, urdf })
+        Self::open_with(path, &OpenOptions::default())
     }
 
-    /// Says where a ROS package is that the URDF names, before any search.
+    /// The same with options.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_with(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, Error> {
+        let path = find_description(path.as_ref())?;
+        let locator = Locator::new(&path).with_environment();
+        let locator = options
+            .packages
+            .iter()
+            .fold(locator, |locator, (name, folder)| locator.with_package(name, folder));
+        if is_xacro(&path) {
+            let expanded = simd_xacro::expand(&path, &options.xacro_arguments, &locator)?;
+            let urdf = expanded.urdf.clone().into_bytes();
+            return Ok(Self { path, urdf, locator, expanded: Some(expanded) });
+        }
+        let urdf = fs::read(&path).map_err(|source| Error::File { path: path.clone(), source })?;
+        Ok(Self { path, urdf, locator, expanded: None })
+    }
+
+    /// Says where a ROS package is that the URDF names, before any search. A xacro file
+    /// has been expanded by then: see [`OpenOptions`].
     #[must_use]
     pub fn with_package(mut self, name: &str, folder: &Path) -> Self {
         self.locator = self.locator.with_package(name, folder);
         self
+    }
+
+    /// Where a line of the URDF is written: the xacro file and the line there, for what a
+    /// load report says. `None` where the URDF was none.
+    pub fn xacro_source(&self, line: u32) -> Option<(&Path, u32)> {
+        self.expanded.as_ref()?.source(line)
+    }
+
+    /// What the xacro files wanted to say, by `xacro.message` and `xacro.warning`.
+    pub fn xacro_messages(&self) -> &[String] {
+        self.expanded.as_ref().map_or(&[], |expanded| &expanded.messages)
     }
 }
 
@@ -57,5 +101,26 @@ mod tests {
         assert_eq!(package.urdf, b"urdf/arm.urdf");
         assert!(package.locator.find("../meshes/a.stl").is_ok());
         assert!(matches!(Package::open(dir.path().join("meshes")), Err(Error::NoUrdf(_))));
+    }
+
+    #[test]
+    fn a_xacro_is_expanded_and_its_lines_lead_back() {
+        let dir = tempfile::TempDir::new().unwrap();
+        let path = dir.path().join("arm.urdf.xacro");
+        let text = "<robot name='$(arg name)' xmlns:xacro='http://ros.org/wiki/xacro'>\n\n\n<link name='base'/></robot>";
+        fs::write(&path, text).unwrap();
+        let lacking = Package::open(&path).unwrap_err().to_string();
+        assert!(
+            lacking.ends_with("arm.urdf.xacro:1: the argument \"name\" is not given and has no default"),
+            "{lacking}"
+        );
+        let arguments = BTreeMap::from([("name".to_owned(), "arm".to_owned())]);
+        let options = OpenOptions { xacro_arguments: arguments, ..OpenOptions::default() };
+        let package = Package::open_with(dir.path(), &options).unwrap();
+        assert_eq!(
+            package.urdf,
+            b"<?xml version=\"1.0\"?>\n<robot name=\"arm\">\n<link name=\"base\"/>\n</robot>\n"
+        );
+        assert_eq!(package.xacro_source(3), Some((path.as_path(), 4)));
     }
 }

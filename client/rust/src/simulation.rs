@@ -7,7 +7,7 @@ use simd_proto::v1::{
     GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, ListSnapshotsRequest,
     Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreSnapshotRequest, SaveSnapshotRequest,
     SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest, SimulationState, SnapshotInfo, Stamp,
-    StepSimulationRequest, WorldStatistics,
+    StepSimulationRequest, StepSimulationResponse, WorldStatistics,
 };
 
 use crate::{Client, Error, client::present};
@@ -72,8 +72,33 @@ impl Client {
     /// where a play, pause or reset came between.
     pub async fn step(&self, steps: u64) -> Result<Stamp, Error> {
         let request = StepSimulationRequest { steps, ..Default::default() };
-        let answer = self.opened(self.simulation().step_simulation(request).await)?;
-        present(answer.stamp, "stamp")
+        present(self.step_with(request).await?.stamp, "stamp")
+    }
+
+    /// Sets targets, does steps and reads the states after the last of them, in one
+    /// call: a turn of a lockstep loop.
+    ///
+    /// ```no_run
+    /// use simd_client::proto::StepSimulationRequest;
+    /// use simd_client::{Client, Target, every_joint, joint_target, robot_targets};
+    ///
+    /// # async fn example(client: Client) -> Result<(), simd_client::Error> {
+    /// let turn = StepSimulationRequest {
+    ///     steps: 1,
+    ///     robots: vec![robot_targets("arm", [joint_target("elbow", Target::velocity(0.5))])],
+    ///     return_states: true,
+    ///     selections: vec![every_joint("arm")],
+    ///     ..Default::default()
+    /// };
+    /// let states = client.step_with(turn).await?.states;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`step`](Self::step), and as [`set_targets`](Self::set_targets): then nothing was done.
+    pub async fn step_with(&self, request: StepSimulationRequest) -> Result<StepSimulationResponse, Error> {
+        self.opened(self.simulation().step_simulation(request).await)
     }
 
     /// Puts the world back, by scope.

@@ -101,6 +101,6 @@ pub fn joint_target(joint: impl Into<String>, target: Target) -> JointTarget {
 }
 
 /// Targets for joints of one robot, whatever its layout.
-pub(crate) fn robot_targets(robot: &str, targets: impl IntoIterator<Item = JointTarget>) -> RobotTargets {
+pub fn robot_targets(robot: &str, targets: impl IntoIterator<Item = JointTarget>) -> RobotTargets {
     RobotTargets { robot: robot.to_owned(), joints: targets.into_iter().collect(), ..RobotTargets::default() }
 }

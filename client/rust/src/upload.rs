@@ -141,9 +141,9 @@ impl Files {
 fn places(not_found: NotFound) -> Vec<String> {
     let mut places: Vec<String> = not_found.places.iter().map(|place| place.display().to_string()).collect();
     match places.last_mut() {
-        Some(last) if not_found.refused => last.push_str(&format!(" (refused: {})", not_found.reason)),
+        Some(last) if not_found.is_refused() => last.push_str(&format!(" (refused: {})", not_found.reason())),
         Some(_) => {}
-        None => places.push(format!("no place, because {}", not_found.reason)),
+        None => places.push(format!("no place, because {}", not_found.reason())),
     }
     places
 }
@@ -180,21 +180,23 @@ async fn off_the_runtime<T: Send + 'static>(
 
 #[cfg(test)]
 mod tests {
+    use simd_assets::Why;
+
     use super::*;
 
-    fn not_found(places: &[&str], refused: bool) -> NotFound {
-        NotFound {
-            reason: "`x` leads out of it".into(),
-            places: places.iter().map(PathBuf::from).collect(),
-            refused,
-        }
+    fn not_found(places: &[&str], why: Why) -> NotFound {
+        NotFound { uri: "x".into(), why, places: places.iter().map(PathBuf::from).collect() }
     }
 
     #[test]
     fn the_places_of_a_refused_file_say_why() {
-        assert_eq!(places(not_found(&["/a", "/b"], false)), ["/a", "/b"]);
-        assert_eq!(places(not_found(&["/a", "/b"], true)), ["/a", "/b (refused: `x` leads out of it)"]);
-        assert_eq!(places(not_found(&[], true)), ["no place, because `x` leads out of it"]);
+        let phrase = "`x` climbs out of the robot's package with `..`";
+        assert_eq!(places(not_found(&["/a", "/b"], Why::Missing)), ["/a", "/b"]);
+        assert_eq!(
+            places(not_found(&["/a", "/b"], Why::ClimbsOut)),
+            ["/a", &format!("/b (refused: {phrase})")]
+        );
+        assert_eq!(places(not_found(&[], Why::ClimbsOut)), [format!("no place, because {phrase}")]);
     }
 
     #[tokio::test]

@@ -3,6 +3,7 @@
 use glamx::{DMat3, DPose3, DQuat, DSymmetricEigen3, DVec3};
 use parry3d_f64::mass_properties::MassProperties;
 
+use crate::report::short;
 use crate::robot::{Geometry, Inertial, MeshAsset};
 
 /// Of what is made of nothing in particular, kg/m^3: water, and most robots on
@@ -25,12 +26,12 @@ pub(crate) fn checked(tensor: DMat3) -> Result<DMat3, String> {
     let unit = tensor * (1.0 / largest);
     let [a, b, c] = DSymmetricEigen3::eigenvalues(unit).to_array();
     if a.min(b).min(c) < -ROUNDING * c {
-        return Err(format!("a principal moment is negative ({:.3e})", a * largest));
+        return Err(format!("a principal moment of its inertia is negative ({})", short(a * largest)));
     }
     if c > (a + b) + ROUNDING * c {
-        let [a, b, c] = [a, b, c].map(|moment| moment * largest);
+        let [a, b, c] = [a, b, c].map(|moment| short(moment * largest));
         return Err(format!(
-            "its principal moments {a:.3e}, {b:.3e}, {c:.3e} are no body's: two must be at least the third"
+            "no body has the principal moments {a}, {b}, {c} (two must be at least the third)"
         ));
     }
     // A hair below zero is lifted to it; what the eigenvalues' own rounding makes is left alone.

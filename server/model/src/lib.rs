@@ -2,12 +2,13 @@
 //! [`LoadReport`]. Does no IO of any kind: whoever calls brings the bytes.
 //!
 //! * [`robot`]: what a robot is.
+//! * [`limits`]: how much a description may be.
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
 //! * [`primitive`]: single shapes, as text.
 
 mod inertia;
-mod limits;
+pub mod limits;
 mod mesh;
 mod name;
 pub mod primitive;
@@ -15,8 +16,9 @@ pub mod report;
 pub mod robot;
 pub mod urdf;
 
+pub use limits::Limits;
 pub use name::wire_name;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
-pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, read};
+pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, other_case, read};

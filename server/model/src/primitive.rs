@@ -112,7 +112,7 @@ mod tests {
             for mass in [None, Some(2.5)] {
                 let primitive =
                     Primitive { geometry: geometry.clone(), mass, color: Some([1.0, 0.5, 0.0, 1.0]) };
-                let options = ReadOptions { scale: 1.0, strict: true };
+                let options = ReadOptions { strict: true, ..ReadOptions::default() };
                 let (model, _) = read(primitive.urdf().as_bytes(), &Nothing, &options).unwrap();
                 let link = &model.links[0];
                 assert_eq!(link.collisions[0].geometry, geometry);
@@ -125,6 +125,17 @@ mod tests {
                 assert!((link.inertial.inertia.x_axis.x - moment).abs() < 1e-12 * moment);
             }
         }
+    }
+
+    #[test]
+    fn a_plane_is_read_with_its_normal() {
+        let geometry = Geometry::Plane { normal: DVec3::new(0.6, 0.0, 0.8) };
+        let text = Primitive { geometry: geometry.clone(), mass: None, color: None }.urdf();
+        let (model, _) = read(text.as_bytes(), &Nothing, &ReadOptions::default()).unwrap();
+        let Geometry::Plane { normal } = model.links[0].collisions[0].geometry else {
+            unreachable!("{model:?}")
+        };
+        assert!((normal - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
     }
 
     /// A box filled evenly: m (y^2 + z^2) / 12.
@@ -146,6 +157,6 @@ mod tests {
         let uri = "a \"b\" & <c>.stl".to_owned();
         let geometry = Geometry::Mesh { uri: uri.clone(), scale: DVec3::ONE, asset: None };
         let text = Primitive { geometry, mass: Some(1.0), color: None }.urdf();
-        assert_eq!(crate::describe(text.as_bytes()).unwrap().asset_uris, [uri]);
+        assert_eq!(crate::describe(text.as_bytes(), &crate::Limits::default()).unwrap().asset_uris, [uri]);
     }
 }

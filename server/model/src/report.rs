@@ -27,12 +27,39 @@ pub enum Disposition {
     Used,
     /// Not given, or given as "not given".
     Defaulted,
-    /// Wrong, and set right.
+    /// Wrong, and set right. Never less than a warning.
     Repaired,
     /// Not used by simd.
     Ignored,
     /// The reason why the robot is refused.
     Refused,
+}
+
+impl Disposition {
+    /// All, in the order in which a report counts them.
+    pub const ALL: [Self; 5] = [Self::Used, Self::Defaulted, Self::Repaired, Self::Ignored, Self::Refused];
+
+    /// In a word, as reports write it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Used => "used",
+            Self::Defaulted => "defaulted",
+            Self::Repaired => "repaired",
+            Self::Ignored => "ignored",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+impl Severity {
+    /// In a word, as reports write it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Info => "info",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
 }
 
 /// One element and what was done with it.
@@ -44,7 +71,10 @@ pub struct Finding {
     pub disposition: Disposition,
     /// Where, for instance `joint "elbow" limit`.
     pub element: String,
-    /// Line in the file, from 1; `None` where it does not apply.
+    /// The mesh file that it is about, as the description writes its URI;
+    /// `None` where it is about the description itself.
+    pub file: Option<String>,
+    /// Line of the element in the description, from 1; `None` where it does not apply.
     pub line: Option<u32>,
     /// A sentence: what was read, what was done, why.
     pub message: String,
@@ -54,6 +84,15 @@ impl LoadReport {
     /// Findings of at least this severity.
     pub fn at_least(&self, severity: Severity) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |finding| finding.severity >= severity)
+    }
+
+    /// What became of how many: `12 used, 3 defaulted, 1 ignored`.
+    pub fn counts(&self) -> String {
+        let count = |what| self.findings.iter().filter(|finding| finding.disposition == what).count();
+        let counts = Disposition::ALL.map(|what| (count(what), what.word()));
+        let named: Vec<_> =
+            counts.iter().filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
+        named.join(", ")
     }
 
     /// One line for a log or a terminal: `arm: 2 links, 1 moving joint; no warnings`.
@@ -68,6 +107,18 @@ impl LoadReport {
     }
 }
 
-fn counted(n: usize, noun: &str) -> String {
+/// `1 link`, `2 links`.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
     format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Six digits, without the zeros that say nothing.
+pub(crate) fn short(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e7).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }

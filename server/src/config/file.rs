@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use glamx::{DPose3, DQuat, DVec3, EulerRot};
 use serde::Deserialize;
 use simd_core::simulation::command::PhysicsChange;
 
-use super::{Config, Robot};
+use super::{Config, Robot, Zenoh};
+use crate::handle::Limits;
 
 /// All that a file can say; see `simd --help`.
 #[derive(Debug, Default, Deserialize)]
@@ -22,9 +24,42 @@ pub(super) struct File {
     asset_roots: Vec<PathBuf>,
     paused: Option<bool>,
     #[serde(default)]
+    zenoh: ZenohTable,
+    #[serde(default)]
     physics: PhysicsTable,
     #[serde(default)]
+    limits: LimitsTable,
+    #[serde(default)]
     robots: Vec<RobotTable>,
+}
+
+/// What a description must stay within; see `docs/urdf.md`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsTable {
+    urdf_bytes: Option<usize>,
+    xml_nodes: Option<u32>,
+    xml_depth: Option<usize>,
+    xml_attributes: Option<usize>,
+    xml_namespaces: Option<usize>,
+    name_bytes: Option<usize>,
+    links: Option<usize>,
+    shapes: Option<usize>,
+    mesh_bytes: Option<usize>,
+    mesh_triangles: Option<usize>,
+    robot_triangles: Option<usize>,
+    findings: Option<usize>,
+    seconds: Option<f64>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ZenohTable {
+    enabled: Option<bool>,
+    listen: Option<Vec<String>>,
+    connect: Option<Vec<String>>,
+    config: Option<PathBuf>,
+    state_rate: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -70,6 +105,9 @@ pub(super) fn parse(text: &str) -> Result<File, String> {
 /// Line, key, and what is wrong with it.
 fn sentence(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    // Serde names Rust's types, which mean nothing to an operator.
+    let message = message.replace("expected f64", "expected a number");
+    let message = message.replace("expected u32", "expected a whole number, 0 or more");
     let Some(before) = error.span().and_then(|span| text.get(..span.start)) else {
         return message;
     };
@@ -97,10 +135,12 @@ impl File {
         if let Some(log) = self.log {
             config.change_log(log)?;
         }
+        self.zenoh.apply(folder, &mut config.zenoh)?;
         let PhysicsTable { gravity, time_step, substeps, real_time_factor, as_fast_as_possible } =
             self.physics;
         config.change_physics(PhysicsChange { gravity: gravity.map(DVec3::from), time_step, substeps })?;
         config.change_pace(real_time_factor, as_fast_as_possible.unwrap_or(false))?;
+        self.limits.apply(&mut config.limits)?;
         if self.paused == Some(true) {
             config.pause();
         }
@@ -111,6 +151,58 @@ impl File {
         for robot in self.robots {
             config.robots.push(robot.placed(folder)?);
         }
+        Ok(())
+    }
+}
+
+impl ZenohTable {
+    fn apply(self, folder: &Path, zenoh: &mut Zenoh) -> Result<(), String> {
+        if let Some(listen) = self.listen {
+            zenoh.set_listen(listen)?;
+        }
+        if let Some(connect) = self.connect {
+            zenoh.set_connect(connect)?;
+        }
+        if let Some(file) = self.config {
+            zenoh.file = Some(folder.join(file));
+        }
+        if let Some(rate) = self.state_rate {
+            zenoh.set_state_rate(rate)?;
+        }
+        if let Some(enabled) = self.enabled {
+            zenoh.enabled = enabled;
+        }
+        Ok(())
+    }
+}
+
+impl LimitsTable {
+    fn apply(self, limits: &mut Limits) -> Result<(), String> {
+        let reading = &mut limits.reading;
+        let set = |limit: &mut usize, value: Option<usize>| *limit = value.unwrap_or(*limit);
+        set(&mut reading.urdf_bytes, self.urdf_bytes);
+        set(&mut reading.xml_depth, self.xml_depth);
+        set(&mut reading.xml_attributes, self.xml_attributes);
+        set(&mut reading.xml_namespaces, self.xml_namespaces);
+        set(&mut reading.name_bytes, self.name_bytes);
+        set(&mut reading.links, self.links);
+        set(&mut reading.shapes, self.shapes);
+        set(&mut reading.mesh_bytes, self.mesh_bytes);
+        set(&mut reading.mesh_triangles, self.mesh_triangles);
+        set(&mut reading.robot_triangles, self.robot_triangles);
+        set(&mut reading.findings, self.findings);
+        reading.xml_nodes = self.xml_nodes.unwrap_or(reading.xml_nodes);
+        if let Some(seconds) = self.seconds {
+            reading.time = Duration::try_from_secs_f64(seconds)
+                .map_err(|_| format!("limits.seconds is {seconds}; it must be 0 or more, and finite"))?;
+        }
+        reading.check()?;
+        // What a client is told that it may send.
+        if let Some(bytes) = self.urdf_bytes {
+            limits.description_bytes = bytes as u64;
+        }
+        limits.asset_bytes = limits.asset_bytes.min(reading.mesh_bytes as u64);
+        limits.links = u32::try_from(reading.links).unwrap_or(u32::MAX);
         Ok(())
     }
 }

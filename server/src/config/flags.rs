@@ -13,7 +13,7 @@ use super::{Config, ConfigError, Robot};
 
 /// A robot physics daemon without a screen.
 ///
-/// It owns one world of robots, steps it in real time, and serves it over gRPC.
+/// It owns one world of robots, steps it in real time, and serves it over gRPC and Zenoh.
 #[derive(Debug, Parser)]
 #[command(name = "simd", version, after_help = AFTER_HELP, disable_help_subcommand = true)]
 pub(super) struct Flags {
@@ -23,6 +23,16 @@ pub(super) struct Flags {
     /// Where to serve gRPC; port 0 takes a free one [default: 127.0.0.1:7400]
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) listen: Option<SocketAddr>,
+    /// Where to listen for Zenoh, or off; port 0 takes a free one. Repeatable [default:
+    /// tcp/127.0.0.1:7447, or nowhere with --zenoh-connect]
+    #[arg(long, value_name = "LOCATOR")]
+    zenoh: Vec<String>,
+    /// A Zenoh router to join. Repeatable
+    #[arg(long, value_name = "LOCATOR")]
+    zenoh_connect: Vec<String>,
+    /// Puts settings of Zenoh's own (JSON5) over those of the daemon
+    #[arg(long, value_name = "PATH")]
+    zenoh_config: Option<PathBuf>,
     /// What the daemon is called on the network [default: simd]
     #[arg(long)]
     name: Option<String>,
@@ -36,13 +46,13 @@ pub(super) struct Flags {
     #[arg(long)]
     paused: bool,
     /// Seconds that a step advances, 0.000001 to 0.1 [default: 0.001]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
     time_step: Option<f64>,
     /// m/s^2 along the world's axes [default: 0,0,-9.81]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = gravity)]
     gravity: Option<DVec3>,
     /// Simulated seconds to a wall second, 0.001 to 1000 [default: 1]
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = number)]
     rtf: Option<f64>,
     /// Steps follow each other at once
     #[arg(long)]
@@ -50,7 +60,7 @@ pub(super) struct Flags {
     /// What to log on stderr: a level, or filters like simd_server=debug [default: info]
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
-    /// Allows --listen on an address that others can reach. There is no TLS and
+    /// Allows --listen and --zenoh on an address that others can reach. There is no TLS and
     /// no token yet: anyone who reaches the port commands the robots
     #[arg(long)]
     insecure: bool,
@@ -68,6 +78,13 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   log = \"info\"
   asset_roots = [\"/srv/robots\"]
   paused = false
+
+  [zenoh]
+  enabled = true
+  listen = [\"tcp/127.0.0.1:7447\"]
+  connect = []                    # routers to join
+  state_rate = 100                # joint states published a second at the most; 0 is none
+  # config = \"zenoh.json5\"        # any settings of Zenoh's own
 
   [physics]
   gravity = [0, 0, -9.81]
@@ -93,7 +110,8 @@ Exit codes:
   2  a mistake in the flags
   3  a mistake in the configuration file
   4  the address cannot be listened on, for instance because it is in use
-  5  a robot cannot be loaded at the start";
+  5  a robot cannot be loaded at the start
+  6  a daemon of the same name is on the Zenoh network";
 
 impl Flags {
     pub(super) fn read(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
@@ -101,6 +119,11 @@ impl Flags {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => ConfigError::Shown(error.to_string()),
             _ => ConfigError::Usage(sentence(&error.to_string())),
         })
+    }
+
+    /// Whether anything is said about Zenoh.
+    pub(super) fn has_zenoh(&self) -> bool {
+        !self.zenoh.is_empty() || !self.zenoh_connect.is_empty() || self.zenoh_config.is_some()
     }
 
     /// Puts what was said over the configuration.
@@ -113,6 +136,15 @@ impl Flags {
         }
         if let Some(log) = self.log {
             config.change_log(log)?;
+        }
+        if !self.zenoh.is_empty() {
+            config.zenoh.set_listen(self.zenoh)?;
+        }
+        if !self.zenoh_connect.is_empty() {
+            config.zenoh.set_connect(self.zenoh_connect)?;
+        }
+        if self.zenoh_config.is_some() {
+            config.zenoh.file = self.zenoh_config;
         }
         let change = PhysicsChange { gravity: self.gravity, time_step: self.time_step, substeps: None };
         config.change_physics(change)?;
@@ -128,6 +160,10 @@ impl Flags {
         config.robots.extend(self.load.into_iter().map(Robot::at));
         Ok(())
     }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_error| "it must be a number".into())
 }
 
 fn gravity(text: &str) -> Result<DVec3, String> {

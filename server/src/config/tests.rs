@@ -90,6 +90,9 @@ fn a_value_of_the_wrong_kind_is_named_with_its_line() {
     assert!(file_mistake("listen = \"here\"").contains("line 1: listen: "));
     assert!(file_mistake("[[robots]]\nname = \"arm\"\n").contains("missing field `path`"));
     assert!(file_mistake("paused = tru").contains("line 1"));
+    assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("expected a number"));
+    assert!(file_mistake("[physics]\nsubsteps = -1").ends_with("expected a whole number, 0 or more"));
+    assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [\"x\", 0, 0]").ends_with("expected a number"));
     assert!(file_mistake("[physics]\ngravity = [0, 0]").contains("line 2"));
 }
 
@@ -143,4 +146,29 @@ fn the_help_shows_the_file_and_the_exit_codes() {
     let (example, _) = example.split_once("Exit codes").unwrap();
     let example = example.replace("\n  ", "\n").replace("/srv/robots\"]", "/\"]");
     assert!(file(example.trim(), "").is_ok(), "the example in the help is a file that can be read");
+}
+
+#[test]
+fn limits_are_set_one_by_one_and_checked() {
+    let before = Config::default().limits;
+    let text = "[limits]\nurdf_bytes = 1000\nlinks = 7\nxml_nodes = 9\nmesh_bytes = 4096\nseconds = 2.5\n";
+    let limits = file(text, "").unwrap().limits;
+    assert_eq!((limits.reading.urdf_bytes, limits.description_bytes), (1000, 1000));
+    assert_eq!((limits.reading.links, limits.links, limits.reading.xml_nodes), (7, 7, 9));
+    assert_eq!((limits.reading.mesh_bytes, limits.asset_bytes), (4096, 4096));
+    assert_eq!(limits.reading.time, std::time::Duration::from_millis(2500));
+    assert_eq!(limits.reading.shapes, before.reading.shapes);
+    assert_eq!(file("", "").unwrap().limits.description_bytes, before.description_bytes);
+    for (line, mistake) in [
+        ("links = 0", "limits.links is 0: no robot could be loaded"),
+        (
+            "mesh_triangles = 2000001",
+            "limits.mesh_triangles is 2000001; the most that simd is built for is 2000000",
+        ),
+        ("seconds = -1", "limits.seconds is -1; it must be 0 or more, and finite"),
+        ("joints = 3", "unknown field"),
+    ] {
+        let sentence = file_mistake(&format!("[limits]\n{line}\n"));
+        assert!(sentence.contains(mistake), "{sentence}");
+    }
 }

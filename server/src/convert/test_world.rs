@@ -70,6 +70,7 @@ pub(crate) fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
         passive: false,
         joint_positions: joint_positions.iter().map(|(name, at)| ((*name).to_owned(), *at)).collect(),
         shapes: Default::default(),
+        touches: Default::default(),
         loaded_at_start: false,
     }))
 }

@@ -3,7 +3,7 @@
 use super::*;
 
 fn config() -> Config {
-    Config { listen: "127.0.0.1:0".parse().unwrap(), ..Config::default() }
+    Config { listen: "127.0.0.1:0".parse().unwrap(), zenoh: crate::config::Zenoh::off(), ..Config::default() }
 }
 
 #[tokio::test]

@@ -1,10 +1,10 @@
 //! Everything that can wake the driver.
 
-use simd_core::simulation::command::PhysicsChange;
+use simd_core::simulation::command::{PhysicsChange, SetTargets};
 use simd_core::{Answer, Command, PhysicsSettings, Query};
 use tokio::sync::oneshot;
 
-use crate::handle::{CallError, Done, Pace, RunState};
+use crate::handle::{CallError, Done, Pace, PaceChange, RunState, Stepped};
 
 /// Where an answer goes. Each call gets exactly one; one that is dropped
 /// without an answer means that the driver has ended.
@@ -36,19 +36,22 @@ pub(crate) enum Event {
         /// Once it holds.
         reply: ReplyTo<Done>,
     },
-    /// Do steps, as fast as possible, while not playing.
+    /// Set targets and do steps, as fast as possible, while not playing: both or,
+    /// where one is refused, nothing.
     Step {
+        /// Applied when the event is handled.
+        targets: Option<SetTargets>,
         /// At least 1.
         steps: u64,
         /// After the last one; dropped by a caller who does not want them any more.
-        reply: ReplyTo<Done>,
+        reply: ReplyTo<Stepped>,
     },
     /// Change how steps are done and when: both or, where one is refused, nothing.
     SetPhysics {
         /// How.
         change: PhysicsChange,
         /// When; its factor is checked before it gets here.
-        pace: Option<Pace>,
+        pace: PaceChange,
         /// With what is in force from then on.
         reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
     },

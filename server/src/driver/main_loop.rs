@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use simd_core::simulation::EventKind;
-use simd_core::simulation::command::{PhysicsChange, ResetScope};
+use simd_core::simulation::command::{Clamped, PhysicsChange, ResetScope, SetTargets};
 use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
@@ -14,9 +14,9 @@ use super::event::Event;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
-use super::step_queue::StepQueue;
+use super::step_queue::{Pending, StepQueue};
 use super::world::World;
-use crate::handle::{CallError, Done, EventLog, Happened, Pace, RunState, Statistics};
+use crate::handle::{CallError, Done, EventLog, Happened, Pace, PaceChange, RunState, Statistics, Stepped};
 
 /// While a step is due, at most this many calls are served before it: a flood
 /// of calls does not stop the world, and a world that is always late does not
@@ -35,6 +35,8 @@ pub(super) struct Driver<W> {
     pub(super) meter: Meter,
     /// Steps that callers wait for; empty while playing.
     pub(super) steps: StepQueue,
+    /// The world was changed since it was published.
+    pub(super) has_unpublished: bool,
     /// Since the start.
     pub(super) iterations: u64,
     /// Calls since the last step.
@@ -58,7 +60,13 @@ impl<W: World> Driver<W> {
         let due = match self.state {
             RunState::Playing => Some(self.pacer.next(Instant::now())),
             RunState::Paused | RunState::Stopped if self.steps.is_wanted() => Some(Due::Now),
-            RunState::Paused | RunState::Stopped => None,
+            RunState::Paused | RunState::Stopped => {
+                // Their caller went away before the first step.
+                if self.has_unpublished {
+                    self.publish();
+                }
+                None
+            }
         };
         match due {
             Some(Due::Now) if self.served >= CALLS_PER_STEP => Event::StepDue,
@@ -76,12 +84,10 @@ impl<W: World> Driver<W> {
             Event::Command { command, reply } => drop(reply.send(self.command(&command))),
             Event::Query { query, reply } => drop(reply.send(self.world.query(&query).map_err(Into::into))),
             Event::SetState { state, reply } => drop(reply.send(self.set_state(state))),
-            Event::Step { steps, reply } => match self.state {
-                RunState::Playing => drop(reply.send(Err(CallError::WrongState {
-                    state: self.state,
-                    message: "simulation is playing; pause it before stepping".into(),
-                }))),
-                RunState::Paused | RunState::Stopped => self.steps.push(steps, reply),
+            Event::Step { reply, .. } if reply.is_closed() => {}
+            Event::Step { targets, steps, reply } => match self.begin_steps(targets) {
+                Ok(clamped) => self.steps.push(steps, clamped, reply),
+                Err(refused) => drop(reply.send(Err(refused))),
             },
             Event::SetPhysics { change, pace, reply } => drop(reply.send(self.set_physics(change, pace))),
             Event::Shutdown => return ControlFlow::Break(()),
@@ -115,6 +121,25 @@ impl<W: World> Driver<W> {
         Ok(self.done(applied))
     }
 
+    /// What comes before the steps of a call. Its targets are applied and not
+    /// published: the first step shows them.
+    fn begin_steps(&mut self, targets: Option<SetTargets>) -> Result<Vec<Clamped>, CallError> {
+        if self.state == RunState::Playing {
+            return Err(CallError::WrongState {
+                state: self.state,
+                message: "simulation is playing; pause it before stepping".into(),
+            });
+        }
+        self.steps.has_room()?;
+        let Some(targets) = targets else { return Ok(Vec::new()) };
+        let applied = self.apply(&Command::SetTargets(targets))?;
+        self.has_unpublished = true;
+        match applied.reply {
+            Reply::Targets { clamped } => Ok(clamped),
+            _ => Ok(Vec::new()),
+        }
+    }
+
     fn step(&mut self) {
         self.served = 0;
         let begun = Instant::now();
@@ -139,8 +164,10 @@ impl<W: World> Driver<W> {
             tracing::warn!(dropped_lag, "the world cannot keep up; lag is dropped");
             self.log(Happened::Overrun { at, dropped_lag });
         }
-        if let Some(reply) = self.steps.stepped() {
-            let _ = reply.send(Ok(self.done(Applied { at, reply: Reply::Done })));
+        if let Some(Pending { clamped, reply, .. }) = self.steps.stepped() {
+            let done = self.done(Applied { at, reply: Reply::Done });
+            let state = self.publisher.board().newest();
+            let _ = reply.send(Ok(Stepped { done, state, clamped }));
         }
     }
 
@@ -173,7 +200,7 @@ impl<W: World> Driver<W> {
     fn set_physics(
         &mut self,
         change: PhysicsChange,
-        pace: Option<Pace>,
+        pace: PaceChange,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
         let (settings_before, pace_before) = (self.world.settings(), self.pace);
         let at = if change == PhysicsChange::default() {
@@ -181,7 +208,8 @@ impl<W: World> Driver<W> {
         } else {
             self.apply(&Command::SetPhysics(change))?.at
         };
-        self.pace = pace.unwrap_or(self.pace);
+        // Here and not where the change was asked for: another may have come between.
+        self.pace = pace.of(self.pace);
         self.follow_pace();
         self.publish();
         self.log_events();
@@ -200,6 +228,7 @@ impl<W: World> Driver<W> {
     }
 
     fn publish(&mut self) {
+        self.has_unpublished = false;
         let playing = self.state == RunState::Playing;
         let statistics = Statistics {
             state: self.state,
@@ -261,6 +290,7 @@ fn changes_the_world_as_a_whole(command: &Command) -> bool {
         Command::SetTargets(_)
         | Command::ResetJoints { .. }
         | Command::SetJointProperties { .. }
+        | Command::SetLinkProperties { .. }
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::SetEntityState { .. }

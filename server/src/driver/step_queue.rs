@@ -2,8 +2,10 @@
 
 use std::collections::VecDeque;
 
+use simd_core::simulation::command::Clamped;
+
 use super::event::ReplyTo;
-use crate::handle::{CallError, Done};
+use crate::handle::{CallError, Stepped};
 
 /// How many calls may wait. Each holds a connection, so this is far beyond use.
 const PENDING: usize = 1024;
@@ -14,26 +16,33 @@ pub(super) struct StepQueue {
     calls: VecDeque<Pending>,
 }
 
+/// A call that waits for its steps.
 #[derive(Debug)]
-struct Pending {
+pub(super) struct Pending {
     steps: u64,
     done: u64,
-    reply: ReplyTo<Done>,
+    /// Of the targets that it brought, which hold already.
+    pub(super) clamped: Vec<Clamped>,
+    /// After its last step.
+    pub(super) reply: ReplyTo<Stepped>,
 }
 
 impl StepQueue {
-    /// Appends a call, or refuses it.
-    pub(super) fn push(&mut self, steps: u64, reply: ReplyTo<Done>) {
-        if self.calls.len() == PENDING {
-            let refused = CallError::LimitExceeded {
-                what: "the number of waiting step calls".into(),
-                value: PENDING as u64 + 1,
-                limit: PENDING as u64,
-            };
-            drop(reply.send(Err(refused)));
-            return;
+    /// Refuses one call more than may wait.
+    pub(super) fn has_room(&self) -> Result<(), CallError> {
+        if self.calls.len() < PENDING {
+            return Ok(());
         }
-        self.calls.push_back(Pending { steps, done: 0, reply });
+        Err(CallError::LimitExceeded {
+            what: "the number of waiting step calls".into(),
+            value: PENDING as u64 + 1,
+            limit: PENDING as u64,
+        })
+    }
+
+    /// Appends a call; to be asked for room before.
+    pub(super) fn push(&mut self, steps: u64, clamped: Vec<Clamped>, reply: ReplyTo<Stepped>) {
+        self.calls.push_back(Pending { steps, done: 0, clamped, reply });
     }
 
     /// Whether a step is to be done. Calls whose caller is gone are dropped: what
@@ -46,18 +55,18 @@ impl StepQueue {
     }
 
     /// Counts a step; gives the call that it completes.
-    pub(super) fn stepped(&mut self) -> Option<ReplyTo<Done>> {
+    pub(super) fn stepped(&mut self) -> Option<Pending> {
         let first = self.calls.front_mut()?;
         first.done += 1;
         if first.done < first.steps {
             return None;
         }
-        self.calls.pop_front().map(|call| call.reply)
+        self.calls.pop_front()
     }
 
     /// Ends all calls; `by` says what did.
     pub(super) fn supersede(&mut self, by: &str) {
-        for Pending { steps, done, reply } in self.calls.drain(..) {
+        for Pending { steps, done, clamped: _, reply } in self.calls.drain(..) {
             drop(reply.send(Err(CallError::Superseded { by: by.into(), steps_done: done, steps })));
         }
     }

@@ -1,12 +1,12 @@
 //! The driver by hand, turn by turn: no thread and no waiting.
 
-use simd_core::simulation::command::{PhysicsChange, ResetScope};
+use simd_core::simulation::command::{PhysicsChange, ResetScope, RobotTargets, SetTargets};
 use simd_core::{Applied, Command, Query};
 use tokio::sync::oneshot::{self, Receiver};
 
 use super::toy::{Toy, nothing, refused};
 use super::*;
-use crate::handle::{CallError, Done, Happened};
+use crate::handle::{CallError, Done, Happened, PaceChange, Stepped};
 
 type Answer<T> = Receiver<Result<T, CallError>>;
 
@@ -33,8 +33,15 @@ impl Bench {
         answer
     }
 
-    fn steps(&self, steps: u64) -> Answer<Done> {
-        self.post(|reply| Event::Step { steps, reply })
+    fn steps(&self, steps: u64) -> Answer<Stepped> {
+        self.post(|reply| Event::Step { targets: None, steps, reply })
+    }
+
+    /// With targets, which a toy refuses for `nobody`.
+    fn steps_of(&self, robot: &str, steps: u64) -> Answer<Stepped> {
+        let targets = RobotTargets { robot: robot.into(), ..RobotTargets::default() };
+        let targets = Some(SetTargets { robots: vec![targets], ..SetTargets::default() });
+        self.post(|reply| Event::Step { targets, steps, reply })
     }
 
     fn command(&self, command: Command) -> Answer<Done> {
@@ -60,8 +67,12 @@ impl Bench {
     }
 }
 
-fn done(mut answer: Answer<Done>) -> Done {
+fn done<T>(mut answer: Answer<T>) -> T {
     answer.try_recv().expect("there is an answer").expect("it is no refusal")
+}
+
+fn stepped(answer: Answer<Stepped>) -> Done {
+    done(answer).done
 }
 
 fn refusal<T: std::fmt::Debug>(mut answer: Answer<T>) -> CallError {
@@ -90,7 +101,7 @@ fn steps_are_done_without_waiting_and_answered_after_the_last() {
     bench.turns(5);
     assert!(answer.try_recv().is_err(), "the fifth step is not done");
     bench.turns(1);
-    let done = done(answer);
+    let done = stepped(answer);
     assert_eq!((done.applied.at.step, done.sequence), (5, bench.link.board.newest().sequence));
     assert_eq!(bench.driver.iterations, 5);
     assert_eq!(bench.link.board.newest().statistics.real_time_factor, 0.0, "it does not play");
@@ -113,7 +124,7 @@ fn step_calls_queue() {
     let mut bench = Bench::paused();
     let (first, second) = (bench.steps(3), bench.steps(4));
     bench.turns(2 + 7);
-    assert_eq!((done(first).applied.at.step, done(second).applied.at.step), (3, 7));
+    assert_eq!((stepped(first).applied.at.step, stepped(second).applied.at.step), (3, 7));
 }
 
 #[test]
@@ -123,7 +134,58 @@ fn a_caller_that_goes_away_ends_its_steps_and_no_others() {
     bench.turns(2 + 10);
     drop(first);
     bench.turns(2);
-    assert_eq!(done(second).applied.at.step, 12);
+    assert_eq!(stepped(second).applied.at.step, 12);
+}
+
+#[test]
+fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
+    let mut bench = Bench::paused();
+    let published = bench.link.board.newest().sequence;
+    let answer = bench.steps_of("arm", 2);
+    bench.turns(3);
+    let Stepped { done, state, clamped } = done(answer);
+    assert_eq!(bench.driver.world.applied.lock().unwrap().len(), 1);
+    assert_eq!(bench.driver.world.applied.lock().unwrap()[0].0, 0);
+    assert_eq!((done.applied.at.step, state.snapshot.at.step, clamped), (2, 2, Vec::new()));
+    assert_eq!((done.sequence, state.sequence), (published + 2, published + 2), "a state a step, no more");
+    // The state is that of the last of its steps, whatever comes after it.
+    let _answers = (bench.steps(5), bench.command(nothing()));
+    bench.turns(2 + 5);
+    assert_eq!(bench.step(), 7);
+    assert_eq!(state.snapshot.at.step, 2);
+}
+
+#[test]
+fn steps_whose_targets_are_refused_are_not_done_nor_targets_whose_steps_are() {
+    let mut bench = Bench::paused();
+    let answer = bench.steps_of("nobody", 2);
+    bench.turns(1);
+    assert!(matches!(refusal(answer), CallError::World(_)));
+    assert!(!bench.driver.steps.is_wanted());
+    assert_eq!(bench.step(), 0);
+
+    let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
+    let answer = bench.steps_of("arm", 2);
+    bench.turns(1);
+    assert!(matches!(refusal(answer), CallError::WrongState { .. }));
+    assert!(bench.driver.world.applied.lock().unwrap().is_empty());
+}
+
+#[test]
+fn a_caller_that_goes_away_before_its_steps_sets_no_targets() {
+    let mut bench = Bench::paused();
+    drop(bench.steps_of("arm", 2));
+    bench.turns(1);
+    assert!(bench.driver.world.applied.lock().unwrap().is_empty());
+    // One that goes away after that has set them, and everybody sees it.
+    let published = bench.link.board.newest().sequence;
+    let answer = bench.steps_of("arm", 2);
+    bench.turns(1);
+    drop(answer);
+    let other = bench.command(refused());
+    bench.turns(1);
+    assert!(matches!(refusal(other), CallError::World(_)));
+    assert_eq!((bench.link.board.newest().sequence, bench.step()), (published + 1, 0));
 }
 
 #[test]
@@ -165,7 +227,7 @@ fn other_commands_leave_step_calls_alone() {
     let refused = bench.command(refused());
     let applied = bench.command(nothing());
     bench.turns(3 + 2);
-    assert_eq!(done(steps).applied.at.step, 2);
+    assert_eq!(stepped(steps).applied.at.step, 2);
     assert!(matches!(refusal(refused), CallError::World(_)));
     done(applied);
 }
@@ -239,10 +301,10 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
     let mut bench = Bench::paused();
     let pace = Pace::RealTime { factor: 2.0 };
     let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };
-    let mut both = bench.post(|reply| Event::SetPhysics { change, pace: Some(pace), reply });
+    let mut both = bench.post(|reply| Event::SetPhysics { change, pace: pace.into(), reply });
     let change = PhysicsChange::default();
     let free = Pace::AsFastAsPossible { factor: 2.0 };
-    let _pace = bench.post(|reply| Event::SetPhysics { change, pace: Some(free), reply });
+    let _pace = bench.post(|reply| Event::SetPhysics { change, pace: free.into(), reply });
     bench.turns(2);
     let (done, settings, in_force) = both.try_recv().unwrap().unwrap();
     assert_eq!((settings.time_step, in_force), (0.01, pace));
@@ -255,6 +317,20 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
         "one event each, with the pace of its time"
     );
     assert_eq!(bench.link.board.newest().physics.time_step, 0.01);
+}
+
+/// Each names one half of a pace; what comes of them has both, in whichever order they were sent.
+#[test]
+fn halves_of_a_pace_from_two_callers_make_a_whole() {
+    let mut bench = Bench::paused();
+    let half = |pace: PaceChange| {
+        bench.post(|reply| Event::SetPhysics { change: PhysicsChange::default(), pace, reply })
+    };
+    let _first = half(PaceChange { as_fast_as_possible: Some(true), factor: None });
+    let _second = half(PaceChange { as_fast_as_possible: None, factor: Some(3.0) });
+    bench.turns(2);
+    let pace = bench.link.board.newest().statistics.pace;
+    assert_eq!(pace, Pace::AsFastAsPossible { factor: 3.0 });
 }
 
 #[test]

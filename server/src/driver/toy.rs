@@ -42,6 +42,9 @@ impl World for Toy {
             Command::Delete { robot } => {
                 return Err(Error::RobotNotFound { robot: robot.clone(), known: Vec::new() });
             }
+            Command::SetTargets(targets) if targets.robots.iter().any(|it| it.robot == "nobody") => {
+                return Err(Error::RobotNotFound { robot: "nobody".into(), known: Vec::new() });
+            }
             Command::SetPhysics(PhysicsChange { time_step: Some(time_step), .. }) => {
                 self.settings.time_step = *time_step;
                 let kind = EventKind::PhysicsChanged(self.settings);

@@ -1,5 +1,6 @@
 //! Why a call failed, alike for every front-end.
 
+use simd_core::simulation::error::list_known;
 use simd_model::LoadReport;
 
 use super::RunState;
@@ -93,6 +94,20 @@ pub enum CallError {
     FileNotFound {
         /// Names the path.
         message: String,
+    },
+    /// No slider or button of that name.
+    #[error("there is no parameter {name:?}; {}", list_known("parameters", .known))]
+    ParameterNotFound {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The name is taken.
+    #[error("there is a parameter {name:?} already; choose another name, replace it, or remove it")]
+    ParameterExists {
+        /// The name.
+        name: String,
     },
     /// The daemon goes down.
     #[error("the daemon is shutting down")]

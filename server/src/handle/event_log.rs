@@ -1,9 +1,10 @@
-//! What happened, numbered without holes; the last 1,024 are kept.
+//! What happened, numbered without holes; the last 1,024 are kept, or fewer where they are long.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
+use simd_core::simulation::EventKind;
 use simd_core::{Event, Moment, PhysicsSettings};
 use tokio::sync::Notify;
 
@@ -11,6 +12,8 @@ use super::{Pace, RunState};
 
 /// How many events are kept.
 const KEPT: usize = 1024;
+/// Bytes of names and sentences in all of them: so many fit in one message.
+const MAX_BYTES: usize = 2 << 20;
 
 /// Something that happened, with its number.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +80,8 @@ pub(crate) struct EventLog {
 #[derive(Debug, Default)]
 struct Kept {
     events: VecDeque<LoggedEvent>,
+    /// Of all of them.
+    bytes: usize,
     last_sequence: u64,
 }
 
@@ -87,10 +92,12 @@ impl EventLog {
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
             kept.last_sequence += 1;
             let sequence = kept.last_sequence;
-            if kept.events.len() == KEPT {
-                kept.events.pop_front();
-            }
+            kept.bytes += bytes_of(&what);
             kept.events.push_back(LoggedEvent { sequence, wall_time, state_sequence, what });
+            // The newest stays, however long it is.
+            while kept.events.len() > KEPT || (kept.bytes > MAX_BYTES && kept.events.len() > 1) {
+                kept.bytes -= kept.events.pop_front().map_or(0, |gone| bytes_of(&gone.what));
+            }
         }
         self.grown.notify_waiters();
     }
@@ -128,6 +135,22 @@ impl EventLog {
     }
 }
 
+/// Of what is as long as clients and descriptions make it.
+fn bytes_of(what: &Happened) -> usize {
+    let Happened::World(event) = what else { return 0 };
+    match &event.kind {
+        EventKind::EntitySpawned { robot }
+        | EventKind::EntityDeleted { robot }
+        | EventKind::EntityReloaded { robot, .. } => robot.len(),
+        EventKind::EntityDisabled { robot, reason } => robot.len() + reason.len(),
+        EventKind::JointsClaimed { holder, joints } | EventKind::JointsReleased { holder, joints, .. } => {
+            holder.len() + joints.iter().map(|joint| joint.len() + size_of::<String>()).sum::<usize>()
+        }
+        EventKind::SnapshotRestored { name } => name.len(),
+        EventKind::Reset(_) | EventKind::PhysicsChanged(_) => 0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,6 +177,25 @@ mod tests {
         assert_eq!(batch.events.len(), KEPT);
         assert_eq!(batch.events[0].sequence, 11);
         assert_eq!(batch.missed, 6);
+    }
+
+    #[test]
+    fn long_events_are_kept_in_bytes_and_the_newest_always() {
+        let log = EventLog::default();
+        let claimed = |joints: usize| {
+            let kind =
+                EventKind::JointsClaimed { holder: "me".into(), joints: vec!["j".repeat(1024); joints] };
+            let event = Event { at: Moment::default(), kind };
+            log.push(SystemTime::UNIX_EPOCH, 0, Happened::World(event));
+        };
+        (0..100).for_each(|_| claimed(1000));
+        let batch = log.after(0);
+        assert_eq!((batch.events.len(), batch.missed), (2, 98));
+        claimed(10_000);
+        assert_eq!(log.after(0).events.len(), 1);
+        (0..KEPT).for_each(|_| overrun(&log));
+        assert_eq!(log.after(0).events.len(), KEPT);
+        assert_eq!(log.kept.lock().unwrap().bytes, 0);
     }
 
     #[test]

@@ -24,12 +24,20 @@ pub struct Limits {
     pub asset_bytes: u64,
     /// Of all kept uploads together.
     pub upload_store_bytes: u64,
+    /// Of all robots' meshes in memory, each counted once.
+    pub decoded_bytes: u64,
+    /// Of the time in which a description is read, waiting for its turn included.
+    pub reading_seconds: u64,
     /// Of one message on the wire.
     pub message_bytes: u64,
     /// Of one call that steps.
     pub steps: u64,
     /// States of the world that are kept.
     pub snapshots: u32,
+    /// What a description and its meshes must stay within while they are read.
+    pub reading: simd_model::Limits,
+    /// Sliders and buttons at one time.
+    pub parameters: u32,
 }
 
 impl Default for Limits {
@@ -40,10 +48,14 @@ impl Default for Limits {
             description_bytes: 8 << 20,
             asset_bytes: 128 << 20,
             upload_store_bytes: 1 << 30,
+            decoded_bytes: 2 << 30,
+            reading_seconds: 120,
             // A description travels in one message.
             message_bytes: 16 << 20,
             steps: 100_000_000,
             snapshots: 32,
+            reading: simd_model::Limits::default(),
+            parameters: 1_024,
         }
     }
 }

@@ -11,6 +11,8 @@ use super::CallError;
 
 /// How many ids are remembered.
 const KEPT: usize = 1024;
+/// Bytes of answers that are remembered, of those that are weighed.
+const MAX_WEIGHT: usize = 64 << 20;
 /// Bytes of an id.
 const MAX_ID: usize = 256;
 
@@ -32,20 +34,25 @@ struct Kept {
     /// forgotten and made again has another number.
     order: VecDeque<(String, u64)>,
     entries: u64,
+    /// Of all entries.
+    weight: usize,
 }
 
 #[derive(Debug)]
 struct Entry {
     number: u64,
     answer: Waiting,
+    /// Bytes; 0 while there is no answer.
+    weight: usize,
 }
 
 impl Answers {
     /// Does the work, or gives the answer that the same id got before. Work with
     /// an id runs to its end and is remembered even if its caller goes away: the
     /// retry comes for that answer. An error that passes by itself (a full mailbox, a
-    /// shutdown, a fault) is no answer to remember.
-    pub(super) async fn once<T, W>(&self, id: &str, work: W) -> Result<T, CallError>
+    /// shutdown, a fault) is no answer to remember. `weigh` gives an answer's bytes, where
+    /// they grow with the world: the oldest answers go where all weigh too much.
+    pub(super) async fn once<T, W>(&self, id: &str, weigh: fn(&T) -> usize, work: W) -> Result<T, CallError>
     where
         T: Clone + Send + Sync + 'static,
         W: Future<Output = Result<T, CallError>> + Send + 'static,
@@ -60,7 +67,7 @@ impl Answers {
                 expected: format!("it must have at most {MAX_ID} bytes"),
             });
         }
-        let mut waiting = self.answer(id, work);
+        let mut waiting = self.answer(id, weigh, work);
         let answer = match waiting.wait_for(Option::is_some).await {
             Ok(answer) => answer.clone(),
             Err(_gone) => None,
@@ -81,7 +88,7 @@ impl Answers {
     }
 
     /// Where the answer is or will be; starts the work where there is neither.
-    fn answer<T, W>(&self, id: &str, work: W) -> Waiting
+    fn answer<T, W>(&self, id: &str, weigh: fn(&T) -> usize, work: W) -> Waiting
     where
         T: Clone + Send + Sync + 'static,
         W: Future<Output = Result<T, CallError>> + Send + 'static,
@@ -93,7 +100,7 @@ impl Answers {
         let (sender, answer) = watch::channel(None);
         kept.entries += 1;
         let number = kept.entries;
-        kept.by_id.insert(id.to_owned(), Entry { number, answer: answer.clone() });
+        kept.by_id.insert(id.to_owned(), Entry { number, answer: answer.clone(), weight: 0 });
         kept.order.push_back((id.to_owned(), number));
         while kept.order.len() > KEPT {
             if let Some((oldest, number)) = kept.order.pop_front() {
@@ -104,8 +111,11 @@ impl Answers {
 
         let mut unanswered = Unanswered { answers: self.clone(), id: id.to_owned(), number, armed: true };
         tokio::spawn(async move {
-            let answer = work.await.map(|answer| Arc::new(answer) as Arc<dyn Any + Send + Sync>);
+            let answer = work.await;
+            let weight = answer.as_ref().map_or(0, weigh);
+            let answer = answer.map(|answer| Arc::new(answer) as Arc<dyn Any + Send + Sync>);
             unanswered.armed = answer.as_ref().is_err_and(CallError::is_passing);
+            unanswered.answers.lock().weigh(&unanswered.id, number, weight);
             drop(unanswered);
             sender.send_replace(Some(answer));
         });
@@ -119,8 +129,22 @@ impl Answers {
 
 impl Kept {
     fn forget(&mut self, id: &str, number: u64) {
-        if self.by_id.get(id).is_some_and(|entry| entry.number == number) {
-            self.by_id.remove(id);
+        if self.by_id.get(id).is_some_and(|entry| entry.number == number)
+            && let Some(entry) = self.by_id.remove(id)
+        {
+            self.weight -= entry.weight;
+        }
+    }
+
+    /// Makes room for an answer by forgetting older ones.
+    fn weigh(&mut self, id: &str, number: u64, weight: usize) {
+        let Some(entry) = self.by_id.get_mut(id).filter(|entry| entry.number == number) else { return };
+        entry.weight = weight;
+        self.weight += weight;
+        while self.weight > MAX_WEIGHT && self.order.front().is_some_and(|(_, oldest)| *oldest != number) {
+            if let Some((oldest, number)) = self.order.pop_front() {
+                self.forget(&oldest, number);
+            }
         }
     }
 }

@@ -1,8 +1,10 @@
 //! What the driver makes known to everybody: states of the world, how well it
 //! keeps time, and that a command was done.
 
+use std::sync::Arc;
 use std::time::SystemTime;
 
+use simd_core::simulation::command::Clamped;
 use simd_core::{Applied, PhysicsSettings, Snapshot};
 
 use super::CallError;
@@ -71,6 +73,35 @@ impl Pace {
     }
 }
 
+/// A change of the pace; what is not given stays as it is when the change is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PaceChange {
+    /// Steps follow each other at once, or the wall clock.
+    pub as_fast_as_possible: Option<bool>,
+    /// Simulated seconds to a wall second, 0.001 to 1,000.
+    pub factor: Option<f64>,
+}
+
+impl PaceChange {
+    /// What a pace becomes.
+    pub fn of(self, present: Pace) -> Pace {
+        let factor = self.factor.unwrap_or(present.factor());
+        let is_free = matches!(present, Pace::AsFastAsPossible { .. });
+        if self.as_fast_as_possible.unwrap_or(is_free) {
+            Pace::AsFastAsPossible { factor }
+        } else {
+            Pace::RealTime { factor }
+        }
+    }
+}
+
+impl From<Pace> for PaceChange {
+    fn from(pace: Pace) -> Self {
+        let is_free = matches!(pace, Pace::AsFastAsPossible { .. });
+        Self { as_fast_as_possible: Some(is_free), factor: Some(pace.factor()) }
+    }
+}
+
 impl Default for Pace {
     fn default() -> Self {
         Self::RealTime { factor: 1.0 }
@@ -123,4 +154,15 @@ pub struct Done {
     pub sequence: u64,
     /// When that state was published.
     pub wall_time: SystemTime,
+}
+
+/// Steps that were done.
+#[derive(Clone, Debug)]
+pub struct Stepped {
+    /// The moment after the last of them.
+    pub done: Done,
+    /// The state after the last of them.
+    pub state: Arc<Published>,
+    /// Of the targets that came with them.
+    pub clamped: Vec<Clamped>,
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use glamx::DPose3;
+use simd_core::simulation::command::Touches;
 use simd_model::robot::Sha256;
 use simd_model::{LoadReport, RobotModel};
 
@@ -56,6 +57,8 @@ pub struct SpawnRequest {
     pub scale: f64,
     /// Refuse a robot whose report has a warning.
     pub strict: bool,
+    /// How it touches others and itself.
+    pub touches: Touches,
 }
 
 /// What the daemon knows of a file that a description names.

@@ -91,11 +91,48 @@ async fn steps_and_factors_out_of_bounds_are_refused() {
         assert!(matches!(refused, Err(CallError::InvalidValue { .. })), "{factor}");
     }
     let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };
-    let bad = Some(Pace::RealTime { factor: 0.0 });
+    let bad = Pace::RealTime { factor: 0.0 }.into();
     assert!(handle.set_physics(change, bad).await.is_err());
     assert_eq!(handle.physics().0.time_step, 0.001, "all or nothing");
-    let (_, settings, pace) = handle.set_physics(change, Some(Pace::RealTime { factor: 0.5 })).await.unwrap();
+    let (_, settings, pace) =
+        handle.set_physics(change, Pace::RealTime { factor: 0.5 }.into()).await.unwrap();
     assert_eq!(handle.physics(), (settings, pace));
+}
+
+/// The slower one's last part comes while the faster one's file is being hashed.
+#[tokio::test]
+async fn two_uploads_of_the_same_file_at_once_both_succeed() {
+    let handle = paused();
+    let data = bytes::Bytes::from_static(b"a file in two parts");
+    let sha256 = simd_model::robot::Sha256::of(&data);
+    let total = data.len() as u64;
+    let (first, second) = (data.slice(..8), data.slice(8..));
+    for _ in 0..2 {
+        assert_eq!(handle.upload(sha256, total, 0, first.clone()).await.unwrap(), 8);
+    }
+    let mut faster = std::pin::pin!(handle.upload(sha256, total, 8, second.clone()));
+    let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(faster.as_mut().poll(cx))).await;
+    assert!(polled.is_pending(), "it is being checked");
+    let slower = handle.upload(sha256, total, 8, second.clone());
+    let (faster, slower) = tokio::join!(faster, slower);
+    assert_eq!((faster.unwrap(), slower.unwrap()), (total, total));
+    assert_eq!(handle.asset(&sha256).unwrap(), data);
+}
+
+/// Nobody waits for ever where the bytes are not those of the hash, or their sender is gone.
+#[tokio::test]
+async fn a_second_upload_outlives_a_first_that_fails() {
+    let handle = paused();
+    let good = bytes::Bytes::from_static(b"right");
+    let sha256 = simd_model::robot::Sha256::of(&good);
+    {
+        let bad = handle.upload(sha256, 5, 0, bytes::Bytes::from_static(b"wrong"));
+        let mut bad = std::pin::pin!(bad);
+        let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(bad.as_mut().poll(cx))).await;
+        assert!(polled.is_pending());
+    }
+    assert_eq!(handle.upload(sha256, 5, 0, good.clone()).await.unwrap(), 5);
+    assert_eq!(handle.asset(&sha256).unwrap(), good);
 }
 
 #[tokio::test]

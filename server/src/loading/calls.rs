@@ -10,8 +10,10 @@ use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, wire_name};
+use tokio::sync::watch;
 
-use super::partial::Progress;
+use super::partial;
+use super::progress::{Phase, Progress, Reporter};
 use super::reading::{Made, Origin, Reading, summary};
 use crate::handle::{
     AssetState, CallError, Loaded, Prepared, Reloaded, SimHandle, Source, SpawnRequest, Validated,
@@ -29,10 +31,11 @@ impl SimHandle {
     ) -> Result<Prepared, CallError> {
         let loader = self.loader();
         loader.check_description(urdf.len())?;
+        let reading = loader.limits.reading;
         let (described, description, urdf) = loader
             .off_thread(move || {
                 let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
-                (simd_model::describe(&urdf), Sha256::of(&urdf), urdf)
+                (simd_model::describe(&urdf, &reading), Sha256::of(&urdf), urdf)
             })
             .await?;
         let described = described.map_err(refused)?;
@@ -68,28 +71,45 @@ impl SimHandle {
             let what = "the size of the file in bytes".into();
             return Err(CallError::LimitExceeded { what, value: total, limit });
         }
-        let bytes = {
-            let mut shelf = loader.lock();
-            if let Some(kept) = shelf.store.get(&sha256) {
-                let there = kept.len() as u64;
-                if there == total {
-                    return Ok(there);
+        let bytes = loop {
+            let checked = {
+                let mut shelf = loader.lock();
+                if let Some(kept) = shelf.store.get(&sha256) {
+                    let there = kept.len() as u64;
+                    if there == total {
+                        return Ok(there);
+                    }
+                    let message = format!("the file {sha256} has {there} bytes, not {total}");
+                    return Err(CallError::UploadMismatch { message });
                 }
-                let message = format!("the file {sha256} has {there} bytes, not {total}");
+                match shelf.store.checking(&sha256) {
+                    Some(checked) => checked,
+                    None => match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
+                        partial::Progress::Received(received) => return Ok(received),
+                        partial::Progress::Complete(bytes) => {
+                            shelf.store.begin_check(sha256);
+                            break bytes;
+                        }
+                    },
+                }
+            };
+            checked.cancelled().await;
+        };
+        // A task of its own: others wait for the file, also where this caller goes away.
+        let handle = self.clone();
+        let checked = tokio::spawn(async move {
+            let check = Check { handle, sha256 };
+            let loader = check.handle.loader();
+            let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
+            if found != sha256 {
+                let message = format!("the file has the hash {found}, not {sha256}; send it anew");
                 return Err(CallError::UploadMismatch { message });
             }
-            match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
-                Progress::Received(received) => return Ok(received),
-                Progress::Complete(bytes) => bytes,
-            }
-        };
-        let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
-        if found != sha256 {
-            let message = format!("the file has the hash {found}, not {sha256}; send it anew");
-            return Err(CallError::UploadMismatch { message });
-        }
-        loader.insert(sha256, bytes)?;
-        Ok(total)
+            loader.insert(sha256, bytes)?;
+            Ok(total)
+        });
+        let failed = |error| CallError::Internal { message: format!("a file was not checked: {error}") };
+        checked.await.map_err(failed)?
     }
 
     /// Reads a description as a spawn would, and only reports.
@@ -97,8 +117,8 @@ impl SimHandle {
     /// # Errors
     /// Where its bytes cannot be had.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let options = ReadOptions { scale, strict: false };
-        let reading = self.loader().read(&source.into(), options).await?;
+        let options = self.loader().options(scale, false);
+        let reading = self.loader().read(&source.into(), options, Reporter::default()).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {
             Ok(Made { model, report, .. }) => {
@@ -119,7 +139,20 @@ impl SimHandle {
     /// Where it cannot be read, and where the world refuses it.
     pub async fn spawn(&self, request: SpawnRequest) -> Result<Loaded, CallError> {
         let origin = request.source.clone().into();
-        self.bring_in(origin, request, false).await
+        self.bring_in(origin, request, false, Reporter::default()).await
+    }
+
+    /// The same, and says how far it is.
+    ///
+    /// # Errors
+    /// As [`spawn`](Self::spawn).
+    pub async fn spawn_reporting(
+        &self,
+        request: SpawnRequest,
+        listener: watch::Sender<Progress>,
+    ) -> Result<Loaded, CallError> {
+        let origin = request.source.clone().into();
+        self.bring_in(origin, request, false, Reporter::to(listener)).await
     }
 
     /// Brings in a robot that the operator named: from any path, and to stay at a
@@ -129,7 +162,7 @@ impl SimHandle {
         path: PathBuf,
         request: SpawnRequest,
     ) -> Result<Loaded, CallError> {
-        self.bring_in(Origin::Operator(path), request, true).await
+        self.bring_in(Origin::Operator(path), request, true, Reporter::default()).await
     }
 
     async fn bring_in(
@@ -137,13 +170,15 @@ impl SimHandle {
         origin: Origin,
         request: SpawnRequest,
         loaded_at_start: bool,
+        reporter: Reporter,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, .. } = &request;
-        let options = ReadOptions { scale: *scale, strict: *strict };
-        let Made { model, shapes, report } = self.make(origin, options).await?;
+        let options = self.loader().options(*scale, *strict);
+        let Made { model, shapes, report } = self.make(origin, options, reporter.clone()).await?;
         let summary = summary(&model, &report);
         let wanted = if name.is_empty() { &model.name } else { name };
         let spawn = Spawn {
+            touches: request.touches,
             name: wire_name(wanted),
             allow_renaming: request.allow_renaming,
             model,
@@ -155,6 +190,7 @@ impl SimHandle {
             loaded_at_start,
         };
         let mut name = spawn.name.clone();
+        reporter.say(Phase::Spawning);
         let done = self.command(Command::Spawn(Box::new(spawn))).await?;
         if let Reply::Spawned { name: given } = &done.applied.reply {
             name.clone_from(given);
@@ -190,7 +226,8 @@ impl SimHandle {
                 }
             }
         };
-        let Made { model, shapes, report } = self.make(origin, ReadOptions { scale, strict }).await?;
+        let options = self.loader().options(scale, strict);
+        let Made { model, shapes, report } = self.make(origin, options, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
@@ -213,11 +250,28 @@ impl SimHandle {
         self.loader().lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    async fn make(&self, origin: Origin, options: ReadOptions) -> Result<Made, CallError> {
-        let Reading { used, outcome } = self.loader().read(&origin, options).await?;
+    async fn make(
+        &self,
+        origin: Origin,
+        options: ReadOptions,
+        reporter: Reporter,
+    ) -> Result<Made, CallError> {
+        let Reading { used, outcome } = self.loader().read(&origin, options, reporter).await?;
         let made = outcome.map_err(refused)?;
         self.loader().keep(&made.model, used, origin, options.scale)?;
         Ok(made)
+    }
+}
+
+/// A check of a file's hash, which ends with it however that comes about.
+struct Check {
+    handle: SimHandle,
+    sha256: Sha256,
+}
+
+impl Drop for Check {
+    fn drop(&mut self) {
+        self.handle.loader().lock().store.end_check(&self.sha256);
     }
 }
 

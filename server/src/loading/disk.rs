@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use simd_assets::{Locator, NoUrdf, below, find_urdf};
+use simd_assets::{Inside, Locator, NoUrdf, below, find_urdf, find_urdf_within, inside};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets};
 
@@ -40,7 +40,7 @@ impl Roots {
             std::fs::read_dir(&real).map_err(failed)?;
             Ok((given, real))
         };
-        Ok(Self { roots: folders.iter().map(root).collect::<Result<_, _>>()? })
+        Ok(Self { roots: folders.iter().map(root).collect::<Result<_, (PathBuf, std::io::Error)>>()? })
     }
 
     /// The URDF that a client's path stands for. A relative path begins at a root.
@@ -58,17 +58,18 @@ impl Roots {
         let mut missing = false;
         for (given, real) in &self.roots {
             for root in [given, real] {
-                let Some(inside) = stays_in(root, Path::new(path)) else { continue };
-                if let Some(found) = below(real, &inside) {
-                    let urdf = find_urdf(&found).map_err(no_urdf)?;
-                    // The file in a folder may again be a symbolic link.
-                    return match below(real, &urdf) {
-                        Some(urdf) => Ok(OnDisk { urdf, root: Some(real.clone()) }),
-                        None => Err(leads_out(path)),
-                    };
-                }
-                if inside.symlink_metadata().is_ok() {
-                    return Err(leads_out(path));
+                let Some(rest) = stays_in(root, Path::new(path)) else { continue };
+                match inside(real, &rest) {
+                    Inside::There(found) => {
+                        let urdf = find_urdf_within(real, &found).map_err(no_urdf)?;
+                        // The file in a folder may again be a symbolic link.
+                        return match below(real, &urdf) {
+                            Some(urdf) => Ok(OnDisk { urdf, root: Some(real.clone()) }),
+                            None => Err(leads_out(path)),
+                        };
+                    }
+                    Inside::LeadsOut => return Err(leads_out(path)),
+                    Inside::Missing => {}
                 }
                 missing = true;
             }
@@ -86,7 +87,7 @@ pub(super) fn find_for_operator(path: &Path) -> Result<OnDisk, CallError> {
     find_urdf(path).map(|urdf| OnDisk { urdf, root: None }).map_err(no_urdf)
 }
 
-/// `path` without `..`, where it is below `root` by its text.
+/// `path` from `root`, without `..`, where it is below `root` by its text.
 fn stays_in(root: &Path, path: &Path) -> Option<PathBuf> {
     let mut joined = PathBuf::new();
     for component in root.join(path).components() {
@@ -96,7 +97,7 @@ fn stays_in(root: &Path, path: &Path) -> Option<PathBuf> {
             Component::Prefix(_) | Component::RootDir | Component::Normal(_) => joined.push(component),
         }
     }
-    joined.starts_with(root).then_some(joined)
+    joined.strip_prefix(root).ok().map(Path::to_path_buf)
 }
 
 /// A file of at most so many bytes.
@@ -136,7 +137,7 @@ impl DiskAssets {
         let locator = Locator::new(&place.urdf);
         let locator = match &place.root {
             Some(root) => locator.within(root),
-            None => locator,
+            None => locator.with_environment(),
         };
         Self { locator, limit, read: RefCell::default() }
     }
@@ -151,7 +152,7 @@ impl Assets for DiskAssets {
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
         let path = self.locator.find(uri).map_err(|not_found| {
             if not_found.places.is_empty() {
-                return vec![format!("nowhere, because {}", not_found.reason)];
+                return vec![format!("nowhere, because {}", not_found.reason())];
             }
             not_found.places.iter().map(|place| place.display().to_string()).collect()
         })?;
@@ -159,6 +160,10 @@ impl Assets for DiskAssets {
         let sha256 = Sha256::of(&bytes);
         let bytes = self.read.borrow_mut().entry(sha256).or_insert(bytes).clone();
         Ok(Asset { sha256, bytes })
+    }
+
+    fn note(&self, uri: &str) -> Option<String> {
+        simd_model::other_case(uri, self.locator.find(uri).ok()?.to_str()?)
     }
 }
 

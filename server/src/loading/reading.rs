@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use bytes::Bytes;
 use simd_core::collision::Shapes;
@@ -11,7 +12,9 @@ use simd_model::robot::{JointKind, Sha256};
 use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel, Severity};
 
 use super::Loader;
+use super::decoded::{Decoded, Decoding};
 use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
+use super::progress::{Phase, Reporter};
 use crate::driver::panic_message;
 use crate::handle::{CallError, Source};
 
@@ -86,7 +89,12 @@ impl Loader {
     ///
     /// # Errors
     /// Where its bytes cannot be had; what is wrong with them is in the reading's outcome.
-    pub(super) async fn read(&self, origin: &Origin, options: ReadOptions) -> Result<Reading, CallError> {
+    pub(super) async fn read(
+        &self,
+        origin: &Origin,
+        options: ReadOptions,
+        reporter: Reporter,
+    ) -> Result<Reading, CallError> {
         // Not written as two comparisons: NaN is outside too.
         if !(f64::MIN_POSITIVE..=1000.0).contains(&options.scale) {
             return Err(CallError::InvalidValue {
@@ -96,7 +104,7 @@ impl Loader {
             });
         }
         let limits = self.limits;
-        let (origin, roots) = (origin.clone(), self.roots.clone());
+        let (origin, roots, decoded) = (origin.clone(), self.roots.clone(), self.decoded.clone());
         let sent = match &origin {
             Origin::Kept { description, assets, missing } => {
                 let urdf = self.lock().store.get(description);
@@ -110,6 +118,7 @@ impl Loader {
             Origin::BelowRoot(_) | Origin::Operator(_) => None,
         };
         self.off_thread(move || {
+            reporter.say(Phase::Reading);
             let material = match (sent, &origin) {
                 (Some((urdf, found, missing)), _) => {
                     Material::Sent { urdf, files: SentAssets { found, missing } }
@@ -122,14 +131,14 @@ impl Loader {
             };
             match material {
                 Material::Sent { urdf, files } => {
-                    let outcome = simd_model::read(&urdf, &files, &options);
+                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
                     let files = files.found.into_values().map(|file| (file.sha256, file.bytes)).collect();
                     Ok(Reading::new(urdf, files, outcome))
                 }
                 Material::Disk(place) => {
                     let urdf = read_file(&place.urdf, limits.description_bytes)?;
                     let files = DiskAssets::new(&place, limits.asset_bytes);
-                    let outcome = simd_model::read(&urdf, &files, &options);
+                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
                     Ok(Reading::new(urdf, files.into_files(), outcome))
                 }
             }
@@ -147,8 +156,8 @@ impl Loader {
         found.collect()
     }
 
-    /// Does work that takes long, when it is its turn. The work ends, and its turn
-    /// with it, though the caller goes away.
+    /// Does work that takes long, when it is its turn. Whoever waits too long is refused.
+    /// The work, which is bounded, ends all the same, and its turn with it.
     pub(super) async fn off_thread<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
@@ -160,33 +169,59 @@ impl Loader {
                 limit: super::SEATS as u64,
             });
         };
-        let turn = self.turns.clone().acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
-        let done = tokio::task::spawn_blocking(move || {
-            let done = work();
-            drop((seat, turn));
-            done
-        });
-        done.await.map_err(|error| match error.try_into_panic() {
-            Ok(payload) => CallError::Internal {
-                message: format!("a description could not be read: {}", panic_message(payload.as_ref())),
-            },
-            Err(_cancelled) => CallError::ShuttingDown,
+        let turns = self.turns.clone();
+        let done = async move {
+            let turn = turns.acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
+            let done = tokio::task::spawn_blocking(move || {
+                let done = work();
+                drop((seat, turn));
+                done
+            });
+            done.await.map_err(|error| match error.try_into_panic() {
+                Ok(payload) => CallError::Internal {
+                    message: format!("a description could not be read: {}", panic_message(payload.as_ref())),
+                },
+                Err(_cancelled) => CallError::ShuttingDown,
+            })
+        };
+        let limit = self.limits.reading_seconds;
+        let in_time = tokio::time::timeout(Duration::from_secs(limit), done).await;
+        in_time.unwrap_or_else(|_elapsed| {
+            let what = "the time for reading a description or a file, in seconds,".into();
+            Err(CallError::LimitExceeded { what, value: limit + 1, limit })
         })
     }
 }
 
 impl Reading {
-    fn new(
-        urdf: Arc<[u8]>,
-        files: Vec<(Sha256, Arc<[u8]>)>,
-        outcome: Result<(RobotModel, LoadReport), Refused>,
-    ) -> Self {
-        let outcome = outcome.map(|(model, report)| {
-            let shapes = Arc::new(Shapes::new(&model));
-            Made { model: Arc::new(model), shapes, report }
-        });
+    fn new(urdf: Arc<[u8]>, files: Vec<(Sha256, Arc<[u8]>)>, outcome: Result<Made, Refused>) -> Self {
         Self { used: Used { description: Sha256::of(&urdf), urdf, files }, outcome }
     }
+}
+
+/// Reads a description and makes its shapes, with what other robots have of the same files.
+///
+/// # Errors
+/// Where all robots' meshes together would take too much memory.
+fn read(
+    urdf: &[u8],
+    files: &dyn Assets,
+    options: &ReadOptions,
+    decoded: &Decoded,
+    reporter: &Reporter,
+) -> Result<Result<Made, Refused>, CallError> {
+    // Whoever does not listen does not pay for the count.
+    let described = reporter.is_heard().then(|| simd_model::describe(urdf, &options.limits));
+    let total = described.and_then(Result::ok).map_or(0, |described| described.asset_uris.len());
+    let files = Decoding::new(decoded, files);
+    let outcome = simd_model::read(urdf, &reporter.counting(&files, total), options);
+    files.check()?;
+    Ok(outcome.map(|(model, report)| {
+        reporter.say(Phase::Hulls);
+        let shapes = Arc::new(Shapes::reusing(&model, &decoded.shapes()));
+        decoded.remember(&shapes);
+        Made { model: Arc::new(model), shapes, report }
+    }))
 }
 
 /// A report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use simd_model::robot::Sha256;
+use tokio_util::sync::CancellationToken;
 
 use crate::handle::CallError;
 
@@ -22,6 +23,8 @@ pub(super) struct Store {
     limit: u64,
     /// Counts uses.
     clock: u64,
+    /// Files that are here but whose hash is still to be checked; cancelled when it is.
+    checking: HashMap<Sha256, CancellationToken>,
 }
 
 #[derive(Debug)]
@@ -35,7 +38,26 @@ struct File {
 impl Store {
     /// An empty store for so many bytes.
     pub(super) fn new(limit: u64) -> Self {
-        Self { files: HashMap::new(), idle: BTreeMap::new(), bytes: 0, limit, clock: 0 }
+        let (files, idle, checking) = Default::default();
+        Self { files, idle, bytes: 0, limit, clock: 0, checking }
+    }
+
+    /// What to wait for where a file is here whose hash is being checked: another upload
+    /// of the same file must not be told that it is not under way.
+    pub(super) fn checking(&self, sha256: &Sha256) -> Option<CancellationToken> {
+        self.checking.get(sha256).cloned()
+    }
+
+    /// The check of a file's hash begins; [`Store::end_check`] must follow.
+    pub(super) fn begin_check(&mut self, sha256: Sha256) {
+        self.checking.insert(sha256, CancellationToken::new());
+    }
+
+    /// The check has ended, and the file is kept or not.
+    pub(super) fn end_check(&mut self, sha256: &Sha256) {
+        if let Some(done) = self.checking.remove(sha256) {
+            done.cancel();
+        }
     }
 
     /// Whether a file is here. No use of it.

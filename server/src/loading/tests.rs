@@ -61,6 +61,7 @@ fn request(source: Source) -> SpawnRequest {
         joint_positions: Vec::new(),
         scale: 1.0,
         strict: false,
+        touches: Default::default(),
     }
 }
 
@@ -242,4 +243,61 @@ async fn a_fault_while_reading_is_a_fault_of_one_call() {
         assert!(matches!(&failed, CallError::Internal { message } if message.contains("on purpose")));
     }
     handle.spawn(request(inline(urdf("arm", &[])))).await.unwrap();
+}
+
+/// Bytes of a mesh and a spawn of a robot that uses it.
+async fn with_mesh(handle: &SimHandle, name: &str, mesh: Vec<u8>) -> Result<(), CallError> {
+    let mesh = Bytes::from(mesh);
+    let (sha256, total) = (Sha256::of(&mesh), mesh.len() as u64);
+    handle.upload(sha256, total, 0, mesh).await?;
+    let urdf = format!(
+        "<robot name=\"{name}\"><link name=\"base\"><collision><geometry><mesh filename=\"a.stl\"/></geometry>\
+         </collision></link></robot>"
+    );
+    let assets = BTreeMap::from([("a.stl".to_owned(), sha256)]);
+    let source = Source::Inline { urdf: urdf.into(), assets, missing: BTreeMap::new() };
+    handle.spawn(request(source)).await.map(drop)
+}
+
+#[tokio::test]
+async fn robots_with_the_same_mesh_share_it_in_memory() {
+    let handle = daemon(Limits::default(), &[]);
+    for name in ["a", "b"] {
+        with_mesh(&handle, name, stl(1.0)).await.unwrap();
+    }
+    let newest = handle.newest();
+    let asset = |name: &str| {
+        let (_, entity) = newest.snapshot.entity(name).unwrap();
+        match &entity.model.links[0].collisions[0].geometry {
+            simd_model::robot::Geometry::Mesh { asset, .. } => asset.clone().unwrap(),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert!(Arc::ptr_eq(&asset("a"), &asset("b")));
+}
+
+#[tokio::test]
+async fn meshes_of_all_robots_together_stay_within_a_limit() {
+    // A triangle is three corners of three numbers and three indices.
+    let limits = Limits { decoded_bytes: 2 * (3 * 24 + 12), ..Limits::default() };
+    let handle = daemon(limits, &[]);
+    with_mesh(&handle, "a", stl(1.0)).await.unwrap();
+    with_mesh(&handle, "b", stl(2.0)).await.unwrap();
+    with_mesh(&handle, "same", stl(2.0)).await.unwrap();
+    let refused = with_mesh(&handle, "c", stl(3.0)).await.unwrap_err();
+    assert!(matches!(refused, CallError::LimitExceeded { limit: 168, value: 252, .. }), "{refused}");
+    assert!(handle.newest().snapshot.entity("c").is_none());
+}
+
+#[tokio::test]
+async fn whoever_waits_too_long_for_a_reading_is_refused_and_the_work_ends_all_the_same() {
+    let limits = Limits { reading_seconds: 0, ..Limits::default() };
+    let handle = daemon(limits, &[]);
+    let (go, wait) = std::sync::mpsc::channel::<()>();
+    let (end, ended) = tokio::sync::oneshot::channel();
+    let refused = handle.loader().off_thread(move || (wait.recv(), end.send(()))).await.unwrap_err();
+    let sentence = refused.to_string();
+    assert!(sentence.starts_with("the time for reading a description or a file, in seconds,"), "{sentence}");
+    go.send(()).unwrap();
+    ended.await.unwrap();
 }

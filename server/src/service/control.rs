@@ -8,6 +8,7 @@
 //! its next request is the newest state again.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use simd_core::{Command, Reply};
 use simd_proto::v1;
@@ -33,12 +34,17 @@ pub(super) struct Control {
     selection: Selection,
     /// Sequence of the state in the last answer; 0 for none.
     answered: u64,
+    /// Sequence of the newest state when the last answer, a refusal, was given.
+    refused: Option<u64>,
 }
+
+/// Longest time that a refusal after a refusal waits for a newer state.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Control {
     pub(super) fn new(handle: SimHandle, requests: Streaming<v1::ControlRequest>) -> Self {
         let draining = handle.draining();
-        Self { handle, draining, requests, selection: Selection::default(), answered: 0 }
+        Self { handle, draining, requests, selection: Selection::default(), answered: 0, refused: None }
     }
 
     /// Takes one request and answers it. Ends with the requests, or when the daemon drains.
@@ -53,12 +59,24 @@ impl Control {
 
     /// The answer to one request; none where the daemon drains.
     async fn answer(&mut self, request: v1::ControlRequest) -> Option<v1::ControlResponse> {
-        match self.try_answer(request).await {
-            Ok(answer) => Some(answer),
-            Err(Refused::Field(error)) => Some(self.refusal((&error).into())),
-            Err(Refused::Call(CallError::ShuttingDown)) => None,
-            Err(Refused::Call(error)) => Some(self.refusal((&error).into())),
+        let at_once = request.wait == i32::from(v1::ControlWait::None);
+        let explained = match self.try_answer(request).await {
+            Ok(answer) => {
+                self.refused = None;
+                return Some(answer);
+            }
+            Err(Refused::Field(error)) => Explained::from(&error),
+            Err(Refused::Call(CallError::ShuttingDown)) => return None,
+            Err(Refused::Call(error)) => Explained::from(&error),
+        };
+        // One who asks for each newer state and is refused each time must not get
+        // refusals faster than there are states.
+        if let (Some(refused), false) = (self.refused, at_once)
+            && let Err(CallError::ShuttingDown) = self.handle.newer_than(refused, Some(PATIENCE)).await
+        {
+            return None;
         }
+        Some(self.refusal(explained))
     }
 
     async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {
@@ -73,7 +91,7 @@ impl Control {
         self.selection.resolve(&self.handle.newest().snapshot.world)?;
 
         let mut clamped = Vec::new();
-        let mut after = self.answered;
+        let mut after = self.answered.max(request.after_sequence);
         if targets.robots.is_empty() {
             if let Some(claim) = &targets.claim {
                 self.handle.renew(claim);
@@ -109,11 +127,12 @@ impl Control {
         Ok(states)
     }
 
-    /// A refusal with the newest state, at once: a controller must learn of it
-    /// even where the world is paused and no newer state will come. Without a
+    /// A refusal with the newest state, the first one at once: a controller must learn
+    /// of it even where the world is paused and no newer state will come. Without a
     /// state where the robots or joints that are wanted are not there.
     fn refusal(&mut self, explained: Explained) -> v1::ControlResponse {
         let newest = self.handle.newest();
+        self.refused = Some(newest.sequence);
         let states = self.states(&newest).ok();
         v1::ControlResponse { states, clamped: Vec::new(), refusal: Some(explained.into()) }
     }

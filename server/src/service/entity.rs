@@ -3,16 +3,20 @@
 use std::sync::Arc;
 
 use simd_core::simulation::snapshot::EntityLayout;
-use simd_core::{Command, Error};
+use simd_core::{Answer, Command, Error, Query};
 use simd_proto::v1::{self, entity_service_server::EntityService};
+use tokio::sync::watch;
 use tonic::{Request, Response, Status};
 
-use super::command_once;
+use super::spawning::spawning;
+use super::{BoxStream, command_once, mismatched};
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::entity as from_proto;
+use crate::convert::to_proto::contact::link_properties;
 use crate::convert::to_proto::{self, stamp};
 use crate::handle::{CallError, Loaded, Published, Reloaded};
+use crate::loading::Progress;
 
 /// Largest part of a file in one answer, in bytes: with what is around it, it
 /// fits the 4 MiB that gRPC clients accept where nothing else is said.
@@ -41,10 +45,22 @@ impl Service {
         let (place, entity) = state.snapshot.entity(robot)?;
         Some(self.info(&state, place, entity))
     }
+
+    fn spawned(&self, loaded: Loaded) -> v1::SpawnEntityResponse {
+        let Loaded { done, name, report, summary } = loaded;
+        v1::SpawnEntityResponse {
+            entity: self.info_of(&name),
+            report: Some(to_proto::entity::report(report, summary)),
+            stamp: Some(stamp::done(&done)),
+        }
+    }
 }
 
 /// A robot by name, with its place among the robots.
-fn find<'a>(state: &'a Published, robot: &str) -> Result<(usize, &'a Arc<EntityLayout>), CallError> {
+pub(super) fn find<'a>(
+    state: &'a Published,
+    robot: &str,
+) -> Result<(usize, &'a Arc<EntityLayout>), CallError> {
     state.snapshot.entity(robot).ok_or_else(|| CallError::World(not_found(state, robot)))
 }
 
@@ -54,7 +70,7 @@ fn not_found(state: &Published, robot: &str) -> Error {
 }
 
 /// The robots of these names, in this order; of no names, all there are.
-fn find_all<'a>(
+pub(super) fn find_all<'a>(
     state: &'a Published,
     robots: &[String],
 ) -> Result<Vec<(usize, &'a Arc<EntityLayout>)>, CallError> {
@@ -114,12 +130,32 @@ impl EntityService for Service {
         let spawn = from_proto::spawn(request)?;
         let handle = self.handle.clone();
         let work = async move { handle.spawn(spawn).await };
-        let Loaded { done, name, report, summary } = self.handle.once(&request_id, work).await?;
-        Ok(Response::new(v1::SpawnEntityResponse {
-            entity: self.info_of(&name),
-            report: Some(to_proto::entity::report(report, summary)),
-            stamp: Some(stamp::done(&done)),
-        }))
+        let loaded = self.handle.once(&request_id, work).await?;
+        Ok(Response::new(self.spawned(loaded)))
+    }
+
+    type SpawnEntityWithProgressStream = BoxStream<v1::SpawnEntityWithProgressResponse>;
+
+    async fn spawn_entity_with_progress(
+        &self,
+        request: Request<v1::SpawnEntityWithProgressRequest>,
+    ) -> Result<Response<Self::SpawnEntityWithProgressStream>, Status> {
+        let request = Path::ROOT.field("spawn").given(request.into_inner().spawn)?;
+        let request_id = request.request_id.clone();
+        let spawn = from_proto::spawn(request)?;
+        let (say, heard) = watch::channel(Progress::default());
+        let service = self.clone();
+        // A task of its own: the robot comes, though the one who asked for it goes away.
+        let work = tokio::spawn(async move {
+            let handle = service.handle.clone();
+            let work = async move { handle.spawn_reporting(spawn, say).await };
+            let loaded = service.handle.once(&request_id, work).await?;
+            Ok(service.spawned(loaded))
+        });
+        let work = async {
+            work.await.unwrap_or_else(|error| Err(CallError::Internal { message: error.to_string() }.into()))
+        };
+        Ok(Response::new(spawning(work, heard)))
     }
 
     async fn reload_entity(
@@ -252,6 +288,33 @@ impl EntityService for Service {
         let command = from_proto::link_wrench(request)?;
         let done = command_once(&self.handle, &request_id, command).await?;
         Ok(Response::new(v1::ApplyLinkWrenchResponse { stamp: Some(stamp::done(&done)) }))
+    }
+
+    async fn get_link_properties(
+        &self,
+        request: Request<v1::GetLinkPropertiesRequest>,
+    ) -> Result<Response<v1::GetLinkPropertiesResponse>, Status> {
+        let robot = from_proto::robot(request.into_inner().robot)?;
+        let answer = self.handle.query(Query::Links { robot: robot.clone() }).await?;
+        let Answer::Links(surfaces) = answer else { return Err(mismatched(&answer).into()) };
+        let state = self.handle.newest();
+        let (_place, entity) = find(&state, &robot)?;
+        let links = entity.model.links.iter().zip(surfaces);
+        Ok(Response::new(v1::GetLinkPropertiesResponse {
+            links: links.map(|(link, surface)| link_properties(&link.name, surface)).collect(),
+            stamp: Some(stamp::published(&state)),
+        }))
+    }
+
+    async fn set_link_properties(
+        &self,
+        request: Request<v1::SetLinkPropertiesRequest>,
+    ) -> Result<Response<v1::SetLinkPropertiesResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let command = from_proto::set_link_properties(request)?;
+        let done = command_once(&self.handle, &request_id, command).await?;
+        Ok(Response::new(v1::SetLinkPropertiesResponse { stamp: Some(stamp::done(&done)) }))
     }
 }
 

@@ -1,20 +1,17 @@
 //! The joint service: what joints are, what they do, what they are asked to do.
 
 use futures_util::stream;
-use simd_core::{Answer, Command, Error, Query, Reply};
+use simd_core::{Command, Reply};
 use simd_proto::v1::{self, joint_service_server::JointService};
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Request, Response, Status, Streaming};
 
 use super::control::Control;
-use super::{BoxStream, command_once, mismatched};
+use super::{BoxStream, command_once, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::{Selection, to_proto, to_proto::stamp};
 use crate::handle::CallError;
-
-/// How often a layout is asked for again where a reload comes between question and answer.
-const LAYOUT_ATTEMPTS: usize = 3;
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -27,33 +24,6 @@ impl Service {
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
-
-    /// The joints of a robot: settings from the world, places from the newest
-    /// state. Both must be of one layout, or the indices would be another robot's.
-    async fn layout(&self, robot: &str) -> Result<v1::JointLayout, CallError> {
-        let mut changed = Error::RobotNotFound { robot: robot.to_owned(), known: Vec::new() };
-        for _attempt in 0..LAYOUT_ATTEMPTS {
-            let answer = self.handle.query(Query::Joints { robot: robot.to_owned() }).await?;
-            let Answer::Joints { layout_version, joints } = answer else {
-                return Err(mismatched(&answer));
-            };
-            let state = self.handle.newest();
-            match state.snapshot.entity(robot) {
-                Some((place, entity)) if entity.version == layout_version => {
-                    return Ok(to_proto::joint::layout(&state.snapshot, place, entity, &joints));
-                }
-                Some((_place, entity)) => {
-                    changed = Error::LayoutChanged {
-                        robot: robot.to_owned(),
-                        requested: layout_version,
-                        present: entity.version,
-                    };
-                }
-                None => {}
-            }
-        }
-        Err(changed.into())
-    }
 }
 
 #[tonic::async_trait]
@@ -63,7 +33,8 @@ impl JointService for Service {
         request: Request<v1::GetJointLayoutRequest>,
     ) -> Result<Response<v1::GetJointLayoutResponse>, Status> {
         let robot = from_proto::layout_of(request.into_inner())?;
-        let layout = Some(self.layout(&robot).await?);
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let layout = Some(to_proto::joint::layout(&state.snapshot, place, &entity, &joints));
         Ok(Response::new(v1::GetJointLayoutResponse { layout }))
     }
 

@@ -1,5 +1,6 @@
 //! The simulation service: the world, its time, whether it runs, how it is stepped.
 
+use prost::Message;
 use simd_core::simulation::command::SnapshotInfo;
 use simd_core::{Answer, Command, Query, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
@@ -7,8 +8,8 @@ use tonic::{Request, Response, Status};
 
 use super::{command_once, mismatched};
 use crate::SimHandle;
-use crate::convert::from_proto::simulation as from_proto;
-use crate::convert::to_proto::{simulation as to_proto, stamp};
+use crate::convert::from_proto::simulation::{self as from_proto, Steps};
+use crate::convert::to_proto::{joint, simulation as to_proto, stamp};
 use crate::handle::CallError;
 
 /// Serves `simd.v1.SimulationService`.
@@ -26,7 +27,7 @@ impl Service {
     async fn snapshots(&self) -> Result<Vec<SnapshotInfo>, CallError> {
         match self.handle.query(Query::Snapshots).await? {
             Answer::Snapshots(snapshots) => Ok(snapshots),
-            other @ Answer::Joints { .. } => Err(mismatched(&other)),
+            other => Err(mismatched(&other)),
         }
     }
 }
@@ -66,14 +67,28 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::StepSimulationRequest>,
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
-        let request = request.into_inner();
-        let steps = from_proto::steps(&request)?;
+        let mut request = request.into_inner();
+        let request_id = std::mem::take(&mut request.request_id);
+        let Steps { steps, targets, claim, mut selection } = from_proto::steps(request)?;
+        // Here and not by the step alone: a retry that is answered from memory renews too.
+        if let Some(claim) = &claim {
+            self.handle.renew(claim);
+        }
         let handle = self.handle.clone();
-        let done = self.handle.once(&request.request_id, async move { handle.step(steps).await }).await?;
-        Ok(Response::new(v1::StepSimulationResponse {
-            stamp: Some(stamp::done(&done)),
-            ..Default::default()
-        }))
+        let work = async move {
+            // Nothing is done where its answer cannot be given.
+            if let Some(selection) = &mut selection {
+                selection.resolve(&handle.newest().snapshot.world)?;
+            }
+            let stepped = handle.step_with(targets, steps).await?;
+            let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
+            Ok(v1::StepSimulationResponse {
+                stamp: Some(stamp::done(&stepped.done)),
+                states,
+                clamped: joint::clamped(stepped.clamped),
+            })
+        };
+        Ok(Response::new(self.handle.once_weighing(&request_id, Message::encoded_len, work).await?))
     }
 
     async fn reset_simulation(
@@ -103,8 +118,7 @@ impl SimulationService for Service {
         request: Request<v1::SetPhysicsRequest>,
     ) -> Result<Response<v1::SetPhysicsResponse>, Status> {
         let request = request.into_inner();
-        let (_settings, present) = self.handle.physics();
-        let (change, pace) = from_proto::physics_change(&request, present)?;
+        let (change, pace) = from_proto::physics_change(&request)?;
         let handle = self.handle.clone();
         let work = async move { handle.set_physics(change, pace).await };
         let (done, settings, pace) = self.handle.once(&request.request_id, work).await?;

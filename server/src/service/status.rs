@@ -120,6 +120,10 @@ impl From<&CallError> for Explained {
             CallError::UploadMismatch { message: _ } => new(ErrorReason::UploadMismatch),
             CallError::PathNotAllowed { message: _ } => new(ErrorReason::PathNotAllowed),
             CallError::FileNotFound { message: _ } => new(ErrorReason::FileNotFound),
+            CallError::ParameterNotFound { name, known: _ } => {
+                new(ErrorReason::ParameterNotFound).with("parameter", name)
+            }
+            CallError::ParameterExists { name } => new(ErrorReason::ParameterExists).with("parameter", name),
             CallError::ShuttingDown => new(ErrorReason::ShuttingDown),
             CallError::Internal { message: _ } => new(ErrorReason::Internal),
         }

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
-use simd_client::proto::ControlWait;
-use simd_client::{Client, ControlOptions, Target, every_joint, joint_target};
+use simd_client::proto::{ControlWait, StepSimulationRequest};
+use simd_client::{Client, ControlOptions, Target, every_joint, joint_target, robot_targets};
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
@@ -25,6 +25,8 @@ const REPLY: usize = 306;
 /// Rounds, each of which times every path in turn, so that noise hits all alike.
 const ROUNDS: usize = 20;
 const CALLS: usize = 500;
+/// What is timed.
+const PATHS: usize = 6;
 
 /// Answers each request of [`REQUEST`] bytes with [`REPLY`] bytes.
 pub(crate) fn echo() {
@@ -86,17 +88,22 @@ pub(crate) fn print() {
     let (_tokio, tokio_address) = echo(ASYNC_ECHO);
 
     let folder = this.ancestors().nth(2).map(PathBuf::from).expect("target/PROFILE/deps");
-    let mut command = Command::new(folder.join("simd"));
-    command.args(["--listen", "127.0.0.1:0", "--load"]).arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
-    let (_daemon, ready) = Process::start(command);
-    let address = ready.rsplit("http://").next().unwrap_or_default().to_owned();
+    let daemon = |more: &[&str]| {
+        let mut command = Command::new(folder.join("simd"));
+        command.args(["--listen", "127.0.0.1:0"]).args(more);
+        command.arg("--load").arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
+        let (daemon, ready) = Process::start(command);
+        (daemon, ready.rsplit("http://").next().unwrap_or_default().to_owned())
+    };
+    let (_playing, playing_address) = daemon(&[]);
+    let (_paused, paused_address) = daemon(&["--paused"]);
 
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
-    let mut times = [const { Vec::new() }; 5];
+    let mut times = [const { Vec::new() }; PATHS];
     let echoes = [blocking_address.as_str(), tokio_address.as_str()];
-    runtime.block_on(measure(echoes, &address, &mut times));
+    runtime.block_on(measure(echoes, [&playing_address, &paused_address], &mut times));
     println!(
-        "\nround trips, one in flight, world playing at 1 kHz: microseconds ({} calls each)",
+        "\nround trips, one in flight, world playing at 1 kHz unless paused: microseconds ({} calls each)",
         ROUNDS * CALLS
     );
     println!("  {:44} {:>8} {:>8}   p50 and p99 to the blocking echo, to tokio's", "", "p50", "p99");
@@ -106,6 +113,7 @@ pub(crate) fn print() {
         "unary SetJointTargets, seven joints",
         "unary GetJointStates, seven joints",
         "Control, seven targets, answered at once",
+        "paused: seven targets, a step, the states",
     ];
     for times in &mut times {
         times.sort_by(f64::total_cmp);
@@ -124,12 +132,13 @@ pub(crate) fn print() {
     }
 }
 
-async fn measure(echoes: [&str; 2], address: &str, times: &mut [Vec<f64>; 5]) {
+async fn measure(echoes: [&str; 2], daemons: [&str; 2], times: &mut [Vec<f64>; PATHS]) {
     let mut stream = TcpStream::connect(echoes[0]).expect("the echo listens");
     stream.set_nodelay(true).expect("a TCP socket");
     let mut async_stream = tokio::net::TcpStream::connect(echoes[1]).await.expect("the echo listens");
     async_stream.set_nodelay(true).expect("a TCP socket");
-    let client = Client::connect(address).await.expect("the daemon listens");
+    let client = Client::connect(daemons[0]).await.expect("the daemon listens");
+    let stepped = Client::connect(daemons[1]).await.expect("the daemon listens");
     let layout = client.joint_layout("seven_arm").await.expect("the robot is there");
     let joints: Vec<String> =
         layout.joints.iter().filter(|j| j.velocity_count == 1).map(|j| j.name.clone()).collect();
@@ -170,6 +179,18 @@ async fn measure(echoes: [&str; 2], address: &str, times: &mut [Vec<f64>; 5]) {
             let start = Instant::now();
             control.exchange("seven_arm", targets(value)).await.expect("an answer");
             times[4].push(micros(start));
+        }
+        for _ in 0..CALLS {
+            let start = Instant::now();
+            let turn = StepSimulationRequest {
+                steps: 1,
+                robots: vec![robot_targets("seven_arm", targets(value))],
+                return_states: true,
+                selections: vec![every_joint("seven_arm")],
+                ..Default::default()
+            };
+            stepped.step_with(turn).await.expect("an answer");
+            times[5].push(micros(start));
         }
     }
 }

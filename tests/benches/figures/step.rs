@@ -57,6 +57,7 @@ fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
             passive: !driven,
             joint_positions: moving.map(|j| j.name.clone()).zip(bent).collect(),
             shapes: Default::default(),
+            touches: Default::default(),
             loaded_at_start: false,
         };
         assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());

@@ -29,6 +29,7 @@ impl Simd {
                 passive: false,
                 joint_positions: positions.clone(),
                 shapes: Default::default(),
+                touches: Default::default(),
                 loaded_at_start: false,
             };
             let spawned = world.apply(&Command::Spawn(Box::new(spawn)));

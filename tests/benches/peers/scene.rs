@@ -1,5 +1,6 @@
 //! What is stepped: copies of a robot, each holding a bent pose.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
@@ -21,6 +22,9 @@ pub(crate) struct Scene {
     pub(crate) free: bool,
     /// Robots in the world, 3 m apart.
     pub(crate) copies: usize,
+    /// What joints hold instead of a bent position; those that it does not name, zero.
+    #[serde(default)]
+    pose: Option<BTreeMap<String, f64>>,
 }
 
 /// What a joint of one axis holds, and how.
@@ -60,7 +64,10 @@ impl Scene {
         for (index, &(body, joint)) in moving.iter().enumerate() {
             let joint = &model.joints[joint];
             let (lower, upper) = joint.limits.lower.zip(joint.limits.upper).unwrap_or(UNLIMITED);
-            q[body.position] = lower + (upper - lower) * BENT[index % BENT.len()];
+            q[body.position] = match &self.pose {
+                Some(pose) => pose.get(&joint.name).copied().unwrap_or(0.0),
+                None => lower + (upper - lower) * BENT[index % BENT.len()],
+            };
         }
         for pair in &tree.mimics {
             let (follower, leader) = (&tree.bodies[pair.follower], &tree.bodies[pair.leader]);

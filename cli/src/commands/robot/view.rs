@@ -98,16 +98,19 @@ struct ReportView {
     findings: Vec<FindingView>,
 }
 
+/// One element and what was done with it.
 #[derive(Serialize)]
-struct FindingView {
+pub(super) struct FindingView {
     /// `info`, `warning` or `error`.
-    severity: String,
+    pub(super) severity: String,
     /// `used`, `defaulted`, `repaired`, `ignored` or `refused`.
-    disposition: String,
-    element: String,
+    pub(super) disposition: String,
+    pub(super) element: String,
+    /// The mesh file that it is about; null where it is about the description.
+    pub(super) file: Option<String>,
     /// Null where it does not apply.
-    line: Option<u32>,
-    message: String,
+    pub(super) line: Option<u32>,
+    pub(super) message: String,
 }
 
 impl From<LoadReport> for ReportView {
@@ -116,6 +119,7 @@ impl From<LoadReport> for ReportView {
             severity: json::name("SEVERITY_", finding.severity().as_str_name()),
             disposition: json::name("DISPOSITION_", finding.disposition().as_str_name()),
             element: finding.element,
+            file: Some(finding.file).filter(|file| !file.is_empty()),
             line: Some(finding.line).filter(|line| *line > 0),
             message: finding.message,
         };

@@ -86,7 +86,7 @@ fn nothing_outside_of_the_package_is_found() {
         (secret.display().to_string(), "absolute path outside"),
     ] {
         let refused = locator.find(&uri).unwrap_err();
-        assert!(refused.reason.contains(phrase), "{uri}: {refused}");
+        assert!(refused.reason().contains(phrase), "{uri}: {refused}");
     }
 }
 
@@ -98,7 +98,7 @@ fn a_symbolic_link_leads_nowhere_outside_of_the_package() {
     std::os::unix::fs::symlink(dir.path().join("arm/real"), dir.path().join("arm/linked")).unwrap();
     let locator = Locator::new(&dir.path().join("arm/urdf/arm.urdf"));
     let refused = locator.find("package://arm/meshes/a.stl").unwrap_err();
-    assert!(refused.reason.contains("symbolic link"), "{refused}");
+    assert!(refused.reason().contains("symbolic link"), "{refused}");
     assert!(locator.find("../meshes/a.stl").is_err());
     assert_eq!(locator.find("package://arm/linked/a.stl"), Ok(real(&dir, "arm/real/a.stl")));
 }
@@ -119,7 +119,7 @@ fn only_meshes_and_images_are_given_away() {
     let dir = tree(&["arm/urdf/arm.urdf", ".ssh/id_rsa", "arm/meshes/a.stl"]);
     let locator = Locator::new(&dir.path().join("arm/urdf/arm.urdf"));
     let refused = locator.find("package://.ssh/id_rsa").unwrap_err();
-    assert!(refused.reason.contains("not a mesh"), "{refused}");
+    assert!(refused.reason().contains("not a mesh"), "{refused}");
 }
 
 #[test]

@@ -1,33 +1,65 @@
-//! The colliders of all robots in a world: one rapier body for each moving body that
-//! has a shape, and one for the base.
+//! The shapes of one robot in the world: where its bodies carry them, how far around them
+//! contacts are looked for, and what their surfaces are like.
 
 use std::fmt;
+use std::sync::Arc;
 
-use glamx::DPose3;
-use rapier3d_f64::dynamics::{IslandManager, RigidBodyBuilder, RigidBodyHandle, RigidBodySet};
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, ColliderSet};
-use rapier3d_f64::prelude::{ImpulseJointSet, MultibodyJointSet, SoftBodySet};
+use glamx::{DPose3, DVec3};
+use parry3d_f64::bounding_volume::{Aabb, BoundingVolume as _};
+use parry3d_f64::shape::{Shape, ShapeType};
+use simd_model::robot::Material;
 
 use super::Shapes;
 use crate::dynamics::Tree;
 
-/// The colliders of a world.
-#[derive(Default)]
-pub struct Colliders {
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
-    islands: IslandManager,
-    /// rapier wants to take joints and soft bodies of a removed body out; there are none.
-    unused: (ImpulseJointSet, MultibodyJointSet, SoftBodySet),
+/// Twice the way that a shape goes in a step at its present rate is looked ahead: what else
+/// happens in the step may make it faster.
+const LOOK_AHEAD: f64 = 2.0;
+
+/// What a surface is like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Coulomb's coefficient.
+    pub friction: f64,
+    /// The part of the approach speed that is left after a hit.
+    pub restitution: f64,
 }
 
-/// The colliders of one robot.
-#[derive(Clone, Debug, Default)]
-pub struct RobotColliders {
-    /// Which body of the tree, `None` the base, goes with which of rapier's.
-    bodies: Vec<(Option<usize>, RigidBodyHandle)>,
-    /// In the order of the shapes, with the link.
-    parts: Vec<(usize, ColliderHandle)>,
+impl Default for Surface {
+    /// Friction 1, as MuJoCo and Gazebo have it, and no rebound.
+    fn default() -> Self {
+        Self { friction: 1.0, restitution: 0.0 }
+    }
+}
+
+impl Surface {
+    /// With what a material gives in the place of its own.
+    pub fn with(self, material: &Material) -> Self {
+        Self {
+            friction: material.friction.unwrap_or(self.friction),
+            restitution: material.restitution.unwrap_or(self.restitution),
+        }
+    }
+
+    /// Of two surfaces that touch: the more slippery one's friction, as in Gazebo, and the
+    /// bouncier one's restitution.
+    pub fn against(self, other: Self) -> Self {
+        Self {
+            friction: self.friction.min(other.friction),
+            restitution: self.restitution.max(other.restitution),
+        }
+    }
+}
+
+/// Where a body is and how it moves, world axes.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyMotion {
+    /// `world_from_body`.
+    pub pose: DPose3,
+    /// Of the body's origin, m/s.
+    pub linear: DVec3,
+    /// rad/s.
+    pub angular: DVec3,
 }
 
 /// Where a collider is.
@@ -35,72 +67,199 @@ pub struct RobotColliders {
 pub struct ColliderPose {
     /// Index of the link that it belongs to.
     pub link: usize,
-    /// World from the shape.
+    /// World from the shape, in parry's axes for it.
     pub world_from_shape: DPose3,
 }
 
-impl fmt::Debug for Colliders {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} colliders on {} bodies", self.colliders.len(), self.bodies.len())
+/// The colliders of one robot.
+#[derive(Clone, Default)]
+pub struct RobotColliders {
+    shapes: Arc<Shapes>,
+    /// Those of the shapes that are used.
+    pub(super) placed: Vec<Placed>,
+    /// Around all of them.
+    pub(super) bounds: Bounds,
+    /// Pairs of this robot's own that may touch.
+    pub(super) own_pairs: Vec<[usize; 2]>,
+    /// Where the base was when its shapes were last put in place.
+    base: Option<DPose3>,
+}
+
+/// A shape in the world.
+#[derive(Clone)]
+pub(super) struct Placed {
+    /// Its place among the shapes.
+    part: usize,
+    pub(super) link: usize,
+    /// `None` is the base.
+    pub(super) body: Option<usize>,
+    body_from_shape: DPose3,
+    /// The middle of the shape and how far it reaches from there.
+    middle: DVec3,
+    radius: f64,
+    pub(super) world_from_shape: DPose3,
+    /// Contacts are looked for this far from the shape, metres.
+    pub(super) margin: f64,
+    /// Around the shape and its margin.
+    pub(super) bounds: Bounds,
+    pub(super) surface: Surface,
+}
+
+/// A box along the world's axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub(super) least: DVec3,
+    pub(super) most: DVec3,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { least: DVec3::INFINITY, most: DVec3::NEG_INFINITY }
     }
 }
 
-impl Colliders {
-    /// Adds those of a robot. They are nowhere until [`Colliders::place`] puts them.
-    pub fn insert(&mut self, tree: &Tree, shapes: &Shapes) -> RobotColliders {
-        let mut robot = RobotColliders::default();
-        for part in &shapes.parts {
-            let Some(frame) = tree.links.get(part.link) else { continue };
-            let known = robot.bodies.iter().find(|(body, _)| *body == frame.body).map(|(_, handle)| *handle);
-            let handle = known.unwrap_or_else(|| {
-                // Moved by us alone: rapier finds contacts, our solver resolves them.
-                let handle = self.bodies.insert(RigidBodyBuilder::kinematic_position_based());
-                robot.bodies.push((frame.body, handle));
-                handle
-            });
-            let collider = ColliderBuilder::new(part.shape.clone())
-                .position(frame.body_from_link * part.link_from_shape)
-                .build();
-            let collider = self.colliders.insert_with_parent(collider, handle, &mut self.bodies);
-            robot.parts.push((part.link, collider));
-        }
-        robot
+impl Bounds {
+    fn around(self, other: Self) -> Self {
+        Self { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
 
-    /// Takes those of a robot out.
-    pub fn remove(&mut self, robot: &RobotColliders) {
-        for (_, handle) in &robot.bodies {
-            let (impulse, multibody, soft) = &mut self.unused;
-            let (islands, colliders) = (&mut self.islands, &mut self.colliders);
-            self.bodies.remove(*handle, islands, colliders, impulse, multibody, soft, true);
-        }
+    /// Whether the two overlap.
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        self.least.cmple(other.most).all() && other.least.cmple(self.most).all()
     }
+}
 
-    /// Puts those of a robot where its bodies are.
-    pub fn place(&mut self, robot: &RobotColliders, world_from_base: DPose3, world_from_body: &[DPose3]) {
-        for (body, handle) in &robot.bodies {
-            let pose = match body {
-                None => Some(&world_from_base),
-                Some(body) => world_from_body.get(*body),
-            };
-            if let (Some(pose), Some(body)) = (pose, self.bodies.get_mut(*handle)) {
-                body.set_position(*pose, false);
+impl From<Aabb> for Bounds {
+    fn from(aabb: Aabb) -> Self {
+        Self { least: aabb.mins, most: aabb.maxs }
+    }
+}
+
+impl fmt::Debug for RobotColliders {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} colliders", self.placed.len())
+    }
+}
+
+impl RobotColliders {
+    /// Those of a robot whose surfaces are `surface` where its description gives nothing else.
+    /// They are nowhere until [`RobotColliders::place`] puts them. A plane that could move
+    /// touches nothing.
+    pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface, touches_itself: bool) -> Self {
+        let place = |(part, of): (usize, &super::shapes::Part)| {
+            let frame = tree.links.get(of.link)?;
+            if frame.body.is_some() && of.shape.shape_type() == ShapeType::HalfSpace {
+                return None;
+            }
+            let sphere = of.shape.compute_local_bounding_sphere();
+            Some(Placed {
+                part,
+                link: of.link,
+                body: frame.body,
+                body_from_shape: frame.body_from_link * of.link_from_shape,
+                middle: sphere.center,
+                radius: sphere.radius,
+                world_from_shape: DPose3::IDENTITY,
+                margin: 0.0,
+                bounds: Bounds::default(),
+                surface: surface.with(&of.material),
+            })
+        };
+        let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(place).collect();
+        let mut own_pairs = Vec::new();
+        if touches_itself {
+            for (i, a) in placed.iter().enumerate() {
+                for (j, b) in placed.iter().enumerate().skip(i + 1) {
+                    if may_touch(tree, a.body, b.body) {
+                        own_pairs.push([i, j]);
+                    }
+                }
             }
         }
-        self.bodies.propagate_modified_body_positions_to_colliders(&mut self.colliders);
+        Self { shapes: Arc::clone(shapes), placed, bounds: Bounds::default(), own_pairs, base: None }
     }
 
-    /// Where those of a robot are, in the order of its shapes.
-    pub fn poses(&self, robot: &RobotColliders) -> Vec<ColliderPose> {
-        let pose = |&(link, handle): &(usize, ColliderHandle)| {
-            let world_from_shape = *self.colliders.get(handle)?.position();
-            Some(ColliderPose { link, world_from_shape })
-        };
-        robot.parts.iter().filter_map(pose).collect()
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.placed.len()
     }
 
-    /// How many there are, and on how many bodies.
-    pub fn count(&self) -> (usize, usize) {
-        (self.colliders.len(), self.bodies.len())
+    /// Whether the robot touches nothing.
+    pub fn is_empty(&self) -> bool {
+        self.placed.is_empty()
     }
+
+    /// Gives the colliders of a link, or of all, what a material gives.
+    pub fn set_material(&mut self, link: Option<usize>, material: &Material) {
+        for placed in self.placed.iter_mut().filter(|placed| link.is_none_or(|link| placed.link == link)) {
+            placed.surface = placed.surface.with(material);
+        }
+    }
+
+    /// What the surface of a link's first collider is like; `None` where it has none.
+    pub fn surface(&self, link: usize) -> Option<Surface> {
+        self.placed.iter().find(|placed| placed.link == link).map(|placed| placed.surface)
+    }
+
+    /// What each collider's surface is like.
+    pub fn surfaces(&self) -> impl Iterator<Item = Surface> + '_ {
+        self.placed.iter().map(|placed| placed.surface)
+    }
+
+    /// Puts them where the bodies are. Contacts are looked for within `slack` metres and
+    /// twice what a step of `h` seconds moves them.
+    pub fn place(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
+        let still = self.base == Some(base);
+        if still && self.placed.iter().all(|placed| placed.body.is_none()) {
+            return;
+        }
+        self.base = Some(base);
+        self.bounds = Bounds::default();
+        for placed in &mut self.placed {
+            match placed.body {
+                None if still => {}
+                None => {
+                    placed.world_from_shape = base * placed.body_from_shape;
+                    placed.margin = 0.0;
+                }
+                Some(place) => {
+                    let BodyMotion { pose, linear, angular } = body(place);
+                    placed.world_from_shape = pose * placed.body_from_shape;
+                    let arm = placed.world_from_shape.transform_point(placed.middle) - pose.translation;
+                    let speed = (linear + angular.cross(arm)).length() + angular.length() * placed.radius;
+                    placed.margin = slack + LOOK_AHEAD * h * speed;
+                }
+            }
+            let shape = &*self.shapes.parts[placed.part].shape;
+            placed.bounds = shape.compute_aabb(&placed.world_from_shape).loosened(placed.margin).into();
+            self.bounds = self.bounds.around(placed.bounds);
+        }
+    }
+
+    /// Where they are, in the order of the shapes.
+    pub fn poses(&self) -> Vec<ColliderPose> {
+        let pose =
+            |placed: &Placed| ColliderPose { link: placed.link, world_from_shape: placed.world_from_shape };
+        self.placed.iter().map(pose).collect()
+    }
+
+    /// The shape of a collider.
+    pub(super) fn shape(&self, placed: &Placed) -> &dyn Shape {
+        &*self.shapes.parts[placed.part].shape
+    }
+}
+
+/// Whether two bodies of a robot are not the same and not joined by a joint. The bodies of
+/// a planar joint are one link.
+fn may_touch(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
+    let above = |body: Option<usize>| {
+        let mut at = body?;
+        let joint = tree.bodies[at].joint;
+        while let Some(parent) = tree.bodies[at].parent.filter(|&up| tree.bodies[up].joint == joint) {
+            at = parent;
+        }
+        // A free root hangs on nothing that it could touch.
+        Some(tree.bodies[at].parent)
+    };
+    a != b && above(a) != Some(b) && above(b) != Some(a)
 }

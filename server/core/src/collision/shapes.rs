@@ -1,13 +1,15 @@
 //! The shapes of a robot: primitives as they are, meshes as their convex hulls.
+//! Planes are half-spaces: all below them is inside.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
+use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
-use rapier3d_f64::geometry::SharedShape;
+use parry3d_f64::shape::SharedShape;
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, MeshAsset, Sha256};
+use simd_model::robot::{Geometry, Material, MeshAsset, Sha256};
 
 /// A plate this thin still has a volume, metres.
 const THINNEST: f64 = 1e-6;
@@ -24,6 +26,8 @@ const DIRECTIONS: usize = 256;
 #[derive(Clone, Default)]
 pub struct Shapes {
     pub(super) parts: Vec<Part>,
+    /// Of its meshes, for other robots with the same.
+    hulls: Hulls,
 }
 
 /// A shape of a link.
@@ -31,9 +35,11 @@ pub struct Shapes {
 pub(super) struct Part {
     /// Index of the link.
     pub(super) link: usize,
-    /// `link_from_shape`, in rapier's own convention for the shape.
+    /// `link_from_shape`, in parry's own convention for the shape.
     pub(super) link_from_shape: DPose3,
     pub(super) shape: SharedShape,
+    /// As the description gives it.
+    pub(super) material: Material,
 }
 
 impl fmt::Debug for Shapes {
@@ -45,17 +51,25 @@ impl fmt::Debug for Shapes {
 impl Shapes {
     /// Those of a robot. A mesh that is missing touches nothing; the load report said so.
     pub fn new(model: &RobotModel) -> Self {
+        Self::reusing(model, &[])
+    }
+
+    /// The same, with the hulls that other robots have of the same meshes in the same
+    /// scale: they are what would be made here.
+    pub fn reusing(model: &RobotModel, others: &[Arc<Self>]) -> Self {
         // A mesh that is used many times has its hull made once.
-        let mut hulls = BTreeMap::new();
+        let mut hulls = Hulls::new();
         let mut parts = Vec::new();
         for (link, of) in model.links.iter().enumerate() {
             for collision in &of.collisions {
-                let Some((shape, turn)) = shape(&collision.geometry, &mut hulls) else { continue };
-                let link_from_shape = collision.link_from_shape * DPose3::from_rotation(turn);
-                parts.push(Part { link, link_from_shape, shape });
+                let Some((shape, own_from_shape)) = shape(&collision.geometry, &mut hulls, others) else {
+                    continue;
+                };
+                let link_from_shape = collision.link_from_shape * own_from_shape;
+                parts.push(Part { link, link_from_shape, shape, material: collision.material });
             }
         }
-        Self { parts }
+        Self { parts, hulls }
     }
 
     /// How many there are.
@@ -70,44 +84,49 @@ impl Shapes {
 }
 
 /// Hulls by the mesh's hash and its scale.
-type Hulls = BTreeMap<(Sha256, [u64; 3]), Option<SharedShape>>;
+type Hulls = BTreeMap<(Sha256, [u64; 3]), Option<(SharedShape, DPose3)>>;
 
-/// rapier's shape, and the turn from its axes to ours: its cylinders stand along y, URDF's along z.
-fn shape(geometry: &Geometry, hulls: &mut Hulls) -> Option<(SharedShape, DQuat)> {
-    let upright = DQuat::from_rotation_x(FRAC_PI_2);
+/// parry's shape, and where its axes are in ours: its cylinders stand along y, URDF's along z.
+fn shape(geometry: &Geometry, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Option<(SharedShape, DPose3)> {
     Some(match geometry {
         Geometry::Box { size } => {
-            (SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0), DQuat::IDENTITY)
+            (SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0), DPose3::IDENTITY)
         }
-        Geometry::Sphere { radius } => (SharedShape::ball(*radius), DQuat::IDENTITY),
-        Geometry::Cylinder { radius, length } => (SharedShape::cylinder(length / 2.0, *radius), upright),
+        Geometry::Sphere { radius } => (SharedShape::ball(*radius), DPose3::IDENTITY),
+        Geometry::Cylinder { radius, length } => {
+            let upright = DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2));
+            (SharedShape::cylinder(length / 2.0, *radius), upright)
+        }
         Geometry::Capsule { radius, length } => {
-            (SharedShape::capsule_z(length / 2.0, *radius), DQuat::IDENTITY)
+            (SharedShape::capsule_z(length / 2.0, *radius), DPose3::IDENTITY)
         }
-        Geometry::Plane { .. } => return None,
+        Geometry::Plane { normal } => {
+            (SharedShape::halfspace(normal.normalize_or(DVec3::Z)), DPose3::IDENTITY)
+        }
         Geometry::Mesh { scale, asset, .. } => {
             let asset = asset.as_deref()?;
             let key = (asset.sha256, scale.to_array().map(f64::to_bits));
-            let hull = hulls.entry(key).or_insert_with(|| hull(asset, *scale));
-            (hull.clone()?, DQuat::IDENTITY)
+            let made = || others.iter().find_map(|other| other.hulls.get(&key)).cloned();
+            let hull = hulls.entry(key).or_insert_with(|| made().unwrap_or_else(|| hull(asset, *scale)));
+            hull.clone()?
         }
     })
 }
 
 /// The convex hull of a mesh; of one that is flat, its bounding box.
-fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<SharedShape> {
+fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<(SharedShape, DPose3)> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
     let first = *points.first()?;
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
     let solid = (most - least).min_element() > THINNEST;
     if let Some(hull) = solid.then(|| SharedShape::convex_hull(&points)).flatten() {
-        return Some(hull);
+        return Some((hull, DPose3::IDENTITY));
     }
     // The box stands where the points are, not about the origin.
     let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
     let centre = DPose3::from_translation((most + least) / 2.0);
-    Some(SharedShape::compound(vec![(centre, SharedShape::cuboid(half.x, half.y, half.z))]))
+    Some((SharedShape::cuboid(half.x, half.y, half.z), centre))
 }
 
 /// The points that are farthest in directions spread evenly over the sphere (a Fibonacci

@@ -3,21 +3,24 @@
 use std::hash::Hasher;
 use std::sync::Arc;
 
-use glamx::{DPose3, DVec3};
+use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
-use super::constraint::{Constraints, Impulses, collect, respond, solve};
+use super::constraint::{
+    Constraints, Impulses, collect, keep, prepare, project, respond, respond_to_force, solve, sweep,
+};
 use super::gains::set_default_gains;
 use super::integrate::{advance, write_free_pose};
 use super::kinematics::{free_pose, place_and_move};
 use super::spatial::{Placement, Spatial};
 use super::tree::{Freedom, Tree};
 use super::work::{Work, Workspace};
+use crate::collision::BodyMotion;
 
 /// Rounds at the most in which actuators are found to saturate. Each round that
 /// changes something saturates one actuator more, and two are the rule.
-const MAX_ROUNDS: usize = 4;
+pub(super) const MAX_ROUNDS: usize = 4;
 
 /// One robot: where it is, how it moves, what drives it.
 ///
@@ -77,40 +80,77 @@ impl Articulation {
         new
     }
 
-    /// Advances by `h` seconds: semi-implicit Euler.
+    /// Advances by `h` seconds, touching nothing: semi-implicit Euler.
     ///
-    /// 1. Where bodies are and how they move; each actuator's law for this step.
-    /// 2. Articulated inertias, accelerations, and so the new rates.
-    /// 3. Constraints change the new rates.
-    /// 4. An actuator whose effort at these rates would exceed its limit applies
-    ///    the limit, and 2 and 3 are done again.
-    /// 5. Positions follow the new rates.
+    /// 1. [`place`](Self::place): where bodies are and how they move.
+    /// 2. [`start`](Self::start): each actuator's law for this step; articulated inertias,
+    ///    accelerations, and so the new rates.
+    /// 3. [`solve_alone`](Self::solve_alone): constraints change the new rates; an actuator
+    ///    whose effort at these rates would exceed its limit applies the limit, and the new
+    ///    rates are found again. Robots that touch are solved together instead, by
+    ///    [`Island`](super::island::Island).
+    /// 4. [`finish`](Self::finish): positions follow the new rates.
     ///
     /// Allocates nothing once the constraints have had their largest size.
     pub fn step(&mut self, gravity: DVec3, h: f64) {
+        self.place();
+        self.start(gravity, h);
+        self.solve_alone(gravity, h);
+        self.finish(h);
+    }
+
+    /// Where bodies are and how they move.
+    pub fn place(&mut self) {
+        place_and_move(&self.tree, &self.positions, &self.rates, &mut self.work.bodies);
+    }
+
+    /// Takes each actuator's law for the step, finds the new rates without constraints, and
+    /// the rows of joints.
+    pub fn start(&mut self, gravity: DVec3, h: f64) {
         let tree = Arc::clone(&self.tree);
-        let tree = &*tree;
-        place_and_move(tree, &self.positions, &self.rates, &mut self.work.bodies);
-        self.set_drives(tree, h);
+        self.set_drives(&tree, h);
+        self.predict(gravity, h);
+        let state = (&*self.positions, &*self.new_rates);
+        collect(&tree, &self.axes, state, h, &mut self.constraints);
+    }
+
+    /// Makes the new rates keep to the rows of joints.
+    pub fn solve_alone(&mut self, gravity: DVec3, h: f64) {
+        let tree = Arc::clone(&self.tree);
         for round in 0..MAX_ROUNDS {
-            self.predict(tree, gravity, h);
-            if round == 0 {
-                let state = (&*self.positions, &*self.new_rates);
-                collect(tree, &self.axes, state, h, &mut self.constraints);
+            if round > 0 {
+                self.predict(gravity, h);
             }
-            solve(tree, &self.positions, &mut self.constraints, &mut self.work, &mut self.new_rates);
-            if !self.saturate(tree, h, round == 0) {
+            solve(&tree, &self.positions, &mut self.constraints, &mut self.work, &mut self.new_rates);
+            if !self.saturate(h, round == 0) {
                 break;
             }
         }
-        for body in &tree.bodies {
+    }
+
+    /// Moves on with the new rates.
+    pub fn finish(&mut self, h: f64) {
+        self.note_efforts(h);
+        std::mem::swap(&mut self.rates, &mut self.new_rates);
+        advance(&self.tree, &mut self.positions, &self.rates, h);
+    }
+
+    /// Moves on with the new rates, and positions with other ones: those that also push apart
+    /// what overlaps, which must not give it speed.
+    pub fn finish_apart(&mut self, moving: &[f64], h: f64) {
+        self.note_efforts(h);
+        std::mem::swap(&mut self.rates, &mut self.new_rates);
+        advance(&self.tree, &mut self.positions, moving, h);
+    }
+
+    /// What the actuators apply at the new rates.
+    fn note_efforts(&mut self, h: f64) {
+        for body in &self.tree.bodies {
             if !matches!(body.freedom, Freedom::Free { .. }) {
                 let (q, qd) = (self.positions[body.position], self.new_rates[body.velocity]);
                 self.efforts[body.velocity] = self.drives[body.velocity].effort(q, qd, h);
             }
         }
-        std::mem::swap(&mut self.rates, &mut self.new_rates);
-        advance(tree, &mut self.positions, &self.rates, h);
     }
 
     /// Moves setpoints on, and takes each actuator's law for the step.
@@ -133,7 +173,8 @@ impl Articulation {
     }
 
     /// Second and third pass: the new rates without constraints.
-    fn predict(&mut self, tree: &Tree, gravity: DVec3, h: f64) {
+    pub(super) fn predict(&mut self, gravity: DVec3, h: f64) {
+        let tree = &*self.tree;
         let state = (&*self.positions, &*self.rates);
         let base = Placement::new(self.base.rotation, self.base.translation);
         gather_inertia(tree, &self.axes, &self.drives, &self.external, state, h, &mut self.work);
@@ -142,9 +183,9 @@ impl Articulation {
 
     /// Finds the actuators whose solved effort is beyond their limit, and where
     /// `release`, those that were saturated and need not be. Says whether any changed.
-    fn saturate(&mut self, tree: &Tree, h: f64, release: bool) -> bool {
+    pub(super) fn saturate(&mut self, h: f64, release: bool) -> bool {
         let mut changed = false;
-        for body in &tree.bodies {
+        for body in &self.tree.bodies {
             let drive = &mut self.drives[body.velocity];
             if matches!(body.freedom, Freedom::Free { .. }) || drive.limit == f64::INFINITY {
                 continue;
@@ -160,6 +201,61 @@ impl Articulation {
             drive.saturated = next;
         }
         changed
+    }
+
+    /// Where a body is and how it moves, as [`place`](Self::place) found: its origin, axes and
+    /// velocity of the origin, world.
+    pub fn body_motion(&self, body: usize) -> BodyMotion {
+        let at = &self.work.bodies[body];
+        let turn = self.base.rotation;
+        let own = DQuat::from_mat3(&at.rotation);
+        BodyMotion {
+            pose: DPose3::from_parts(self.base.transform_point(at.origin), (turn * own).normalize()),
+            linear: turn * at.velocity.linear,
+            angular: turn * at.velocity.angular,
+        }
+    }
+
+    /// Writes J and M^-1 J' for an impulse at a world point of a body, in a world direction.
+    pub(super) fn point_row(
+        &mut self,
+        body: usize,
+        (point, direction): (DVec3, DVec3),
+        jacobian: &mut [f64],
+        response: &mut [f64],
+    ) {
+        let to_base = self.base.rotation.inverse();
+        let at = &self.work.bodies[body];
+        let arm = self.base.inverse_transform_point(point) - at.origin;
+        let direction = to_base * direction;
+        let force = (body, Spatial::new(arm.cross(direction), direction));
+        project(&self.tree, &self.positions, &self.work.bodies, force, jacobian);
+        respond_to_force(&self.tree, &self.positions, force, &mut self.work, response);
+    }
+
+    /// Gives `rates` the impulses that the rows of joints start from.
+    pub(super) fn prepare_rows(&mut self, rates: &mut [f64]) {
+        prepare(&self.tree, &self.positions, &mut self.constraints, &mut self.work, rates);
+    }
+
+    /// Once through the rows of joints: the largest change of a rate.
+    pub(super) fn sweep_rows(&mut self, rates: &mut [f64]) -> f64 {
+        sweep(&mut self.constraints, rates)
+    }
+
+    /// Keeps the impulses of the rows of joints for the next step.
+    pub(super) fn keep_rows(&mut self) {
+        keep(&mut self.constraints);
+    }
+
+    /// The new rates, as far as they are found.
+    pub(super) fn new_rates_mut(&mut self) -> &mut [f64] {
+        &mut self.new_rates
+    }
+
+    /// Whether the new rates are numbers.
+    pub fn new_rates_are_finite(&self) -> bool {
+        self.new_rates.iter().all(|rate| rate.is_finite())
     }
 
     /// How it is built.
@@ -208,6 +304,11 @@ impl Articulation {
     }
 
     /// Forces from outside on each body, in its own frame.
+    pub fn external(&self) -> &[Spatial] {
+        &self.external
+    }
+
+    /// To change them.
     pub fn external_mut(&mut self) -> &mut [Spatial] {
         &mut self.external
     }
@@ -223,6 +324,11 @@ impl Articulation {
         self.constraints.warm = Impulses::new(&self.tree);
         self.drives.fill(Drive::default());
         self.efforts.fill(0.0);
+    }
+
+    /// `world_from_base`: of a fixed root link; the world itself where the root is free.
+    pub fn base(&self) -> DPose3 {
+        self.base
     }
 
     /// `world_from_root`.

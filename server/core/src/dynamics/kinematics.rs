@@ -12,9 +12,9 @@ use super::work::Work;
 /// v_i = X v_parent + S qd,  c_i = v_i x S qd
 pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
     for (i, body) in tree.bodies.iter().enumerate() {
-        let (base_from_parent, parent_velocity) = match body.parent {
-            Some(parent) => (work[parent].rotation, work[parent].velocity),
-            None => (DMat3::IDENTITY, Spatial::ZERO),
+        let (base_from_parent, parent_origin, parent_velocity) = match body.parent {
+            Some(parent) => (work[parent].rotation, work[parent].origin, work[parent].velocity),
+            None => (DMat3::IDENTITY, DVec3::ZERO, Spatial::ZERO),
         };
         let at = &mut work[i];
         // Where the joint is at position zero.
@@ -41,6 +41,7 @@ pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
                 Spatial::new(at.rotation * angular, zero * linear)
             }
         };
+        at.origin = parent_origin + at.reach;
         at.velocity = parent_velocity.motion_at(at.reach) + own;
         // S moves with the body: its derivative in axes that stand still is v x S.
         at.velocity_product = at.velocity.cross_motion(own);
@@ -79,6 +80,16 @@ pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
 }
 
 impl Tree {
+    /// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
+    pub fn follow(&self, q: &mut [f64]) {
+        for _ in 0..self.mimics.len() {
+            for pair in &self.mimics {
+                let leader = q[self.bodies[pair.leader].position];
+                q[self.bodies[pair.follower].position] = pair.multiplier * leader + pair.offset;
+            }
+        }
+    }
+
     /// `world_from_link` of each link of the model.
     ///
     /// `world_from_root` is where the root link is; `positions` are those of the

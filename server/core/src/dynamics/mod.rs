@@ -6,18 +6,28 @@
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
 //! * [`actuator`], [`gains`]: what drives a joint.
 //! * [`mass_matrix`]: the dense form of what a step never builds.
-//! * [`constraint`]: limits, dry friction, mimic.
+//! * [`reactions`]: what joints carry.
+//! * [`constraint`]: limits, dry friction, mimic, contact.
 //! * [`articulation`]: the state of one robot, and its step.
+//! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
+//!   [`inverse_dynamics`], [`inverse_kinematics`]: what follows from it.
+//! * [`island`]: robots that touch, solved together.
 
 pub mod actuator;
 pub mod articulated;
 pub mod articulation;
+pub mod configuration;
 pub mod constraint;
 pub mod gains;
 pub mod inertia;
 pub mod integrate;
+pub mod inverse_dynamics;
+pub mod inverse_kinematics;
+pub mod island;
+pub mod jacobian;
 pub mod kinematics;
 pub mod mass_matrix;
+pub mod reactions;
 pub mod six;
 pub mod spatial;
 pub mod symmetric;
@@ -26,4 +36,5 @@ pub mod work;
 
 pub use actuator::{Actuator, Axis, Mode};
 pub use articulation::Articulation;
+pub use configuration::Configuration;
 pub use tree::Tree;

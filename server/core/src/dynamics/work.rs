@@ -14,6 +14,8 @@ pub struct Work {
     pub rotation: DMat3,
     /// From its parent's origin to its own.
     pub reach: DVec3,
+    /// From the base's origin to its own.
+    pub origin: DVec3,
     /// v.
     pub velocity: Spatial,
     /// c = v x S qd.
@@ -42,6 +44,7 @@ impl Default for Work {
         Self {
             rotation: DMat3::IDENTITY,
             reach: DVec3::ZERO,
+            origin: DVec3::ZERO,
             velocity: Spatial::ZERO,
             velocity_product: Spatial::ZERO,
             articulated: Articulated::default(),

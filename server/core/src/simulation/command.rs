@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
-use simd_model::robot::Limits;
+use simd_model::robot::{Limits, Material};
 
 use super::PhysicsSettings;
 use super::snapshot::Moment;
@@ -35,6 +35,13 @@ pub enum Command {
         robot: String,
         /// Which, and what.
         joints: Vec<JointProperties>,
+    },
+    /// Changes settings of links.
+    SetLinkProperties {
+        /// Whose links.
+        robot: String,
+        /// Which, and what; the later ones win.
+        links: Vec<LinkProperties>,
     },
     /// Takes joints for one client.
     Claim {
@@ -104,8 +111,28 @@ pub struct Spawn {
     /// Positions to start from, rad or m, by joint name. Others start at zero, or
     /// at the nearest limit where zero lies outside.
     pub joint_positions: Vec<(String, f64)>,
+    /// How it touches.
+    pub touches: Touches,
     /// Stays at a reset of scope `spawned`.
     pub loaded_at_start: bool,
+}
+
+/// How a robot touches others and itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Touches {
+    /// Links of the robot touch each other, unless a joint joins them.
+    pub itself: bool,
+    /// Surfaces of links, in the place of what the description gives.
+    pub links: Vec<LinkProperties>,
+}
+
+/// New settings of a link.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LinkProperties {
+    /// Its name; none means all links of the robot.
+    pub link: String,
+    /// Of the link's colliders; `None` leaves a number as it is.
+    pub material: Material,
 }
 
 /// A new model for a robot that is in the world. Keeps its name, pose and base,

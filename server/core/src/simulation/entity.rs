@@ -7,9 +7,10 @@ use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::{JointKind, Limits};
 
+use super::command::Touches;
 use super::error::Error;
 use super::snapshot::{Flags, Mode, Snapshot};
-use crate::collision::{RobotColliders, Shapes};
+use crate::collision::RobotColliders;
 use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::tree::Freedom;
 use crate::dynamics::{Articulation, Axis, Tree};
@@ -26,9 +27,13 @@ pub(super) struct Entity {
     /// What it is.
     pub model: Arc<RobotModel>,
     /// What it touches with.
-    pub shapes: Arc<Shapes>,
-    /// Those in the world's colliders.
     pub colliders: RobotColliders,
+    /// How it was asked to touch.
+    pub touches: Touches,
+    /// It rests, and no step looks at it.
+    pub asleep: bool,
+    /// For how long it has hardly moved, seconds.
+    pub still_for: f64,
     /// Where it is and how it moves.
     pub body: Articulation,
     /// What a reset of scope `state` puts back.
@@ -41,6 +46,12 @@ pub(super) struct Entity {
     pub pushes: Vec<Push>,
     /// The state before the present step, to go back to if it is not finite.
     last_good: (Vec<f64>, Vec<f64>),
+}
+
+impl AsMut<Articulation> for Entity {
+    fn as_mut(&mut self) -> &mut Articulation {
+        &mut self.body
+    }
 }
 
 /// Joints taken for one client.
@@ -101,8 +112,10 @@ impl Entity {
             version,
             loaded_at_start: false,
             model,
-            shapes: Arc::default(),
             colliders: RobotColliders::default(),
+            touches: Touches::default(),
+            asleep: false,
+            still_for: 0.0,
             body,
             spawned,
             disabled,
@@ -112,30 +125,42 @@ impl Entity {
         }
     }
 
-    /// Advances by one time step in `substeps` parts. A state that is not finite
-    /// is put back and the robot disabled; says why.
-    pub(super) fn step(&mut self, gravity: DVec3, time_step: f64, substeps: u32) -> Option<Arc<str>> {
-        if self.disabled.is_some() {
-            return None;
+    /// Keeps the state, to go back to if a step spoils it.
+    pub(super) fn begin_step(&mut self) {
+        if self.is_awake() {
+            self.last_good.0.clear();
+            self.last_good.0.extend_from_slice(self.body.positions());
+            self.last_good.1.clear();
+            self.last_good.1.extend_from_slice(self.body.rates());
         }
-        self.last_good.0.clear();
-        self.last_good.0.extend_from_slice(self.body.positions());
-        self.last_good.1.clear();
-        self.last_good.1.extend_from_slice(self.body.rates());
-        for _ in 0..substeps {
+    }
+
+    /// Puts bodies, pushes and colliders where they are now. Contacts are looked for within
+    /// `slack` metres and what a part of a step, `h` seconds, moves the robot.
+    pub(super) fn place(&mut self, slack: f64, h: f64) {
+        if self.is_awake() {
             if !self.pushes.is_empty() {
                 self.push_links();
             }
-            self.body.step(gravity, time_step / f64::from(substeps));
-            if !self.body.is_finite() {
-                break;
-            }
+            self.body.place();
+        }
+        let Self { body, colliders, asleep, .. } = self;
+        if !*asleep {
+            colliders.place(body.base(), slack, h, |place| body.body_motion(place));
+        }
+    }
+
+    /// Ends a step: passing pushes are over. A state that is not finite is put back and
+    /// the robot disabled; says why.
+    pub(super) fn end_step(&mut self) -> Option<Arc<str>> {
+        if !self.is_active() {
+            return None;
         }
         if self.pushes.iter().any(|push| !push.persistent) {
             self.pushes.retain(|push| push.persistent);
             self.push_links();
         }
-        if self.body.is_finite() {
+        if self.asleep || self.body.is_finite() {
             return None;
         }
         let culprit = self.first_not_finite();
@@ -385,12 +410,7 @@ fn start_positions(tree: &Tree, axes: &[Axis]) -> Vec<f64> {
 
 /// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
 pub(super) fn follow(tree: &Tree, q: &mut [f64]) {
-    for _ in 0..tree.mimics.len() {
-        for pair in &tree.mimics {
-            let leader = q[tree.bodies[pair.leader].position];
-            q[tree.bodies[pair.follower].position] = pair.multiplier * leader + pair.offset;
-        }
-    }
+    tree.follow(q);
 }
 
 /// Gives joints that follow others the rates that go with it.

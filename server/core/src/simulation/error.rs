@@ -117,7 +117,7 @@ pub enum Error {
 }
 
 /// "its joints are a, b and 3 more", or that there are none.
-fn list_known(what: &str, names: &[String]) -> String {
+pub fn list_known(what: &str, names: &[String]) -> String {
     const SHOWN: usize = 8;
     if names.is_empty() {
         return format!("there are no {}", what.trim_start_matches("its "));

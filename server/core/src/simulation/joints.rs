@@ -22,6 +22,9 @@ impl Simulation {
                 Ok(Answer::Joints { layout_version: entity.version, joints })
             }
             Query::Snapshots => Ok(Answer::Snapshots(self.snapshots())),
+            Query::Contacts { robot } => self.contact_reports(robot.as_deref()),
+            Query::CastRays { rays } => self.cast_rays(rays),
+            Query::Links { robot } => self.link_surfaces(robot),
         }
     }
 
@@ -62,6 +65,8 @@ impl Simulation {
         touched.dedup();
         for place in touched {
             self.entities[place].settle_after_reset();
+            self.wake_around(place);
+            self.contacts.forget(place);
         }
         Ok(Reply::Done)
     }

@@ -1,19 +1,24 @@
 //! The world: commands that change it, the step, what it looks like.
 //!
 //! * [`command`], [`query`]: what can be asked of it; [`error`]: why it refuses.
-//! * `robots`, `joints`, `targets`, `world`: how commands are applied.
-//! * `entity`: one robot.
+//! * `robots`, `links`, `joints`, `targets`, `world`: how commands are applied.
+//! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
+//! * `step`: how they move on.
 //! * [`snapshot`], [`event`]: what it shows.
 
 pub mod command;
+mod contacts;
 mod entity;
 pub mod error;
 pub mod event;
 mod joints;
+pub mod links;
 pub mod query;
 mod robots;
 pub mod settings;
+mod sleep;
 pub mod snapshot;
+mod step;
 mod targets;
 #[cfg(test)]
 mod tests;
@@ -24,6 +29,7 @@ use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
 pub use command::{Applied, Command, Reply};
+use contacts::Contacts;
 use entity::{Claim, Entity};
 pub use error::Error;
 pub use event::{Event, EventKind};
@@ -31,9 +37,10 @@ pub use query::{Answer, Query};
 pub use settings::PhysicsSettings;
 use snapshot::{EntityLayout, RootState, WorldLayout};
 pub use snapshot::{Moment, Snapshot};
+use step::StepMemory;
 use world::Saved;
 
-use crate::collision::{ColliderPose, Colliders};
+use crate::collision::ColliderPose;
 
 /// A world of robots.
 #[derive(Debug)]
@@ -45,8 +52,9 @@ pub struct Simulation {
     time_base: (u64, f64),
     /// In the order of their spawning.
     entities: Vec<Entity>,
-    /// Placed when somebody looks.
-    colliders: Colliders,
+    /// As the last step had them.
+    contacts: Contacts,
+    step_memory: StepMemory,
     /// By their secrets.
     claims: BTreeMap<String, Arc<Claim>>,
     /// Oldest first.
@@ -81,7 +89,8 @@ impl Simulation {
             now: Moment::default(),
             time_base: (0, 0.0),
             entities: Vec::new(),
-            colliders: Colliders::default(),
+            contacts: Contacts::default(),
+            step_memory: StepMemory::default(),
             claims: BTreeMap::new(),
             saved: Vec::new(),
             next_version: 1,
@@ -100,6 +109,7 @@ impl Simulation {
             Command::SetTargets(targets) => self.set_targets(targets),
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
+            Command::SetLinkProperties { robot, links } => self.set_link_properties(robot, links),
             Command::Claim { claim, holder, joints } => self.claim(claim, holder, joints),
             Command::Release { claim, lapsed } => self.release(claim, *lapsed),
             Command::SetEntityState { robot, pose, twist } => self.set_entity_state(robot, *pose, *twist),
@@ -111,22 +121,6 @@ impl Simulation {
             Command::DeleteSnapshot { name } => self.forget(name),
         }?;
         Ok(Applied { at: self.now, reply })
-    }
-
-    /// Advances the world by one time step.
-    pub fn step(&mut self) {
-        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
-        for place in 0..self.entities.len() {
-            let entity = &mut self.entities[place];
-            if let Some(reason) = entity.step(gravity, time_step, substeps) {
-                let (robot, reason) = (entity.name.clone(), reason.to_string());
-                self.happened(EventKind::EntityDisabled { robot, reason });
-            }
-        }
-        self.now.step += 1;
-        // A product instead of a sum: no error gathers over a month.
-        let (step, time) = self.time_base;
-        self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
     }
 
     /// The moment that the world is at.
@@ -149,8 +143,15 @@ impl Simulation {
             hasher.write(entity.name.as_bytes());
             hasher.write_u64(entity.version);
             hasher.write_u8(entity.disabled.is_some().into());
+            hasher.write_u8(entity.asleep.into());
+            hasher.write_u64(entity.still_for.to_bits());
+            for surface in entity.colliders.surfaces() {
+                hasher.write_u64(surface.friction.to_bits());
+                hasher.write_u64(surface.restitution.to_bits());
+            }
             entity.body.hash_into(&mut hasher);
         }
+        self.contacts.hash_into(&mut hasher);
         hasher.finish()
     }
 
@@ -195,17 +196,13 @@ impl Simulation {
     ///
     /// # Errors
     /// Where there is no such robot.
-    pub fn collider_poses(&mut self, robot: &str) -> Result<Vec<ColliderPose>, Error> {
-        let entity = &self.entities[self.place(robot)?];
-        let (tree, root) = (entity.body.tree(), entity.body.root_pose());
-        let bodies = tree.body_poses(root, &entity.body.positions()[tree.root_positions()..]);
-        self.colliders.place(&entity.colliders, root, &bodies);
-        Ok(self.colliders.poses(&entity.colliders))
+    pub fn collider_poses(&self, robot: &str) -> Result<Vec<ColliderPose>, Error> {
+        Ok(self.entities[self.place(robot)?].placed_colliders().poses())
     }
 
-    /// How many colliders there are, and on how many of rapier's bodies.
-    pub fn collider_count(&self) -> (usize, usize) {
-        self.colliders.count()
+    /// How many colliders there are.
+    pub fn collider_count(&self) -> usize {
+        self.entities.iter().map(|entity| entity.colliders.len()).sum()
     }
 
     /// A robot's place among the robots.

@@ -1,9 +1,11 @@
 //! What can be asked of a world beyond what a snapshot shows.
 
+use glamx::DVec3;
 use simd_model::robot::Limits;
 
 use super::command::SnapshotInfo;
 use super::snapshot::Mode;
+use crate::collision::Surface;
 
 /// A question; answered between steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +17,21 @@ pub enum Query {
     },
     /// The states that are kept, oldest first.
     Snapshots,
+    /// What touches, as the last step had it.
+    Contacts {
+        /// Only those of this robot.
+        robot: Option<String>,
+    },
+    /// What rays hit. At most [`MOST_RAYS`](super::links::MOST_RAYS) of them.
+    CastRays {
+        /// The start and the end of each, world, metres.
+        rays: Vec<[DVec3; 2]>,
+    },
+    /// Friction and restitution of a robot's links.
+    Links {
+        /// The robot's name.
+        robot: String,
+    },
 }
 
 /// The answer to a [`Query`].
@@ -30,6 +47,46 @@ pub enum Answer {
     },
     /// To [`Query::Snapshots`].
     Snapshots(Vec<SnapshotInfo>),
+    /// To [`Query::Contacts`], in the order of the robots.
+    Contacts(Vec<ContactReport>),
+    /// To [`Query::CastRays`]: one a ray, `None` where it hits nothing.
+    Rays(Vec<Option<RayReport>>),
+    /// To [`Query::Links`]: one a link of the model, `None` where it has no collider.
+    Links(Vec<Option<Surface>>),
+}
+
+/// A point where two links touch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactReport {
+    /// Names of the two robots.
+    pub robots: [String; 2],
+    /// Names of the two links.
+    pub links: [String; 2],
+    /// World, in the middle between the surfaces, metres.
+    pub point: DVec3,
+    /// From the first link to the second, of unit length, world.
+    pub normal: DVec3,
+    /// How far the two overlap, metres; negative where they are about to touch.
+    pub depth: f64,
+    /// Mean force over the last step with which the first pushes the second along the normal, N.
+    pub normal_force: f64,
+    /// Mean force of friction on the second over the last step, across the normal, world, N.
+    pub friction_force: DVec3,
+}
+
+/// Where a ray meets a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayReport {
+    /// The robot's name.
+    pub robot: String,
+    /// The link's name.
+    pub link: String,
+    /// World, metres.
+    pub point: DVec3,
+    /// Out of the surface, of unit length, world.
+    pub normal: DVec3,
+    /// The part of the way from start to end, 0 to 1.
+    pub fraction: f64,
 }
 
 /// What holds for a joint at the moment. Of a planar joint's three axes the

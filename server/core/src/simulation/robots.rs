@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 
-use super::command::{LinkWrench, Reload, Spawn};
+use super::command::{LinkWrench, Reload, Spawn, Touches};
 use super::entity::{Entity, Push, follow};
 use super::error::Error;
 use super::targets::{finite_value, moderate_value};
@@ -29,7 +29,6 @@ impl Simulation {
         let mut entity =
             Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);
         entity.loaded_at_start = spawn.loaded_at_start;
-        entity.shapes = std::sync::Arc::clone(&spawn.shapes);
         for (joint, position) in &spawn.joint_positions {
             let element = || format!("the initial position of joint {joint:?}");
             let value = moderate_value(element, *position)?;
@@ -47,7 +46,12 @@ impl Simulation {
         follow(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
         entity.spawned = entity.body.clone();
-        entity.colliders = self.colliders.insert(&tree, &entity.shapes);
+        entity.touches = spawn.touches.clone();
+        entity.make_colliders(&spawn.shapes)?;
+        // What sleeps is not looked for by what cannot move.
+        if tree.fixed_base {
+            self.entities.iter_mut().for_each(Entity::wake);
+        }
         self.take_version();
         self.entities.push(entity);
         self.lay_out();
@@ -104,9 +108,13 @@ impl Simulation {
         let gone = before.keys().filter(|name| !now.contains(name));
         let removed: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
 
-        new.shapes = std::sync::Arc::clone(&reload.shapes);
-        self.colliders.remove(&self.entities[place].colliders);
-        new.colliders = self.colliders.insert(new.body.tree(), &new.shapes);
+        // What was asked of links that the new model has not is forgotten.
+        let known = |link: &str| link.is_empty() || new.link(link).is_ok();
+        let links = old.touches.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
+        new.touches = Touches { links, ..old.touches };
+        new.make_colliders(&reload.shapes)?;
+        self.wake_around(place);
+        self.contacts.forget(place);
         let robot = reload.robot.clone();
         self.entities[place] = new;
         self.lay_out();
@@ -116,8 +124,9 @@ impl Simulation {
 
     pub(super) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
         let place = self.place(robot)?;
-        let entity = self.entities.remove(place);
-        self.colliders.remove(&entity.colliders);
+        self.wake_around(place);
+        self.contacts.remove(place);
+        self.entities.remove(place);
         self.lay_out();
         self.happened(EventKind::EntityDeleted { robot: robot.to_owned() });
         Ok(Reply::Done)
@@ -156,6 +165,13 @@ impl Simulation {
         }
         entity.disabled = None;
         entity.push_links();
+        let moves = entity.moves();
+        let place = self.place(robot)?;
+        self.wake_around(place);
+        if !moves {
+            // What cannot move does not look for what sleeps where it is put.
+            self.entities.iter_mut().for_each(Entity::wake);
+        }
         Ok(Reply::Done)
     }
 
@@ -167,6 +183,8 @@ impl Simulation {
         finite_value(|| format!("the wrench on link {:?}", wrench.link), size)?;
         entity.push(Push { link, force, torque, in_link_axes, point, persistent });
         entity.push_links();
+        let place = self.place(&wrench.robot)?;
+        self.wake_around(place);
         Ok(Reply::Done)
     }
 

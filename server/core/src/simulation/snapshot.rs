@@ -7,7 +7,7 @@ use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 
 pub use crate::dynamics::Mode;
-use crate::dynamics::Tree;
+use crate::dynamics::{Configuration, Tree};
 
 /// A moment of a world. Within an epoch, steps never fall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -112,5 +112,25 @@ impl Snapshot {
         let entity = self.world.entities.get(place)?;
         let positions = self.positions.get(entity.positions.clone())?;
         Some(entity.tree.link_poses(self.roots.get(place)?.pose, positions))
+    }
+
+    /// Linear velocity of the origin and angular velocity of each link of the robot at this
+    /// place, world axes, in the model's order.
+    pub fn link_twists(&self, place: usize) -> Option<Vec<(DVec3, DVec3)>> {
+        let entity = self.world.entities.get(place)?;
+        Some(entity.tree.link_twists(&self.configuration(place)?))
+    }
+
+    /// Where the robot at this place is and how it moves.
+    pub fn configuration(&self, place: usize) -> Option<Configuration> {
+        let entity = self.world.entities.get(place)?;
+        let root = self.roots.get(place)?;
+        Some(Configuration {
+            root: root.pose,
+            linear: root.linear,
+            angular: root.angular,
+            positions: self.positions.get(entity.positions.clone())?.to_vec(),
+            velocities: self.velocities.get(entity.velocities.clone())?.to_vec(),
+        })
     }
 }

@@ -6,6 +6,7 @@ use super::command::{PhysicsChange, ResetScope, SnapshotInfo};
 use super::entity::Entity;
 use super::error::Error;
 use super::{EventKind, Moment, PhysicsSettings, Reply, Simulation};
+use crate::dynamics::constraint::contact::Contact;
 
 /// A state that is kept.
 #[derive(Clone, Debug)]
@@ -15,6 +16,7 @@ pub(super) struct Saved {
     time_base: (u64, f64),
     settings: PhysicsSettings,
     entities: Vec<Entity>,
+    contacts: Vec<Contact>,
 }
 
 /// Seconds that a step may advance.
@@ -48,6 +50,7 @@ impl Simulation {
         }
         self.settings.gravity = gravity.unwrap_or(self.settings.gravity);
         self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
+        self.entities.iter_mut().for_each(Entity::wake);
         self.happened(EventKind::PhysicsChanged(self.settings));
         Ok(Reply::Physics(self.settings))
     }
@@ -60,7 +63,6 @@ impl Simulation {
         if scope.spawned {
             self.entities.retain(|entity| {
                 if !entity.loaded_at_start {
-                    self.colliders.remove(&entity.colliders);
                     deleted.push(entity.name.clone());
                 }
                 entity.loaded_at_start
@@ -71,6 +73,10 @@ impl Simulation {
             for entity in &mut self.entities {
                 entity.put_back();
             }
+        }
+        if scope.state || !deleted.is_empty() {
+            self.contacts.list.clear();
+            self.entities.iter_mut().for_each(Entity::wake);
         }
         if scope.time {
             self.begin_epoch(Moment::default(), (0, 0.0));
@@ -100,6 +106,7 @@ impl Simulation {
             time_base: self.time_base,
             settings: self.settings,
             entities: self.entities.clone(),
+            contacts: self.contacts.list.clone(),
         };
         saved.entities.iter_mut().for_each(|entity| entity.claims.fill(None));
         let info = saved.info();
@@ -109,17 +116,14 @@ impl Simulation {
 
     pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
         let saved = self.saved.iter().find(|saved| saved.name == name);
-        let Saved { at, time_base, settings, entities, .. } =
+        let Saved { at, time_base, settings, entities, contacts, .. } =
             saved.cloned().ok_or_else(|| self.no_snapshot(name))?;
+        self.contacts.list = contacts;
         for old in std::mem::replace(&mut self.entities, entities) {
-            self.colliders.remove(&old.colliders);
             // Claims are agreements between clients, not state of the world: who holds one keeps it.
             if let Some(new) = self.entities.iter_mut().find(|new| new.name == old.name) {
                 new.take_claims_of(&old);
             }
-        }
-        for entity in &mut self.entities {
-            entity.colliders = self.colliders.insert(entity.body.tree(), &entity.shapes);
         }
         self.settings = settings;
         self.begin_epoch(at, time_base);
@@ -177,5 +181,6 @@ impl Entity {
         }
         self.pushes.clear();
         self.disabled = None;
+        (self.asleep, self.still_for) = (false, 0.0);
     }
 }

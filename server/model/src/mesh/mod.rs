@@ -1,5 +1,7 @@
 //! Mesh files to triangles, by the format that their name says.
 
+mod builder;
+mod collada;
 mod obj;
 mod stl;
 #[cfg(test)]
@@ -17,13 +19,28 @@ pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
     if bytes.len() > limits::MESH_BYTES {
         return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::MESH_BYTES));
     }
+    match format(uri).as_str() {
+        "stl" => stl::parse(bytes),
+        "obj" => obj::parse(bytes),
+        "dae" => collada::parse(bytes),
+        "" => Err("only .stl, .obj and .dae files are read".to_owned()),
+        other => Err(format!(".{other} files are not read; convert it to STL, OBJ or COLLADA")),
+    }
+}
+
+/// What a file is read as: the extension of its name, small; empty where it has none.
+pub(crate) fn format(uri: &str) -> String {
+    const MOST: usize = 10;
     let file = uri.rsplit(['/', '\\']).next().unwrap_or(uri);
-    match file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()) {
-        Some(extension) if extension == "stl" => stl::parse(bytes),
-        Some(extension) if extension == "obj" => obj::parse(bytes),
-        Some(extension) if extension.len() < 10 => {
-            Err(format!(".{extension} files are not read yet; convert it to STL or OBJ"))
-        }
-        _ => Err("only .stl and .obj files are read".to_owned()),
+    let extension = file.rsplit_once('.').map(|(_, extension)| extension.trim_end());
+    extension.filter(|extension| extension.len() < MOST).unwrap_or_default().to_ascii_lowercase()
+}
+
+/// A word of the file as an error shows it: quoted, and not long.
+fn shown(word: &str) -> String {
+    const MOST: usize = 40;
+    match word.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{:?}...", word.get(..end).unwrap_or_default()),
+        None => format!("{word:?}"),
     }
 }

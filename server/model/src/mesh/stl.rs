@@ -6,6 +6,7 @@ use std::io::Cursor;
 use glamx::DVec3;
 
 use super::Triangles;
+use super::builder::Builder;
 use crate::limits;
 
 const HEADER: usize = 80;
@@ -15,25 +16,47 @@ const TRIANGLE: usize = 50;
 /// Reads either kind.
 pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     let bytes = if is_binary(bytes) { as_binary(bytes)? } else { as_ascii(bytes)? };
-    let mesh =
-        stl_io::read_stl(&mut Cursor::new(bytes.as_ref())).map_err(|error| format!("not an STL: {error}"))?;
-    if mesh.faces.is_empty() {
-        return Err("it has no triangles".to_owned());
+    let not_stl = |error: std::io::Error| format!("not an STL: {error}");
+    let mut file = Cursor::new(bytes.as_ref());
+    let mut corners: Vec<[f32; 3]> = Vec::new();
+    for triangle in stl_io::create_stl_reader(&mut file).map_err(not_stl)? {
+        corners.extend(triangle.map_err(not_stl)?.vertices.map(|vertex| vertex.0));
+        check_count(corners.len() / 3)?;
     }
-    check_count(mesh.faces.len())?;
-    let vertices: Vec<DVec3> =
-        mesh.vertices.iter().map(|vertex| DVec3::from_array(vertex.0.map(f64::from))).collect();
-    if vertices.iter().any(|vertex| !vertex.is_finite()) {
-        return Err("a corner is not finite".to_owned());
+    let mut mesh = Builder::default();
+    let mut triangle = [0; 3];
+    let mut shared = vec![0; corners.len()];
+    for (place, (corner, first)) in corners.iter().zip(first_alike(&corners)).enumerate() {
+        // A corner that stood before has its index already.
+        let index = match shared.get(first as usize) {
+            Some(index) if (first as usize) < place => *index,
+            _ => mesh.corner(DVec3::from_array(corner.map(f64::from)))?,
+        };
+        shared.get_mut(place).into_iter().for_each(|shared| *shared = index);
+        triangle.get_mut(place % 3).into_iter().for_each(|slot| *slot = index);
+        if place % 3 == 2 {
+            mesh.triangle(triangle)?;
+        }
     }
-    if vertices.iter().any(|vertex| vertex.abs().max_element() > limits::MAGNITUDE) {
-        return Err(format!("a corner is further than {:e} away", limits::MAGNITUDE));
+    mesh.finish()
+}
+
+/// For each corner the first one with the same coordinates: STL repeats a corner in each of
+/// its triangles. By sorting, which needs a third of the memory that a map of corners does.
+fn first_alike(corners: &[[f32; 3]]) -> Vec<u32> {
+    // 0.0 and -0.0 are one place.
+    let key = |place: u32| corners.get(place as usize).map(|corner| corner.map(|x| (x + 0.0).to_bits()));
+    let mut order: Vec<u32> = (0..u32::try_from(corners.len()).unwrap_or(u32::MAX)).collect();
+    order.sort_unstable_by_key(|place| (key(*place), *place));
+    let mut firsts = vec![0; order.len()];
+    for alike in order.chunk_by(|a, b| key(*a) == key(*b)) {
+        for place in alike {
+            if let (Some(slot), Some(first)) = (firsts.get_mut(*place as usize), alike.first()) {
+                *slot = *first;
+            }
+        }
     }
-    let index = |index: usize| u32::try_from(index).ok().filter(|_| index < vertices.len());
-    let corner = |[a, b, c]: [usize; 3]| Some([index(a)?, index(b)?, index(c)?]);
-    let triangles: Option<Vec<_>> = mesh.faces.iter().map(|face| corner(face.vertices)).collect();
-    let triangles = triangles.ok_or("a triangle has no corner")?;
-    Ok((vertices, triangles))
+    firsts
 }
 
 /// One in ten binary files begins with the word `solid`, so the size decides:

@@ -1,6 +1,9 @@
-//! STL files as they come.
+//! STL and OBJ files as they come.
+
+use glamx::DVec3;
 
 use super::parse;
+use crate::limits;
 
 type Corner = [f32; 3];
 
@@ -96,8 +99,11 @@ fn no_triangles_cut_files_and_rubbish_are_refused() {
 
 #[test]
 fn other_formats_are_named_in_the_refusal() {
-    assert_eq!(parse("x/a.dae", b"").unwrap_err(), ".dae files are not read yet; convert it to STL or OBJ");
-    assert_eq!(parse("x.y/a", b"").unwrap_err(), "only .stl and .obj files are read");
+    assert_eq!(
+        parse("x/a.ply", b"").unwrap_err(),
+        ".ply files are not read; convert it to STL, OBJ or COLLADA"
+    );
+    assert_eq!(parse("x.y/a", b"").unwrap_err(), "only .stl, .obj and .dae files are read");
 }
 
 const SQUARE: &str =
@@ -114,10 +120,80 @@ fn an_obj_is_read_as_triangles_and_its_material_file_is_not_opened() {
 }
 
 #[test]
-fn an_obj_that_is_wrong_is_refused_with_a_reason() {
-    for text in ["", "v 0 0 0\n", "v 0 0 0\nf 1 2 9\n", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "f 1 1 1\n"]
-    {
-        let why = parse("a.obj", text.as_bytes());
-        assert!(why.is_err(), "{text:?} {why:?}");
+fn an_obj_counts_from_either_end_and_may_name_corners_before_they_come() {
+    for faces in ["f -4 -3 -2\nf 1/9/9 3//9 4/9", "f 1 2 \\\n 3 # first\nf\t-4 -2 -1", "f 1 2 3\nf 1 3 4"] {
+        let text = format!("v 0 0 0\nv 1 0 0 1\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\n{faces}\n");
+        assert_eq!(parse("a.obj", text.as_bytes()).unwrap().1, [[0, 1, 2], [0, 2, 3]], "{faces}");
     }
+    let text = "f 1 2 3\r\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\n";
+    assert_eq!(parse("a.obj", text.as_bytes()).unwrap().1, [[0, 1, 2]]);
+}
+
+#[test]
+fn corners_of_an_obj_that_no_face_uses_are_left_out() {
+    let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 9 9\nf 2 3 4\nl 1 5\n";
+    assert_eq!(parse("a.obj", text.as_bytes()).unwrap().0.len(), 3);
+}
+
+#[test]
+fn an_obj_that_is_wrong_is_refused_with_its_line() {
+    for (text, reason) in [
+        ("", "it has no triangles"),
+        ("v 0 0 0\n", "it has no triangles"),
+        ("v 0 0 0\nf 1 1\n", "it has no triangles"),
+        ("v 0 0 0\nf 1 1 9\n", "line 2: a face names the corner \"9\", which is not there"),
+        ("v 0 0 0\nf 0 1 1\n", "line 2: a face names the corner \"0\", which is not there"),
+        ("v 0 0 0\nf -2 1 1\n", "line 2: a face names the corner \"-2\", which is not there"),
+        ("f -1 1 1\nv 0 0 0\n", "line 1: a face names the corner \"-1\", which is not there"),
+        ("f 1 1 -9223372036854775808\n", "line 1: a face names the corner"),
+        ("f 1 1 9223372036854775807\n", "line 1: a face names the corner"),
+        ("f 1 1 99999999999999999999\n", "line 1: a face names the corner"),
+        ("v 0 0\n", "line 1: a corner has 2 coordinates instead of three"),
+        ("v 0 zero 0\n", "line 1: \"zero\" is not a number"),
+        ("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a corner is not finite"),
+        ("v 1e19 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a corner is further than"),
+    ] {
+        let why = parse("a.obj", text.as_bytes()).unwrap_err();
+        assert!(why.starts_with(reason), "{text:?} {why}");
+    }
+}
+
+#[test]
+fn polygons_of_many_corners_end_at_the_limit_of_triangles() {
+    let polygon = |corners: usize| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf{}\n", " 1".repeat(corners));
+    let at = parse("a.obj", polygon(limits::MESH_TRIANGLES + 2).as_bytes()).unwrap();
+    assert_eq!(at.1.len(), limits::MESH_TRIANGLES);
+    let beyond = parse("a.obj", polygon(limits::MESH_TRIANGLES + 3).as_bytes()).unwrap_err();
+    assert_eq!(beyond, "line 4: it has more than 2000000 triangles");
+}
+
+#[test]
+fn a_binary_stl_ends_at_the_limit_of_triangles() {
+    let file = |triangles: usize| {
+        let mut bytes = vec![0; 84 + 50 * triangles];
+        bytes[80..84].copy_from_slice(&u32::try_from(triangles).unwrap().to_le_bytes());
+        bytes
+    };
+    assert_eq!(parse("a.stl", &file(limits::MESH_TRIANGLES)).unwrap().1.len(), limits::MESH_TRIANGLES);
+    let beyond = parse("a.stl", &file(limits::MESH_TRIANGLES + 1)).unwrap_err();
+    assert_eq!(beyond, "it has 2000001 triangles; the most is 2000000");
+}
+
+#[test]
+fn a_file_beyond_the_limit_of_bytes_is_not_read() {
+    for name in ["a.stl", "a.obj", "a.dae"] {
+        let beyond = parse(name, &vec![b'\n'; limits::MESH_BYTES + 1]).unwrap_err();
+        assert_eq!(beyond, "it has 134217729 bytes; the most is 134217728");
+    }
+    assert_eq!(parse("a.obj", &vec![b'\n'; limits::MESH_BYTES]).unwrap_err(), "it has no triangles");
+}
+
+#[test]
+fn corners_of_an_stl_at_one_place_are_one_corner_in_the_order_of_the_file() {
+    let mut triangles = tetrahedron();
+    triangles[3][0] = [1.0, -0.0, 0.0];
+    let (vertices, faces) = parse("a.stl", &binary(&triangles, "x")).unwrap();
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(DVec3::from_array);
+    assert_eq!(vertices, [o, y, x, z]);
+    assert_eq!(faces, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [2, 1, 3]]);
 }

@@ -3,7 +3,6 @@
 use roxmltree::Node;
 
 use super::Refused;
-use crate::limits;
 use crate::report::{Disposition, Finding, LoadReport, Severity};
 
 /// Why reading stops.
@@ -27,20 +26,44 @@ impl Refusal {
 }
 
 /// What was found so far.
-#[derive(Default)]
 pub(super) struct Findings {
     /// Offsets at which the lines begin, without the first.
     line_starts: Vec<usize>,
     list: Vec<Finding>,
-    infos: usize,
-    infos_left_out: usize,
-    warnings: usize,
-    warnings_left_out: usize,
-    /// The first warning that a strict load refuses.
-    strict: Option<Refusal>,
+    /// Which of the list a strict load refuses.
+    serious: Vec<usize>,
+    serious_left_out: usize,
+    /// How many of each room are kept.
+    most: usize,
+    rooms: [Room; 3],
+}
+
+/// Each kind has its own room, so that no crowd of trifles hides a warning.
+#[derive(Clone, Copy, Default)]
+struct Room {
+    taken: usize,
+    left_out: usize,
+}
+
+/// What [`Findings`] keeps of one finding until it is written down.
+struct Place<'n, 'a, 'i> {
+    node: Node<'a, 'i>,
+    file: Option<&'n str>,
 }
 
 impl Findings {
+    /// Nothing yet; at most so many of each kind.
+    pub(super) fn new(most: usize) -> Self {
+        Self {
+            line_starts: Vec::new(),
+            list: Vec::new(),
+            serious: Vec::new(),
+            serious_left_out: 0,
+            most,
+            rooms: Default::default(),
+        }
+    }
+
     /// The text that lines are counted in.
     pub(super) fn set_text(&mut self, text: &str) {
         self.line_starts =
@@ -53,31 +76,58 @@ impl Findings {
         u32::try_from(self.line_starts.partition_point(|line| *line <= start) + 1).unwrap_or(u32::MAX)
     }
 
-    /// Something that needs no attention.
-    pub(super) fn info(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
-        self.push(Severity::Info, node, disposition, message.into());
+    /// Whether there is no more room for trifles.
+    pub(super) fn is_full(&self) -> bool {
+        let [_, infos, _] = &self.rooms;
+        infos.taken >= self.most
     }
 
-    /// The same of no element in particular.
-    pub(super) fn info_of_file(&mut self, disposition: Disposition, message: String) {
-        let (severity, element) = (Severity::Info, "file".to_owned());
-        self.list.push(Finding { severity, disposition, element, line: None, message });
+    /// What was taken from an element as it is.
+    pub(super) fn used(&mut self, node: Node, message: impl FnOnce() -> String) {
+        self.push(Severity::Info, Disposition::Used, Place { node, file: None }, false, message);
+    }
+
+    /// What was taken from a file that an element names.
+    pub(super) fn used_file(&mut self, node: Node, file: &str, message: impl FnOnce() -> String) {
+        self.push(Severity::Info, Disposition::Used, Place { node, file: Some(file) }, false, message);
+    }
+
+    /// Something that needs no attention.
+    pub(super) fn info(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
+        self.push(Severity::Info, disposition, Place { node, file: None }, false, || message.into());
     }
 
     /// Something that the author may not have meant.
     pub(super) fn warn(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
-        let message = message.into();
-        if self.strict.is_none() {
-            let (element, line) = (label(node), Some(self.line(node)));
-            let message = format!("{message} (a warning, and strict loading refuses those)");
-            self.strict = Some(Refusal { element, line, message });
-        }
-        self.push(Severity::Warning, node, disposition, message);
+        self.push(Severity::Warning, disposition, Place { node, file: None }, true, || message.into());
     }
 
-    /// A warning that even a strict load forgives.
-    pub(super) fn warn_leniently(&mut self, node: Node, disposition: Disposition, message: String) {
-        self.push(Severity::Warning, node, disposition, message);
+    /// The same of a file that an element names; a strict load may forgive it.
+    pub(super) fn warn_of_file(
+        &mut self,
+        node: Node,
+        file: &str,
+        disposition: Disposition,
+        serious: bool,
+        message: impl Into<String>,
+    ) {
+        let place = Place { node, file: Some(file) };
+        self.push(Severity::Warning, disposition, place, serious, || message.into());
+    }
+
+    /// Something about the text, before there are elements.
+    pub(super) fn of_text(
+        &mut self,
+        severity: Severity,
+        disposition: Disposition,
+        line: Option<u32>,
+        message: String,
+    ) {
+        if severity >= Severity::Warning {
+            self.serious.push(self.list.len());
+        }
+        let element = "file".to_owned();
+        self.list.push(Finding { severity, disposition, element, file: None, line, message });
     }
 
     /// The reason why the robot is refused.
@@ -85,34 +135,70 @@ impl Findings {
         Refusal { element: label(node), line: Some(self.line(node)), message: message.into() }
     }
 
-    /// Refuses where there was a warning.
+    /// Where there was a warning, makes it and those like it errors, and refuses.
     pub(super) fn refuse_warnings(&mut self) -> Result<(), Refusal> {
-        self.strict.take().map_or(Ok(()), Err)
+        let Some(first) = self.serious.first().and_then(|first| self.list.get(*first)) else { return Ok(()) };
+        let more = match self.serious.len() + self.serious_left_out - 1 {
+            0 => String::new(),
+            more => format!(" and {more} more like it"),
+        };
+        let message = format!("{} (strict loading refuses this{more})", first.message);
+        let refusal = Refusal { element: first.element.clone(), line: first.line, message };
+        for index in &self.serious {
+            if let Some(finding) = self.list.get_mut(*index) {
+                finding.severity = Severity::Error;
+            }
+        }
+        Err(refusal)
     }
 
-    fn push(&mut self, severity: Severity, node: Node, disposition: Disposition, message: String) {
-        // Each severity has its own room, so that no crowd of trifles hides a warning.
-        let (count, left_out) = match severity {
-            Severity::Info => (&mut self.infos, &mut self.infos_left_out),
-            Severity::Warning | Severity::Error => (&mut self.warnings, &mut self.warnings_left_out),
+    fn push(
+        &mut self,
+        severity: Severity,
+        disposition: Disposition,
+        place: Place,
+        serious: bool,
+        message: impl FnOnce() -> String,
+    ) {
+        let [used, infos, warnings] = &mut self.rooms;
+        let room = match (severity, disposition) {
+            (Severity::Info, Disposition::Used) => used,
+            (Severity::Info, _) => infos,
+            (Severity::Warning | Severity::Error, _) => warnings,
         };
-        if *count >= limits::FINDINGS {
-            *left_out += 1;
+        if room.taken >= self.most {
+            room.left_out += 1;
+            self.serious_left_out += usize::from(serious);
             return;
         }
-        *count += 1;
-        let (element, line) = (label(node), Some(self.line(node)));
-        self.list.push(Finding { severity, disposition, element, line, message });
+        room.taken += 1;
+        if serious {
+            self.serious.push(self.list.len());
+        }
+        let Place { node, file } = place;
+        self.list.push(Finding {
+            severity,
+            disposition,
+            element: label(node),
+            file: file.map(str::to_owned),
+            line: Some(self.line(node)),
+            message: message(),
+        });
     }
 
     /// The report of a robot that was read, in the order of the file.
     pub(super) fn into_report(mut self) -> LoadReport {
         self.list.sort_by_key(|finding| finding.line);
-        let left_out = [(Severity::Info, self.infos_left_out), (Severity::Warning, self.warnings_left_out)];
-        for (severity, count) in left_out.into_iter().filter(|(_, count)| *count > 0) {
-            let (disposition, element) = (Disposition::Ignored, "file".to_owned());
+        let [used, infos, warnings] = self.rooms;
+        let left_out = [
+            (Severity::Info, Disposition::Used, used.left_out),
+            (Severity::Info, Disposition::Ignored, infos.left_out),
+            (Severity::Warning, Disposition::Ignored, warnings.left_out),
+        ];
+        for (severity, disposition, count) in left_out.into_iter().filter(|(_, _, count)| *count > 0) {
+            let element = "file".to_owned();
             let message = format!("{count} more findings like these are left out");
-            self.list.push(Finding { severity, disposition, element, line: None, message });
+            self.list.push(Finding { severity, disposition, element, file: None, line: None, message });
         }
         LoadReport { findings: self.list }
     }
@@ -128,7 +214,7 @@ impl Findings {
         };
         let mut report = self.into_report();
         let (severity, disposition) = (Severity::Error, Disposition::Refused);
-        report.findings.push(Finding { severity, disposition, element, line, message });
+        report.findings.push(Finding { severity, disposition, element, file: None, line, message });
         Refused { message: sentence, report }
     }
 }
@@ -143,6 +229,10 @@ pub(super) fn label(node: Node) -> String {
             (tag, _) => shortened(tag),
         })
         .collect();
+    // A `<robot>` that stands in another element is the robot all the same.
+    if words.last().is_some_and(|tag| tag == "robot") {
+        words.pop();
+    }
     if words.is_empty() {
         return "robot".to_owned();
     }

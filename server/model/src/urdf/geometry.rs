@@ -4,9 +4,10 @@ use glamx::{DPose3, DQuat, DVec3};
 use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
-use super::mend::{Mended, given, numbers};
+use super::mend::{Mended, given};
 use super::meshes::{Meshes, Use};
-use crate::report::Disposition::{Ignored, Repaired};
+use super::numbers::{self, Shape};
+use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 use crate::robot::Geometry;
 
 /// The pose that an `<origin>` gives; without one, none.
@@ -14,14 +15,16 @@ pub(super) fn pose(origin: &urdf_rs::Pose, node: Option<Node>, findings: &mut Fi
     let translation = DVec3::from_array(origin.xyz.0);
     // urdf-rs goes through angles and loses a thousandth of a radian near the pole.
     let quaternion = node.filter(|node| given(Some(*node), "quat_xyzw"));
-    if let Some((node, xyzw)) = quaternion.and_then(|node| Some((node, numbers::<4>(node, "quat_xyzw")?))) {
+    if let Some((node, xyzw)) =
+        quaternion.and_then(|node| Some((node, numbers::of::<4>(node, "quat_xyzw", Shape::Exactly(4))?)))
+    {
         let given_rotation = DQuat::from_array(xyzw);
         if given(Some(node), "rpy") {
             findings.warn(node, Ignored, "rpy stands beside quat_xyzw, which is used");
         }
         let off = (given_rotation.length() - 1.0).abs();
         if given_rotation.length() > 1e-6 {
-            if off > 1e-3 {
+            if off > ROUNDING {
                 findings.warn(node, Repaired, "quat_xyzw is not of length 1 and was made so");
             }
             return DPose3::from_parts(translation, given_rotation.normalize());
@@ -49,6 +52,9 @@ pub(super) fn geometry<'a>(
     findings: &mut Findings,
 ) -> Option<Geometry> {
     let node = mended.child(shape, "geometry").unwrap_or(shape);
+    if let Some(plane) = mended.child(node, "plane") {
+        return Some(Geometry::Plane { normal: normal(plane, findings) });
+    }
     let read = match geometry {
         urdf_rs::Geometry::Box { size } => Geometry::Box { size: DVec3::from_array(size.0) },
         urdf_rs::Geometry::Sphere { radius } => Geometry::Sphere { radius: *radius },
@@ -59,6 +65,7 @@ pub(super) fn geometry<'a>(
             Geometry::Capsule { radius: *radius, length: *length }
         }
         urdf_rs::Geometry::Mesh { filename, scale } => {
+            let node = mended.child(node, "mesh").unwrap_or(node);
             let scale = scale.map_or(DVec3::ONE, |scale| DVec3::from_array(scale.0));
             if scale.to_array().contains(&0.0) {
                 findings.warn(node, Ignored, format!("a scale of 0 leaves nothing of {}", quoted(filename)));
@@ -75,6 +82,27 @@ pub(super) fn geometry<'a>(
     None
 }
 
+/// PyBullet's planes look up where they say nothing.
+fn normal(plane: Node, findings: &mut Findings) -> DVec3 {
+    let Some(read) = numbers::of::<3>(plane, "normal", Shape::Exactly(3)) else {
+        findings.info(plane, Defaulted, "it has no normal; 0 0 1 is taken");
+        return DVec3::Z;
+    };
+    let read = DVec3::from_array(read);
+    let length = read.length();
+    if length < 1e-9 {
+        findings.warn(plane, Repaired, "its normal is 0; 0 0 1 is taken");
+        return DVec3::Z;
+    }
+    if (length - 1.0).abs() > ROUNDING {
+        findings.warn(plane, Repaired, format!("its normal has length {length:.6} and was made 1 long"));
+    }
+    read / length
+}
+
+/// How far the length of a unit vector may be off: files print three digits and more.
+pub(super) const ROUNDING: f64 = 1e-3;
+
 fn has_extent(geometry: &Geometry) -> bool {
     match geometry {
         Geometry::Box { size } => size.min_element() > 0.0,
@@ -82,7 +110,6 @@ fn has_extent(geometry: &Geometry) -> bool {
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             *radius > 0.0 && *length > 0.0
         }
-        Geometry::Plane { normal } => normal.is_normalized(),
-        Geometry::Mesh { .. } => true,
+        Geometry::Plane { .. } | Geometry::Mesh { .. } => true,
     }
 }

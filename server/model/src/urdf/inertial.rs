@@ -12,8 +12,12 @@ use super::geometry::pose;
 use super::mend::{Mended, given};
 use super::tree::Tree;
 use crate::inertia;
-use crate::report::Disposition::{Defaulted, Repaired, Used};
+use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
+use crate::report::short;
 use crate::robot::{Geometry, Inertial, Joint, JointKind, Link};
+
+/// Kilograms above which a link is asked about.
+const SUSPICIOUS: f64 = 1e6;
 
 /// Sets `inertial` of the links.
 pub(super) fn resolve<'a, 'i>(
@@ -80,12 +84,16 @@ impl<'a, 'i> Said<'a, 'i> {
                     findings.warn(node, Repaired, format!("{what}, and no shape to take one from: no mass"));
                     return Inertial::ZERO;
                 };
-                let mass = found.mass;
-                let message = format!("{what}: {mass:.6} kg, from the shapes at {} kg/m^3", inertia::DENSITY);
+                let (mass, density) = (short(found.mass), inertia::DENSITY);
+                let message = format!("{what}: {mass} kg, from its shapes at {density} kg/m^3");
                 findings.warn(node, Repaired, message);
                 return found;
             }
         };
+        if mass > SUSPICIOUS {
+            let message = format!("a mass of {mass} kg is that of a ship: perhaps it is not in kilograms");
+            findings.warn(node, Used, message);
+        }
         let center_of_mass = self.link_from_mass.translation;
         let tensor = self.tensor.map(inertia::checked);
         if mass == 0.0 {
@@ -95,7 +103,7 @@ impl<'a, 'i> Said<'a, 'i> {
                 }
                 // As MuJoCo and PyBullet read it: frames of robots are often written so.
                 Some(Ok(_)) => {
-                    findings.info(node, Repaired, "its mass is 0, so its inertia is read as 0");
+                    findings.info(node, Ignored, "its mass is 0, so its inertia is read as 0");
                 }
                 None => {}
             }
@@ -113,7 +121,7 @@ impl<'a, 'i> Said<'a, 'i> {
         let scaled = of_link(link).map(|found| found.inertia * (mass / found.mass));
         let inertia = match scaled.filter(|inertia| inertia.is_finite()) {
             Some(inertia) => {
-                findings.warn(node, Repaired, format!("{why}: taken from the shapes, with the file's mass"));
+                findings.warn(node, Repaired, format!("{why}: taken from its shapes, with the file's mass"));
                 inertia
             }
             None => {
@@ -175,11 +183,12 @@ impl Groups {
         let found = if needed { of_link(link) } else { None };
         match found {
             Some(found) => {
-                let (mass, density) = (found.mass, inertia::DENSITY);
-                let message = format!("it has no mass: {mass:.6} kg, from its shapes at {density} kg/m^3");
+                let (mass, density) = (short(found.mass), inertia::DENSITY);
+                let message = format!("it has no mass: {mass} kg, from its shapes at {density} kg/m^3");
                 link.inertial = found;
                 if is_root {
-                    findings.info(node, Repaired, format!("{message}; of no effect where the base is fixed"));
+                    let message = format!("{message}; of no effect where the base is fixed");
+                    findings.info(node, Defaulted, message);
                 } else {
                     findings.warn(node, Repaired, message);
                 }

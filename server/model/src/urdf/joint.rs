@@ -4,11 +4,12 @@ use glamx::DVec3;
 use roxmltree::Node;
 
 use super::findings::{Findings, Refusal};
-use super::geometry::pose;
+use super::geometry::{ROUNDING, pose};
 use super::mend::{Mended, given};
 use super::mimic;
+use super::numbers::{self, Shape};
 use super::tree::Tree;
-use crate::report::Disposition::{Defaulted, Ignored, Repaired};
+use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 use crate::robot::{Joint, JointKind, Limits};
 
 /// All joints, in the tree's order.
@@ -32,13 +33,13 @@ pub(super) fn read_all<'a, 'i>(
             child: index + 1,
             parent_from_joint: pose(&joint.origin, mended.child(*node, "origin"), findings),
             axis: axis(joint, kind, *node, mended.child(*node, "axis"), findings),
-            limits: limits(&joint.limit, kind, *node, mended.child(*node, "limit"), findings),
+            limits: limits(kind, *node, mended.child(*node, "limit"), findings),
             damping: not_negative("damping", damping, dynamics, findings),
             friction: not_negative("friction", friction, dynamics, findings),
             mimic: None,
         });
     }
-    mimic::resolve(mended, tree, &mut joints, findings)?;
+    mimic::resolve(mended, tree, &mut joints, findings);
     Ok(joints)
 }
 
@@ -76,22 +77,17 @@ fn axis(
         findings.warn(axis_node, Repaired, "the axis is 0; 1 0 0 is taken");
         return DVec3::X;
     }
+    let message = || format!("the axis has length {length:.6} and was made 1 long");
     let off = (length - 1.0).abs();
-    if off > 0.01 {
-        findings.warn(axis_node, Repaired, format!("the axis has length {length:.6} and was made 1 long"));
+    if off > ROUNDING {
+        findings.warn(axis_node, Repaired, message());
     } else if off > 1e-6 {
-        findings.info(axis_node, Repaired, format!("the axis has length {length:.6} and was made 1 long"));
+        findings.used(axis_node, message);
     }
     axis / length
 }
 
-fn limits(
-    limit: &urdf_rs::JointLimit,
-    kind: JointKind,
-    joint: Node,
-    node: Option<Node>,
-    findings: &mut Findings,
-) -> Limits {
+fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findings) -> Limits {
     let slides_or_turns = matches!(kind, JointKind::Revolute | JointKind::Prismatic);
     let Some(node) = node else {
         if slides_or_turns {
@@ -105,20 +101,20 @@ fn limits(
         }
         return Limits::default();
     }
+    let limit = Said::of(node);
     let mut unset = Vec::new();
     let (lower, upper) = if kind == JointKind::Continuous {
-        if limit.lower != 0.0 || limit.upper != 0.0 {
+        if limit.lower.unwrap_or(0.0) != 0.0 || limit.upper.unwrap_or(0.0) != 0.0 {
             findings.info(node, Ignored, "a continuous joint has no position limits");
         }
         (None, None)
     } else {
-        position_limits(limit, node, &mut unset, findings)
+        position_limits(&limit, node, &mut unset, findings)
     };
-    let mut positive = |name: &'static str, value: f64| {
-        if value == 0.0 {
-            if given(Some(node), name) {
-                unset.push(name);
-            }
+    let mut positive = |name: &'static str, value: Option<f64>| {
+        let value = value.unwrap_or(0.0);
+        if value == 0.0 || !value.is_finite() {
+            unset.push((name, value));
             return None;
         }
         if value < 0.0 {
@@ -128,42 +124,92 @@ fn limits(
         Some(value.abs())
     };
     let (effort, velocity) = (positive("effort", limit.effort), positive("velocity", limit.velocity));
-    if !unset.is_empty() {
-        findings.info(node, Defaulted, format!("{}: 0 or left out, read as no limit", unset.join(", ")));
+    for (what, infinite) in [("0 or left out", false), ("infinite", true)] {
+        let named = unset.iter().filter(|(_, value)| value.is_infinite() == infinite).map(|(name, _)| *name);
+        let named: Vec<&str> = named.collect();
+        if !named.is_empty() {
+            findings.info(node, Defaulted, format!("{}: {what}, read as no limit", named.join(", ")));
+        }
     }
     Limits { lower, upper, effort, velocity }
 }
 
-/// SolidWorks writes lower, upper, effort and velocity 0 for "not given".
+/// The numbers of a `<limit>`; urdf-rs makes no difference between 0 and none.
+struct Said {
+    lower: Option<f64>,
+    upper: Option<f64>,
+    effort: Option<f64>,
+    velocity: Option<f64>,
+}
+
+impl Said {
+    fn of(node: Node) -> Self {
+        let bound = |name| {
+            let value = given(Some(node), name).then(|| numbers::of(node, name, Shape::Bound));
+            value.flatten().map(|[value]: [f64; 1]| value)
+        };
+        Self {
+            lower: bound("lower"),
+            upper: bound("upper"),
+            effort: bound("effort"),
+            velocity: bound("velocity"),
+        }
+    }
+
+    /// SolidWorks writes lower, upper, effort and velocity 0 for "not given".
+    fn is_all_zero(&self) -> bool {
+        [self.lower, self.upper, self.effort, self.velocity].iter().all(|said| said.unwrap_or(0.0) == 0.0)
+    }
+
+    /// PyBullet and its models write a lower of 1 or 0 and an upper of -1 for "none".
+    fn is_bullets_none(&self) -> bool {
+        self.upper == Some(-1.0) && matches!(self.lower, Some(0.0 | 1.0))
+    }
+}
+
 fn position_limits(
-    limit: &urdf_rs::JointLimit,
+    limit: &Said,
     node: Node,
-    unset: &mut Vec<&'static str>,
+    unset: &mut Vec<(&'static str, f64)>,
     findings: &mut Findings,
 ) -> (Option<f64>, Option<f64>) {
-    let (lower, upper) = (limit.lower, limit.upper);
-    match (given(Some(node), "lower"), given(Some(node), "upper")) {
-        (false, false) => {
-            unset.extend(["lower", "upper"]);
-            return (None, None);
-        }
-        (true, true) => {}
-        (false, true) => findings.info(node, Defaulted, "lower is not given: 0, as URDF says"),
-        (true, false) => findings.info(node, Defaulted, "upper is not given: 0, as URDF says"),
-    }
-    if lower == 0.0 && upper == 0.0 && limit.effort == 0.0 && limit.velocity == 0.0 {
-        unset.extend(["lower", "upper"]);
+    if limit.is_all_zero() || (limit.lower.is_none() && limit.upper.is_none()) {
+        unset.extend([("lower", 0.0), ("upper", 0.0)]);
         return (None, None);
     }
-    if lower > upper {
+    for (name, bound) in [("lower", limit.lower), ("upper", limit.upper)] {
+        if bound.is_none() {
+            findings.info(node, Defaulted, format!("{name} is not given: 0, as URDF says"));
+        }
+    }
+    let (lower, upper) = (limit.lower.unwrap_or(0.0), limit.upper.unwrap_or(0.0));
+    if lower > upper && limit.is_bullets_none() {
+        let message = format!("lower {lower} above upper {upper} is PyBullet's way to say no limit: read so");
+        findings.warn(node, Repaired, message);
+        return (None, None);
+    }
+    let (lower, upper) = if lower > upper {
         findings.warn(node, Repaired, format!("lower {lower} is above upper {upper}: they were swapped"));
-        return (Some(upper), Some(lower));
-    }
-    if lower == upper {
+        (upper, lower)
+    } else {
+        (lower, upper)
+    };
+    if lower == upper && lower.is_finite() {
         let message = format!("lower and upper are both {lower}: the joint is locked there");
-        findings.warn(node, crate::report::Disposition::Used, message);
+        findings.warn(node, Used, message);
+    } else if lower > 0.0 || upper < 0.0 {
+        let nearest = if lower > 0.0 { lower } else { upper };
+        let message =
+            || format!("0 lies outside of its limits, {lower} to {upper}: the joint starts at {nearest}");
+        findings.used(node, message);
     }
-    (Some(lower), Some(upper))
+    let mut bound = |name, value: f64| {
+        if !value.is_finite() {
+            unset.push((name, value));
+        }
+        Some(value).filter(|value| value.is_finite())
+    };
+    (bound("lower", lower), bound("upper", upper))
 }
 
 fn not_negative(name: &str, value: f64, node: Option<Node>, findings: &mut Findings) -> f64 {

@@ -1,45 +1,77 @@
-//! Links: shapes and colours. Their mass is [`inertial`](super::inertial)'s.
+//! Links: shapes, surfaces and colours. Their mass is [`inertial`](super::inertial)'s.
+
+use roxmltree::Node;
 
 use super::Assets;
-use super::findings::Findings;
+use super::deadline::Deadline;
+use super::findings::{Findings, Refusal};
 use super::geometry::{geometry, pose};
 use super::material::Palette;
 use super::mend::Mended;
 use super::meshes::{Meshes, Use};
+use super::surface::Surfaces;
 use super::tree::Tree;
-use crate::robot::{Collision, Inertial, Link, Material, Visual};
+use crate::limits::Limits;
+use crate::report::Disposition::Defaulted;
+use crate::robot::{Collision, Inertial, Link, Visual};
 
 /// All links, in the tree's order, without mass.
 pub(super) fn read_all<'a, 'i>(
     mended: &Mended<'a, 'i>,
     tree: &Tree<'a, 'i>,
     assets: &dyn Assets,
+    (limits, deadline): (&Limits, &Deadline),
     findings: &mut Findings,
-) -> Vec<Link> {
-    let palette = Palette::of(mended);
-    let mut meshes = Meshes::new(assets);
+) -> Result<Vec<Link>, Refusal> {
+    let mut reader = Reader {
+        mended,
+        palette: Palette::of(mended, findings),
+        surfaces: Surfaces::of(mended, findings),
+        meshes: Meshes::new(assets, limits),
+        deadline,
+        findings,
+    };
     let mut links = Vec::with_capacity(tree.links.len());
     for (in_file, node) in tree.links.iter().zip(&tree.link_nodes) {
         let Some(link) = mended.robot.links.get(*in_file) else { continue };
+        links.push(reader.link(link, *node)?);
+    }
+    Ok(links)
+}
+
+struct Reader<'r, 'a, 'i> {
+    mended: &'r Mended<'a, 'i>,
+    palette: Palette<'r>,
+    surfaces: Surfaces,
+    meshes: Meshes<'r>,
+    deadline: &'r Deadline,
+    findings: &'r mut Findings,
+}
+
+impl<'a, 'i> Reader<'_, 'a, 'i> {
+    fn link(&mut self, link: &urdf_rs::Link, node: Node<'a, 'i>) -> Result<Link, Refusal> {
+        let Self { mended, palette, surfaces, meshes, deadline, findings } = self;
         let mut visuals = Vec::with_capacity(link.visual.len());
-        for (visual, node) in link.visual.iter().zip(mended.children(*node, "visual")) {
+        for (visual, node) in link.visual.iter().zip(mended.children(node, "visual")) {
+            deadline.check()?;
             let link_from_shape = pose(&visual.origin, mended.child(node, "origin"), findings);
             let material = mended.child(node, "material");
             let color = palette.color(visual.material.as_ref(), material, findings);
-            let geometry = geometry(mended, node, &visual.geometry, &mut meshes, Use::Visual, findings);
+            let geometry = geometry(mended, node, &visual.geometry, meshes, Use::Visual, findings);
             visuals.extend(geometry.map(|geometry| Visual { link_from_shape, geometry, color }));
         }
+        let material = surfaces.material(mended, link, node, findings);
         let mut collisions = Vec::with_capacity(link.collision.len());
-        for (collision, node) in link.collision.iter().zip(mended.children(*node, "collision")) {
+        for (collision, node) in link.collision.iter().zip(mended.children(node, "collision")) {
+            deadline.check()?;
             let link_from_shape = pose(&collision.origin, mended.child(node, "origin"), findings);
-            let geometry = geometry(mended, node, &collision.geometry, &mut meshes, Use::Collision, findings);
-            collisions.extend(geometry.map(|geometry| Collision {
-                link_from_shape,
-                geometry,
-                material: Material::default(),
-            }));
+            let geometry = geometry(mended, node, &collision.geometry, meshes, Use::Collision, findings);
+            collisions.extend(geometry.map(|geometry| Collision { link_from_shape, geometry, material }));
         }
-        links.push(Link { name: link.name.clone(), inertial: Inertial::ZERO, visuals, collisions });
+        deadline.check()?;
+        if !link.visual.is_empty() && link.collision.is_empty() {
+            findings.info(node, Defaulted, "it has visuals and no collision: it touches nothing");
+        }
+        Ok(Link { name: link.name.clone(), inertial: Inertial::ZERO, visuals, collisions })
     }
-    links
 }

@@ -6,7 +6,7 @@ use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
 use super::mend::Mended;
-use crate::report::Disposition::{Defaulted, Repaired};
+use crate::report::Disposition::{Defaulted, Ignored, Repaired};
 
 /// The colours that have a name.
 pub(super) struct Palette<'m> {
@@ -17,8 +17,9 @@ impl<'m> Palette<'m> {
     /// Materials of the robot first, then those that a visual defines in
     /// passing: real files define "blue" in the first link and name it in the
     /// others.
-    pub(super) fn of(mended: &'m Mended) -> Self {
+    pub(super) fn of(mended: &'m Mended, findings: &mut Findings) -> Self {
         let robot = &mended.robot;
+        report_twins(mended, findings);
         let passing =
             robot.links.iter().flat_map(|link| &link.visual).filter_map(|visual| visual.material.as_ref());
         let mut colors = HashMap::new();
@@ -41,18 +42,35 @@ impl<'m> Palette<'m> {
         let own = material.color.as_ref().map(|color| color.rgba.0);
         let color = own.or_else(|| self.colors.get(material.name.as_str()).copied());
         let Some(color) = color else {
-            // A texture without a colour is reported as not read where it stands.
-            if !material.name.is_empty() {
-                let message =
-                    format!("no colour is defined for {}; the default is shown", quoted(&material.name));
-                findings.info(node, Defaulted, message);
-            }
+            let message = if material.name.is_empty() {
+                "it gives no colour; the default is shown".to_owned()
+            } else {
+                format!("no colour is defined for {}; the default is shown", quoted(&material.name))
+            };
+            findings.info(node, Defaulted, message);
             return None;
         };
         let clamped = color.map(|part| part.clamp(0.0, 1.0));
         if clamped != color {
-            findings.info(node, Repaired, format!("rgba {color:?} is cut to 0 to 1"));
+            let [r, g, b, a] = color;
+            findings.warn(node, Repaired, format!("rgba {r} {g} {b} {a} is cut to 0 to 1"));
         }
         Some(clamped)
+    }
+}
+
+/// Materials of the robot that give a name another colour than the one before.
+fn report_twins(mended: &Mended, findings: &mut Findings) {
+    let mut seen = HashMap::new();
+    for (material, node) in mended.robot.materials.iter().zip(mended.children(mended.root, "material")) {
+        let Some(color) = material.color.as_ref().map(|color| color.rgba.0) else { continue };
+        let (first, line) = *seen.entry(material.name.as_str()).or_insert((color, findings.line(node)));
+        if first != color {
+            let message = format!(
+                "material {} has another colour at line {line}, which is used",
+                quoted(&material.name)
+            );
+            findings.warn(node, Ignored, message);
+        }
     }
 }

@@ -12,10 +12,12 @@ use std::collections::HashSet;
 use roxmltree::{Node, NodeId};
 
 use super::findings::{Findings, Refusal, quoted};
+use super::numbers::{self, Shape};
 use super::prescan::is;
+use super::unknown;
 use super::vocabulary::{Attribute, Element, Kind, Missing, ROBOT};
-use crate::limits;
-use crate::report::Disposition::{Defaulted, Ignored};
+use crate::limits::Limits;
+use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 
 /// What urdf-rs read, beside the nodes that it read it from.
 pub(super) struct Mended<'a, 'i> {
@@ -57,31 +59,31 @@ pub(super) fn given(node: Option<Node>, name: &str) -> bool {
     node.and_then(|node| node.attribute(name)).is_some_and(|value| !value.trim().is_empty())
 }
 
-/// The numbers of an attribute that the mending has checked.
-pub(super) fn numbers<const N: usize>(node: Node, name: &str) -> Option<[f64; N]> {
-    let words = node.attribute(name)?.split_whitespace();
-    let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
-    numbers.try_into().ok()
-}
-
 /// Mends the document and has urdf-rs read it.
-pub(super) fn mend<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<Mended<'a, 'i>, Refusal> {
+pub(super) fn mend<'a, 'i>(
+    root: Node<'a, 'i>,
+    limits: &Limits,
+    findings: &mut Findings,
+) -> Result<Mended<'a, 'i>, Refusal> {
     for tag in ["link", "joint"] {
         let count = root.children().filter(|node| is(*node, tag)).count();
-        if count > limits::LINKS {
-            let cap = limits::LINKS;
+        if count > limits.links {
+            let cap = limits.links;
             return Err(findings.refuse(root, format!("the robot has {count} {tag}s; the most is {cap}")));
         }
     }
     let shape = |node: &Node| is(*node, "visual") || is(*node, "collision");
     let shapes = root.descendants().filter(shape).count();
-    if shapes > limits::SHAPES {
-        let cap = limits::SHAPES;
-        return Err(findings.refuse(root, format!("the robot has {shapes} shapes; the most is {cap}")));
+    let materials = root.children().filter(|node| is(*node, "material")).count();
+    for (what, count) in [("shapes", shapes), ("materials", materials)] {
+        if count > limits.shapes {
+            let cap = limits.shapes;
+            return Err(findings.refuse(root, format!("the robot has {count} {what}; the most is {cap}")));
+        }
     }
-    let mut mender = Mender { xml: String::new(), kept: HashSet::new(), findings };
+    let mut mender = Mender { xml: String::new(), kept: HashSet::new(), limits, findings };
     mender.element(root, &ROBOT)?;
-    let Mender { xml, kept, findings } = mender;
+    let Mender { xml, kept, findings, .. } = mender;
     let robot = urdf_rs::read_from_string(&xml)
         .map_err(|error| findings.refuse(root, format!("urdf-rs refuses it: {error}")))?;
     let mended = Mended { robot, root, kept };
@@ -94,6 +96,7 @@ pub(super) fn mend<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Resul
 struct Mender<'f> {
     xml: String,
     kept: HashSet<NodeId>,
+    limits: &'f Limits,
     findings: &'f mut Findings,
 }
 
@@ -106,14 +109,21 @@ impl Mender<'_> {
         self.xml.push_str(element.tag);
         let mut complete = self.attributes(node, element)?;
         self.xml.push('>');
+        unknown::text(node, self.findings);
         complete = complete && self.children(node, element)?;
+        match (complete, element.stand_in) {
+            (true, None) => {
+                self.xml.push_str("</");
+                self.xml.push_str(element.tag);
+                self.xml.push('>');
+            }
+            (_, stand_in) => {
+                self.xml.truncate(start);
+                self.xml.push_str(stand_in.filter(|_| complete).unwrap_or_default());
+            }
+        }
         if complete {
-            self.xml.push_str("</");
-            self.xml.push_str(element.tag);
-            self.xml.push('>');
             self.kept.insert(node.id());
-        } else {
-            self.xml.truncate(start);
         }
         Ok(complete)
     }
@@ -121,9 +131,9 @@ impl Mender<'_> {
     fn attributes(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
         for attribute in node.attributes() {
             let known = element.attributes.iter().any(|known| known.name == attribute.name());
-            if attribute.namespace().is_some() || !known {
-                let message = format!("attribute {} is not read by simd", quoted(attribute.name()));
-                self.findings.info(node, Ignored, message);
+            let is_foreign = attribute.namespace().is_some();
+            if is_foreign || !known {
+                unknown::attribute(node, attribute.name(), is_foreign, element, self.findings);
             }
         }
         for attribute in element.attributes {
@@ -136,10 +146,7 @@ impl Mender<'_> {
                 }
                 continue;
             };
-            self.check(node, attribute, value)?;
-            if !matches!(attribute.kind, Kind::OursNumbers(_) | Kind::Unused) {
-                self.write(attribute.name, value);
-            }
+            self.attribute(node, attribute, value)?;
         }
         Ok(true)
     }
@@ -171,18 +178,21 @@ impl Mender<'_> {
     fn children(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
         let known = |child: &Node| element.children.iter().any(|known| is(*child, known.tag));
         for child in node.children().filter(|child| child.is_element() && !known(child)) {
-            self.findings.info(child, Ignored, "not read by simd");
+            if !is_surfaces(&child, element) {
+                unknown::element(child, element, self.findings);
+            }
         }
-        let mut any = false;
+        if element.one_of {
+            return self.one_child(node, element);
+        }
         for wanted in element.children {
             let mut found = false;
             for child in node.children().filter(|child| is(*child, wanted.tag)) {
-                if (found && !wanted.many) || (any && element.one_of) {
-                    self.findings.warn(child, Ignored, "one too many: the one before it is used");
+                if found && !wanted.many {
+                    self.findings.warn(child, Ignored, ONE_TOO_MANY);
                     continue;
                 }
                 found |= self.element(child, wanted)?;
-                any |= found;
             }
             if found {
                 continue;
@@ -200,39 +210,92 @@ impl Mender<'_> {
                 }
             }
         }
-        if element.one_of && !any {
-            self.findings.warn(node, Ignored, "it has no shape that simd knows");
-        }
-        Ok(any || !element.one_of)
+        Ok(true)
     }
 
-    fn check(&self, node: Node, attribute: &Attribute, value: &str) -> Result<(), Refusal> {
+    /// The first child that can be used, in the order of the file.
+    fn one_child(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
+        let (mut any, mut tried) = (false, false);
+        for child in node.children() {
+            let Some(wanted) = element.children.iter().find(|wanted| is(child, wanted.tag)) else { continue };
+            tried = true;
+            if any {
+                self.findings.warn(child, Ignored, ONE_TOO_MANY);
+            } else {
+                any = self.element(child, wanted)?;
+            }
+        }
+        if !tried {
+            self.findings.warn(node, Ignored, "it has no shape that simd knows");
+        }
+        Ok(any)
+    }
+
+    /// Checks a value and writes it.
+    fn attribute(&mut self, node: Node, attribute: &Attribute, value: &str) -> Result<(), Refusal> {
         let name = attribute.name;
         match attribute.kind {
-            Kind::Unused => Ok(()),
-            Kind::Text | Kind::Name => {
-                let (size, cap) = (value.len(), limits::NAME_BYTES);
-                if size > cap {
-                    return Err(self
-                        .findings
-                        .refuse(node, format!("{name} has {size} bytes; the most is {cap}")));
+            Kind::Unused => {}
+            Kind::Text | Kind::Name | Kind::Uri => {
+                self.check_text(node, name, value)?;
+                let trimmed = if matches!(attribute.kind, Kind::Name) { value.trim() } else { value };
+                if trimmed != value {
+                    let message = format!("{name}={} has spaces around it: read without", quoted(value));
+                    self.findings.warn(node, Repaired, message);
                 }
-                if value.chars().any(char::is_control) {
-                    let message = format!("{name}={} holds a control character", quoted(value));
-                    return Err(self.findings.refuse(node, message));
+                if !matches!(attribute.kind, Kind::Uri) && (value.contains("${") || value.contains("$(")) {
+                    let message = format!("{name}={} looks like a left-over of xacro", quoted(value));
+                    self.findings.warn(node, Used, message);
                 }
-                Ok(())
+                self.write(name, trimmed);
             }
-            Kind::Word(words) if words.contains(&value) => Ok(()),
             Kind::Word(words) => {
-                let message = format!("{name}={} is none of: {}", quoted(value), words.join(", "));
-                Err(self.findings.refuse(node, message))
+                let plain = value.trim().to_ascii_lowercase();
+                if !words.contains(&plain.as_str()) {
+                    return Err(self.findings.refuse(node, no_such_word(name, value, words)));
+                }
+                if plain != value {
+                    let message = format!("{name}={} is read as {plain}", quoted(value));
+                    self.findings.warn(node, Repaired, message);
+                }
+                self.write(name, &plain);
             }
-            Kind::Numbers(count) | Kind::OursNumbers(count) => check_numbers(value, count).map_err(|why| {
-                let message = format!("{name}={} {why}", quoted(value));
-                self.findings.refuse(node, message)
-            }),
+            Kind::Numbers(shape) => {
+                let values = self.numbers(node, name, value, shape)?;
+                let is_bounded = values.iter().all(|value| value.is_finite());
+                match attribute.missing {
+                    _ if is_bounded => {
+                        let words: Vec<String> = values.iter().map(|value| format!("{value:e}")).collect();
+                        self.write(name, &words.join(" "));
+                    }
+                    Missing::Write(default) => self.write(name, default),
+                    _ => {}
+                }
+            }
+            Kind::OursNumbers(count) => drop(self.numbers(node, name, value, Shape::Exactly(count))?),
         }
+        Ok(())
+    }
+
+    fn numbers(&mut self, node: Node, name: &str, value: &str, shape: Shape) -> Result<Vec<f64>, Refusal> {
+        let of = |what: &str| format!("{name}={} {what}", quoted(value));
+        let read = numbers::read(value, shape).map_err(|why| self.findings.refuse(node, of(&why)))?;
+        if let Some(repair) = read.repair {
+            self.findings.warn(node, Repaired, of(&repair));
+        }
+        Ok(read.values)
+    }
+
+    fn check_text(&self, node: Node, name: &str, value: &str) -> Result<(), Refusal> {
+        let (size, cap) = (value.len(), self.limits.name_bytes);
+        if size > cap {
+            return Err(self.findings.refuse(node, format!("{name} has {size} bytes; the most is {cap}")));
+        }
+        if value.chars().any(char::is_control) {
+            let message = format!("{name}={} holds a control character", quoted(value));
+            return Err(self.findings.refuse(node, message));
+        }
+        Ok(())
     }
 
     fn write(&mut self, name: &str, value: &str) {
@@ -254,24 +317,26 @@ impl Mender<'_> {
     }
 }
 
-fn check_numbers(value: &str, count: usize) -> Result<(), String> {
-    let mut found = 0;
-    for word in value.split_whitespace() {
-        let number: f64 =
-            word.parse().map_err(|_| format!("has a word that is not a number: {}", quoted(word)))?;
-        if !number.is_finite() {
-            return Err("is not finite".to_owned());
+const ONE_TOO_MANY: &str = "one too many: the one before it is used";
+
+/// Whether an element is read by [`surface`](super::surface), from the robot's own node.
+fn is_surfaces(child: &Node, parent: &Element) -> bool {
+    parent.tag == ROBOT.tag && is(*child, "gazebo")
+}
+
+fn no_such_word(name: &str, value: &str, words: &[&str]) -> String {
+    let meant = match value.trim().to_ascii_lowercase().as_str() {
+        "hinge" => Some("revolute"),
+        "slider" => Some("prismatic"),
+        "free" => Some("floating"),
+        _ => unknown::nearest(value.trim(), words.iter().copied()),
+    };
+    let meant = match (meant, value) {
+        (Some(meant), _) => format!("; did you mean {meant}?"),
+        (None, "spherical" | "ball") => {
+            "; three revolute joints with links between them move like it".to_owned()
         }
-        if number.abs() > limits::MAGNITUDE {
-            return Err(format!("is larger than simd computes with; the most is {:e}", limits::MAGNITUDE));
-        }
-        found += 1;
-    }
-    match (count, found) {
-        _ if found == count => Ok(()),
-        (1, _) => Err(format!("is {found} numbers where there must be one")),
-        _ => {
-            Err(format!("is {found} number{} where there must be {count}", if found == 1 { "" } else { "s" }))
-        }
-    }
+        (None, _) => String::new(),
+    };
+    format!("{name}={} is none of: {}{meant}", quoted(value), words.join(", "))
 }

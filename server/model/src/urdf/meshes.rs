@@ -7,9 +7,10 @@ use roxmltree::Node;
 
 use super::Assets;
 use super::findings::{Findings, quoted};
-use crate::limits;
+use crate::limits::Limits;
 use crate::mesh;
-use crate::report::Disposition::Ignored;
+use crate::report::Disposition::{Ignored, Repaired};
+use crate::report::counted;
 use crate::robot::{MeshAsset, Sha256};
 
 /// What a mesh is for.
@@ -27,17 +28,20 @@ type Found = Result<Arc<MeshAsset>, String>;
 /// The meshes of one load.
 pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
+    limits: &'s Limits,
     by_uri: HashMap<String, Found>,
-    by_content: HashMap<Sha256, Found>,
+    /// By what is in the file and by its format.
+    by_content: HashMap<(Sha256, String), Found>,
     reported: HashSet<(String, Use)>,
     triangles: usize,
 }
 
 impl<'s> Meshes<'s> {
     /// Nothing read yet.
-    pub(super) fn new(assets: &'s dyn Assets) -> Self {
+    pub(super) fn new(assets: &'s dyn Assets, limits: &'s Limits) -> Self {
         Self {
             assets,
+            limits,
             by_uri: HashMap::new(),
             by_content: HashMap::new(),
             reported: HashSet::new(),
@@ -61,41 +65,95 @@ impl<'s> Meshes<'s> {
                 found
             }
         };
-        let why = match found {
-            Ok(asset) => return Some(asset),
-            Err(why) => why,
-        };
-        if self.reported.insert((uri.to_owned(), usage)) {
-            match usage {
-                Use::Visual => findings.warn_leniently(node, Ignored, format!("{why}; it is not shown")),
-                Use::Collision => findings.warn(node, Ignored, format!("{why}; it touches nothing")),
+        let is_first = self.reported.insert((uri.to_owned(), usage));
+        match found {
+            Ok(asset) => {
+                if is_first {
+                    let (triangles, vertices) = (asset.triangles.len(), asset.vertices.len());
+                    findings.used_file(node, uri, || {
+                        format!("{}, {}", counted(triangles, "triangle"), counted(vertices, "corner"))
+                    });
+                    let backslashes =
+                        uri.contains('\\').then(|| "backslashes are read as slashes".to_owned());
+                    for repair in backslashes.into_iter().chain(self.assets.note(uri)) {
+                        let message = format!("mesh {}: {repair}", quoted(uri));
+                        findings.warn_of_file(node, uri, Repaired, true, message);
+                    }
+                }
+                Some(asset)
+            }
+            Err(why) => {
+                let (lost, serious) = match usage {
+                    Use::Visual => ("it is not shown", false),
+                    Use::Collision => ("it touches nothing", true),
+                };
+                if is_first {
+                    findings.warn_of_file(node, uri, Ignored, serious, format!("{why}; {lost}"));
+                }
+                None
             }
         }
-        None
     }
 
     fn find(&mut self, uri: &str) -> Found {
-        let asset = self.assets.find(uri).map_err(|places| {
-            let places = if places.is_empty() { "nowhere".to_owned() } else { places.join(", ") };
-            format!("mesh {} is not found; looked in: {places}", quoted(uri))
-        })?;
-        if let Some(found) = self.by_content.get(&asset.sha256) {
+        let asset = self
+            .assets
+            .find(uri)
+            .map_err(|places| format!("mesh {} {}", quoted(uri), absent(uri, &places)))?;
+        let content = (asset.sha256, mesh::format(uri));
+        if let Some(found) = self.by_content.get(&content) {
             return found.clone();
         }
         let found = self.parse(uri, &asset);
-        self.by_content.insert(asset.sha256, found.clone());
+        self.by_content.insert(content, found.clone());
         found
     }
 
     fn parse(&mut self, uri: &str, asset: &super::Asset) -> Found {
         let name = quoted(uri);
-        let (vertices, triangles) =
-            mesh::parse(uri, &asset.bytes).map_err(|why| format!("mesh {name} is not read: {why}"))?;
-        self.triangles = self.triangles.saturating_add(triangles.len());
-        if self.triangles > limits::ROBOT_TRIANGLES {
-            let cap = limits::ROBOT_TRIANGLES;
+        let (size, cap) = (asset.bytes.len(), self.limits.mesh_bytes);
+        if size > cap {
+            return Err(format!("mesh {name} is not read: it has {size} bytes; the most is {cap}"));
+        }
+        let mut read = || {
+            let (vertices, triangles) = mesh::parse(uri, &asset.bytes)?;
+            Ok(MeshAsset { sha256: asset.sha256, vertices, triangles })
+        };
+        let read = self.assets.mesh(asset.sha256, &mesh::format(uri), &mut read);
+        let read = read.map_err(|why| format!("mesh {name} is not read: {why}"))?;
+        let (count, cap) = (read.triangles.len(), self.limits.mesh_triangles);
+        if count > cap {
+            return Err(format!("mesh {name} is not read: it has {count} triangles; the most is {cap}"));
+        }
+        self.triangles = self.triangles.saturating_add(count);
+        if self.triangles > self.limits.robot_triangles {
+            let cap = self.limits.robot_triangles;
             return Err(format!("mesh {name} is not read: with it the robot has more than {cap} triangles"));
         }
-        Ok(Arc::new(MeshAsset { sha256: asset.sha256, vertices, triangles }))
+        Ok(read)
     }
+}
+
+/// Why there is no file, after its URI.
+fn absent(uri: &str, places: &[String]) -> String {
+    // Where the URI itself is what is wrong, no place was looked at.
+    let wrong = format!("because `{uri}` ");
+    match places {
+        [] => "is not found".to_owned(),
+        [only] => match only.split_once(&wrong) {
+            Some((_, why)) => why.to_owned(),
+            None => format!("is not found; looked in: {only}"),
+        },
+        several => format!("is not found; looked in: {}", several.join(", ")),
+    }
+}
+
+/// What is to be said where a file was found under a path whose letters are not
+/// those of the URI: an [`Assets::note`](super::Assets::note).
+pub fn other_case(uri: &str, found: &str) -> Option<String> {
+    let parts = |path: &str| -> Vec<String> { path.rsplit(['/', '\\']).map(str::to_owned).collect() };
+    let (written, found) = (parts(uri), parts(found));
+    let same = written.iter().zip(&found).take_while(|(a, b)| a.to_lowercase() == b.to_lowercase());
+    let differs = same.into_iter().filter(|(a, b)| a != b).last();
+    differs.map(|(_, there)| format!("it is found as {}; capital letters matter elsewhere", quoted(there)))
 }

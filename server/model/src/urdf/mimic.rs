@@ -2,19 +2,14 @@
 
 use std::collections::HashMap;
 
-use super::findings::{Findings, Refusal, quoted};
+use super::findings::{Findings, quoted};
 use super::mend::Mended;
 use super::tree::Tree;
 use crate::report::Disposition::Ignored;
 use crate::robot::{Joint, JointKind, Mimic};
 
 /// Sets `mimic` of the joints; they are in the tree's order.
-pub(super) fn resolve(
-    mended: &Mended,
-    tree: &Tree,
-    joints: &mut [Joint],
-    findings: &mut Findings,
-) -> Result<(), Refusal> {
+pub(super) fn resolve(mended: &Mended, tree: &Tree, joints: &mut [Joint], findings: &mut Findings) {
     let kinds: HashMap<String, (usize, JointKind)> =
         joints.iter().enumerate().map(|(index, joint)| (joint.name.clone(), (index, joint.kind))).collect();
     let mut nodes = Vec::with_capacity(joints.len());
@@ -42,32 +37,52 @@ pub(super) fn resolve(
             offset: mimic.offset.unwrap_or(0.0),
         });
     }
-    refuse_loops(joints, &nodes, findings)
+    break_loops(joints, &nodes, findings);
 }
 
-fn refuse_loops(joints: &[Joint], nodes: &[roxmltree::Node], findings: &Findings) -> Result<(), Refusal> {
-    let leader = |index: usize| joints.get(index).and_then(|joint| joint.mimic).map(|mimic| mimic.joint);
-    // A joint known to lead to one that follows nothing need not be followed again.
-    let mut free = vec![false; joints.len()];
-    for (start, node) in nodes.iter().enumerate() {
-        let mut path = vec![start];
-        while let Some(next) = path.last().and_then(|last| leader(*last)) {
-            if free.get(next) == Some(&true) {
-                break;
-            }
-            if path.contains(&next) {
-                let names: Vec<_> =
-                    path.iter().take(8).filter_map(|i| joints.get(*i)).map(|j| quoted(&j.name)).collect();
-                let message = format!("joints follow one another in a loop: {}", names.join(", "));
-                return Err(findings.refuse(*node, message));
-            }
-            path.push(next);
+/// Joints that follow one another in a circle have no position that they follow
+/// from: each of them goes its own way.
+fn break_loops(joints: &mut [Joint], nodes: &[roxmltree::Node], findings: &mut Findings) {
+    let leaders: Vec<Option<usize>> = joints.iter().map(|joint| Some(joint.mimic?.joint)).collect();
+    let leader = |index: usize| leaders.get(index).copied().flatten();
+    // The walk on which a joint was first met; one that meets its own trace is on a loop.
+    let mut walks: Vec<Option<usize>> = vec![None; joints.len()];
+    for start in 0..leaders.len() {
+        let mut at = start;
+        while let Some(slot) = walks.get_mut(at).filter(|slot| slot.is_none()) {
+            *slot = Some(start);
+            let Some(next) = leader(at) else { break };
+            at = next;
         }
-        for index in path {
-            if let Some(free) = free.get_mut(index) {
-                *free = true;
-            }
+        let met_itself = walks.get(at) == Some(&Some(start)) && leader(at).is_some();
+        if met_itself {
+            break_loop(at, leader, joints, nodes, findings);
         }
     }
-    Ok(())
+}
+
+/// The loop on which `first` is.
+fn break_loop(
+    first: usize,
+    leader: impl Fn(usize) -> Option<usize>,
+    joints: &mut [Joint],
+    nodes: &[roxmltree::Node],
+    findings: &mut Findings,
+) {
+    let mut members = vec![first];
+    members.extend(std::iter::successors(leader(first), |at| leader(*at)).take_while(|at| *at != first));
+    let named = members.iter().take(8).filter_map(|index| joints.get(*index));
+    let mut names = named.map(|joint| quoted(&joint.name)).collect::<Vec<_>>().join(", ");
+    if members.len() > 8 {
+        names += ", ...";
+    }
+    let message = format!("joints follow one another in a loop: {names}; each moves by itself");
+    if let Some(node) = nodes.get(first) {
+        findings.warn(*node, Ignored, message);
+    }
+    for index in members {
+        if let Some(joint) = joints.get_mut(index) {
+            joint.mimic = None;
+        }
+    }
 }

@@ -1,11 +1,13 @@
 //! From URDF text to a robot.
 //!
-//! The way in, each step in its file: `text` (bytes to text), `prescan`
-//! (size, depth and syntax, with line numbers), `mend` (the document as
-//! urdf-rs takes it, every number checked), urdf-rs, `tree` (one root, no
-//! loops), `link`, `joint` and `inertial` (what the numbers mean),
-//! `scale`.
+//! The way in, each step in its file: `text` (bytes to text), `document` (what
+//! is wrong around the root), `prescan` (size, depth and syntax, with line
+//! numbers), `mend` (the document as urdf-rs takes it, every number checked),
+//! urdf-rs, `tree` (one root, no loops), `link`, `joint` and `inertial` (what the
+//! numbers mean), `scale`. `findings` is the report on the way.
 
+mod deadline;
+mod document;
 mod findings;
 mod geometry;
 mod inertial;
@@ -15,19 +17,27 @@ mod material;
 mod mend;
 mod meshes;
 mod mimic;
+mod numbers;
 mod prescan;
 mod scale;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod text;
 mod tree;
+mod unknown;
+mod used;
 mod vocabulary;
 
 use std::sync::Arc;
 
+use crate::limits::Limits;
 use crate::report::LoadReport;
-use crate::robot::{RobotModel, Sha256};
+use crate::robot::{MeshAsset, RobotModel, Sha256};
+use deadline::Deadline;
 use findings::{Findings, Refusal};
+
+pub use meshes::other_case;
 
 /// A file that a description names.
 #[derive(Clone, Debug)]
@@ -43,6 +53,26 @@ pub trait Assets {
     /// The file for a URI as the description writes it, or the places where it
     /// was looked for.
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>>;
+
+    /// What had to be forgiven to find it, for instance capital letters, as a
+    /// fragment of a sentence.
+    fn note(&self, uri: &str) -> Option<String> {
+        let _ = uri;
+        None
+    }
+
+    /// The mesh of a file with this content, read as this format: by `read`, which says
+    /// in a fragment of a sentence why not, or from where it was kept. By default nothing
+    /// is kept.
+    fn mesh(
+        &self,
+        sha256: Sha256,
+        format: &str,
+        read: &mut dyn FnMut() -> Result<MeshAsset, String>,
+    ) -> Result<Arc<MeshAsset>, String> {
+        let _ = (sha256, format);
+        read().map(Arc::new)
+    }
 }
 
 /// How to read.
@@ -51,14 +81,17 @@ pub struct ReadOptions {
     /// Lengths are multiplied by it, inertias by its square; masses stay.
     /// Above 0 and at most 1000.
     pub scale: f64,
-    /// Refuse a robot whose report has a warning. A visual mesh that is
-    /// missing or cannot be read is warned of, but never refused.
+    /// Refuse a robot whose report has a warning, which every repair is: those
+    /// are errors then. A visual mesh that is missing or cannot be read is
+    /// warned of, but never refused.
     pub strict: bool,
+    /// What the description must stay within.
+    pub limits: Limits,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { scale: 1.0, strict: false }
+        Self { scale: 1.0, strict: false, limits: Limits::default() }
     }
 }
 
@@ -87,9 +120,9 @@ pub struct Description {
 ///
 /// What is not a URDF, or too large; a robot that [`read`] refuses for its
 /// meaning is described all the same.
-pub fn describe(urdf: &[u8]) -> Result<Description, Refused> {
-    let mut findings = Findings::default();
-    let described = text::decode(urdf).and_then(|text| prescan::description(text, &mut findings));
+pub fn describe(urdf: &[u8], limits: &Limits) -> Result<Description, Refused> {
+    let mut findings = Findings::new(limits.findings);
+    let described = document::open(urdf, limits, &mut findings, |root, _| Ok(prescan::description(root)));
     described.map_err(|refusal| findings.refused(refusal))
 }
 
@@ -104,7 +137,7 @@ pub fn read(
     assets: &dyn Assets,
     options: &ReadOptions,
 ) -> Result<(RobotModel, LoadReport), Refused> {
-    let mut findings = Findings::default();
+    let mut findings = Findings::new(options.limits.findings);
     match model(urdf, assets, options, &mut findings) {
         Ok(model) => Ok((model, findings.into_report())),
         Err(refusal) => Err(findings.refused(refusal)),
@@ -118,21 +151,34 @@ fn model(
     findings: &mut Findings,
 ) -> Result<RobotModel, Refusal> {
     scale::check(options.scale)?;
-    let text = text::decode(urdf)?;
-    let text = prescan::bind_prefixes(text, findings)?;
-    let document = prescan::parse(&text)?;
-    findings.set_text(&text);
-    let root = prescan::robot_element(&document, findings)?;
-    let mended = mend::mend(root, findings)?;
+    let deadline = Deadline::new(options.limits.time);
+    document::open(urdf, &options.limits, findings, |root, findings| {
+        from_element(root, assets, options, &deadline, findings)
+    })
+}
+
+fn from_element(
+    root: roxmltree::Node,
+    assets: &dyn Assets,
+    options: &ReadOptions,
+    deadline: &Deadline,
+    findings: &mut Findings,
+) -> Result<RobotModel, Refusal> {
+    let limits = &options.limits;
+    deadline.check()?;
+    let mut mended = mend::mend(root, limits, findings)?;
+    tree::rename_twins(&mut mended, findings);
     let tree = tree::build(&mended, findings)?;
 
-    let mut links = link::read_all(&mended, &tree, assets, findings);
+    let mut links = link::read_all(&mended, &tree, assets, (limits, deadline), findings)?;
     let joints = joint::read_all(&mended, &tree, findings)?;
     inertial::resolve(&mended, &tree, &joints, &mut links, findings);
     let mut model = RobotModel { name: mended.robot.name.clone(), links, joints };
     scale::apply(&mut model, options.scale);
+    used::report(&model, &tree, findings);
     if options.strict {
         findings.refuse_warnings()?
     }
+    deadline.check()?;
     Ok(model)
 }

@@ -1,6 +1,5 @@
 //! The structure of the document, checked before anything that recurses sees it.
 
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use roxmltree::{Document, Error, Node, NodeId, ParsingOptions};
@@ -8,73 +7,33 @@ use roxmltree::{Document, Error, Node, NodeId, ParsingOptions};
 use super::Description;
 use super::findings::{Findings, Refusal, quoted};
 use super::vocabulary::NAMELESS;
-use crate::limits;
-use crate::report::Disposition;
+use crate::limits::Limits;
+use crate::report::Disposition::Repaired;
 
-/// Parses the text. Neither roxmltree nor what is here recurses.
-pub(super) fn parse(text: &str) -> Result<Document<'_>, Refusal> {
-    check_counts(text)?;
-    let document = parse_xml(text).map_err(syntax)?;
-    check_depth(&document)?;
-    Ok(document)
-}
-
-fn parse_xml(text: &str) -> Result<Document<'_>, Error> {
-    let options = ParsingOptions { allow_dtd: false, nodes_limit: limits::XML_NODES, ..Default::default() };
+/// Parses within the cap on nodes. Neither roxmltree nor what is here recurses.
+pub(super) fn parse_xml<'t>(text: &'t str, limits: &Limits) -> Result<Document<'t>, Error> {
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: limits.xml_nodes, ..Default::default() };
     Document::parse_with_options(text, options)
 }
 
-/// Real files use prefixes that they do not declare (`<controller:plugin>`):
-/// declares them at the root, on the root's line.
-pub(super) fn bind_prefixes<'a>(text: &'a str, findings: &mut Findings) -> Result<Cow<'a, str>, Refusal> {
-    const MOST: usize = 16;
-    check_counts(text)?;
-    let mut text = Cow::Borrowed(text);
-    for _ in 0..MOST {
-        let prefix = match parse_xml(&text) {
-            Err(Error::UnknownNamespace(prefix, _)) if prefix.len() <= limits::NAME_BYTES => prefix,
-            _ => break,
-        };
-        let Some(end) = root_name_end(&text) else { break };
-        let (before, after) = text.split_at(end);
-        text = Cow::Owned(format!("{before} xmlns:{prefix}=\"undeclared:{prefix}\"{after}"));
-        let message = format!("the prefix {} is not declared; read as if it were", quoted(&prefix));
-        findings.info_of_file(Disposition::Repaired, message);
-    }
-    Ok(text)
-}
-
-/// Where the name in the root's start tag ends.
-fn root_name_end(text: &str) -> Option<usize> {
-    let mut at = 0;
-    loop {
-        let rest = text.get(at..)?;
-        let open = rest.find('<')?;
-        let tag = rest.get(open..)?;
-        let end = if tag.starts_with("<!--") {
-            tag.find("-->")? + 3
-        } else if tag.starts_with("<?") {
-            tag.find("?>")? + 2
-        } else {
-            let name = tag.find(|c: char| c.is_whitespace() || c == '>' || c == '/')?;
-            return Some(at + open + name);
-        };
-        at += open + end;
-    }
-}
-
 /// Counts that make roxmltree slow, before it sees them.
-fn check_counts(text: &str) -> Result<(), Refusal> {
+pub(super) fn check_counts(text: &str, limits: &Limits) -> Result<(), Refusal> {
     let namespaces = text.matches("xmlns").count();
-    if namespaces > limits::XML_NAMESPACES {
-        let cap = limits::XML_NAMESPACES;
+    if namespaces > limits.xml_namespaces {
+        let cap = limits.xml_namespaces;
         return Err(Refusal::of_file(format!("{namespaces} namespaces are declared; the most is {cap}")));
     }
-    let mut line = 1;
+    // Each node has at most two tags.
+    let most_tags = 2 * (limits.xml_nodes as usize) + 2;
+    let (mut line, mut tags) = (1, 0);
     let mut rest = text;
     while let Some(open) = rest.find('<') {
         let (skipped, tag) = rest.split_at(open);
         line += newlines(skipped);
+        tags += 1;
+        if tags > most_tags {
+            return Err(too_many_nodes(limits));
+        }
         let length = if tag.starts_with("<!--") {
             tag.find("-->").unwrap_or(tag.len())
         } else if tag.starts_with("<![CDATA[") {
@@ -82,8 +41,8 @@ fn check_counts(text: &str) -> Result<(), Refusal> {
         } else {
             let length = tag.get(1..).and_then(|tag| tag.find('<')).map_or(tag.len(), |next| next + 1);
             let signs = tag.bytes().take(length).filter(|byte| *byte == b'=').count();
-            if signs > limits::XML_ATTRIBUTES {
-                let cap = limits::XML_ATTRIBUTES;
+            if signs > limits.xml_attributes {
+                let cap = limits.xml_attributes;
                 let message = format!("an element has some {signs} attributes; the most is {cap}");
                 return Err(Refusal::at(line, message));
             }
@@ -96,18 +55,23 @@ fn check_counts(text: &str) -> Result<(), Refusal> {
     Ok(())
 }
 
+fn too_many_nodes(limits: &Limits) -> Refusal {
+    Refusal::of_file(format!("the URDF has more than {} XML nodes", limits.xml_nodes))
+}
+
 fn newlines(text: &str) -> u32 {
     text.bytes().fold(0, |n, byte| n + u32::from(byte == b'\n'))
 }
 
-fn check_depth(document: &Document) -> Result<(), Refusal> {
+/// No element may be deeper than the cap.
+pub(super) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
     // Document order: a parent comes before its children.
     let mut depths: HashMap<NodeId, usize> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
         let above = node.parent_element().and_then(|parent| depths.get(&parent.id()));
         let depth = above.map_or(1, |above| above + 1);
-        if depth > limits::XML_DEPTH {
-            let (cap, line) = (limits::XML_DEPTH, document.text_pos_at(node.range().start).row);
+        if depth > cap {
+            let line = document.text_pos_at(node.range().start).row;
             return Err(Refusal::at(line, format!("elements are nested deeper than {cap} levels")));
         }
         depths.insert(node.id(), depth);
@@ -115,16 +79,25 @@ fn check_depth(document: &Document) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn syntax(error: Error) -> Refusal {
+/// What is wrong with the text, as a sentence.
+pub(super) fn syntax(error: Error, limits: &Limits) -> Refusal {
     match error {
-        Error::NodesLimitReached => {
-            let cap = limits::XML_NODES;
-            Refusal::of_file(format!("the URDF has more than {cap} XML nodes"))
-        }
+        Error::NodesLimitReached => too_many_nodes(limits),
         Error::DtdDetected => {
             Refusal::of_file("the URDF has a document type declaration (DTD); simd reads none".to_owned())
         }
         Error::NoRootNode => Refusal::of_file("this is not a URDF: it has no root element".to_owned()),
+        Error::DuplicatedAttribute(name, at) => {
+            Refusal::at(at.row, format!("attribute {} is given twice at column {}", quoted(&name), at.col))
+        }
+        Error::UnexpectedEndOfStream | Error::UnclosedRootNode => {
+            Refusal::of_file("the XML is broken: the file ends before its root element does".to_owned())
+        }
+        Error::UnknownToken(at) => {
+            let message =
+                "the XML is broken at column {}: a tag, a comment or the end of the file must be here";
+            Refusal::at(at.row, message.replace("{}", &at.col.to_string()))
+        }
         error => {
             let position = error.pos();
             let text = error.to_string();
@@ -135,26 +108,41 @@ fn syntax(error: Error) -> Refusal {
     }
 }
 
-/// The root, if the document is a URDF.
+/// The `<robot>`, if the document is a URDF.
 pub(super) fn robot_element<'a, 'i>(
     document: &'a Document<'i>,
-    findings: &Findings,
+    findings: &mut Findings,
 ) -> Result<Node<'a, 'i>, Refusal> {
     let root = document.root_element();
-    if !is(root, "robot") {
-        let tag = quoted(root.tag_name().name()).replace('"', "");
-        let message = format!("this is not a URDF: the root element is <{tag}>");
-        return Err(Refusal::at(findings.line(root), message));
-    }
     let xacro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
+    let robot = if is(root, "robot") { root } else { inner_robot(root, findings)? };
     if let Some(node) = document.descendants().find(xacro) {
         let message = "this is a xacro file; run xacro on it and send what that prints";
         return Err(Refusal::at(findings.line(node), message.to_owned()));
     }
-    if !root.children().any(|node| is(node, "link")) {
-        return Err(findings.refuse(root, "the robot has no links"));
+    if !robot.children().any(|node| is(node, "link")) {
+        return Err(findings.refuse(robot, "the robot has no links"));
     }
-    Ok(root)
+    Ok(robot)
+}
+
+/// Some exporters write `<urdf><robot>...</robot></urdf>`.
+fn inner_robot<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<Node<'a, 'i>, Refusal> {
+    let tag = quoted(root.tag_name().name()).replace('"', "");
+    let mut robots = root.children().filter(|node| is(*node, "robot"));
+    let (Some(robot), None) = (robots.next(), robots.next()) else {
+        let advice = match tag.as_str() {
+            "sdf" => "; convert SDF to URDF first",
+            "mujoco" => "; this is MuJoCo's own format: send a URDF",
+            "COLLADA" => "; this is a mesh: send the URDF that names it",
+            _ if tag.eq_ignore_ascii_case("robot") => "; write it <robot>",
+            _ => "",
+        };
+        let message = format!("this is not a URDF: the root element is <{tag}>{advice}");
+        return Err(Refusal::at(findings.line(root), message));
+    };
+    findings.warn(robot, Repaired, format!("it stands inside of <{tag}>; read as if it were the root"));
+    Ok(robot)
 }
 
 /// Whether a node is an element of URDF with this name.
@@ -168,11 +156,7 @@ fn node_default<'a>(node: Node<'a, '_>) -> Option<&'a str> {
 }
 
 /// The name and the mesh URIs.
-pub(super) fn description(text: &str, findings: &mut Findings) -> Result<Description, Refusal> {
-    let text = bind_prefixes(text, findings)?;
-    let document = parse(&text)?;
-    findings.set_text(&text);
-    let root = robot_element(&document, findings)?;
+pub(super) fn description(root: Node) -> Description {
     let mut seen = HashSet::new();
     let asset_uris = root
         .children()
@@ -185,5 +169,5 @@ pub(super) fn description(text: &str, findings: &mut Findings) -> Result<Descrip
         .map(str::to_owned)
         .collect();
     let name = root.attribute("name").filter(|name| !name.trim().is_empty()).unwrap_or(NAMELESS);
-    Ok(Description { name: name.to_owned(), asset_uris })
+    Description { name: name.to_owned(), asset_uris }
 }

@@ -1,11 +1,13 @@
 //! The order of links and joints: one root, no loops, depth first.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use roxmltree::Node;
 
 use super::findings::{Findings, Refusal, quoted};
 use super::mend::Mended;
+use super::unknown::nearest;
+use crate::report::Disposition::Repaired;
 
 /// The robot as a tree. Indices "in the file" count urdf-rs's links or joints.
 pub(super) struct Tree<'a, 'i> {
@@ -30,7 +32,6 @@ pub(super) struct TreeJoint {
 /// Orders the links, or says why they form no tree.
 pub(super) fn build<'a, 'i>(mended: &Mended<'a, 'i>, findings: &Findings) -> Result<Tree<'a, 'i>, Refusal> {
     let file = File { mended, findings, links: link_indices(mended, findings)? };
-    check_joint_names(mended, findings)?;
     let parents = file.parents()?;
     let root = file.root(&parents)?;
 
@@ -92,14 +93,29 @@ fn link_indices<'m>(mended: &'m Mended, findings: &Findings) -> Result<HashMap<&
     Ok(indices)
 }
 
-fn check_joint_names(mended: &Mended, findings: &Findings) -> Result<(), Refusal> {
-    let mut lines = HashMap::new();
-    for (joint, node) in mended.joints() {
-        if let Some(line) = lines.insert(joint.name.as_str(), findings.line(node)) {
-            return Err(findings.refuse(node, format!("another joint has this name, at line {line}")));
-        }
+/// Gives a name of its own to each joint that has another's. No joint is named
+/// by another element than a mimic, which then means the first.
+pub(super) fn rename_twins(mended: &mut Mended, findings: &mut Findings) {
+    let nodes: Vec<_> = mended.children(mended.root, "joint").collect();
+    let all: HashSet<String> = mended.robot.joints.iter().map(|joint| joint.name.clone()).collect();
+    let mut seen: HashMap<String, (u32, usize)> = HashMap::new();
+    for (joint, node) in mended.robot.joints.iter_mut().zip(nodes) {
+        let Some((line, count)) = seen.get_mut(&joint.name) else {
+            seen.insert(joint.name.clone(), (findings.line(node), 1));
+            continue;
+        };
+        let name = loop {
+            *count += 1;
+            let name = format!("{}_{count}", joint.name);
+            if !all.contains(&name) {
+                break name;
+            }
+        };
+        let message =
+            format!("another joint has this name, at line {line}: this one is called {}", quoted(&name));
+        findings.warn(node, Repaired, message);
+        joint.name = name;
     }
-    Ok(())
 }
 
 impl File<'_, '_, '_> {
@@ -108,7 +124,12 @@ impl File<'_, '_, '_> {
         let mut parents: Vec<Option<Up>> = self.mended.robot.links.iter().map(|_| None).collect();
         for (index, (joint, node)) in self.mended.joints().enumerate() {
             let find = |end: &str, name: &str| {
-                let unknown = || format!("its {end} link {} is not defined", quoted(name));
+                let unknown = || {
+                    let meant = nearest(name, self.mended.robot.links.iter().map(|link| link.name.as_str()));
+                    let meant =
+                        meant.map_or_else(String::new, |meant| format!("; did you mean {}?", quoted(meant)));
+                    format!("its {end} link {} is not defined{meant}", quoted(name))
+                };
                 self.links.get(name).copied().ok_or_else(|| self.findings.refuse(node, unknown()))
             };
             let link = find("parent", &joint.parent.link)?;

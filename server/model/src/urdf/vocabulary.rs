@@ -12,8 +12,10 @@ pub(super) struct Element {
     pub(super) attributes: &'static [Attribute],
     /// What it may hold. Others are reported as ignored.
     pub(super) children: &'static [Element],
-    /// Whether it holds exactly one of its children, whichever.
+    /// Whether it holds exactly one of its children, whichever comes first.
     pub(super) one_of: bool,
+    /// What urdf-rs, which does not know it, is given in its place.
+    pub(super) stand_in: Option<&'static str>,
 }
 
 /// An attribute that simd reads.
@@ -32,11 +34,13 @@ pub(super) enum Kind {
     Text,
     /// Text that names something.
     Name,
+    /// Where a file is.
+    Uri,
     /// One of these words.
     Word(&'static [&'static str]),
     /// Numbers, this many.
-    Numbers(usize),
-    /// Read by its presence and by simd itself; urdf-rs does not see it.
+    Numbers(Shape),
+    /// Numbers that simd reads itself; urdf-rs does not see them.
     OursNumbers(usize),
     /// Known, and of no use to simd: not worth a finding.
     Unused,
@@ -54,8 +58,10 @@ pub(super) enum Missing {
     Refuse,
 }
 
-use Kind::{Name, Numbers, OursNumbers, Text, Unused, Word};
+use Kind::{Name, OursNumbers, Text, Unused, Uri, Word};
 use Missing::{Drop, Leave, Refuse, Write};
+
+use super::numbers::Shape;
 
 const fn attribute(name: &'static str, kind: Kind, missing: Missing) -> Attribute {
     Attribute { name, kind, missing }
@@ -66,7 +72,7 @@ const fn element(
     attributes: &'static [Attribute],
     children: &'static [Element],
 ) -> Element {
-    Element { tag, many: false, missing: Leave, attributes, children, one_of: false }
+    Element { tag, many: false, missing: Leave, attributes, children, one_of: false, stand_in: None }
 }
 
 const fn many(element: Element) -> Element {
@@ -75,6 +81,15 @@ const fn many(element: Element) -> Element {
 
 const fn needed(element: Element, missing: Missing) -> Element {
     Element { missing, ..element }
+}
+
+const fn ours(element: Element, stand_in: &'static str) -> Element {
+    Element { stand_in: Some(stand_in), ..element }
+}
+
+#[allow(non_snake_case, reason = "it stands where the kinds of values stand")]
+const fn Numbers(count: usize) -> Kind {
+    Kind::Numbers(Shape::Exactly(count))
 }
 
 const JOINT_TYPES: &[&str] = &["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
@@ -92,7 +107,7 @@ const ORIGIN: Element = element(
 const MATERIAL: Element = element(
     "material",
     &[attribute("name", Text, Write(""))],
-    &[element("color", &[attribute("rgba", Numbers(4), Drop)], &[])],
+    &[element("color", &[attribute("rgba", Kind::Numbers(Shape::Color), Drop)], &[])],
 );
 
 const SHAPES: &[Element] = &[
@@ -100,7 +115,13 @@ const SHAPES: &[Element] = &[
     element("cylinder", &[attribute("radius", Numbers(1), Drop), attribute("length", Numbers(1), Drop)], &[]),
     element("capsule", &[attribute("radius", Numbers(1), Drop), attribute("length", Numbers(1), Drop)], &[]),
     element("sphere", &[attribute("radius", Numbers(1), Drop)], &[]),
-    element("mesh", &[attribute("filename", Name, Drop), attribute("scale", Numbers(3), Leave)], &[]),
+    element(
+        "mesh",
+        &[attribute("filename", Uri, Drop), attribute("scale", Kind::Numbers(Shape::Scale), Leave)],
+        &[],
+    ),
+    // PyBullet's. The ball is left unread.
+    ours(element("plane", &[attribute("normal", OursNumbers(3), Leave)], &[]), "<sphere radius=\"1\"/>"),
 ];
 
 const GEOMETRY: Element = Element { one_of: true, ..needed(element("geometry", &[], SHAPES), Drop) };
@@ -128,6 +149,19 @@ const INERTIAL: Element = element(
     ],
 );
 
+/// PyBullet's words for what a link's surface is like.
+const CONTACT: Element = ours(
+    element(
+        "contact",
+        &[],
+        &[
+            element("lateral_friction", &[attribute("value", Numbers(1), Drop)], &[]),
+            element("restitution", &[attribute("value", Numbers(1), Drop)], &[]),
+        ],
+    ),
+    "",
+);
+
 const LINK: Element = element(
     "link",
     &[attribute("name", Name, Refuse), attribute("type", Unused, Leave)],
@@ -135,6 +169,7 @@ const LINK: Element = element(
         INERTIAL,
         many(element("visual", &[attribute("name", Unused, Leave)], &[ORIGIN, GEOMETRY, MATERIAL])),
         many(element("collision", &[attribute("name", Unused, Leave)], &[ORIGIN, GEOMETRY])),
+        CONTACT,
     ],
 );
 
@@ -149,10 +184,10 @@ const JOINT: Element = element(
         element(
             "limit",
             &[
-                attribute("lower", Numbers(1), Leave),
-                attribute("upper", Numbers(1), Leave),
-                attribute("effort", Numbers(1), Leave),
-                attribute("velocity", Numbers(1), Write("0")),
+                attribute("lower", Kind::Numbers(Shape::Bound), Leave),
+                attribute("upper", Kind::Numbers(Shape::Bound), Leave),
+                attribute("effort", Kind::Numbers(Shape::Bound), Leave),
+                attribute("velocity", Kind::Numbers(Shape::Bound), Write("0")),
             ],
             &[],
         ),
@@ -177,7 +212,8 @@ const JOINT: Element = element(
 pub(super) const NAMELESS: &str = "robot";
 
 /// The root. `version` is kept from urdf-rs, which would refuse what versions
-/// after 1.1 forbid; simd says what it thinks of a number itself.
+/// after 1.1 forbid; simd says what it thinks of a number itself. `<gazebo>` is
+/// [`surface`](super::surface)'s.
 pub(super) const ROBOT: Element = element(
     "robot",
     &[attribute("name", Name, Write(NAMELESS)), attribute("version", Unused, Leave)],

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::Command;
-use simd_core::simulation::command::LinkWrench;
+use simd_core::simulation::command::{LinkWrench, Touches};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
+use super::contact::link_properties;
 use super::{geometry, primitive};
 use crate::convert::field::{BadField, Path};
 use crate::handle::{Source, SpawnRequest};
@@ -120,6 +121,10 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         joint_positions,
         scale: scale(request.scale)?,
         strict: request.strict,
+        touches: Touches {
+            itself: request.self_collision,
+            links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,
+        },
     })
 }
 
@@ -175,6 +180,17 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         point: geometry::vector_or_zero(&Path::ROOT.field("point"), request.point)?,
         persistent: request.persistent,
     }))
+}
+
+/// New surfaces of a robot's links.
+pub fn set_link_properties(request: v1::SetLinkPropertiesRequest) -> Result<Command, BadField> {
+    let robot = robot(request.robot)?;
+    if request.links.is_empty() {
+        return Err(Path::ROOT.field("links").refuse("empty", "it must name at least one link"));
+    }
+    let links = link_properties(&Path::ROOT, "links", request.links)?;
+    Path::ROOT.each_once("links", links.iter().map(|properties| &properties.link))?;
+    Ok(Command::SetLinkProperties { robot, links })
 }
 
 /// A file that a client asks for.

@@ -1,10 +1,13 @@
 //! Requests to the daemon's own types. A value that cannot be is refused by the
 //! path of its field; whether names exist is for the world to say.
 
+pub mod contact;
 pub mod entity;
 pub mod event;
 pub mod geometry;
 pub mod joint;
+pub mod kinematics;
+pub mod parameter;
 pub mod primitive;
 pub mod simulation;
 pub mod state;

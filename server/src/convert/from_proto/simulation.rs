@@ -1,11 +1,12 @@
 //! Requests of the simulation service.
 
-use simd_core::simulation::command::{PhysicsChange, ResetScope};
+use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
 use simd_proto::v1;
 
-use super::geometry;
+use super::{geometry, joint, state};
+use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
-use crate::handle::{Pace, RunState};
+use crate::handle::{PaceChange, RunState};
 
 /// Seconds that a step may advance.
 const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
@@ -27,12 +28,32 @@ pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, Ba
     }
 }
 
-/// How many steps to do. The upper limit is the daemon's.
-pub fn steps(request: &v1::StepSimulationRequest) -> Result<u64, BadField> {
+/// Steps to do, with what comes before and after them.
+#[derive(Debug)]
+pub struct Steps {
+    /// How many; the upper limit is the daemon's.
+    pub steps: u64,
+    /// To be set before the first.
+    pub targets: Option<SetTargets>,
+    /// To be renewed, also where there are no targets.
+    pub claim: Option<String>,
+    /// Whose states to answer with; `None` for no states.
+    pub selection: Option<Selection>,
+}
+
+/// How many steps to do, and what comes with them.
+pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     if request.steps == 0 {
         return Err(Path::ROOT.field("steps").refuse(0, "it must be at least 1"));
     }
-    Ok(request.steps)
+    let targets = joint::set_targets(request.robots, request.limit_policy, request.claim)?;
+    let selections = state::selections(request.selections)?;
+    Ok(Steps {
+        steps: request.steps,
+        claim: targets.claim.clone(),
+        targets: (!targets.robots.is_empty()).then_some(targets),
+        selection: request.return_states.then(|| Selection::new(selections)),
+    })
 }
 
 /// What to put back; nothing said means time and state.
@@ -44,11 +65,8 @@ pub fn reset_scope(request: &v1::ResetSimulationRequest) -> ResetScope {
     scope
 }
 
-/// New settings; a pace that is half given keeps the other half of the present one.
-pub fn physics_change(
-    request: &v1::SetPhysicsRequest,
-    present: Pace,
-) -> Result<(PhysicsChange, Option<Pace>), BadField> {
+/// New settings; what is not given stays.
+pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange, PaceChange), BadField> {
     let gravity =
         request.gravity.map(|given| geometry::vector(&Path::ROOT.field("gravity"), given)).transpose()?;
     let time_step =
@@ -57,24 +75,20 @@ pub fn physics_change(
         return Err(Path::ROOT.field("substeps").refuse(given, "it must be within 1 and 1000"));
     }
     let change = PhysicsChange { gravity, time_step, substeps: request.substeps };
-    Ok((change, pace(request, present)?))
+    Ok((change, pace(request)?))
 }
 
-fn pace(request: &v1::SetPhysicsRequest, present: Pace) -> Result<Option<Pace>, BadField> {
-    let given = request
+fn pace(request: &v1::SetPhysicsRequest) -> Result<PaceChange, BadField> {
+    let factor = request
         .real_time_factor
         .map(|given| Path::ROOT.field("real_time_factor").within(given, REAL_TIME_FACTOR))
         .transpose()?;
-    let factor = given.unwrap_or(present.factor());
-    Ok(match (Path::ROOT.field("pace").known(request.pace)?, present) {
-        (v1::PaceMode::Unspecified, _) if given.is_none() => None,
-        (v1::PaceMode::RealTime, _) | (v1::PaceMode::Unspecified, Pace::RealTime { .. }) => {
-            Some(Pace::RealTime { factor })
-        }
-        (v1::PaceMode::AsFastAsPossible, _) | (v1::PaceMode::Unspecified, Pace::AsFastAsPossible { .. }) => {
-            Some(Pace::AsFastAsPossible { factor })
-        }
-    })
+    let as_fast_as_possible = match Path::ROOT.field("pace").known(request.pace)? {
+        v1::PaceMode::Unspecified => None,
+        v1::PaceMode::RealTime => Some(false),
+        v1::PaceMode::AsFastAsPossible => Some(true),
+    };
+    Ok(PaceChange { as_fast_as_possible, factor })
 }
 
 /// The name of a snapshot that must be there.

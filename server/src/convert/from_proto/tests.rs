@@ -273,15 +273,17 @@ fn a_reset_of_nothing_is_of_time_and_state() {
 #[test]
 fn physics_that_are_not_given_stay() {
     let present = Pace::AsFastAsPossible { factor: 2.0 };
-    let change = |request: &v1::SetPhysicsRequest| simulation::physics_change(request, present);
+    let change = |request: &v1::SetPhysicsRequest| simulation::physics_change(request);
+    let pace = |request| change(request).unwrap().1.of(present);
     let nothing = v1::SetPhysicsRequest::default();
-    let (physics, pace) = change(&nothing).unwrap();
-    assert_eq!((physics.gravity, physics.time_step, physics.substeps, pace), (None, None, None, None));
+    let (physics, _) = change(&nothing).unwrap();
+    assert_eq!((physics.gravity, physics.time_step, physics.substeps), (None, None, None));
+    assert_eq!(pace(&nothing), present);
 
     let factor = v1::SetPhysicsRequest { real_time_factor: Some(0.5), ..nothing.clone() };
-    assert_eq!(change(&factor).unwrap().1, Some(Pace::AsFastAsPossible { factor: 0.5 }));
+    assert_eq!(pace(&factor), Pace::AsFastAsPossible { factor: 0.5 });
     let real_time = v1::SetPhysicsRequest { pace: v1::PaceMode::RealTime.into(), ..nothing.clone() };
-    assert_eq!(change(&real_time).unwrap().1, Some(Pace::RealTime { factor: 2.0 }));
+    assert_eq!(pace(&real_time), Pace::RealTime { factor: 2.0 });
 
     let gravity = Some(v1::Vector3 { x: f64::NAN, y: 0.0, z: 0.0 });
     assert_eq!(blamed(change(&v1::SetPhysicsRequest { gravity, ..nothing.clone() })), "gravity.x");

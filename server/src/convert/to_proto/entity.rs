@@ -8,6 +8,7 @@ use simd_proto::v1;
 use super::geometry::{self, vector};
 use super::simulation::count;
 use crate::handle::{AssetState, Prepared};
+use crate::loading::{Phase, Progress};
 
 /// A robot in the world. `description` is the digest of its URDF.
 pub fn entity_info(
@@ -85,6 +86,22 @@ pub fn link_poses(snapshot: &Snapshot, place: usize, entity: &EntityLayout) -> v
     }
 }
 
+/// How far a robot is.
+pub fn progress(progress: &Progress) -> v1::LoadProgress {
+    let phase = match progress.phase {
+        Phase::Waiting => v1::LoadPhase::Waiting,
+        Phase::Reading => v1::LoadPhase::Reading,
+        Phase::Hulls => v1::LoadPhase::Hulls,
+        Phase::Spawning => v1::LoadPhase::Spawning,
+    };
+    v1::LoadProgress {
+        phase: phase.into(),
+        done: count(progress.done),
+        total: count(progress.total),
+        uri: progress.uri.clone(),
+    }
+}
+
 /// What was done to a description.
 pub fn report(report: LoadReport, summary: String) -> v1::LoadReport {
     let findings = report
@@ -96,6 +113,7 @@ pub fn report(report: LoadReport, summary: String) -> v1::LoadReport {
             element: finding.element,
             line: finding.line.unwrap_or(0),
             message: finding.message,
+            file: finding.file.unwrap_or_default(),
         })
         .collect();
     v1::LoadReport { summary, findings }

@@ -1,9 +1,12 @@
 //! The daemon's own types to answers.
 
+pub mod contact;
 pub mod entity;
 pub mod event;
 pub mod geometry;
 pub mod joint;
+pub mod kinematics;
+pub mod parameter;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;

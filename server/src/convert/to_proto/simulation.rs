@@ -10,7 +10,8 @@ use super::stamp;
 use crate::handle::{DaemonInfo, Limits, Pace, Published, RunState, Statistics};
 
 /// Optional features that this daemon has.
-const FEATURES: [&str; 6] = ["claims", "events", "health", "reflection", "snapshots", "wrenches"];
+const FEATURES: [&str; 8] =
+    ["claims", "events", "health", "kinematics", "parameters", "reflection", "snapshots", "wrenches"];
 
 /// Who answers.
 pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
@@ -35,6 +36,7 @@ fn limits(limits: &Limits) -> v1::Limits {
         max_message_bytes: limits.message_bytes,
         max_steps: limits.steps,
         max_snapshots: limits.snapshots,
+        max_parameters: limits.parameters,
     }
 }
 

@@ -125,6 +125,7 @@ fn statistics_count_joints_that_can_move() {
 #[test]
 fn a_finding_without_a_line_has_line_zero() {
     let finding = Finding {
+        file: Some("m.stl".into()),
         severity: Severity::Warning,
         disposition: Disposition::Repaired,
         element: "link \"a\"".into(),
@@ -133,7 +134,7 @@ fn a_finding_without_a_line_has_line_zero() {
     };
     let report = entity::report(LoadReport { findings: vec![finding] }, "one line".into());
     assert_eq!(report.summary, "one line");
-    assert_eq!(report.findings[0].line, 0);
+    assert_eq!((report.findings[0].line, report.findings[0].file.as_str()), (0, "m.stl"));
     assert_eq!(report.findings[0].severity(), v1::Severity::Warning);
     assert_eq!(report.findings[0].disposition(), v1::Disposition::Repaired);
 }

@@ -64,6 +64,17 @@ fn a_symbolic_link_out_of_a_root_is_refused() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn through_a_link_out_of_a_root_nobody_learns_what_exists() {
+    let (dir, roots) = disk();
+    std::os::unix::fs::symlink(dir.path().join("secret"), dir.path().join("root/folder")).unwrap();
+    let [there, not_there] =
+        ["folder/secret.urdf", "folder/other.urdf"].map(|path| refusal(&roots, path).to_string());
+    assert_eq!(there.replace("secret.urdf", "other.urdf"), not_there);
+    assert!(there.contains("leads out of the asset roots"), "{there}");
+}
+
 #[test]
 fn meshes_are_found_below_the_root_and_missing_ones_name_the_places() {
     let (_dir, roots) = disk();

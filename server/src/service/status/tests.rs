@@ -137,6 +137,18 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
             &[],
         ),
         (CallError::FileNotFound { message: message.clone() }, Code::NotFound, "FILE_NOT_FOUND", &[]),
+        (
+            CallError::ParameterNotFound { name: text("speed"), known: vec![text("gain")] },
+            Code::NotFound,
+            "PARAMETER_NOT_FOUND",
+            &["parameter"],
+        ),
+        (
+            CallError::ParameterExists { name: text("speed") },
+            Code::AlreadyExists,
+            "PARAMETER_EXISTS",
+            &["parameter"],
+        ),
         (CallError::ShuttingDown, Code::Unavailable, "SHUTTING_DOWN", &[]),
         (CallError::Internal { message }, Code::Internal, "INTERNAL", &[]),
     ]

@@ -1,16 +1,17 @@
-//! Constraints as rows on the new rates: position limits, dry friction, mimic.
+//! Constraints as rows on the new rates: position limits, dry friction, mimic, contact.
 //!
 //! A row says of J qd that it is at least, equal to, or pulled towards -bias by
 //! a bounded impulse. Rows are solved together by projected Gauss-Seidel,
 //! warm-started with the impulses of the step before, soft in the position error.
 
+pub mod contact;
 mod response;
 mod rows;
 mod solve;
 
-pub use response::respond;
+pub use response::{project, respond, respond_to_force};
 pub use rows::{Impulses, collect};
-pub use solve::solve;
+pub use solve::{keep, prepare, solve, sweep};
 
 /// The rate at which a violated position is put right, as a part of it a step.
 pub const ERROR_REDUCTION: f64 = 0.2;

@@ -69,6 +69,7 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
         passive: false,
         joint_positions: Vec::new(),
         shapes: Default::default(),
+        touches: Default::default(),
         loaded_at_start: false,
     }
 }
@@ -145,7 +146,7 @@ fn a_held_arm_applies_the_effort_of_the_closed_form() {
         // A spring: the error is the effort over the stiffness.
         let gains = match world.query(&Query::Joints { robot: "arm".into() }).unwrap() {
             Answer::Joints { joints, .. } => joints[0].gains,
-            Answer::Snapshots(_) => unreachable!(),
+            _ => unreachable!(),
         };
         let error = 0.5 - seen.positions[0];
         assert!((error - seen.efforts[0] / gains.0).abs() < 1e-9);

@@ -1,13 +1,12 @@
 //! What is a URDF at all, and which tree its links form.
 
 use super::*;
-use crate::urdf::describe;
 
 #[test]
 fn a_root_element_other_than_robot_is_named_in_the_refusal() {
     assert_eq!(
         refusal("<?xml version='1.0'?>\n<sdf/>"),
-        "line 2: this is not a URDF: the root element is <sdf>"
+        "line 2: this is not a URDF: the root element is <sdf>; convert SDF to URDF first"
     );
     assert!(describe(b"<COLLADA/>").unwrap_err().message.contains("the root element is <COLLADA>"));
 }
@@ -27,12 +26,35 @@ fn a_byte_order_mark_and_crlf_are_read() {
 }
 
 #[test]
-fn text_that_is_not_utf8_is_refused_with_the_remedy() {
-    let latin = b"<robot name='r'>\n<link name='\xe9'/></robot>";
-    let message = read(latin, &Files::default(), &ReadOptions::default()).unwrap_err().message;
-    assert_eq!(message, "the URDF is not UTF-8: line 2 has a byte that is none; save it as UTF-8");
-    let utf16 = b"\xff\xfe<\0r\0";
-    assert!(describe(utf16).unwrap_err().message.contains("UTF-16"));
+fn text_that_is_not_utf8_is_read_as_what_it_says_or_seems_to_be() {
+    let read = |bytes: &[u8]| read(bytes, &Files::default(), &ReadOptions::default());
+    let (model, report) = read(b"<robot name='r'>\n<link name='\xe9'/></robot>").unwrap();
+    assert_eq!(model.links[0].name, "\u{e9}");
+    let finding = find(&report, "a byte here is not UTF-8");
+    assert_eq!((finding.line, finding.severity), (Some(2), Severity::Warning));
+    let said = b"<?xml version='1.0' encoding=\"ISO-8859-1\"?><robot name='r'><link name='\xe9'/></robot>";
+    assert_eq!(warnings(&read(said).unwrap().1), [""; 0]);
+    let text = "<robot name='r'>\n<link name='\u{65e5}\u{1f916}'/></robot>";
+    for (mark, bytes) in [
+        (&b"\xff\xfe"[..], text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>()),
+        (&b"\xfe\xff"[..], text.encode_utf16().flat_map(u16::to_be_bytes).collect::<Vec<_>>()),
+    ] {
+        for mark in [mark, b""] {
+            let (model, report) = read(&[mark, &bytes].concat()).unwrap();
+            assert_eq!(model.links[0].name, "\u{65e5}\u{1f916}");
+            assert_eq!(find(&report, "no inertial").line, Some(2));
+        }
+    }
+}
+
+#[test]
+fn what_is_no_text_is_refused_as_such() {
+    let refusal = |bytes: &[u8]| describe(bytes).unwrap_err().message;
+    assert_eq!(refusal(b"\x89PNG\r\n\x1a\n"), "this is not a URDF: it is not even text");
+    assert_eq!(refusal(b"solid \0\0\0\0\xff<"), "this is not a URDF: it is not even text");
+    assert!(refusal(b"\xff\xfe\0\0<\0\0\0").contains("UTF-32"));
+    assert!(refusal(b"\xff\xfe<\0r").contains("ends amid a character"));
+    assert!(refusal(b"\xff\xfe<\0\n\0\0\xd8<\0").starts_with("line 2: the URDF is broken UTF-16"));
 }
 
 #[test]
@@ -92,13 +114,16 @@ fn a_nameless_link_or_joint_is_refused_and_a_nameless_robot_named() {
 }
 
 #[test]
-fn two_links_or_two_joints_of_one_name_are_refused() {
+fn two_links_of_one_name_are_refused_and_the_second_of_two_joints_is_renamed() {
     let links = "<robot name='r'>\n<link name='a'/>\n<link name='a'/></robot>";
     assert_eq!(refusal(links), "link \"a\" (line 3): another link has this name, at line 2");
     let joints = "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>\n\
         <joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>\n\
         <joint name='j' type='fixed'><parent link='a'/><child link='c'/></joint></robot>";
-    assert_eq!(refusal(joints), "joint \"j\" (line 3): another joint has this name, at line 2");
+    let (model, report) = robot(joints);
+    let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    assert_eq!(names, ["j", "j_2"]);
+    find(&report, "another joint has this name, at line 2: this one is called \"j_2\"");
 }
 
 fn tree(joints: &[(&str, &str)]) -> String {
@@ -156,12 +181,12 @@ fn a_number_that_is_none_is_refused_with_element_and_line() {
     assert_eq!(message, expected);
     for (value, why) in [
         ("1 2", "is 2 numbers where there must be 3"),
-        ("1 2 3 4", "is 4 numbers where there must be 3"),
         ("NaN 0 0", "is not finite"),
         ("inf 0 0", "is not finite"),
         ("1e999 0 0", "is not finite"),
         ("1e30 0 0", "is larger than simd computes with"),
-        ("1,5 0 0", "has a word that is not a number"),
+        ("1,x 0 0", "has a word that is not a number"),
+        ("${x} 0 0", "is a left-over of xacro"),
     ] {
         let message = refusal(&one_joint("continuous", &format!("<origin xyz='{value}'/>")));
         assert!(message.contains(why), "{message}");
@@ -184,6 +209,7 @@ fn strict_refuses_a_warning_and_says_which() {
     let strict = ReadOptions { strict: true, ..ReadOptions::default() };
     let refused = read(urdf.as_bytes(), &Files::default(), &strict).unwrap_err();
     assert!(refused.message.contains("lower 2 is above upper -1"), "{refused}");
+    assert_eq!(find(&refused.report, "were swapped").severity, Severity::Error);
     assert_eq!(robot(&urdf).1.at_least(Severity::Warning).count(), 1);
 }
 

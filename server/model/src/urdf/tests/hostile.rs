@@ -77,7 +77,12 @@ fn findings_without_end_are_counted_and_hide_no_warning() {
     let shape = "<link name='a'><visual/></link>";
     let urdf = format!("<robot name='r'>{}{shape}</robot>", "<gazebo/>".repeat(5000));
     let (_, report) = robot(&urdf);
-    assert_eq!(report.findings.len(), 1002);
+    let ignored = report
+        .findings
+        .iter()
+        .filter(|it| it.disposition == Disposition::Ignored && it.severity == Severity::Info)
+        .count();
+    assert_eq!(ignored, 1001);
     find(&report, "4001 more findings like these are left out");
     assert_eq!(warnings(&report), ["it has no usable geometry, and is ignored"]);
 }

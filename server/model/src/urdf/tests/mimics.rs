@@ -40,12 +40,17 @@ fn following_an_unknown_or_a_fixed_joint_is_dropped_with_a_warning() {
 }
 
 #[test]
-fn joints_that_follow_one_another_in_a_loop_are_refused() {
+fn joints_that_follow_one_another_in_a_loop_go_their_own_ways() {
     let looped =
         three(["<mimic joint='j1'/>", "<mimic joint='j2'/>", "<mimic joint='j1'/>"], ["revolute"; 3]);
-    assert!(refusal(&looped).contains("joints follow one another in a loop"));
-    let itself = three(["<mimic joint='j0'/>", "", ""], ["revolute"; 3]);
-    assert!(refusal(&itself).contains("in a loop: \"j0\""));
+    let (model, report) = robot(&looped);
+    let leaders: Vec<_> = model.joints.iter().map(|joint| joint.mimic.map(|mimic| mimic.joint)).collect();
+    assert_eq!(leaders, [Some(1), None, None], "the first follows one of the loop, and is not on it");
+    let expected = "joints follow one another in a loop: \"j1\", \"j2\"; each moves by itself";
+    assert_eq!(warnings(&report), [expected]);
+    let (model, report) = robot(&three(["<mimic joint='j0'/>", "", ""], ["revolute"; 3]));
+    assert!(model.joints.iter().all(|joint| joint.mimic.is_none()));
+    assert_eq!(warnings(&report).len(), 1);
 }
 
 #[test]
@@ -56,7 +61,7 @@ fn a_scale_multiplies_lengths_and_inertias_but_no_mass_angle_or_effort() {
         "<mimic joint='j1' multiplier='3' offset='0.5'/>",
     ];
     let urdf = three(mimics, ["revolute", "prismatic", "prismatic"]);
-    let options = ReadOptions { scale: 2.0, strict: false };
+    let options = ReadOptions { scale: 2.0, ..ReadOptions::default() };
     let (model, _) = read(urdf.as_bytes(), &Files::default(), &options).unwrap();
     let link = &model.links[1].inertial;
     assert_eq!((link.mass, link.center_of_mass.x, link.inertia.x_axis.x), (1.0, 0.2, 0.4));
@@ -79,7 +84,7 @@ fn a_scale_multiplies_lengths_and_inertias_but_no_mass_angle_or_effort() {
 fn a_scale_multiplies_shapes() {
     let urdf = "<robot name='r'><link name='a'><collision><origin xyz='1 0 0'/><geometry><box size='1 2 3'/></geometry>\
         </collision><visual><geometry><mesh filename='m.stl' scale='1 -1 1'/></geometry></visual></link></robot>";
-    let options = ReadOptions { scale: 0.5, strict: false };
+    let options = ReadOptions { scale: 0.5, ..ReadOptions::default() };
     let (model, _) = read(urdf.as_bytes(), &Files::default(), &options).unwrap();
     let collision = &model.links[0].collisions[0];
     assert_eq!(collision.link_from_shape.translation.x, 0.5);
@@ -91,7 +96,7 @@ fn a_scale_multiplies_shapes() {
 #[test]
 fn a_scale_that_is_no_size_is_refused() {
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY, 1001.0] {
-        let options = ReadOptions { scale, strict: false };
+        let options = ReadOptions { scale, ..ReadOptions::default() };
         let urdf = one_joint("fixed", "");
         let message = read(urdf.as_bytes(), &Files::default(), &options).unwrap_err().message;
         assert!(message.contains("it must be above 0 and at most 1000"), "{message}");

@@ -10,7 +10,8 @@ mod shapes;
 
 use std::collections::HashMap;
 
-use super::{Asset, Assets, ReadOptions, Refused, read};
+use super::{Asset, Assets, Description, ReadOptions, Refused, read};
+use crate::limits::Limits;
 use crate::report::{Disposition, Finding, LoadReport, Severity};
 use crate::robot::{Joint, RobotModel, Sha256};
 
@@ -30,6 +31,10 @@ impl Assets for Files {
         let bytes = self.0.get(uri).ok_or(vec!["here".to_owned(), "there".to_owned()])?;
         Ok(Asset { sha256: Sha256::of(bytes), bytes: bytes.as_slice().into() })
     }
+}
+
+fn describe(urdf: &[u8]) -> Result<Description, Refused> {
+    super::describe(urdf, &Limits::default())
 }
 
 fn read_text(urdf: &str) -> Result<(RobotModel, LoadReport), Refused> {

@@ -6,7 +6,6 @@ use glamx::{DMat3, DQuat, DVec3};
 
 use super::*;
 use crate::robot::{Geometry, JointKind, Limits};
-use crate::urdf::describe;
 
 struct Package {
     folder: PathBuf,

@@ -117,11 +117,11 @@ fn a_mesh_is_read_with_its_scale_and_equal_files_are_one_asset() {
 
 #[test]
 fn a_mesh_that_cannot_be_read_is_reported_once_for_each_use() {
-    let files = Files::default().with("a.dae", "<COLLADA/>").with("b.stl", "rubbish");
-    let shapes = ["<mesh filename='a.dae'/>", "<mesh filename='b.stl'/>", "<mesh filename='b.stl'/>"];
+    let files = Files::default().with("a.ply", "ply").with("b.stl", "rubbish");
+    let shapes = ["<mesh filename='a.ply'/>", "<mesh filename='b.stl'/>", "<mesh filename='b.stl'/>"];
     let (_, report) = link(&shapes.map(collision).concat(), &files);
     let expected = [
-        "mesh \"a.dae\" is not read: .dae files are not read yet; convert it to STL or OBJ; it touches nothing",
+        "mesh \"a.ply\" is not read: .ply files are not read; convert it to STL, OBJ or COLLADA; it touches nothing",
         "mesh \"b.stl\" is not read: not an STL: it has only 7 bytes; it touches nothing",
     ];
     assert_eq!(warnings(&report), expected);

@@ -1,0 +1,96 @@
+//! `simctl contact`: what touches what, what rays hit, what surfaces are like.
+
+mod view;
+
+use clap::{Args, Subcommand};
+use simd_client::{
+    Client,
+    proto::{LinkProperties, Ray, Vector3},
+};
+
+use crate::{output::Output, pose::parse_vector};
+use view::{HitView, SurfaceView};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Contact {
+    /// Shows the points at which links touch: where, how deep, with what force
+    List {
+        /// Only contacts of this robot
+        robot: Option<String>,
+    },
+    /// Shows what a straight line meets first
+    Ray {
+        /// Where it begins, metres
+        #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+        from: Vector3,
+        /// Where it ends, metres
+        #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+        to: Vector3,
+    },
+    /// Shows how a robot's links rub and bounce
+    Surfaces {
+        /// The robot's name
+        robot: String,
+    },
+    /// Changes how a robot's links rub and bounce
+    Set(Set),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Set {
+    /// The robot's name
+    robot: String,
+    /// Only this link; all of them where it is left out
+    #[arg(long)]
+    link: Option<String>,
+    #[command(flatten)]
+    surface: Surface,
+}
+
+/// What a surface can be given.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub(crate) struct Surface {
+    /// Coefficient of dry friction, at least 0; of two that touch the smaller counts
+    #[arg(long, value_name = "MU")]
+    friction: Option<f64>,
+    /// 0: does not bounce, to 1: loses no speed; of two that touch the larger counts
+    #[arg(long, value_name = "E")]
+    restitution: Option<f64>,
+}
+
+impl Surface {
+    /// For a link; for all where it is not named. None where nothing was given.
+    pub(crate) fn of(self, link: Option<String>) -> Option<LinkProperties> {
+        let Self { friction, restitution } = self;
+        let is_given = friction.is_some() || restitution.is_some();
+        is_given.then(|| LinkProperties { link: link.unwrap_or_default(), friction, restitution })
+    }
+}
+
+pub(crate) async fn run(command: Contact, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Contact::List { robot } => {
+            let contacts = client.contacts(robot.as_deref()).await?;
+            let contacts: Vec<_> = contacts.into_iter().map(view::ContactView::from).collect();
+            output.list(&contacts, view::contacts)
+        }
+        Contact::Ray { from, to } => {
+            let hits = client.cast_rays([Ray { from: Some(from), to: Some(to) }]).await?;
+            output.one(&HitView::from(hits.into_iter().next().unwrap_or_default()))
+        }
+        Contact::Surfaces { robot } => surfaces(&robot, client, output).await,
+        Contact::Set(Set { robot, link, surface }) => {
+            let Some(properties) = surface.of(link) else {
+                anyhow::bail!("give --friction, --restitution or both");
+            };
+            client.set_link_properties(&robot, [properties]).await?;
+            surfaces(&robot, client, output).await
+        }
+    }
+}
+
+async fn surfaces(robot: &str, client: &Client, output: Output) -> anyhow::Result<()> {
+    let links = client.link_properties(robot).await?;
+    let links: Vec<_> = links.into_iter().map(SurfaceView::from).collect();
+    output.list(&links, view::surfaces)
+}

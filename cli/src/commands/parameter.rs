@@ -1,0 +1,177 @@
+//! `simctl parameter`: sliders and buttons that programs put up and people move.
+
+mod view;
+
+use std::collections::BTreeSet;
+
+use clap::{Args, Subcommand};
+use simd_client::{
+    Client, press,
+    proto::{NameTakenPolicy, ParameterChange},
+    slide,
+};
+
+use super::ended;
+use crate::output::Output;
+use view::{ListView, ParameterView, Removed};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Parameter {
+    /// Shows the sliders and buttons, in the order in which they were added
+    List,
+    /// Shows some of them
+    Get {
+        /// Which
+        #[arg(required = true, value_name = "NAME")]
+        names: Vec<String>,
+    },
+    /// Puts up a slider or a button
+    Add(Add),
+    /// Moves sliders, all of them or none
+    Set {
+        /// Where each slider is to stand
+        #[arg(required = true, value_name = "NAME=VALUE", value_parser = assignment)]
+        changes: Vec<ParameterChange>,
+    },
+    /// Presses a button
+    Press {
+        /// Which
+        name: String,
+        /// How often
+        #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..), value_name = "N")]
+        times: u64,
+    },
+    /// Shows the sliders and buttons, and what changes about them, until Ctrl-C
+    Watch {
+        /// End after so many times that something was shown
+        #[arg(short, long, value_name = "N")]
+        count: Option<u64>,
+    },
+    /// Takes sliders and buttons down
+    Remove {
+        /// Which
+        #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "NAME")]
+        names: Vec<String>,
+        /// All there are
+        #[arg(long)]
+        all: bool,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Add {
+    /// 1 to 256 bytes; people read it
+    name: String,
+    /// The least value of a slider
+    #[arg(default_value_t = 0.0, allow_hyphen_values = true)]
+    minimum: f64,
+    /// The largest value of a slider
+    #[arg(default_value_t = 1.0, allow_hyphen_values = true)]
+    maximum: f64,
+    /// Where a slider stands; 0 or what is nearest to it, where it is left out
+    #[arg(default_value_t = 0.0, hide_default_value = true, allow_hyphen_values = true)]
+    value: f64,
+    /// A button, and no slider
+    #[arg(long, conflicts_with_all = ["minimum", "maximum", "value"])]
+    button: bool,
+    /// Takes the place of one of that name
+    #[arg(long)]
+    replace: bool,
+    /// Adds _1, _2, ... to a name that is taken
+    #[arg(long, conflicts_with = "replace")]
+    rename: bool,
+}
+
+pub(crate) async fn run(command: Parameter, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Parameter::List => show(client, output, Vec::new()).await,
+        Parameter::Get { names } => show(client, output, names).await,
+        Parameter::Add(arguments) => add(arguments, client, output).await,
+        Parameter::Set { changes } => set(client, output, changes).await,
+        Parameter::Press { name, times } => set(client, output, vec![press(name, times)]).await,
+        Parameter::Watch { count } => {
+            tokio::select! {
+                done = watch(client, output, count) => done,
+                _ = tokio::signal::ctrl_c() => Ok(()),
+            }
+        }
+        // No name at all is all of them: clap asks for one of the two.
+        Parameter::Remove { names, all: _ } => {
+            let removed = client.remove_parameters(names).await?;
+            output.one(&Removed { removed })
+        }
+    }
+}
+
+async fn show(client: &Client, output: Output, names: Vec<String>) -> anyhow::Result<()> {
+    let list = client.parameters(names).await?;
+    write(output, list.parameters)
+}
+
+async fn add(arguments: Add, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Add { name, minimum, maximum, value, button, replace, rename } = arguments;
+    let name_taken = match (replace, rename) {
+        (true, _) => NameTakenPolicy::Replace,
+        (_, true) => NameTakenPolicy::Rename,
+        _ => NameTakenPolicy::Refuse,
+    };
+    let added = if button {
+        client.add_button(&name, name_taken).await?
+    } else {
+        client.add_slider(&name, (minimum, maximum), value, name_taken).await?
+    };
+    output.one(&ParameterView::from(added))
+}
+
+async fn set(client: &Client, output: Output, changes: Vec<ParameterChange>) -> anyhow::Result<()> {
+    write(output, client.set_parameters(changes).await?)
+}
+
+fn write(output: Output, parameters: Vec<simd_client::proto::Parameter>) -> anyhow::Result<()> {
+    let parameters: Vec<ParameterView> = parameters.into_iter().map(ParameterView::from).collect();
+    output.list(&parameters, view::list)
+}
+
+async fn watch(client: &Client, output: Output, limit: Option<u64>) -> anyhow::Result<()> {
+    let mut lists = client.watch_parameters().await?;
+    let (mut seen, mut known) = (0, BTreeSet::new());
+    let mut shown = 0;
+    while limit.is_none_or(|limit| shown < limit) {
+        let list = lists.next().await?.ok_or_else(|| ended(client))?;
+        let names = list.parameters.iter().map(|it| it.name.clone()).collect();
+        let gone = known.difference(&names).cloned().collect();
+        let version = list.version;
+        output.item(&ListView::new(list, seen, gone)?)?;
+        (seen, known) = (version, names);
+        shown += 1;
+    }
+    Ok(())
+}
+
+/// Reads `NAME=VALUE`. The last `=` is meant: a name may hold one, a number cannot.
+fn assignment(text: &str) -> Result<ParameterChange, String> {
+    let (name, value) = text.rsplit_once('=').ok_or("must be NAME=VALUE")?;
+    let value = value.trim().parse().map_err(|_| format!("`{value}` is not a number"))?;
+    if name.is_empty() {
+        return Err("must be NAME=VALUE".to_owned());
+    }
+    Ok(slide(name, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_may_hold_an_equals_sign_and_spaces() {
+        assert_eq!(assignment("a=b c=-0.5"), Ok(slide("a=b c", -0.5)));
+        assert_eq!(assignment("speed=1e-3"), Ok(slide("speed", 1e-3)));
+    }
+
+    #[test]
+    fn what_is_no_assignment_is_refused() {
+        for text in ["speed", "=1", "speed=", "speed=fast", ""] {
+            assert!(assignment(text).is_err(), "{text:?}");
+        }
+    }
+}

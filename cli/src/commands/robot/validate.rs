@@ -1,0 +1,143 @@
+//! `simctl robot validate`: what a daemon would make of a description, found out here.
+
+use std::{fs, path::PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+use simd_client::{Locator, Package};
+use simd_model::{
+    Asset, Assets, Disposition, Finding, LoadReport, ReadOptions, RobotModel, Severity, robot::Sha256,
+};
+
+use super::{options, view::FindingView, xacro_argument};
+use crate::{
+    args::{PackageFolder, package_folder},
+    failure::hint,
+    output::{Output, View, table::Page},
+};
+
+#[derive(Args, Debug)]
+pub(crate) struct Validate {
+    /// A URDF or xacro file, or the folder of a ROS package that holds one
+    path: PathBuf,
+    /// Makes each warning an error, as every repair is one
+    #[arg(long)]
+    strict: bool,
+    /// Shows what needs no attention too: each link, joint and mesh, defaults, what is not read
+    #[arg(long)]
+    all: bool,
+    /// Multiplies all lengths
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    scale: f64,
+    /// Where a ROS package is that the URDF names; may be given again
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
+    packages: Vec<PackageFolder>,
+    /// An argument of a xacro file; may be given again
+    #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
+    xacro_arguments: Vec<(String, String)>,
+}
+
+/// Reads the description with the model that the daemon uses. One that is refused is a failure.
+pub(crate) fn run(arguments: &Validate, output: Output) -> anyhow::Result<()> {
+    let package =
+        Package::open_with(&arguments.path, &options(&arguments.packages, &arguments.xacro_arguments))?;
+    package.xacro_messages().iter().for_each(|message| hint(message));
+    let options = ReadOptions { scale: arguments.scale, strict: arguments.strict, ..ReadOptions::default() };
+    let read = simd_model::read(&package.urdf, &Files(&package.locator), &options);
+    let (refusal, model, report) = match read {
+        Ok((model, report)) => (None, Some(model), report),
+        Err(refused) => (Some(refused.message), None, refused.report),
+    };
+    output.one(&Validated::new(&package, arguments.all, model.as_ref(), report))?;
+    match refusal {
+        None => Ok(()),
+        Some(message) => anyhow::bail!("{}: refused: {message}", package.path.display()),
+    }
+}
+
+/// The files that the description names, where clients look for them.
+struct Files<'p>(&'p Locator);
+
+impl Assets for Files<'_> {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        let path = self.0.find(uri).map_err(|not_found| {
+            if not_found.places.is_empty() {
+                return vec![format!("nowhere, because {}", not_found.reason())];
+            }
+            not_found.places.iter().map(|place| place.display().to_string()).collect()
+        })?;
+        let bytes = fs::read(&path).map_err(|error| vec![format!("{}: {error}", path.display())])?;
+        Ok(Asset { sha256: Sha256::of(&bytes), bytes: bytes.into() })
+    }
+
+    fn note(&self, uri: &str) -> Option<String> {
+        simd_model::other_case(uri, self.0.find(uri).ok()?.to_str()?)
+    }
+}
+
+#[derive(Serialize)]
+struct Validated {
+    path: String,
+    loads: bool,
+    /// In one line.
+    summary: String,
+    /// What became of how many elements.
+    counts: String,
+    findings: Vec<FindingView>,
+    #[serde(skip)]
+    lines: Vec<String>,
+    #[serde(skip)]
+    left_out: usize,
+}
+
+impl Validated {
+    fn new(package: &Package, all: bool, model: Option<&RobotModel>, report: LoadReport) -> Self {
+        let path = package.path.display().to_string();
+        let place = |line: Option<u32>| match line {
+            Some(line) => match package.xacro_source(line) {
+                Some((file, line)) => format!("{}:{line}", file.display()),
+                None => format!("{path}:{line}"),
+            },
+            None => path.clone(),
+        };
+        // The reason of a refusal is said last, as the failure that it is.
+        let counted = |finding: &&Finding| finding.disposition != Disposition::Refused;
+        let shown = |finding: &&Finding| all || finding.severity >= Severity::Warning;
+        let line = |finding: &Finding| {
+            let Finding { severity, disposition, element, line, message, .. } = finding;
+            let element = if element == "file" { String::new() } else { format!("{element}: ") };
+            format!("{}: {}: {element}{message} ({})", place(*line), severity.word(), disposition.word())
+        };
+        let findings = || report.findings.iter().filter(counted);
+        let lines: Vec<String> = findings().filter(shown).map(line).collect();
+        let summary = model.map_or_else(|| "refused".to_owned(), |model| report.summary(model));
+        Self {
+            loads: model.is_some(),
+            summary,
+            counts: report.counts(),
+            left_out: findings().count() - lines.len(),
+            lines,
+            path,
+            findings: report.findings.into_iter().map(view).collect(),
+        }
+    }
+}
+
+fn view(finding: Finding) -> FindingView {
+    FindingView {
+        severity: finding.severity.word().to_owned(),
+        disposition: finding.disposition.word().to_owned(),
+        element: finding.element,
+        file: finding.file,
+        line: finding.line,
+        message: finding.message,
+    }
+}
+
+impl View for Validated {
+    fn page(&self) -> Page {
+        let page = self.lines.iter().fold(Page::new(), |page, line| page.line(line));
+        let more = if self.left_out > 0 { "; --all shows all" } else { "" };
+        page.line(format!("{}: {}", self.path, self.summary)).line(format!("{}{more}", self.counts))
+    }
+}

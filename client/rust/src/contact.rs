@@ -1,0 +1,58 @@
+//! What touches what, what rays hit, and what surfaces are like.
+
+use simd_proto::v1::{
+    CastRaysRequest, Contact, GetContactsRequest, GetLinkPropertiesRequest, LinkProperties, Ray, RayHit,
+    SetLinkPropertiesRequest, Stamp, Vector3,
+};
+
+use crate::{Client, Error, client::present};
+
+/// A straight line between two points of the world, metres.
+pub fn ray(from: [f64; 3], to: [f64; 3]) -> Ray {
+    let point = |[x, y, z]: [f64; 3]| Some(Vector3 { x, y, z });
+    Ray { from: point(from), to: point(to) }
+}
+
+/// `ContactService`, and what surfaces are like.
+impl Client {
+    /// The points at which links of a robot touch others; of all robots where none is named.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn contacts(&self, robot: Option<&str>) -> Result<Vec<Contact>, Error> {
+        let request = GetContactsRequest { robot: robot.unwrap_or_default().to_owned() };
+        Ok(self.unary(self.contact().get_contacts(request)).await?.contacts)
+    }
+
+    /// What each ray meets first, in the order of the rays.
+    ///
+    /// # Errors
+    /// `LIMIT_EXCEEDED` beyond 1,000 rays, `INVALID_VALUE`.
+    pub async fn cast_rays(&self, rays: impl IntoIterator<Item = Ray>) -> Result<Vec<RayHit>, Error> {
+        let request = CastRaysRequest { rays: rays.into_iter().collect() };
+        Ok(self.unary(self.contact().cast_rays(request)).await?.hits)
+    }
+
+    /// How the surfaces of a robot's links rub and bounce.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn link_properties(&self, robot: &str) -> Result<Vec<LinkProperties>, Error> {
+        let request = GetLinkPropertiesRequest { robot: robot.to_owned() };
+        Ok(self.unary(self.entity().get_link_properties(request)).await?.links)
+    }
+
+    /// Changes the surfaces of links; an empty name means all.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn set_link_properties(
+        &self,
+        robot: &str,
+        links: impl IntoIterator<Item = LinkProperties>,
+    ) -> Result<Stamp, Error> {
+        let links = links.into_iter().collect();
+        let request = SetLinkPropertiesRequest { robot: robot.to_owned(), links, ..Default::default() };
+        present(self.unary(self.entity().set_link_properties(request)).await?.stamp, "stamp")
+    }
+}

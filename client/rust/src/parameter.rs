@@ -1,0 +1,137 @@
+//! Sliders and buttons that programs put up and people move.
+
+use std::time::Duration;
+
+use simd_proto::v1::{
+    AddParameterRequest, Button, GetParametersRequest, NameTakenPolicy, NextParametersRequest, Parameter,
+    ParameterChange, ParameterList, RemoveParametersRequest, SetParametersRequest, Slider,
+    WatchParametersRequest, WatchParametersResponse, parameter::Kind, parameter_change::Change,
+};
+use tonic::Streaming;
+
+use crate::{Client, Error, client::present, simulation::wall_seconds};
+
+/// The slider of that name is to stand at `value`.
+pub fn slide(name: impl Into<String>, value: f64) -> ParameterChange {
+    ParameterChange { name: name.into(), change: Some(Change::Value(value)) }
+}
+
+/// The button of that name is pressed so many times.
+pub fn press(name: impl Into<String>, times: u64) -> ParameterChange {
+    ParameterChange { name: name.into(), change: Some(Change::Presses(times)) }
+}
+
+/// `ParameterService`.
+impl Client {
+    /// Puts up a slider that stands at `value`, or at the end of its range nearest to
+    /// that. The answer is as it was added.
+    ///
+    /// # Errors
+    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse,
+    /// `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    pub async fn add_slider(
+        &self,
+        name: &str,
+        (minimum, maximum): (f64, f64),
+        value: f64,
+        name_taken: NameTakenPolicy,
+    ) -> Result<Parameter, Error> {
+        self.add_parameter(name, Kind::Slider(Slider { minimum, maximum, value }), name_taken).await
+    }
+
+    /// Puts up a button that was never pressed. The answer is as it was added.
+    ///
+    /// # Errors
+    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse,
+    /// `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    pub async fn add_button(&self, name: &str, name_taken: NameTakenPolicy) -> Result<Parameter, Error> {
+        self.add_parameter(name, Kind::Button(Button { presses: 0 }), name_taken).await
+    }
+
+    async fn add_parameter(
+        &self,
+        name: &str,
+        kind: Kind,
+        name_taken: NameTakenPolicy,
+    ) -> Result<Parameter, Error> {
+        let parameter = Some(Parameter { name: name.to_owned(), kind: Some(kind), version: 0 });
+        let request = AddParameterRequest { parameter, name_taken: name_taken.into(), ..Default::default() };
+        let answer = self.unary(self.parameter().add_parameter(request)).await?;
+        present(answer.parameter, "parameter")
+    }
+
+    /// Moves sliders and presses buttons, all or none: see [`slide`] and [`press`]. The
+    /// answer is what they are now.
+    ///
+    /// # Errors
+    /// `PARAMETER_NOT_FOUND`, `INVALID_VALUE`.
+    pub async fn set_parameters(
+        &self,
+        changes: impl IntoIterator<Item = ParameterChange>,
+    ) -> Result<Vec<Parameter>, Error> {
+        let changes = changes.into_iter().collect();
+        let request = SetParametersRequest { changes, ..Default::default() };
+        Ok(self.unary(self.parameter().set_parameters(request)).await?.parameters)
+    }
+
+    /// The parameters of these names, or all of them in the order in which they were added.
+    ///
+    /// # Errors
+    /// `PARAMETER_NOT_FOUND`.
+    pub async fn parameters(&self, names: Vec<String>) -> Result<ParameterList, Error> {
+        let answer = self.unary(self.parameter().get_parameters(GetParametersRequest { names })).await?;
+        present(answer.list, "list")
+    }
+
+    /// All parameters once their `version` is another than `after_version` (0: at once), or
+    /// those there are after `wait`, at most 60 s.
+    ///
+    /// # Errors
+    /// Where the daemon refuses or does not answer.
+    pub async fn next_parameters(&self, after_version: u64, wait: Duration) -> Result<ParameterList, Error> {
+        let timeout = wait.as_secs_f64();
+        let request = NextParametersRequest { after_version, timeout };
+        let answer = self.unary_for(wall_seconds(timeout), self.parameter().next_parameters(request)).await?;
+        present(answer.list, "list")
+    }
+
+    /// All parameters now, and again whenever something about them changed.
+    ///
+    /// # Errors
+    /// Where the daemon does not answer.
+    pub async fn watch_parameters(&self) -> Result<ParameterWatch, Error> {
+        let lists = self.unary(self.parameter().watch_parameters(WatchParametersRequest {})).await?;
+        Ok(ParameterWatch { client: self.clone(), lists })
+    }
+
+    /// Takes parameters down, all or none; all there are where none is named. The
+    /// answer is the names of those that are gone.
+    ///
+    /// # Errors
+    /// `PARAMETER_NOT_FOUND`.
+    pub async fn remove_parameters(&self, names: Vec<String>) -> Result<Vec<String>, Error> {
+        let request = RemoveParametersRequest { names, ..Default::default() };
+        Ok(self.unary(self.parameter().remove_parameters(request)).await?.removed)
+    }
+}
+
+/// Parameters as the daemon sends them: each time all of them.
+#[derive(Debug)]
+pub struct ParameterWatch {
+    client: Client,
+    lists: Streaming<WatchParametersResponse>,
+}
+
+impl ParameterWatch {
+    /// The next list; `None` where the daemon ended the stream in good order.
+    ///
+    /// # Errors
+    /// Where the connection broke.
+    pub async fn next(&mut self) -> Result<Option<ParameterList>, Error> {
+        match self.lists.message().await {
+            Ok(Some(answer)) => present(answer.list, "list").map(Some),
+            Ok(None) => Ok(None),
+            Err(status) => Err(Error::from_status(&status, self.client.endpoint())),
+        }
+    }
+}

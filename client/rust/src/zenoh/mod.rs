@@ -1,0 +1,155 @@
+//! The way to daemons over Zenoh.
+//!
+//! * Here: a network of daemons, joined at one place.
+//! * `channel`: carries gRPC's calls as queries, so that the generated clients work on it.
+//! * `streams`: calls of many messages, of which Zenoh has none.
+
+mod channel;
+mod streams;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use simd_proto::keys;
+use tokio::runtime::{Handle, RuntimeFlavor};
+use zenoh::Session;
+
+pub(crate) use channel::ZenohChannel;
+
+use crate::endpoint::Place;
+use crate::{Client, ConnectOptions, Error};
+
+/// Answers larger than this are refused before they are read.
+const MAX_MESSAGE_BYTES: usize = 64 * 1024 * 1024;
+/// Whoever says nothing for so long is gone.
+const LEASE: Duration = Duration::from_secs(5);
+
+/// The daemons that are reached from one Zenoh locator: that of a daemon, or of a
+/// router with many behind it. Cheap to clone; clones share the connection, which is made
+/// again by itself after it broke.
+#[derive(Clone, Debug)]
+pub struct Network {
+    session: Session,
+    locator: Arc<str>,
+    options: ConnectOptions,
+}
+
+/// A daemon that says it is there.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Presence {
+    /// What it is called; there is one of each name on a network.
+    pub name: String,
+    /// The id of its Zenoh session, another after each start.
+    pub zid: String,
+}
+
+impl Network {
+    /// Joins the network at a locator such as `tcp/127.0.0.1:7447`.
+    ///
+    /// # Errors
+    /// [`Error::Endpoint`] where the text is no locator, [`Error::Unreachable`] where
+    /// nobody listens there.
+    pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
+        match crate::endpoint::read(locator)? {
+            Place::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
+            Place::Grpc { url: _ } => Err(Error::Endpoint {
+                endpoint: locator.to_owned(),
+                reason: "it must be a Zenoh locator like tcp/127.0.0.1:7447".to_owned(),
+            }),
+        }
+    }
+
+    /// Joins at a locator that was read already.
+    pub(crate) async fn open(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
+        let refuse = |reason: String| Error::Endpoint { endpoint: locator.to_owned(), reason };
+        // Zenoh would panic.
+        if Handle::current().runtime_flavor() == RuntimeFlavor::CurrentThread {
+            return Err(refuse("Zenoh needs a tokio runtime of the multi-thread flavor".to_owned()));
+        }
+        let settings = settings(locator).map_err(|error| refuse(first_words(&error)))?;
+        let unreachable = |reason| Error::Unreachable { endpoint: locator.to_owned(), reason };
+        let session = match tokio::time::timeout(options.connect_timeout, zenoh::open(settings)).await {
+            Ok(Ok(session)) => session,
+            Ok(Err(error)) => return Err(unreachable(first_words(&error))),
+            Err(_elapsed) => return Err(unreachable("the connection timed out".to_owned())),
+        };
+        Ok(Self { session, locator: locator.into(), options })
+    }
+
+    /// The daemons that are there now, by name.
+    ///
+    /// # Errors
+    /// [`Error::Unreachable`] where the network cannot be asked.
+    pub async fn daemons(&self) -> Result<Vec<Presence>, Error> {
+        let unreachable = |error: zenoh::Error| Error::Unreachable {
+            endpoint: self.locator.to_string(),
+            reason: first_words(&error),
+        };
+        let tokens = self.session.liveliness().get(keys::every_daemon());
+        let tokens = tokens.timeout(self.options.connect_timeout).await.map_err(unreachable)?;
+        let mut found = BTreeMap::new();
+        while let Ok(reply) = tokens.recv_async().await {
+            let Ok(sample) = reply.into_result() else { continue };
+            if let Some((name, zid)) = keys::parse_daemon(sample.key_expr().as_str()) {
+                found.insert((name.to_owned(), zid.to_owned()), ());
+            }
+        }
+        Ok(found.into_keys().map(|(name, zid)| Presence { name, zid }).collect())
+    }
+
+    /// A client of the daemon of this name, be it there yet or not.
+    pub fn client(&self, name: &str) -> Client {
+        let endpoint = format!("{}#{name}", self.locator);
+        let channel = ZenohChannel::new(self.session.clone(), name);
+        Client::over(channel.into(), endpoint.into(), self.options.timeout)
+    }
+
+    /// A client of the daemon of this name, which must be there; without a name, of the only one.
+    pub(crate) async fn find(&self, name: Option<&str>) -> Result<Client, Error> {
+        let mut names: Vec<String> = self.daemons().await?.into_iter().map(|daemon| daemon.name).collect();
+        names.dedup();
+        let unreachable = |reason| {
+            let endpoint = match name {
+                Some(name) => format!("{}#{name}", self.locator),
+                None => self.locator.to_string(),
+            };
+            Error::Unreachable { endpoint, reason }
+        };
+        let listed = names.join(", ");
+        match (name, names.as_slice()) {
+            (_, []) => Err(unreachable("nobody there is a simd daemon".to_owned())),
+            (None, [only]) => Ok(self.client(only)),
+            (None, _) => Err(Error::Endpoint {
+                endpoint: self.locator.to_string(),
+                reason: format!("several daemons are there: {listed}; add #NAME to say which"),
+            }),
+            (Some(name), names) if names.iter().any(|there| there == name) => Ok(self.client(name)),
+            (Some(name), _) => Err(unreachable(format!("`{name}` is not there, but {listed}"))),
+        }
+    }
+}
+
+/// As closed as the daemon's: no looking around, and no memory shared.
+fn settings(locator: &str) -> Result<zenoh::Config, zenoh::Error> {
+    let mut settings = zenoh::Config::default();
+    let text = |text: &str| format!("{text:?}");
+    settings.insert_json5("mode", &text("client"))?;
+    settings.insert_json5("connect/endpoints", &format!("[{}]", text(locator)))?;
+    // The first try decides; later ones are Zenoh's, after the connection broke.
+    settings.insert_json5("connect/timeout_ms", "0")?;
+    settings.insert_json5("connect/retry", "{ period_init_ms: 100, period_max_ms: 1000 }")?;
+    for off in ["scouting/multicast", "scouting/gossip", "adminspace", "transport/shared_memory"] {
+        settings.insert_json5(&format!("{off}/enabled"), "false")?;
+    }
+    settings.insert_json5("transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
+    settings.insert_json5("transport/link/tx/lease", &LEASE.as_millis().to_string())?;
+    Ok(settings)
+}
+
+/// Zenoh's errors go on with the file and line where they were made.
+fn first_words(error: &zenoh::Error) -> String {
+    let text = error.to_string();
+    let words = text.split(" at /").next().unwrap_or(&text);
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,235 @@
+//! Calls of many messages. Zenoh's queries know none that a slow reader cannot fall
+//! behind of, so that each is asked for message by message: the reader that asks again gets
+//! the newest, however long it looked away.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_util::stream;
+use prost::Message;
+use simd_proto::ApiVersion;
+use simd_proto::methods::{self, Method};
+use simd_proto::v1::{
+    ControlRequest, ControlResponse, ControlWait, JointSelection, NextEventsRequest, NextEventsResponse,
+    NextJointStatesRequest, NextJointStatesResponse, NextParametersRequest, NextParametersResponse,
+    WatchEventsRequest, WatchEventsResponse, WatchJointStatesRequest, WatchJointStatesResponse,
+    WatchParametersResponse,
+};
+use tokio::time::{Interval, MissedTickBehavior, interval};
+use tonic::{Code, Status, Streaming};
+use tonic_types::StatusExt as _;
+
+use super::channel::{Answers, Asked, ZenohChannel};
+
+/// How long the daemon holds a question before it is asked again.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// States a second where the request does not say, as the schema has it.
+const DEFAULT_RATE: f64 = 30.0;
+
+/// Asks a method that has one answer.
+async fn ask<R: Message, A: Message + Default>(
+    channel: &ZenohChannel,
+    method: &'static Method,
+    request: &R,
+    version: Option<ApiVersion>,
+) -> Result<A, Status> {
+    let message = Bytes::from(request.encode_to_vec());
+    let answer = channel.ask(method, Asked { message, version }).await?;
+    A::decode(answer).map_err(|error| Status::internal(format!("the answer is no message: {error}")))
+}
+
+fn method(service: &str, name: &str) -> Result<&'static Method, Status> {
+    methods::find(service, name).ok_or_else(|| Status::unimplemented(format!("there is no {service}/{name}")))
+}
+
+fn read<R: Message + Default>(message: Bytes) -> Result<R, Status> {
+    R::decode(message).map_err(|error| Status::internal(format!("the request is no message: {error}")))
+}
+
+/// The end of a stream is no failure where the daemon drains.
+fn ended<T>(result: Result<T, Status>) -> Result<Option<T>, Status> {
+    match result {
+        Ok(answer) => Ok(Some(answer)),
+        Err(status) if status.code() == Code::Ok => Ok(None),
+        Err(status) => {
+            let details = status.get_error_details();
+            let reason = details.error_info().map(|info| info.reason.as_str());
+            if reason == Some("SHUTTING_DOWN") { Ok(None) } else { Err(status) }
+        }
+    }
+}
+
+/// `WatchJointStates`: by `NextJointStates`, at the rate that is asked for.
+pub(super) async fn joint_states(
+    channel: ZenohChannel,
+    watch: &'static Method,
+    asked: Asked,
+) -> Result<Answers, Status> {
+    // The daemon says what is wrong with the rate and the selections.
+    channel.check(watch, asked.clone()).await?;
+    let request: WatchJointStatesRequest = read(asked.message)?;
+    let rate = if request.rate > 0.0 { request.rate } else { DEFAULT_RATE };
+    let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let next = method("JointService", "NextJointStates")?;
+    let watcher =
+        StateWatch { channel, next, version: asked.version, ticks, selections: request.selections, seen: 0 };
+    Ok(Box::pin(stream::try_unfold(watcher, StateWatch::next)))
+}
+
+struct StateWatch {
+    channel: ZenohChannel,
+    next: &'static Method,
+    version: Option<ApiVersion>,
+    ticks: Interval,
+    selections: Vec<JointSelection>,
+    /// Sequence of the state before.
+    seen: u64,
+}
+
+impl StateWatch {
+    async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
+        self.ticks.tick().await;
+        loop {
+            let request = NextJointStatesRequest {
+                after_sequence: self.seen,
+                timeout: PATIENCE.as_secs_f64(),
+                selections: self.selections.clone(),
+            };
+            let answer = ask(&self.channel, self.next, &request, self.version).await;
+            let Some(NextJointStatesResponse { states }) = ended(answer)? else { return Ok(None) };
+            let sequence = states.as_ref().and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
+            if sequence > self.seen {
+                self.seen = sequence;
+                let answer = WatchJointStatesResponse { states };
+                return Ok(Some((answer.encode_to_vec().into(), self)));
+            }
+        }
+    }
+}
+
+/// `WatchEvents`: by `NextEvents`, so that what is not read lies in the daemon's log alone.
+pub(super) async fn events(channel: ZenohChannel, asked: Asked) -> Result<Answers, Status> {
+    let next = method("EventService", "NextEvents")?;
+    let WatchEventsRequest { after_sequence } = read(asked.message)?;
+    // A number that lies ahead reads nothing but the last number.
+    let request = NextEventsRequest { after_sequence: u64::MAX, timeout: 0.0 };
+    let now: NextEventsResponse = ask(&channel, next, &request, asked.version).await?;
+    let after = match after_sequence {
+        0 => now.last_sequence,
+        after => after.min(now.last_sequence),
+    };
+    let watcher = EventWatch { channel, next, version: asked.version, after, ready: VecDeque::new() };
+    Ok(Box::pin(stream::try_unfold(watcher, EventWatch::next)))
+}
+
+struct EventWatch {
+    channel: ZenohChannel,
+    next: &'static Method,
+    version: Option<ApiVersion>,
+    after: u64,
+    ready: VecDeque<WatchEventsResponse>,
+}
+
+impl EventWatch {
+    async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
+        loop {
+            if let Some(event) = self.ready.pop_front() {
+                return Ok(Some((event.encode_to_vec().into(), self)));
+            }
+            let request = NextEventsRequest { after_sequence: self.after, timeout: PATIENCE.as_secs_f64() };
+            let answer = ask(&self.channel, self.next, &request, self.version).await;
+            let Some(batch): Option<NextEventsResponse> = ended(answer)? else { return Ok(None) };
+            self.after = batch.last_sequence;
+            let mut missed = batch.missed;
+            let events = batch.events.into_iter();
+            self.ready = events
+                .map(|event| WatchEventsResponse { event: Some(event), missed: std::mem::take(&mut missed) })
+                .collect();
+        }
+    }
+}
+
+/// `WatchParameters`: by `NextParameters`.
+pub(super) async fn parameters(channel: ZenohChannel, asked: Asked) -> Result<Answers, Status> {
+    let next = method("ParameterService", "NextParameters")?;
+    let watcher = ParameterWatch { channel, next, version: asked.version, seen: 0 };
+    Ok(Box::pin(stream::try_unfold(watcher, ParameterWatch::next)))
+}
+
+struct ParameterWatch {
+    channel: ZenohChannel,
+    next: &'static Method,
+    version: Option<ApiVersion>,
+    /// Version of the list before; 0 for none.
+    seen: u64,
+}
+
+impl ParameterWatch {
+    async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
+        loop {
+            let timeout = PATIENCE.as_secs_f64();
+            let request = NextParametersRequest { after_version: self.seen, timeout };
+            let answer = ask(&self.channel, self.next, &request, self.version).await;
+            let Some(NextParametersResponse { list }) = ended(answer)? else { return Ok(None) };
+            let version = list.as_ref().map_or(0, |list| list.version);
+            if self.seen != version {
+                self.seen = version;
+                return Ok(Some((WatchParametersResponse { list }.encode_to_vec().into(), self)));
+            }
+        }
+    }
+}
+
+/// `Control`: each request is a query. What a stream of gRPC remembers is remembered here.
+pub(super) fn control(
+    channel: ZenohChannel,
+    method: &'static Method,
+    requests: Streaming<Bytes>,
+    version: Option<ApiVersion>,
+) -> Answers {
+    let control = Control { channel, method, requests, version, selections: Vec::new(), answered: 0 };
+    Box::pin(stream::try_unfold(control, Control::next))
+}
+
+struct Control {
+    channel: ZenohChannel,
+    method: &'static Method,
+    requests: Streaming<Bytes>,
+    version: Option<ApiVersion>,
+    selections: Vec<JointSelection>,
+    /// Sequence of the state in the last answer.
+    answered: u64,
+}
+
+impl Control {
+    async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
+        let Some(message) = self.requests.message().await? else { return Ok(None) };
+        let mut request: ControlRequest = read(message)?;
+        if request.selections.is_empty() {
+            request.selections.clone_from(&self.selections);
+        } else {
+            self.selections.clone_from(&request.selections);
+        }
+        request.after_sequence = request.after_sequence.max(self.answered);
+        let waits_for_ever = request.wait() != ControlWait::None && request.timeout == 0.0;
+        if waits_for_ever {
+            // Nobody tells a daemon that the asker is gone, so it is not asked to wait for ever.
+            request.timeout = PATIENCE.as_secs_f64();
+        }
+        loop {
+            let answer = ask(&self.channel, self.method, &request, self.version).await;
+            let Some(answer): Option<ControlResponse> = ended(answer)? else { return Ok(None) };
+            let states = answer.states.as_ref();
+            let sequence = states.and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
+            if waits_for_ever && answer.refusal.is_none() && sequence <= request.after_sequence {
+                // The targets hold, but nothing happened since.
+                request.robots.clear();
+                continue;
+            }
+            self.answered = self.answered.max(sequence);
+            return Ok(Some((answer.encode_to_vec().into(), self)));
+        }
+    }
+}

@@ -1,0 +1,262 @@
+//! Texts and expressions to values.
+
+use std::rc::Rc;
+
+use crate::error::{Fault, not_supported, shown};
+use crate::expand::Expansion;
+use crate::expression::{self, Expression};
+use crate::functions;
+use crate::limits;
+use crate::scope::Entry;
+use crate::text::{Part, parts};
+use crate::value::{Value, too_long};
+
+impl Expansion<'_> {
+    /// A text with its expressions computed. A text that is one expression keeps its type.
+    pub(crate) fn value(&mut self, text: &str, level: usize) -> Result<Value, Fault> {
+        let parts = parts(text)?;
+        if let [only] = parts.as_slice() {
+            return self.part(only, level);
+        }
+        let mut whole = String::new();
+        for part in &parts {
+            whole += &self.part(part, level)?.show()?;
+            if whole.len() > limits::VALUE_BYTES {
+                return Err(too_long());
+            }
+        }
+        Ok(Value::text(&whole))
+    }
+
+    /// The same as a text.
+    pub(crate) fn text(&mut self, text: &str, level: usize) -> Result<String, Fault> {
+        let text = self.value(text, level)?.show()?;
+        self.step(text.len() / 16)?;
+        Ok(text)
+    }
+
+    fn part(&mut self, part: &Part, level: usize) -> Result<Value, Fault> {
+        match part {
+            Part::Plain(text) => Ok(Value::text(text)),
+            Part::Command(command) => self.command(command, level),
+            Part::Expression(text) => {
+                let expression = expression::parse(text).map_err(|fault| in_expression(text, &fault))?;
+                self.evaluate(&expression, level).map_err(|fault| in_expression(text, &fault))
+            }
+        }
+    }
+
+    /// What stands in `$()`.
+    fn command(&mut self, command: &str, level: usize) -> Result<Value, Fault> {
+        // A name may itself be an expression: `$(find ${package})`.
+        let command = self.value(command, level)?.show()?;
+        let mut words = command.split_whitespace();
+        match (words.next(), words.next(), words.next()) {
+            (Some("arg"), Some(name), None) => self.argument(name),
+            (Some("find"), Some(package), None) => Ok(Value::text(&format!("package://{package}"))),
+            (Some("dirname"), None, None) => Ok(Value::text(&self.folder())),
+            (Some(name @ ("env" | "optenv")), _, _) => Err(not_supported(&format!(
+                "$({name} ...): files are given nothing of your environment; pass it as an argument"
+            ))),
+            (Some(name), _, _) => Err(not_supported(&format!("$({name} ...)"))),
+            (None, _, _) => Err("$() holds nothing".to_owned()),
+        }
+    }
+
+    fn argument(&self, name: &str) -> Result<Value, Fault> {
+        let found = self.arguments.get(name).map(|text| Value::text(text));
+        found.ok_or_else(|| format!("the argument {} is not given and has no default", shown(name)))
+    }
+
+    /// A property, else what Python and xacro know by that name.
+    fn name(&mut self, name: &str, from: usize) -> Result<Value, Fault> {
+        let Some((level, entry)) = self.scopes.entry(name, from) else {
+            return functions::builtin(name).ok_or_else(|| format!("{} is not defined", shown(name)));
+        };
+        match entry {
+            Entry::Value(value) => Ok(value),
+            Entry::Busy => Err(format!("the property {} is defined by itself", shown(name))),
+            Entry::Lazy(text) => {
+                self.scopes.set(level, name, Entry::Busy);
+                let value = self.value(&text, level).map(Value::into_literal);
+                let entry = value.clone().map_or(Entry::Lazy(text), Entry::Value);
+                self.scopes.set(level, name, entry);
+                value.map_err(|fault| format!("in the property {}: {fault}", shown(name)))
+            }
+        }
+    }
+
+    fn evaluate(&mut self, expression: &Expression, level: usize) -> Result<Value, Fault> {
+        self.step(1)?;
+        self.expression_depth += 1;
+        if self.expression_depth > limits::EXPRESSION_DEPTH {
+            return Err(
+                "an expression, with all the properties that it names, is nested too deeply".to_owned()
+            );
+        }
+        let value = self.evaluate_one(expression, level)?;
+        self.expression_depth -= 1;
+        self.step(match &value {
+            Value::List(list) => list.len(),
+            Value::Map(map) => map.len(),
+            Value::Text(text) => text.len() / 16,
+            _ => 0,
+        })?;
+        Ok(value)
+    }
+
+    fn evaluate_one(&mut self, expression: &Expression, level: usize) -> Result<Value, Fault> {
+        Ok(match expression {
+            Expression::Value(value) => value.clone(),
+            Expression::Name(name) => self.name(name, level)?,
+            Expression::List(all) => Value::List(Rc::new(self.evaluate_all(all, level)?)),
+            Expression::Map(all) => {
+                let mut map: Vec<(Value, Value)> = Vec::new();
+                for (key, value) in all {
+                    let (key, value) = (self.evaluate(key, level)?, self.evaluate(value, level)?);
+                    map.retain(|(known, _)| !known.equals(&key));
+                    map.push((key, value));
+                }
+                Value::Map(Rc::new(map))
+            }
+            Expression::Not(inner) => Value::Bool(!self.evaluate(inner, level)?.truth()),
+            Expression::Minus(inner) => match self.evaluate(inner, level)? {
+                Value::Float(float) => Value::Float(-float),
+                value => functions::binary(expression::Operator::Subtract, &Value::Int(0), &value)?,
+            },
+            Expression::Binary(operator, a, b) => {
+                let (a, b) = (self.evaluate(a, level)?, self.evaluate(b, level)?);
+                functions::binary(*operator, &a, &b)?
+            }
+            Expression::Compare(first, others) => {
+                let mut left = self.evaluate(first, level)?;
+                for (comparison, right) in others {
+                    let right = self.evaluate(right, level)?;
+                    if !functions::compare(*comparison, &left, &right)? {
+                        return Ok(Value::Bool(false));
+                    }
+                    left = right;
+                }
+                Value::Bool(true)
+            }
+            Expression::And(a, b) => match self.evaluate(a, level)? {
+                value if value.truth() => self.evaluate(b, level)?,
+                value => value,
+            },
+            Expression::Or(a, b) => match self.evaluate(a, level)? {
+                value if value.truth() => value,
+                _ => self.evaluate(b, level)?,
+            },
+            Expression::If(all) => {
+                let [then, condition, otherwise] = &**all;
+                let is = self.evaluate(condition, level)?.truth();
+                self.evaluate(if is { then } else { otherwise }, level)?
+            }
+            Expression::Index(of, index) => {
+                let (of, index) = (self.evaluate(of, level)?, self.evaluate(index, level)?);
+                self.index(&of, &index)?
+            }
+            Expression::Attribute(of, name) => {
+                let of = self.evaluate(of, level)?;
+                self.attribute(&of, name)?
+            }
+            Expression::Call(function, arguments) => self.call(function, arguments, level)?,
+        })
+    }
+
+    fn evaluate_all(&mut self, all: &[Expression], level: usize) -> Result<Vec<Value>, Fault> {
+        all.iter().map(|expression| self.evaluate(expression, level)).collect()
+    }
+
+    /// An entry, which is looked for one by one.
+    fn index(&mut self, of: &Value, index: &Value) -> Result<Value, Fault> {
+        self.step(match of {
+            Value::Map(map) => map.len() / 4,
+            Value::Text(text) => text.len() / 4,
+            _ => 0,
+        })?;
+        functions::index(of, index)
+    }
+
+    /// What stands behind a dot: of a module, or an entry of a dictionary.
+    fn attribute(&mut self, of: &Value, name: &str) -> Result<Value, Fault> {
+        match of {
+            Value::Module("xacro") => Ok(Value::Function(Rc::from(format!("xacro.{name}")))),
+            Value::Module(module) => {
+                functions::builtin(name).ok_or_else(|| not_supported(&format!("{module}.{name}")))
+            }
+            Value::Map(_) => self.index(of, &Value::text(name)),
+            _ => Err(not_supported(&format!("the attribute {} of {}", shown(name), of.kind()))),
+        }
+    }
+
+    fn call(
+        &mut self,
+        function: &Expression,
+        arguments: &[Expression],
+        level: usize,
+    ) -> Result<Value, Fault> {
+        if let Expression::Attribute(of, name) = function {
+            let of = self.evaluate(of, level)?;
+            if !matches!(of, Value::Module(_)) {
+                let arguments = self.evaluate_all(arguments, level)?;
+                return functions::method(&of, name, &arguments);
+            }
+            let function = self.attribute(&of, name)?;
+            return self.call_value(&function, arguments, level);
+        }
+        let function = match function {
+            // A name that is nothing at all is a function that is not there.
+            Expression::Name(name) => {
+                self.name(name, level).map_err(|fault| match self.scopes.entry(name, level) {
+                    Some(_) => fault,
+                    None => not_supported(&format!("the function {name}()")),
+                })?
+            }
+            function => self.evaluate(function, level)?,
+        };
+        self.call_value(&function, arguments, level)
+    }
+
+    fn call_value(
+        &mut self,
+        function: &Value,
+        arguments: &[Expression],
+        level: usize,
+    ) -> Result<Value, Fault> {
+        let Value::Function(name) = function else {
+            return Err(format!("{} cannot be called", function.kind()));
+        };
+        let arguments = self.evaluate_all(arguments, level)?;
+        let message = |arguments: &[Value]| {
+            let words: Result<Vec<String>, Fault> = arguments.iter().map(Value::show).collect();
+            words.map(|words| words.join(" "))
+        };
+        match (&**name, arguments.as_slice()) {
+            ("load_yaml" | "xacro.load_yaml", [file]) => {
+                let file = file.show()?;
+                self.load_yaml(&file)
+            }
+            ("xacro.arg", [name]) => self.argument(&name.show()?),
+            ("xacro.message" | "xacro.warning", all) => {
+                let message = message(all)?;
+                self.message(message);
+                Ok(Value::text(""))
+            }
+            ("xacro.error" | "xacro.fatal", all) => Err(message(all)?),
+            ("xacro.dotify", [map]) => Ok(map.clone()),
+            (name, _) if name.starts_with("xacro.") => Err(not_supported(&format!("{name}()"))),
+            (name, all) => functions::call(name, all),
+        }
+    }
+}
+
+fn in_expression(text: &str, fault: &str) -> Fault {
+    // The innermost expression is told, once.
+    if fault.ends_with('}') { fault.to_owned() } else { format!("{fault}, in ${{{}}}", short(text)) }
+}
+
+fn short(text: &str) -> String {
+    let text: Vec<&str> = text.split_whitespace().collect();
+    text.join(" ").chars().take(80).collect()
+}

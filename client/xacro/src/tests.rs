@@ -1,0 +1,400 @@
+//! What each directive, expression and refusal of xacro comes to. Where Python's xacro
+//! (2.1.1) can be asked, the results were compared with its.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use super::*;
+
+fn robot(content: &str) -> String {
+    format!("<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n{content}\n</robot>")
+}
+
+/// What the content of a robot becomes, without line ends.
+fn content(content: &str) -> Result<String, Error> {
+    let expanded = expand_text(&robot(content), &BTreeMap::from([("given".to_owned(), "7".to_owned())]))?;
+    let urdf = expanded.urdf.replace('\n', "");
+    let inner = urdf
+        .strip_prefix("<?xml version=\"1.0\"?><robot name=\"r\">")
+        .and_then(|urdf| urdf.strip_suffix("</robot>"));
+    Ok(inner.unwrap_or_default().to_owned())
+}
+
+/// What an expression gives.
+fn value(expression: &str) -> String {
+    let expression = expression.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    match content(&format!("<a b=\"${{{expression}}}\"/>")) {
+        Ok(made) => made.trim_start_matches("<a b=\"").trim_end_matches("\"/>").to_owned(),
+        Err(error) => panic!("{expression}: {error}"),
+    }
+}
+
+fn why(text: &str) -> String {
+    content(text).unwrap_err().to_string()
+}
+
+#[test]
+fn expressions_are_those_of_python() {
+    for (expression, expected) in [
+        ("1 + 2 * 3", "7"),
+        ("(1 + 2) * 3", "9"),
+        ("7 / 2", "3.5"),
+        ("6 / 2", "3.0"),
+        ("7 // 2", "3"),
+        ("-7 // 2", "-4"),
+        ("-7 % 3", "2"),
+        ("7.5 % 2", "1.5"),
+        ("2 ** 3 ** 2", "512"),
+        ("-2 ** 2", "-4"),
+        ("2 ** -1", "0.5"),
+        ("1e-3 + .5", "0.501"),
+        ("1e-7", "1e-7"),
+        ("100.0", "100.0"),
+        ("1 < 2 < 3", "True"),
+        ("1 < 2 > 3", "False"),
+        ("not 1 == 2 and True", "True"),
+        ("0 or 'x'", "x"),
+        ("'' and 'x'", ""),
+        ("1 if 2 > 1 else 3", "1"),
+        ("1 if False else 2 if False else 3", "3"),
+        ("'a' + \"b\"", "ab"),
+        ("'ab' * 2", "abab"),
+        ("'b' in 'abc'", "True"),
+        ("4 not in [1, 2, 3]", "True"),
+        ("[1, 2.0, 'x'][-1]", "x"),
+        ("{'a': {'b': 5}}['a']['b']", "5"),
+        ("dict({'a': 1}).a", "1"),
+        ("[1, 'a', True, None]", "[1, 'a', True, None]"),
+        ("(1, 2)[1]", "2"),
+        ("len('abc') + len([1, 2])", "5"),
+        ("max(1, 2.5) - min([3, 2])", "0.5"),
+        ("abs(-2) + sum([1, 2])", "5"),
+        ("round(2.5)", "2"),
+        ("round(3.14159, 2)", "3.14"),
+        ("int('12') + int(3.9) + float('.5')", "15.5"),
+        ("str(1.0) + 'm'", "1.0m"),
+        ("range(1, 7, 2)", "[1, 3, 5]"),
+        ("sin(0) + cos(0)", "1.0"),
+        ("degrees(pi)", "180.0"),
+        ("radians(180) == pi", "True"),
+        ("math.pi == pi", "True"),
+        ("atan2(1, 1) * 4 == pi", "True"),
+        ("sqrt(hypot(3, 4) - 1)", "2.0"),
+        ("floor(2.7) + ceil(2.1)", "5"),
+        ("'A_b'.lower().replace('_', '-').split('-')", "['a', 'b']"),
+        ("'x'.startswith('x')", "True"),
+        ("','.join(['a', 'b'])", "a,b"),
+        ("{'a': 1}.get('b', 2)", "2"),
+        ("{'a': 1}.keys()", "['a']"),
+        ("xacro.arg('given')", "7"),
+    ] {
+        assert_eq!(value(expression), expected, "{expression}");
+    }
+}
+
+#[test]
+fn properties_are_computed_when_they_are_used_and_keep_their_type() {
+    for (text, expected) in [
+        ("<xacro:property name='a' value='2'/><x y='${a / 4}'/>", "<x y=\"0.5\"/>"),
+        (
+            "<xacro:property name='a' value='${b * 2}'/><xacro:property name='b' value='3'/><x y='${a}'/>",
+            "<x y=\"6\"/>",
+        ),
+        ("<xacro:property name='a' value='1 2 3'/><x y='${a.split()[1]} ${a}'/>", "<x y=\"2 1 2 3\"/>"),
+        ("<xacro:property name='a' value='true'/><xacro:if value='${a}'><x/></xacro:if>", "<x/>"),
+        (
+            "<xacro:property name='a' value='1'/><xacro:property name='a' default='2'/><x y='${a}'/>",
+            "<x y=\"1\"/>",
+        ),
+        ("<xacro:property name='b' default='2'/><x y='${b}'/>", "<x y=\"2\"/>"),
+        ("<xacro:property name='a' value=\"${[1, 2]}\"/><x y='${a[1]}'/>", "<x y=\"2\"/>"),
+        (
+            "<xacro:property name='a'><p/><q r='${1 + 1}'/></xacro:property><x><xacro:insert_block name='a'/></x>",
+            "<x><p/><q r=\"2\"/></x>",
+        ),
+        (
+            "<xacro:property name='a' value='${dict({\"b\": 5})}'/><xacro:property name='a' value='${a[\"b\"]}' lazy_eval='false'/><x y='${a}'/>",
+            "<x y=\"5\"/>",
+        ),
+        ("<x><xacro:if value='1'>${xacro.warning('hm')}a${1 + 1}</xacro:if></x>", "<x>a2</x>"),
+        ("<x y='$${a} $$(b) $ 5'/>", "<x y=\"${a} $(b) $ 5\"/>"),
+        ("<x>${1 + 1} m</x>", "<x>2 m</x>"),
+    ] {
+        assert_eq!(content(text).unwrap(), expected, "{text}");
+    }
+}
+
+#[test]
+fn arguments_are_the_callers_else_the_files() {
+    let text = "<xacro:arg name='given' default='1'/><xacro:arg name='other' default='${1 + 1}'/><x y='$(arg given) $(arg other)'/>";
+    assert_eq!(content(text).unwrap(), "<x y=\"7 2\"/>");
+    assert!(why("<x y='$(arg none)'/>").contains("the argument \"none\" is not given"));
+}
+
+#[test]
+fn conditions_take_expressions_arguments_and_numbers() {
+    for (value, is) in [
+        ("true", true),
+        ("False", false),
+        ("1", true),
+        ("0", false),
+        ("${1 > 2}", false),
+        ("${'x' == 'x'}", true),
+        ("$(arg given)", true),
+    ] {
+        let text = format!(
+            "<xacro:if value=\"{value}\"><x/></xacro:if><xacro:unless value=\"{value}\"><y/></xacro:unless>"
+        );
+        assert_eq!(content(&text).unwrap(), if is { "<x/>" } else { "<y/>" }, "{value}");
+    }
+    assert!(why("<xacro:if value='maybe'/>").contains("\"maybe\" is neither true nor false"));
+}
+
+#[test]
+fn macros_have_defaults_blocks_and_names_of_their_own() {
+    for (text, expected) in [
+        (
+            "<xacro:macro name='m' params='a b:=2 c=3'><x y='${a} ${b} ${c}'/></xacro:macro><xacro:m a='1' c='4'/>",
+            "<x y=\"1 2 4\"/>",
+        ),
+        (
+            "<xacro:macro name='m' params=\"a:='two words' b:=''\"><x y='${a}|${b}'/></xacro:macro><xacro:m/>",
+            "<x y=\"two words|\"/>",
+        ),
+        (
+            "<xacro:property name='a' value='1'/><xacro:macro name='m' params='a:=^ b:=^|5'><x y='${a} ${b}'/></xacro:macro><xacro:m/>",
+            "<x y=\"1 5\"/>",
+        ),
+        (
+            "<xacro:macro name='m' params='*o **c n'><x n='${n}'><xacro:insert_block name='o'/><xacro:insert_block name='c'/></x></xacro:macro>\
+          <xacro:m n='k'><origin xyz='${1 + 1}'/><all><p/><q/></all></xacro:m>",
+            "<x n=\"k\"><origin xyz=\"2\"/><p/><q/></x>",
+        ),
+        (
+            "<xacro:macro name='m' params='n'><x y='${n}'/><xacro:if value='${n > 0}'><xacro:m n='${n - 1}'/></xacro:if></xacro:macro><xacro:m n='2'/>",
+            "<x y=\"2\"/><x y=\"1\"/><x y=\"0\"/>",
+        ),
+        (
+            "<xacro:macro name='m'><xacro:property name='a' value='1'/><xacro:property name='b' value='${a + 1}' scope='parent'/></xacro:macro>\
+          <xacro:m/><x y='${b}'/>",
+            "<x y=\"2\"/>",
+        ),
+        ("<xacro:macro name='xacro:m'><x/></xacro:macro><xacro:m/><xacro:call macro='m'/>", "<x/><x/>"),
+        (
+            "<x><xacro:attribute name='a' value='${1 + 1}'/></x><xacro:element xacro:name='e${1}' b='2'><c/></xacro:element>",
+            "<x a=\"2\"/><e1 b=\"2\"><c/></e1>",
+        ),
+    ] {
+        assert_eq!(content(text).unwrap(), expected, "{text}");
+    }
+}
+
+#[test]
+fn the_robots_own_name_may_be_an_argument_that_it_declares() {
+    let text = robot("<xacro:arg name='n' default='arm'/>").replace("\"r\"", "\"$(arg n)\"");
+    assert!(expand_text(&text, &BTreeMap::new()).unwrap().urdf.contains("<robot name=\"arm\"/>"));
+}
+
+#[test]
+fn other_namespaces_are_kept_and_declared_at_the_root() {
+    let text =
+        "<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro' xmlns:g='http://g'><g:x g:y='1'/></robot>";
+    let expanded = expand_text(text, &BTreeMap::new()).unwrap();
+    assert_eq!(
+        expanded.urdf,
+        "<?xml version=\"1.0\"?>\n<robot xmlns:g=\"http://g\" name=\"r\">\n<g:x g:y=\"1\"/>\n</robot>\n"
+    );
+}
+
+#[test]
+fn what_python_cannot_read_is_refused_and_what_we_do_not_have_is_named() {
+    for (text, reason) in [
+        ("<x y='${a}'/>", "line 2: \"a\" is not defined, in ${a}"),
+        ("<x y='${1 +}'/>", "line 2: the expression ends too early, in ${1 +}"),
+        ("<x y='${1 / 0}'/>", "line 2: a division by zero, in ${1 / 0}"),
+        ("<x y='${1'/>", "has no closing bracket"),
+        ("<x y='${[i for i in [1]]}'/>", "not supported: `for` in an expression"),
+        ("<x y='${lambda: 1}'/>", "not supported: `lambda` in an expression"),
+        ("<x y=\"${'%d' % 3}\"/>", "not supported: formatting of texts"),
+        ("<x y=\"${'abc'[1:]}\"/>", "not supported: slices"),
+        ("<x y=\"${open('/etc/passwd')}\"/>", "not supported: the function open()"),
+        ("<x y=\"${__import__('os')}\"/>", "not supported: the function __import__()"),
+        ("<x y=\"${''.__class__}\"/>", "not supported: the attribute \"__class__\" of a text"),
+        ("<x y='$(env HOME)'/>", "not supported: $(env ...)"),
+        ("<x y='$(eval 1)'/>", "not supported: $(eval ...)"),
+        ("<x y='${2 ** 2 ** 20}'/>", "a whole number is too large"),
+        ("<x y=\"${'a' * 100000}\"/>", "a value is longer than 65536 bytes"),
+        ("<x y='${range(100000)}'/>", "range() cannot be called with a number"),
+        ("<x y='${sqrt(-1)}'/>", "sqrt(-1) has no value"),
+        ("<x y='${1 + \"a\"}'/>", "a number and a text cannot be computed with"),
+        (
+            "<xacro:property name='a' value='${a + 1}'/><x y='${a}'/>",
+            "the property \"a\" is defined by itself",
+        ),
+        ("<xacro:m/>", "line 2: there is no macro \"m\""),
+        ("<xacro:macro name='m' params='a'/><xacro:m/>", "the call of \"m\" lacks \"a\": it has no default"),
+        ("<xacro:macro name='m' params='a'/><xacro:m b='1'/>", "the macro \"m\" has no parameter \"b\""),
+        ("<xacro:macro name='m' params='*a'/><xacro:m/>", "lacks the block \"a\""),
+        ("<xacro:macro name='m'/><xacro:m><x/></xacro:m>", "has a block too many"),
+        ("<xacro:insert_block name='a'/>", "there is no block \"a\""),
+        ("<xacro:include filename='/etc/passwd'/>", "is an absolute path outside"),
+        ("<xacro:include filename='a.xacro' ns='b'/>", "not supported: ns of an include"),
+        ("<xacro:element xacro:name='a b'/>", "\"a b\" cannot be a name in XML"),
+        ("<x y=\"${xacro.error('no such arm')}\"/>", "no such arm"),
+    ] {
+        assert!(why(text).contains(reason), "{text}: {}", why(text));
+    }
+}
+
+#[test]
+fn what_grows_without_end_is_refused() {
+    let endless = "<xacro:macro name='m'><xacro:m/></xacro:macro><xacro:m/>";
+    assert!(why(endless).contains("nested deeper than 150"), "{}", why(endless));
+    let mut doubling = "<xacro:macro name='m0'><x/></xacro:macro>".to_owned();
+    for level in 1..40 {
+        doubling +=
+            &format!("<xacro:macro name='m{level}'><xacro:m{0}/><xacro:m{0}/></xacro:macro>", level - 1);
+    }
+    assert!(why(&(doubling + "<xacro:m39/>")).contains("more than 2000000 steps"));
+    let mut long = "<xacro:property name='p0' value='aaaaaaaaaaaaaaaa'/>".to_owned();
+    for level in 1..40 {
+        long += &format!("<xacro:property name='p{level}' value='${{p{0} + p{0}}}'/>", level - 1);
+    }
+    assert!(why(&(long + "<x y='${p39}'/>")).contains("a value is longer than"));
+    let brackets = format!("<x y='${{{}1{}}}'/>", "(".repeat(41), ")".repeat(41));
+    assert!(why(&brackets).contains("an expression is nested deeper than 40"));
+    let sum = |terms: usize| format!("<x y='${{{}1}}'/>", "1+".repeat(terms));
+    assert_eq!(content(&sum(300)).unwrap(), "<x y=\"301\"/>");
+    assert!(why(&sum(450)).contains("nested too deeply"));
+    assert!(why(&sum(600)).contains("more than 1000 words"));
+    let mut blocks =
+        "<xacro:macro name='b0' params='*b'><x><xacro:insert_block name='b'/></x></xacro:macro>".to_owned();
+    for level in 1..140 {
+        blocks += &format!(
+            "<xacro:macro name='b{level}' params='*b'><xacro:b{0}><x><xacro:insert_block name='b'/></x></xacro:b{0}></xacro:macro>",
+            level - 1
+        );
+    }
+    assert!(
+        why(&(blocks + "<xacro:b120><x/></xacro:b120>"))
+            .contains("what is expanded is nested deeper than 100")
+    );
+}
+
+/// A package with a robot that includes and reads what it needs.
+fn package(files: &[(&str, &str)]) -> TempDir {
+    let dir = TempDir::new().unwrap();
+    for (path, text) in files {
+        let path = dir.path().join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    dir
+}
+
+fn expand_in(dir: &TempDir, path: &str) -> Result<Expanded, Error> {
+    let path = dir.path().join(path);
+    expand(&path, &BTreeMap::new(), &Locator::new(&path))
+}
+
+#[test]
+fn files_are_included_by_package_and_from_their_own_folder() {
+    let top = robot(
+        "<xacro:include filename=\"$(find arm)/urdf/inc/macros.xacro\"/>\n<xacro:arm prefix=\"left_\"/>\n\
+         <xacro:include filename=\"none.xacro\" optional=\"true\"/>",
+    );
+    let macros = robot(
+        "<xacro:include filename=\"../common.xacro\"/>\n<xacro:macro name=\"arm\" params=\"prefix\">\n<link name=\"${prefix}base\">\n\
+         <visual><geometry><mesh filename=\"file://$(find arm)/meshes/a.dae\" scale=\"${s} ${s} ${s}\"/></geometry></visual>\n</link>\n</xacro:macro>",
+    );
+    let common = robot("<xacro:property name=\"s\" value=\"0.001\"/>");
+    let dir = package(&[
+        ("arm/package.xml", "<package><name>arm</name></package>"),
+        ("arm/urdf/arm.urdf.xacro", &top),
+        ("arm/urdf/inc/macros.xacro", &macros),
+        ("arm/urdf/common.xacro", &common),
+    ]);
+    let expanded = expand_in(&dir, "arm/urdf/arm.urdf.xacro").unwrap();
+    let mesh = "<mesh filename=\"package://arm/meshes/a.dae\" scale=\"0.001 0.001 0.001\"/>";
+    assert!(expanded.urdf.contains(mesh), "{}", expanded.urdf);
+    let line = expanded.urdf.lines().position(|line| line == mesh).unwrap() as u32 + 1;
+    let (file, line) = expanded.source(line).unwrap();
+    assert!(file.ends_with("inc/macros.xacro"));
+    assert_eq!(line, 5);
+    assert_eq!(expanded.files.len(), 3);
+}
+
+#[test]
+fn nothing_is_read_outside_of_packages_and_of_other_kinds_of_files() {
+    let includes = |name: &str| robot(&format!("<xacro:include filename=\"{name}\"/>"));
+    let yaml = robot("<x y=\"${xacro.load_yaml('../../secret/a.yaml')['a']}\"/>");
+    let dir = package(&[
+        ("arm/package.xml", "<package><name>arm</name></package>"),
+        ("arm/urdf/out.xacro", &includes("../../secret/a.xacro")),
+        ("arm/urdf/key.xacro", &includes("../id_rsa")),
+        ("arm/urdf/yaml.xacro", &yaml),
+        ("arm/urdf/net.xacro", &includes("https://example.org/a.xacro")),
+        ("arm/id_rsa", "<robot/>"),
+        ("secret/a.xacro", "<robot/>"),
+        ("secret/a.yaml", "a: 1"),
+    ]);
+    let of = |path: &str| expand_in(&dir, path).unwrap_err().to_string();
+    assert!(of("arm/urdf/out.xacro").contains("absolute path outside"), "{}", of("arm/urdf/out.xacro"));
+    assert!(of("arm/urdf/key.xacro").contains("is not a xacro or YAML file"), "{}", of("arm/urdf/key.xacro"));
+    assert!(of("arm/urdf/yaml.xacro").contains("absolute path outside"), "{}", of("arm/urdf/yaml.xacro"));
+    assert!(of("arm/urdf/net.xacro").contains("nothing is fetched"), "{}", of("arm/urdf/net.xacro"));
+}
+
+#[test]
+fn a_file_that_includes_itself_is_refused() {
+    let dir = package(&[("urdf/a.xacro", &robot("<xacro:include filename=\"a.xacro\"/>"))]);
+    assert!(expand_in(&dir, "urdf/a.xacro").unwrap_err().to_string().contains("nested deeper than 150"));
+}
+
+#[test]
+fn yaml_gives_maps_lists_numbers_and_angles() {
+    let config = "# limits\n---\njoints:\n  elbow:\n    max: !degrees 180.0 # half\n    has: true\n    name: \"it's #1\"\n  list:\n  - 1\n  - {a: 2, b: [x, 'y z']}\nflow: [1.5, 2,\n  3]\nempty:\ntext: plain words\n";
+    let top = robot(
+        "<xacro:property name='c' value=\"${xacro.load_yaml('c.yaml')}\"/><xacro:property name='j' value=\"${c['joints']}\"/>\
+         <x a=\"${j['elbow']['max'] == pi}\" b=\"${j.elbow.has}\" c=\"${j.elbow.name}\" d=\"${j.list[1].b[1]}\" e=\"${c.flow}\" f=\"${c.empty}\" g=\"${c.text}\"/>",
+    );
+    let dir = package(&[("urdf/a.xacro", &top), ("urdf/c.yaml", config)]);
+    let urdf = expand_in(&dir, "urdf/a.xacro").unwrap().urdf;
+    let expected =
+        "<x a=\"True\" b=\"True\" c=\"it's #1\" d=\"y z\" e=\"[1.5, 2, 3]\" f=\"None\" g=\"plain words\"/>";
+    assert!(urdf.contains(expected), "{urdf}");
+}
+
+#[test]
+fn yaml_that_grows_or_is_not_supported_is_refused_with_its_line() {
+    for (text, reason) in [
+        ("a: &x 1\nb: *x", "line 1: not supported: \"&x 1\" in YAML"),
+        ("a: |\n  b", "line 1: not supported: \"|\" in YAML"),
+        ("a: !!python/object 1", "line 1: not supported: the tag !!python/object"),
+        ("a: [1, 2", "line 1: \"[1, 2\" has no closing bracket"),
+        ("a: 1\n   b: 2", "line 2: the indentation fits nothing before it"),
+        ("a: 1\nb", "line 2: \"b\" has no `:`"),
+        ("a: 1\n---\nb: 2", "line 2: not supported: a second document"),
+    ] {
+        let why = yaml::read(text).unwrap_err();
+        assert!(why.contains(reason), "{text}: {why}");
+    }
+    let deep = "[".repeat(50) + &"]".repeat(50);
+    assert!(yaml::read(&deep).unwrap_err().contains("nested deeper than 40"));
+    let dashes = "- ".repeat(50) + "1";
+    assert!(yaml::read(&dashes).unwrap_err().contains("nested deeper than 40"));
+    assert!(yaml::read(&"- 1\n".repeat(10_001)).unwrap_err().contains("more than 10000 values"));
+    assert!(yaml::read(&"- 1\n".repeat(10_000)).is_ok());
+}
+
+#[test]
+fn a_mistake_in_an_included_file_is_told_with_that_file_and_line() {
+    let dir = package(&[
+        ("urdf/a.xacro", &robot("<xacro:include filename=\"b.xacro\"/>\n<xacro:m/>")),
+        ("urdf/b.xacro", &robot("<xacro:macro name=\"m\">\n<x y=\"${nothing}\"/>\n</xacro:macro>")),
+    ]);
+    let error = expand_in(&dir, "urdf/a.xacro").unwrap_err();
+    assert!(error.file.as_ref().unwrap().ends_with("urdf/b.xacro"));
+    assert_eq!((error.line, error.message.as_str()), (3, "\"nothing\" is not defined, in ${nothing}"));
+}

@@ -1,0 +1,213 @@
+//! What an expression gives: the types of Python that xacro files use.
+
+use std::fmt::Write as _;
+use std::rc::Rc;
+
+use crate::error::{Fault, not_supported, shown};
+use crate::limits;
+
+/// A value.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    None,
+    Bool(bool),
+    Int(i64),
+    Float(f64),
+    Text(Rc<str>),
+    /// Lists and tuples.
+    List(Rc<Vec<Value>>),
+    /// In the order in which it was written.
+    Map(Rc<Vec<(Value, Value)>>),
+    /// `xacro`, `math`, `python`: what stands before a dot.
+    Module(&'static str),
+    /// By its name.
+    Function(Rc<str>),
+}
+
+impl Value {
+    /// A text.
+    pub(crate) fn text(text: &str) -> Self {
+        Self::Text(Rc::from(text))
+    }
+
+    /// What xacro makes of a literal: a quoted text, a number, a truth, else the text.
+    pub(crate) fn literal(text: &str) -> Self {
+        if let Some(inner) = text.strip_prefix('\'').and_then(|text| text.strip_suffix('\'')) {
+            return Self::text(inner);
+        }
+        if text.contains('_') {
+            return Self::text(text);
+        }
+        let trimmed = text.trim();
+        if let Ok(int) = trimmed.parse() {
+            return Self::Int(int);
+        }
+        if let Some(float) = float(trimmed) {
+            return Self::Float(float);
+        }
+        match text {
+            "true" | "True" => Self::Bool(true),
+            "false" | "False" => Self::Bool(false),
+            _ => Self::text(text),
+        }
+    }
+
+    /// The same of what an expression gave.
+    pub(crate) fn into_literal(self) -> Self {
+        match self {
+            Self::Text(text) => Self::literal(&text),
+            value => value,
+        }
+    }
+
+    /// As Python takes it in `if`.
+    pub(crate) fn truth(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Bool(is) => *is,
+            Self::Int(int) => *int != 0,
+            Self::Float(float) => *float != 0.0,
+            Self::Text(text) => !text.is_empty(),
+            Self::List(list) => !list.is_empty(),
+            Self::Map(map) => !map.is_empty(),
+            Self::Module(_) | Self::Function(_) => true,
+        }
+    }
+
+    /// As xacro takes the value of `<xacro:if>`.
+    pub(crate) fn condition(&self) -> Result<bool, Fault> {
+        match self {
+            Self::Text(text) => match text.trim() {
+                "true" | "True" => Ok(true),
+                "false" | "False" => Ok(false),
+                word => match word.parse::<i64>() {
+                    Ok(int) => Ok(int != 0),
+                    Err(_) => Err(format!("{} is neither true nor false", shown(word))),
+                },
+            },
+            value => Ok(value.truth()),
+        }
+    }
+
+    /// A number, where it is one.
+    pub(crate) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Bool(is) => Some(f64::from(u8::from(*is))),
+            Self::Int(int) => Some(*int as f64),
+            Self::Float(float) => Some(*float),
+            _ => None,
+        }
+    }
+
+    /// A whole number, where it is one.
+    pub(crate) fn int(&self) -> Option<i64> {
+        match self {
+            Self::Bool(is) => Some(i64::from(*is)),
+            Self::Int(int) => Some(*int),
+            _ => None,
+        }
+    }
+
+    /// As Python's `==`.
+    pub(crate) fn equals(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::None, Self::None) => true,
+            (Self::Text(a), Self::Text(b)) => a == b,
+            (Self::List(a), Self::List(b)) => {
+                a.len() == b.len() && a.iter().zip(b.iter()).all(|(a, b)| a.equals(b))
+            }
+            (Self::Map(a), Self::Map(b)) => {
+                let same =
+                    |(key, value): &(Self, Self)| find(b, key).is_some_and(|other| other.equals(value));
+                a.len() == b.len() && a.iter().all(same)
+            }
+            (a, b) => matches!((a.number(), b.number()), (Some(a), Some(b)) if a == b),
+        }
+    }
+
+    /// What it is called in an error.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::None => "None",
+            Self::Bool(_) => "a truth value",
+            Self::Int(_) | Self::Float(_) => "a number",
+            Self::Text(_) => "a text",
+            Self::List(_) => "a list",
+            Self::Map(_) => "a dictionary",
+            Self::Module(_) => "a module",
+            Self::Function(_) => "a function",
+        }
+    }
+
+    /// As Python's `str`.
+    pub(crate) fn show(&self) -> Result<String, Fault> {
+        let mut out = String::new();
+        self.write(&mut out, false, 0)?;
+        Ok(out)
+    }
+
+    fn write(&self, out: &mut String, quote: bool, depth: usize) -> Result<(), Fault> {
+        if depth > limits::BRACKETS || out.len() > limits::VALUE_BYTES {
+            return Err(too_long());
+        }
+        match self {
+            Self::None => out.push_str("None"),
+            Self::Bool(is) => out.push_str(if *is { "True" } else { "False" }),
+            Self::Int(int) => drop(write!(out, "{int}")),
+            Self::Float(float) => out.push_str(&show_float(*float)),
+            Self::Text(text) if quote => drop(write!(out, "'{text}'")),
+            Self::Text(text) => out.push_str(text),
+            Self::List(list) => {
+                out.push('[');
+                for (index, value) in list.iter().enumerate() {
+                    out.push_str(if index > 0 { ", " } else { "" });
+                    value.write(out, true, depth + 1)?;
+                }
+                out.push(']');
+            }
+            Self::Map(map) => {
+                out.push('{');
+                for (index, (key, value)) in map.iter().enumerate() {
+                    out.push_str(if index > 0 { ", " } else { "" });
+                    key.write(out, true, depth + 1)?;
+                    out.push_str(": ");
+                    value.write(out, true, depth + 1)?;
+                }
+                out.push('}');
+            }
+            Self::Module(_) | Self::Function(_) => return Err(not_supported("a function as a value")),
+        }
+        Ok(())
+    }
+}
+
+/// The value of a key.
+pub(crate) fn find<'m>(map: &'m [(Value, Value)], key: &Value) -> Option<&'m Value> {
+    map.iter().find(|(known, _)| known.equals(key)).map(|(_, value)| value)
+}
+
+/// What is longer than a value may be.
+pub(crate) fn too_long() -> Fault {
+    format!("a value is longer than {} bytes", limits::VALUE_BYTES)
+}
+
+/// As Python's `float` reads it.
+pub(crate) fn float(text: &str) -> Option<f64> {
+    text.trim().parse().ok()
+}
+
+/// As Python's `repr`, but for the digits of exponents.
+fn show_float(float: f64) -> String {
+    let size = float.abs();
+    if float.is_nan() {
+        "nan".to_owned()
+    } else if float.is_infinite() {
+        if float > 0.0 { "inf".to_owned() } else { "-inf".to_owned() }
+    } else if size != 0.0 && !(1e-4..1e16).contains(&size) {
+        format!("{float:e}")
+    } else if float.fract() == 0.0 {
+        format!("{float:.1}")
+    } else {
+        format!("{float}")
+    }
+}

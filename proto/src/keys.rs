@@ -1,0 +1,205 @@
+//! Every Zenoh key of simd, built and parsed: the one place that knows their form.
+//!
+//! | key | what |
+//! |---|---|
+//! | `simd/NAME/rpc/SERVICE/METHOD` | a queryable for each method of `simd.v1` |
+//! | `simd/NAME/joint_states/ROBOT` | publications of states |
+//! | `simd/NAME/link_poses/ROBOT` | publications of poses |
+//! | `simd/NAME/world_statistics` | publications, ten a second |
+//! | `simd/NAME/events` | publications |
+//! | `simd/NAME/parameters` | publications |
+//! | `simd/NAME/joint_targets` | what the daemon subscribes to |
+//! | `@simd/daemons/NAME/ZID` | a liveliness token for each daemon |
+//!
+//! NAME is the daemon's, ROBOT a robot's: both `[A-Za-z0-9_-]+`, so that neither can
+//! reach into another's keys. Wildcards never match a chunk that begins with `@`:
+//! whoever subscribes to everything gets no tokens.
+
+/// What a daemon is called where nobody names it.
+pub const DEFAULT_NAME: &str = "simd";
+
+/// Where a daemon listens for Zenoh where nothing else is said.
+pub const DEFAULT_LOCATOR: &str = "tcp/127.0.0.1:7447";
+
+/// Of a `google.rpc.Status`, in which a refusal comes.
+pub const STATUS_ENCODING: &str = "application/protobuf;google.rpc.Status";
+
+/// The longest name of a daemon.
+const MAX_NAME: usize = 64;
+
+/// Whether a daemon can be called so: 1 to 64 of `A-Z a-z 0-9 _ -`.
+pub fn is_daemon_name(text: &str) -> bool {
+    text.len() <= MAX_NAME && is_word(text)
+}
+
+fn is_word(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-'))
+}
+
+/// The key of one method, by the names that the schema has: `JointService`, `GetJointStates`.
+pub fn rpc(daemon: &str, service: &str, method: &str) -> String {
+    format!("simd/{daemon}/rpc/{service}/{method}")
+}
+
+/// Matches the keys of all methods.
+pub fn every_rpc(daemon: &str) -> String {
+    rpc(daemon, "*", "*")
+}
+
+/// Service and method of a key; none where it is no method's, or has a wildcard.
+pub fn parse_rpc(key: &str) -> Option<(&str, &str)> {
+    let mut chunks = key.split('/');
+    if chunks.next() != Some("simd") || !chunks.next().is_some_and(is_word) || chunks.next() != Some("rpc") {
+        return None;
+    }
+    let service = chunks.next().filter(|chunk| is_word(chunk))?;
+    let method = chunks.next().filter(|chunk| is_word(chunk))?;
+    chunks.next().is_none().then_some((service, method))
+}
+
+/// Joint states of one robot.
+pub fn joint_states(daemon: &str, robot: &str) -> String {
+    format!("simd/{daemon}/joint_states/{robot}")
+}
+
+/// Link poses of one robot.
+pub fn link_poses(daemon: &str, robot: &str) -> String {
+    format!("simd/{daemon}/link_poses/{robot}")
+}
+
+/// How well the world keeps time.
+pub fn world_statistics(daemon: &str) -> String {
+    format!("simd/{daemon}/world_statistics")
+}
+
+/// What happens.
+pub fn events(daemon: &str) -> String {
+    format!("simd/{daemon}/events")
+}
+
+/// Sliders and buttons.
+pub fn parameters(daemon: &str) -> String {
+    format!("simd/{daemon}/parameters")
+}
+
+/// Where the daemon takes joint targets without an answer.
+pub fn joint_targets(daemon: &str) -> String {
+    format!("simd/{daemon}/joint_targets")
+}
+
+/// The liveliness token of a daemon, whose session has this id.
+pub fn daemon(name: &str, zid: &str) -> String {
+    format!("@simd/daemons/{name}/{zid}")
+}
+
+/// Matches the tokens of all daemons.
+pub fn every_daemon() -> String {
+    daemon("*", "*")
+}
+
+/// Matches the tokens of the daemons of one name, of which there should be one.
+pub fn daemons_named(name: &str) -> String {
+    daemon(name, "*")
+}
+
+/// A daemon's name and its session's id; none where the key is no token's.
+pub fn parse_daemon(key: &str) -> Option<(&str, &str)> {
+    let (name, zid) = key.strip_prefix("@simd/daemons/")?.split_once('/')?;
+    (is_word(name) && is_word(zid)).then_some((name, zid))
+}
+
+/// The encoding of a message of `simd.v1`, by its name without the package.
+pub fn encoding(message: &str) -> String {
+    format!("application/protobuf;simd.v1.{message}")
+}
+
+/// The attachment of a query in which a client says its version, as gRPC's header does.
+pub fn version_attachment(version: crate::ApiVersion) -> String {
+    format!("{}: {version}", crate::API_VERSION_HEADER)
+}
+
+/// What an attachment says of the version: all after the colon, be it a version or not.
+pub fn parse_version_attachment(text: &str) -> Option<&str> {
+    let said = |line: &'_ str| -> Option<usize> {
+        let (name, _) = line.split_once(':')?;
+        name.trim().eq_ignore_ascii_case(crate::API_VERSION_HEADER).then_some(name.len() + 1)
+    };
+    text.lines().find_map(|line| line.get(said(line)?..)).map(str::trim)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_methods_key_reads_back() {
+        let key = rpc("lab-2", "JointService", "GetJointStates");
+        assert_eq!(key, "simd/lab-2/rpc/JointService/GetJointStates");
+        assert_eq!(parse_rpc(&key), Some(("JointService", "GetJointStates")));
+    }
+
+    #[test]
+    fn what_is_no_methods_key_is_none() {
+        for key in [
+            "",
+            "simd/lab/rpc/JointService",
+            "simd/lab/rpc/JointService/Get/Twice",
+            "simd/lab/rpc/*/GetJointStates",
+            "simd/lab/rpc/JointService/**",
+            "simd/*/rpc/JointService/GetJointStates",
+            "simd/lab/joint_states/arm",
+            "other/lab/rpc/JointService/GetJointStates",
+            "simd//rpc/JointService/GetJointStates",
+        ] {
+            assert_eq!(parse_rpc(key), None, "{key}");
+        }
+    }
+
+    #[test]
+    fn publications_are_below_the_daemons_name() {
+        assert_eq!(joint_states("lab", "arm"), "simd/lab/joint_states/arm");
+        assert_eq!(link_poses("lab", "arm"), "simd/lab/link_poses/arm");
+        assert_eq!(world_statistics("lab"), "simd/lab/world_statistics");
+        assert_eq!(events("lab"), "simd/lab/events");
+        assert_eq!(parameters("lab"), "simd/lab/parameters");
+        assert_eq!(joint_targets("lab"), "simd/lab/joint_targets");
+        assert_eq!(every_rpc("lab"), "simd/lab/rpc/*/*");
+    }
+
+    #[test]
+    fn a_token_reads_back_and_begins_where_no_wildcard_reaches() {
+        let key = daemon("lab", "3f9a");
+        assert!(key.starts_with('@'));
+        assert_eq!(parse_daemon(&key), Some(("lab", "3f9a")));
+        assert_eq!(every_daemon(), "@simd/daemons/*/*");
+        assert_eq!(daemons_named("lab"), "@simd/daemons/lab/*");
+        for key in ["@simd/daemons/lab", "@simd/daemons/*/*", "@simd/daemons/lab/1/2", "simd/daemons/lab/1"] {
+            assert_eq!(parse_daemon(key), None, "{key}");
+        }
+    }
+
+    #[test]
+    fn names_are_words_of_at_most_64() {
+        assert!(is_daemon_name("simd") && is_daemon_name("Lab_2-b") && is_daemon_name(&"a".repeat(64)));
+        for name in ["", "a/b", "a b", "*", "@a", "$a", "ä", &"a".repeat(65)] {
+            assert!(!is_daemon_name(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_version_is_said_in_a_line_of_the_attachment() {
+        let said = version_attachment(crate::API_VERSION);
+        assert_eq!(said, "simd-api-version: 1.0");
+        assert_eq!(parse_version_attachment(&said), Some("1.0"));
+        assert_eq!(parse_version_attachment("trace: 7\nSimd-Api-Version:9.9\n"), Some("9.9"));
+        assert_eq!(parse_version_attachment("simd-api-version: soon"), Some("soon"));
+        for text in ["", "1.0", "trace: 7"] {
+            assert_eq!(parse_version_attachment(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn encodings_name_the_message() {
+        assert_eq!(encoding("JointStates"), "application/protobuf;simd.v1.JointStates");
+    }
+}

@@ -1,0 +1,90 @@
+//! The methods of `simd.v1` as the schema has them, for transports that carry
+//! messages without knowing them.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use prost::Message as _;
+use prost_types::FileDescriptorSet;
+
+use crate::v1::FILE_DESCRIPTOR_SET;
+
+/// One method.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Method {
+    /// `/simd.v1.SERVICE/METHOD`, as gRPC calls it.
+    pub path: String,
+    /// The name of the request's message, without its package.
+    pub request: String,
+    /// The name of the answer's message.
+    pub answer: String,
+    /// It takes any number of requests.
+    pub takes_many: bool,
+    /// It gives any number of answers.
+    pub gives_many: bool,
+}
+
+static METHODS: LazyLock<BTreeMap<(String, String), Method>> = LazyLock::new(read);
+
+/// The method of these names, for instance `JointService` and `GetJointStates`.
+pub fn find(service: &str, method: &str) -> Option<&'static Method> {
+    METHODS.get(&(service.to_owned(), method.to_owned()))
+}
+
+/// Service and method of `/simd.v1.SERVICE/METHOD`.
+pub fn parse_path(path: &str) -> Option<(&str, &str)> {
+    path.strip_prefix("/simd.v1.")?.split_once('/')
+}
+
+/// All of them, by service and method.
+pub fn all() -> impl Iterator<Item = (&'static str, &'static str, &'static Method)> {
+    METHODS.iter().map(|((service, method), entry)| (service.as_str(), method.as_str(), entry))
+}
+
+/// From the compiled schema; empty where that is broken, which a test would show.
+fn read() -> BTreeMap<(String, String), Method> {
+    let schema = FileDescriptorSet::decode(FILE_DESCRIPTOR_SET).unwrap_or_default();
+    let services = schema.file.into_iter().flat_map(|file| file.service);
+    services
+        .flat_map(|service| {
+            let name = service.name().to_owned();
+            service.method.into_iter().map(move |method| {
+                let entry = Method {
+                    path: format!("/simd.v1.{name}/{}", method.name()),
+                    request: method.input_type().trim_start_matches(".simd.v1.").to_owned(),
+                    answer: method.output_type().trim_start_matches(".simd.v1.").to_owned(),
+                    takes_many: method.client_streaming(),
+                    gives_many: method.server_streaming(),
+                };
+                ((name.clone(), method.name().to_owned()), entry)
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_method_is_found_with_its_answer_and_its_streams() {
+        let method = find("JointService", "GetJointStates").unwrap();
+        assert_eq!(method.path, "/simd.v1.JointService/GetJointStates");
+        assert_eq!(method.request, "GetJointStatesRequest");
+        assert_eq!(method.answer, "GetJointStatesResponse");
+        assert!(!method.takes_many && !method.gives_many);
+        let control = find("JointService", "Control").unwrap();
+        assert!(control.takes_many && control.gives_many);
+        assert!(find("EventService", "WatchEvents").unwrap().gives_many);
+        assert_eq!(find("JointService", "GetLost"), None);
+    }
+
+    #[test]
+    fn every_path_reads_back_to_its_names() {
+        assert!(all().count() > 30);
+        for (service, name, method) in all() {
+            assert_eq!(parse_path(&method.path), Some((service, name)));
+        }
+        assert_eq!(parse_path("/grpc.health.v1.Health/Check"), None);
+    }
+}

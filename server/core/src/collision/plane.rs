@@ -1,0 +1,38 @@
+//! Where a shape touches a half-space: the corners that lie deepest, of all corners.
+//!
+//! parry looks at one face of at most four corners, which a foot with a round sole rolls off.
+
+use glamx::DVec3;
+use parry3d_f64::shape::{Shape, TypedShape};
+
+/// Calls `found` with each point of a shape, in its own axes, that may touch what lies in
+/// `direction`, and with a radius around the point.
+pub(super) fn outermost(shape: &dyn Shape, direction: DVec3, mut found: impl FnMut(DVec3, f64)) {
+    match shape.as_typed_shape() {
+        TypedShape::Ball(ball) => found(DVec3::ZERO, ball.radius),
+        TypedShape::Capsule(capsule) => {
+            found(capsule.segment.a, capsule.radius);
+            found(capsule.segment.b, capsule.radius);
+        }
+        TypedShape::Cuboid(cuboid) => {
+            let side = |i: u32, bit: u32| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            for i in 0..8 {
+                found(cuboid.half_extents * DVec3::new(side(i, 0), side(i, 1), side(i, 2)), 0.0);
+            }
+        }
+        TypedShape::Cylinder(cylinder) => {
+            let (radius, half) = (cylinder.radius, cylinder.half_height);
+            let outward = DVec3::new(direction.x, 0.0, direction.z).normalize_or(DVec3::X);
+            for end in [-half, half] {
+                found(outward * radius + DVec3::Y * end, 0.0);
+            }
+            // The end that it stands on also has four corners that do not move with the tilt.
+            let end = half.copysign(direction.y);
+            for corner in [DVec3::X, DVec3::Z, -DVec3::X, -DVec3::Z] {
+                found(corner * radius + DVec3::Y * end, 0.0);
+            }
+        }
+        TypedShape::ConvexPolyhedron(hull) => hull.points().iter().for_each(|point| found(*point, 0.0)),
+        _ => {}
+    }
+}

@@ -1,0 +1,56 @@
+//! Four points of contact carry what any number of them would.
+
+use glamx::DVec3;
+
+/// Points of one contact at the most.
+pub(super) const MOST: usize = 4;
+
+/// Depth counts this many times what distance along the surface does when points are chosen:
+/// of a tilted box the edge that touches, of one that lies flat the corners.
+const DEPTH_WEIGHT: f64 = 10.0;
+
+/// Points nearer to each other than this are one, metres.
+const SAME: f64 = 1e-5;
+
+/// Indices of the points that are kept, of points given by place and distance, all in the
+/// same axes as the normal: the outermost in one direction, the one farthest from it, and the two
+/// that add the most area on either side of the line between them. The direction is fixed to the
+/// axes, so that a contact keeps its points while it rests.
+pub(super) fn reduce(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; MOST]) -> usize {
+    let mut count = 0;
+    let known = |kept: &[usize], i: usize| {
+        kept.iter().any(|&k| k == i || points[k].0.distance_squared(points[i].0) < SAME * SAME)
+    };
+    if points.len() <= MOST {
+        for i in 0..points.len() {
+            if !known(&kept[..count], i) {
+                kept[count] = i;
+                count += 1;
+            }
+        }
+        return count;
+    }
+    let best = |kept: &[usize], score: &dyn Fn(DVec3) -> f64| {
+        let weighed = |i: usize| score(points[i].0) - DEPTH_WEIGHT * points[i].1;
+        let free = (0..points.len()).filter(|&i| !known(kept, i));
+        let best = free.max_by(|&a, &b| weighed(a).total_cmp(&weighed(b)))?;
+        Some((best, points[best].0))
+    };
+    let (u, v) = normal.any_orthonormal_pair();
+    // A direction that few shapes have an edge across.
+    let start = u * 0.83 + v * 0.55;
+    let Some((first, a)) = best(&[], &|point| point.dot(start)) else { return 0 };
+    kept[0] = first;
+    count = 1;
+    let Some((second, b)) = best(&kept[..count], &|point| point.distance(a)) else { return count };
+    kept[1] = second;
+    count = 2;
+    let across = normal.cross(b - a).normalize_or(v);
+    for side in [across, -across] {
+        if let Some((next, _)) = best(&kept[..count], &|point| (point - a).dot(side)) {
+            kept[count] = next;
+            count += 1;
+        }
+    }
+    count
+}

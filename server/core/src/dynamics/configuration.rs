@@ -1,0 +1,119 @@
+//! Where a robot is and how it moves, apart from any world: what kinematics, inertia
+//! and their inverses are computed from.
+
+use glamx::{DMat3, DPose3, DVec3};
+
+use super::articulated::write_free;
+use super::integrate::write_free_pose;
+use super::kinematics::place_and_move;
+use super::spatial::{Placement, Spatial};
+use super::tree::Tree;
+use super::work::Work;
+
+/// Where a robot's root and joints are and how they move.
+///
+/// What is computed from it is by rate: where the root is free, six entries come
+/// first, its origin's linear velocity and its angular velocity, both in world axes.
+/// (Within a step a free root's angular rate is in its own axes.)
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Configuration {
+    /// `world_from_root`.
+    pub root: DPose3,
+    /// Of the root link's origin, world axes, m/s; zero where it is fixed.
+    pub linear: DVec3,
+    /// Of the root link, world axes, rad/s; zero where it is fixed.
+    pub angular: DVec3,
+    /// Of the joints alone: rad or m; for a floating joint x y z and a quaternion x y z w.
+    pub positions: Vec<f64>,
+    /// Of the joints alone: rad/s or m/s; for a floating joint linear in the parent's
+    /// axes, then angular in its own.
+    pub velocities: Vec<f64>,
+}
+
+impl Configuration {
+    /// At rest.
+    pub fn at(root: DPose3, positions: Vec<f64>) -> Self {
+        Self { root, linear: DVec3::ZERO, angular: DVec3::ZERO, positions, velocities: Vec::new() }
+    }
+
+    /// `world_from_base`: of the root link where it is fixed, else of the world itself.
+    pub(super) fn base(&self, tree: &Tree) -> Placement {
+        if tree.fixed_base {
+            Placement::new(self.root.rotation, self.root.translation)
+        } else {
+            Placement::IDENTITY
+        }
+    }
+
+    /// q and qd as a step has them. What is missing is zero.
+    pub(super) fn state(&self, tree: &Tree) -> (Vec<f64>, Vec<f64>) {
+        let (mut q, mut qd) = (vec![0.0; tree.root_positions()], vec![0.0; tree.root_velocities()]);
+        if !tree.fixed_base {
+            write_free_pose(&mut q, self.root.translation, self.root.rotation);
+            write_free(&mut qd, self.linear, self.root.rotation.inverse() * self.angular);
+        }
+        q.extend_from_slice(&self.positions);
+        q.resize(tree.position_count, 0.0);
+        qd.extend_from_slice(&self.velocities);
+        qd.resize(tree.velocity_count, 0.0);
+        (q, qd)
+    }
+}
+
+/// All bodies at a moment, in the base's axes.
+pub(super) struct Moved {
+    /// First pass of a step.
+    pub(super) work: Vec<Work>,
+    /// From the base's origin to each body's.
+    pub(super) origins: Vec<DVec3>,
+}
+
+impl Moved {
+    /// First pass for all bodies.
+    pub(super) fn new(tree: &Tree, q: &[f64], qd: &[f64]) -> Self {
+        let mut moved = Self {
+            work: vec![Work::default(); tree.bodies.len()],
+            origins: vec![DVec3::ZERO; tree.bodies.len()],
+        };
+        moved.update(tree, q, qd);
+        moved
+    }
+
+    /// The same, for another state of the same tree.
+    pub(super) fn update(&mut self, tree: &Tree, q: &[f64], qd: &[f64]) {
+        place_and_move(tree, q, qd, &mut self.work);
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let above = body.parent.map_or(DVec3::ZERO, |parent| self.origins[parent]);
+            self.origins[i] = above + self.work[i].reach;
+        }
+    }
+
+    /// `base_from_link`.
+    pub(super) fn link(&self, tree: &Tree, link: usize) -> Placement {
+        let frame = &tree.links[link];
+        let own = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
+        match frame.body {
+            Some(body) => {
+                Placement { rotation: self.work[body].rotation, origin: self.origins[body] }.then(&own)
+            }
+            None => own,
+        }
+    }
+}
+
+impl Tree {
+    /// Velocity of each link of the model: linear of the origin of its frame, then
+    /// angular, both in world axes.
+    pub fn link_twists(&self, configuration: &Configuration) -> Vec<(DVec3, DVec3)> {
+        let (q, qd) = configuration.state(self);
+        let world_from_base: DMat3 = configuration.base(self).rotation;
+        let moved = Moved::new(self, &q, &qd);
+        let twist = |(link, frame): (usize, &super::tree::LinkFrame)| {
+            let Some(body) = frame.body else { return (DVec3::ZERO, DVec3::ZERO) };
+            let reach = moved.link(self, link).origin - moved.origins[body];
+            let Spatial { angular, linear } = moved.work[body].velocity.motion_at(reach);
+            (world_from_base * linear, world_from_base * angular)
+        };
+        self.links.iter().enumerate().map(twist).collect()
+    }
+}

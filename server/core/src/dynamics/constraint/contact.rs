@@ -1,0 +1,252 @@
+//! One point of contact as three rows: normal, and two tangents held by a cone of friction.
+
+use glamx::DVec3;
+
+use crate::collision::Touch;
+
+/// Points that touch may be this deep inside each other, metres: a contact that rests is found
+/// again in each step, and its normal with it, and nothing moves it.
+pub const SLOP: f64 = 2e-5;
+
+/// The part of what two shapes overlap by that is put right in a step.
+pub const OVERLAP_REDUCTION: f64 = 0.2;
+
+/// What overlaps is pushed apart no faster than this, m/s.
+pub const FASTEST_PUSH: f64 = 1.0;
+
+/// A hit slower than this does not bounce, m/s; nor does one that gravity makes in two steps.
+pub const BOUNCE_THRESHOLD: f64 = 0.01;
+
+/// A point at which two bodies touch or are about to.
+#[derive(Clone, Copy, Debug)]
+pub struct Contact {
+    /// Places of the two robots, the earlier first.
+    pub robots: [usize; 2],
+    /// Where, and on what.
+    pub touch: Touch,
+    /// On the second, world, N s; before solving that of the last step.
+    pub impulse: DVec3,
+    /// The sum of the impulses of the parts of a step.
+    pub total: DVec3,
+}
+
+/// What a side of a contact acts on.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Side {
+    /// Where the robot's rates begin among those of the island.
+    pub first: usize,
+    /// How many it has.
+    pub len: usize,
+    /// Where its numbers begin: see [`Side::size`].
+    pub at: usize,
+}
+
+/// A contact's three rows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ContactRows {
+    /// Place of the contact.
+    pub contact: usize,
+    /// The second side has length 0 where only one can move.
+    pub sides: [Side; 2],
+    /// Normal and tangents, world.
+    pub axes: [DVec3; 3],
+    /// The least normal rate.
+    pub target: f64,
+    /// How fast to push apart.
+    pub apart: f64,
+    /// The impulse that pushes apart.
+    pub pushed: f64,
+    /// J M^-1 J': nn, nt, nu, tt, tu, uu.
+    pub effect: [f64; 6],
+    /// The inverse of its tangent part: tt, tu, uu.
+    pub inverse: [f64; 3],
+    /// The inverse of the largest effect along a tangent.
+    pub gradient_step: f64,
+    /// Coulomb's coefficient.
+    pub friction: f64,
+    /// Normal and tangents, N s.
+    pub impulse: [f64; 3],
+}
+
+impl Side {
+    /// Numbers that a side of this many rates needs: four for each rate, of which three are J,
+    /// and then three rows of M^-1 J'.
+    pub const fn size(len: usize) -> usize {
+        7 * len
+    }
+
+    #[inline]
+    fn jacobian<'a>(&self, blocks: &'a [f64]) -> &'a [f64] {
+        &blocks[self.at..self.at + 4 * self.len]
+    }
+
+    #[inline]
+    fn responses<'a>(&self, blocks: &'a [f64]) -> [&'a [f64]; 3] {
+        let at = self.at + 4 * self.len;
+        [0, 1, 2].map(|row| &blocks[at + row * self.len..at + (row + 1) * self.len])
+    }
+
+    /// J qd, added to `sum`.
+    #[inline]
+    fn add_rates(&self, blocks: &[f64], rates: &[f64], sum: &mut [f64; 4]) {
+        let own = &rates[self.first..self.first + self.len];
+        let add = |sum: &mut [f64; 4], jacobian: &[f64], own: &[f64]| {
+            for (j, rate) in jacobian.chunks_exact(4).zip(own) {
+                for k in 0..4 {
+                    sum[k] += j[k] * rate;
+                }
+            }
+        };
+        // Single free bodies are many: with the length known this is three times as fast.
+        match (self.jacobian(blocks).first_chunk::<24>(), own.first_chunk::<6>()) {
+            (Some(jacobian), Some(own)) if self.len == 6 => add(sum, jacobian, own),
+            _ => add(sum, self.jacobian(blocks), own),
+        }
+    }
+
+    /// qd += M^-1 J' impulse.
+    #[inline]
+    fn push(&self, blocks: &[f64], impulse: [f64; 3], rates: &mut [f64]) {
+        let own = &mut rates[self.first..self.first + self.len];
+        let [n, t, u] = self.responses(blocks);
+        if self.len == 6
+            && let (Some(own), Some(n), Some(t), Some(u)) =
+                (own.first_chunk_mut::<6>(), n.first_chunk::<6>(), t.first_chunk::<6>(), u.first_chunk::<6>())
+        {
+            for i in 0..6 {
+                own[i] += n[i] * impulse[0] + t[i] * impulse[1] + u[i] * impulse[2];
+            }
+            return;
+        }
+        for (((rate, n), t), u) in own.iter_mut().zip(n).zip(t).zip(u) {
+            *rate += n * impulse[0] + t * impulse[1] + u * impulse[2];
+        }
+    }
+}
+
+impl ContactRows {
+    /// Rates of the second body's point against the first's, along the axes.
+    #[inline]
+    pub fn rates(&self, blocks: &[f64], rates: &[f64]) -> [f64; 3] {
+        let mut sum = [0.0; 4];
+        self.sides.iter().for_each(|side| side.add_rates(blocks, rates, &mut sum));
+        [sum[0], sum[1], sum[2]]
+    }
+
+    /// Gives the rates an impulse along the axes.
+    #[inline]
+    pub fn push(&self, blocks: &[f64], impulse: [f64; 3], rates: &mut [f64]) {
+        self.sides[0].push(blocks, impulse, rates);
+        self.sides[1].push(blocks, impulse, rates);
+    }
+
+    /// Takes J M^-1 J' from the blocks.
+    pub fn measure(&mut self, blocks: &[f64]) {
+        let mut effect = [0.0; 6];
+        for side in &self.sides {
+            let responses = side.responses(blocks);
+            for (place, (row, column)) in
+                [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
+            {
+                let jacobian = side.jacobian(blocks).chunks_exact(4);
+                effect[place] += jacobian.zip(responses[column]).map(|(j, r)| j[row] * r).sum::<f64>();
+            }
+        }
+        self.effect = effect;
+        let [_, _, _, tt, tu, uu] = effect;
+        let determinant = tt * uu - tu * tu;
+        // Where one tangent cannot be moved, neither is.
+        self.inverse = if determinant > 1e-12 * tt * uu {
+            [uu / determinant, -tu / determinant, tt / determinant]
+        } else {
+            [0.0; 3]
+        };
+        let largest = (tt + uu) / 2.0 + ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
+        self.gradient_step = if determinant > 1e-12 * tt * uu { 1.0 / largest } else { 0.0 };
+    }
+
+    /// The least normal rate for a step of `h`, from the normal rate before the step and that
+    /// without the contact; and how fast to push apart. `gravity` is its size.
+    ///
+    /// Outside: arrive, half of [`SLOP`] deep, and do not pass. Inside: come no nearer. After a
+    /// hit: leave with a part of the approach speed. Deeper than [`SLOP`]: be pushed apart.
+    ///
+    /// Were the push among the rates, impulses kept from step to step would sum it up, and
+    /// a stack would sway more and more: for a mode that the sweeps of a step put right by a
+    /// part a, s^3 + a s^2 + a s + a c = 0 has growing solutions where c, the part of the
+    /// overlap, is above a.
+    pub fn aim(&mut self, contact: &Contact, before: f64, predicted: f64, gravity: f64, h: f64) {
+        let Touch { distance, surface, .. } = contact.touch;
+        self.target = if distance > 0.0 { -(distance + SLOP / 2.0) / h } else { 0.0 };
+        let hits = distance + h * predicted <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
+        if hits {
+            self.target = self.target.max(-surface.restitution * before);
+        }
+        self.apart = (-OVERLAP_REDUCTION * (distance + SLOP) / h).clamp(0.0, FASTEST_PUSH);
+        self.pushed = 0.0;
+    }
+
+    /// Gives the rates of positions the impulse that pushes apart: along the normal alone, which
+    /// the rates proper know nothing of.
+    pub fn part(&mut self, blocks: &[f64], moving: &mut [f64]) {
+        let rate = self.rates(blocks, moving)[0];
+        let pushed = (self.pushed + (self.apart - rate) / self.effect[0]).max(0.0);
+        let change = pushed - self.pushed;
+        if change != 0.0 {
+            self.pushed = pushed;
+            self.push(blocks, [change, 0.0, 0.0], moving);
+        }
+    }
+
+    /// Whether it can move anything.
+    pub fn acts(&self) -> bool {
+        self.effect[0] > 0.0
+    }
+
+    /// Gives the contact the impulses that make its normal rate reach the target or its
+    /// impulse vanish, and its tangent rates vanish as far as friction goes. The largest
+    /// change of a rate, m/s.
+    ///
+    /// The tangent impulse is projected on the disc of radius friction times normal
+    /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
+    /// points against the slip.
+    #[inline]
+    pub fn solve(&mut self, blocks: &[f64], rates: &mut [f64]) -> f64 {
+        let [nn, nt, nu, tt, _, uu] = self.effect;
+        let rate = self.rates(blocks, rates);
+        let normal = (self.impulse[0] + (self.target - rate[0]) / nn).max(0.0);
+        let dn = normal - self.impulse[0];
+        let most = self.friction * normal;
+        let (mut dt, mut du) = (0.0, 0.0);
+        if most > 0.0 || self.impulse[1] != 0.0 || self.impulse[2] != 0.0 {
+            let (vt, vu) = (rate[1] + nt * dn, rate[2] + nu * dn);
+            let [a, b, c] = self.inverse;
+            let (mut t, mut u) = (self.impulse[1] - a * vt - b * vu, self.impulse[2] - b * vt - c * vu);
+            if t * t + u * u > most * most {
+                // It slips. The impulse that would stop it is no guide to where friction points,
+                // since the body may be easier to move one way than the other; a step against the
+                // slip is.
+                t = self.impulse[1] - self.gradient_step * vt;
+                u = self.impulse[2] - self.gradient_step * vu;
+                let size = (t * t + u * u).sqrt();
+                if size > most {
+                    (t, u) = (t * most / size, u * most / size);
+                }
+            }
+            (dt, du) = (t - self.impulse[1], u - self.impulse[2]);
+            (self.impulse[1], self.impulse[2]) = (t, u);
+        }
+        self.impulse[0] = normal;
+        if dn == 0.0 && dt == 0.0 && du == 0.0 {
+            return 0.0;
+        }
+        self.push(blocks, [dn, dt, du], rates);
+        (dn * nn).abs().max((dt * tt).abs()).max((du * uu).abs())
+    }
+
+    /// The impulse on the second body, world.
+    pub fn world_impulse(&self) -> DVec3 {
+        let [n, t, u] = self.axes;
+        n * self.impulse[0] + t * self.impulse[1] + u * self.impulse[2]
+    }
+}

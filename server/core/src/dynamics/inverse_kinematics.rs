@@ -1,0 +1,297 @@
+//! Joint positions at which a link is at a pose.
+
+use glamx::{DMat3, DQuat, DVec3};
+
+use super::configuration::{Configuration, Moved};
+use super::jacobian::fill;
+use super::spatial::Spatial;
+use super::tree::{Freedom, Tree};
+
+/// Where a link is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Index of the link in the model.
+    pub link: usize,
+    /// The point that is to be there, in the link's frame, metres.
+    pub point: DVec3,
+    /// World axes, metres.
+    pub position: DVec3,
+    /// `world_from_link`; `None` where only the position counts.
+    pub orientation: Option<DQuat>,
+}
+
+/// A joint's axis that may be moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Movable {
+    /// Its body in the tree; one with six degrees of freedom is not moved.
+    pub body: usize,
+    /// The least position, rad or m.
+    pub lower: f64,
+    /// The largest position, rad or m.
+    pub upper: f64,
+}
+
+/// When to end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Steps at the most; each costs one look at where the bodies are.
+    pub iterations: u32,
+    /// Metres; radians count as metres.
+    pub tolerance: f64,
+}
+
+/// The best that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Of the joints alone, as in [`Configuration`].
+    pub positions: Vec<f64>,
+    /// Within the tolerance.
+    pub converged: bool,
+    /// Metres.
+    pub position_error: f64,
+    /// Radians; 0 where no orientation was asked for.
+    pub orientation_error: f64,
+    /// Steps that were made.
+    pub iterations: u32,
+}
+
+/// Damping at first and at least, and what it grows by where a step made it worse and
+/// shrinks by where it did not.
+const DAMPING: (f64, f64, f64, f64) = (1e-3, 1e-9, 4.0, 0.25);
+/// A search that does not halve its distance within so many steps is stuck. Where it is
+/// not, it converges quadratically.
+const PATIENCE: u32 = 10;
+/// How much further it begins anew each time, as a part of the joints' ranges.
+const REACH: f64 = 0.25;
+
+/// Moves joints from a guess until the link is at the goal, by damped least squares:
+/// dq = J' (J J' + w 1)^-1 e, with w adapted as Levenberg and Marquardt do (Nocedal and
+/// Wright, "Numerical Optimization" (2006), section 10.3). Joints at a limit that would
+/// go beyond are held there. Where it is stuck short of the goal (a stretched arm, a
+/// limit in the way) it goes on from beside the best there was, further and further, always
+/// alike: equal questions have equal answers. Joints that follow others follow.
+pub fn inverse_kinematics(
+    tree: &Tree,
+    guess: &Configuration,
+    goal: &Goal,
+    movables: &[Movable],
+    effort: Effort,
+) -> Found {
+    let (q, qd) = guess.state(tree);
+    let mut search = Search::new(tree, guess, goal, movables, &q, vec![0.0; qd.len()]);
+    let mut here = search.put(&q);
+    let mut best = (here, search.q.clone());
+    let (mut damping, mut nudges, mut iterations) = (DAMPING.0, 0_u32, 0);
+    // The distance to be halved, and for how many steps it was not.
+    let mut halving = (here.size(), 0);
+    while best.0.size() > effort.tolerance && iterations < effort.iterations && !movables.is_empty() {
+        iterations += 1;
+        if halving.1 >= PATIENCE {
+            nudges += 1;
+            let beside = search.beside(&best.1, nudges);
+            here = search.put(&beside);
+            (damping, halving) = (DAMPING.0, (here.size(), 0));
+        } else {
+            let before = search.q.clone();
+            let next = search.next(&here, damping);
+            let there = search.put(&next);
+            if there.size() < here.size() {
+                damping = (damping * DAMPING.3).max(DAMPING.1);
+                here = there;
+            } else {
+                damping *= DAMPING.2;
+                search.put(&before);
+            }
+            halving =
+                if here.size() < halving.0 / 2.0 { (here.size(), 0) } else { (halving.0, halving.1 + 1) };
+        }
+        if here.size() < best.0.size() {
+            best = (here, search.q.clone());
+        }
+    }
+    let (gap, q) = best;
+    Found {
+        positions: q.get(tree.root_positions()..).unwrap_or_default().to_vec(),
+        converged: gap.size() <= effort.tolerance,
+        position_error: gap.position.length(),
+        orientation_error: gap.rotation.length(),
+        iterations,
+    }
+}
+
+/// From where the link is to where it is to be, in the base's axes.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    /// Metres.
+    position: DVec3,
+    /// Axis times angle, radians; zero where it does not count.
+    rotation: DVec3,
+}
+
+impl Gap {
+    fn size(&self) -> f64 {
+        (self.position.length_squared() + self.rotation.length_squared()).sqrt()
+    }
+}
+
+struct Search<'a> {
+    tree: &'a Tree,
+    goal: &'a Goal,
+    /// Goal in the base's axes.
+    position: DVec3,
+    rotation: Option<DMat3>,
+    movables: &'a [Movable],
+    /// For each movable, the rates that it moves and by how much: its own and its followers'.
+    moves: Vec<Vec<(usize, f64)>>,
+    q: Vec<f64>,
+    at_rest: Vec<f64>,
+    moved: Moved,
+    columns: Vec<Spatial>,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        tree: &'a Tree,
+        guess: &Configuration,
+        goal: &'a Goal,
+        movables: &'a [Movable],
+        q: &[f64],
+        at_rest: Vec<f64>,
+    ) -> Self {
+        let base = guess.base(tree);
+        let base_from_world = base.rotation.transpose();
+        Self {
+            tree,
+            goal,
+            position: base_from_world * (goal.position - base.origin),
+            rotation: goal.orientation.map(|orientation| base_from_world * DMat3::from_quat(orientation)),
+            movables,
+            moves: movables.iter().map(|movable| moves(tree, movable.body)).collect(),
+            q: q.to_vec(),
+            moved: Moved::new(tree, q, &at_rest),
+            columns: vec![Spatial::ZERO; at_rest.len()],
+            at_rest,
+        }
+    }
+
+    /// Puts the joints somewhere, within their limits, and says how far the link is from the goal.
+    fn put(&mut self, q: &[f64]) -> Gap {
+        self.q.copy_from_slice(q);
+        for movable in self.movables {
+            let position = self.tree.bodies[movable.body].position;
+            self.q[position] = self.q[position].max(movable.lower).min(movable.upper);
+        }
+        self.tree.follow(&mut self.q);
+        self.moved.update(self.tree, &self.q, &self.at_rest);
+        let link = self.moved.link(self.tree, self.goal.link);
+        let position = self.position - (link.origin + link.rotation * self.goal.point);
+        let rotation = self.rotation.map_or(DVec3::ZERO, |goal| {
+            let turn = DQuat::from_mat3(&(goal * link.rotation.transpose())).normalize();
+            // The short way round.
+            (if turn.w < 0.0 { -turn } else { turn }).to_scaled_axis()
+        });
+        Gap { position, rotation }
+    }
+
+    /// Where the joints are to be next.
+    fn next(&mut self, gap: &Gap, damping: f64) -> Vec<f64> {
+        let link = self.moved.link(self.tree, self.goal.link);
+        let point = link.origin + link.rotation * self.goal.point;
+        fill(self.tree, &self.moved, self.goal.link, point, &mut self.columns);
+        let turns = self.rotation.is_some();
+        let error = rows(Spatial::new(gap.rotation, gap.position), turns);
+        let columns: Vec<[f64; 6]> = (self.moves.iter().zip(self.movables))
+            .map(|(moves, movable)| {
+                let sum = |sum: Spatial, &(rate, factor): &(usize, f64)| sum + self.columns[rate] * factor;
+                let column = rows(moves.iter().fold(Spatial::ZERO, sum), turns);
+                let position = self.q[self.tree.bodies[movable.body].position];
+                let pull: f64 = column.iter().zip(&error).map(|(a, b)| a * b).sum();
+                let is_held =
+                    (pull < 0.0 && position <= movable.lower) || (pull > 0.0 && position >= movable.upper);
+                if is_held { [0.0; 6] } else { column }
+            })
+            .collect();
+        let mut matrix = [[0.0; 6]; 6];
+        for (i, row) in matrix.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                *value = columns.iter().map(|column| column[i] * column[j]).sum();
+            }
+            row[i] += damping;
+        }
+        let weights = solve(matrix, error);
+        let mut next = self.q.clone();
+        for (column, movable) in columns.iter().zip(self.movables) {
+            let change: f64 = column.iter().zip(&weights).map(|(a, b)| a * b).sum();
+            next[self.tree.bodies[movable.body].position] += change;
+        }
+        next
+    }
+
+    /// A place beside another, further from it each time. The golden ratio spreads
+    /// the numbers evenly (Weyl's sequence), without chance.
+    fn beside(&self, q: &[f64], time: u32) -> Vec<f64> {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let mut beside = q.to_vec();
+        let reach = (f64::from(time) * REACH).min(1.0);
+        for (i, movable) in self.movables.iter().enumerate() {
+            let span = (movable.upper - movable.lower) / 2.0;
+            let span = if span.is_finite() { span.min(std::f64::consts::PI) } else { std::f64::consts::PI };
+            let number = ((f64::from(time) + 0.5) * GOLDEN + i as f64 * GOLDEN * GOLDEN).fract();
+            beside[self.tree.bodies[movable.body].position] += (2.0 * number - 1.0) * reach * span;
+        }
+        beside
+    }
+}
+
+/// A body's rate and those of all that follow it, with how much they move for each of its own.
+fn moves(tree: &Tree, body: usize) -> Vec<(usize, f64)> {
+    let mut bodies = vec![(body, 1.0)];
+    // Chains are as deep as there are pairs.
+    for _ in 0..tree.mimics.len() {
+        for pair in &tree.mimics {
+            let leader = bodies.iter().find(|(known, _)| *known == pair.leader).map(|(_, factor)| *factor);
+            if let Some(factor) = leader.filter(|_| bodies.iter().all(|(known, _)| *known != pair.follower)) {
+                bodies.push((pair.follower, factor * pair.multiplier));
+            }
+        }
+    }
+    let single = |(body, _): &(usize, f64)| !matches!(tree.bodies[*body].freedom, Freedom::Free { .. });
+    bodies.into_iter().filter(single).map(|(body, factor)| (tree.bodies[body].velocity, factor)).collect()
+}
+
+/// Linear, then angular where that counts.
+fn rows(value: Spatial, turns: bool) -> [f64; 6] {
+    let (l, a) = (value.linear, if turns { value.angular } else { DVec3::ZERO });
+    [l.x, l.y, l.z, a.x, a.y, a.z]
+}
+
+/// Solves a symmetric positive definite system by Cholesky's method (Golub and Van Loan,
+/// algorithm 4.2.1). The damping on the diagonal is what makes it definite.
+#[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
+fn solve(mut a: [[f64; 6]; 6], mut x: [f64; 6]) -> [f64; 6] {
+    for j in 0..6 {
+        for k in 0..j {
+            let factor = a[j][k];
+            for i in j..6 {
+                a[i][j] -= a[i][k] * factor;
+            }
+        }
+        let root = a[j][j].max(f64::MIN_POSITIVE).sqrt();
+        for i in j..6 {
+            a[i][j] /= root;
+        }
+    }
+    for i in 0..6 {
+        for k in 0..i {
+            x[i] -= a[i][k] * x[k];
+        }
+        x[i] /= a[i][i];
+    }
+    for i in (0..6).rev() {
+        for k in i + 1..6 {
+            x[i] -= a[k][i] * x[k];
+        }
+        x[i] /= a[i][i];
+    }
+    x
+}

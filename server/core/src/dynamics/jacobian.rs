@@ -1,0 +1,73 @@
+//! How rates move a point of a link.
+
+use glamx::{DMat3, DVec3};
+
+use super::configuration::{Configuration, Moved};
+use super::spatial::Spatial;
+use super::tree::{Freedom, Tree};
+
+/// The geometric Jacobian of a point: a column a rate, each the velocity of the point
+/// (`linear`) and the angular velocity of the link (`angular`) that a unit of that rate
+/// gives, world axes. `point` is in the link's frame, metres. Columns are as
+/// [`Configuration`] says.
+///
+/// Siciliano et al., "Robotics" (2009), eq. 3.30: z x (p - o) and z where a joint turns,
+/// z and nothing where it slides.
+pub fn jacobian(tree: &Tree, configuration: &Configuration, link: usize, point: DVec3) -> Vec<Spatial> {
+    let (q, qd) = configuration.state(tree);
+    let moved = Moved::new(tree, &q, &qd);
+    let at = moved.link(tree, link);
+    let mut columns = vec![Spatial::ZERO; tree.velocity_count];
+    fill(tree, &moved, link, at.origin + at.rotation * point, &mut columns);
+    let world_from_base = configuration.base(tree).rotation;
+    if tree.fixed_base {
+        for column in &mut columns {
+            *column = Spatial::new(world_from_base * column.angular, world_from_base * column.linear);
+        }
+    } else {
+        in_world_axes(&DMat3::from_quat(configuration.root.rotation), &mut columns);
+    }
+    columns
+}
+
+/// Columns by the rates of a step, in the base's axes; `point` is from the base's origin.
+pub(super) fn fill(tree: &Tree, moved: &Moved, link: usize, point: DVec3, columns: &mut [Spatial]) {
+    columns.fill(Spatial::ZERO);
+    let mut next = tree.links[link].body;
+    while let Some(place) = next {
+        let body = &tree.bodies[place];
+        let reach = point - moved.origins[place];
+        let rotation = &moved.work[place].rotation;
+        let turn = |axis: DVec3| Spatial::new(axis, axis.cross(reach));
+        let column = &mut columns[body.velocity..];
+        match body.freedom {
+            Freedom::Revolute => column[0] = turn(rotation.z_axis),
+            Freedom::Prismatic => column[0] = Spatial::new(DVec3::ZERO, rotation.z_axis),
+            Freedom::Free { .. } => {
+                // Linear in the axes that the joint has at zero, angular in the body's own.
+                let above = body.parent.map_or(DMat3::IDENTITY, |parent| moved.work[parent].rotation);
+                let zero = above * body.at_zero.rotation;
+                for (i, axis) in [zero.x_axis, zero.y_axis, zero.z_axis].into_iter().enumerate() {
+                    column[i] = Spatial::new(DVec3::ZERO, axis);
+                }
+                for (i, axis) in [rotation.x_axis, rotation.y_axis, rotation.z_axis].into_iter().enumerate() {
+                    column[3 + i] = turn(axis);
+                }
+            }
+        }
+        next = body.parent;
+    }
+}
+
+/// A free root's three columns of own axes to those of world axes: own = R' world, so J R'.
+fn in_world_axes(world_from_root: &DMat3, columns: &mut [Spatial]) {
+    let Some([x, y, z]) = columns.get(3..6).and_then(|own| <[Spatial; 3]>::try_from(own).ok()) else {
+        return;
+    };
+    let world_from_root = world_from_root.transpose();
+    for (column, of_world) in
+        [world_from_root.x_axis, world_from_root.y_axis, world_from_root.z_axis].into_iter().enumerate()
+    {
+        columns[3 + column] = x * of_world.x + y * of_world.y + z * of_world.z;
+    }
+}

@@ -1,0 +1,123 @@
+//! The contacts of a world: found anew in each part of a step, and given the impulses that
+//! they had in the one before.
+
+use std::hash::Hasher;
+
+use glamx::DVec3;
+
+use super::entity::Entity;
+use crate::collision::{Broad, Narrow, Touch};
+use crate::dynamics::constraint::contact::Contact;
+
+/// A point is the same as before if it has moved on one of the two surfaces by less than this,
+/// metres.
+const SAME_POINT: f64 = 0.01;
+
+/// The contacts of a world, in the order of their robots and colliders.
+#[derive(Debug, Default)]
+pub(super) struct Contacts {
+    pub(super) list: Vec<Contact>,
+    before: Vec<Contact>,
+    broad: Broad,
+    narrow: Narrow,
+}
+
+/// What orders contacts.
+fn key(contact: &Contact) -> ([usize; 2], [usize; 2]) {
+    (contact.robots, contact.touch.colliders)
+}
+
+impl Contacts {
+    /// Sums of impulses begin anew, but for contacts of what sleeps.
+    pub(super) fn begin_step(&mut self, robots: &[Entity]) {
+        for contact in &mut self.list {
+            if contact.robots.iter().any(|&robot| robots[robot].is_awake()) {
+                contact.total = DVec3::ZERO;
+            }
+        }
+    }
+
+    /// Finds what touches, of robots whose colliders are in place.
+    pub(super) fn find(&mut self, robots: &[Entity]) {
+        std::mem::swap(&mut self.list, &mut self.before);
+        let Self { list, before, broad, narrow } = self;
+        list.clear();
+        let new = |robots, touch| Contact { robots, touch, impulse: DVec3::ZERO, total: DVec3::ZERO };
+        let present =
+            robots.iter().map(|robot| robot.is_active().then(|| (&robot.colliders, robot.is_awake())));
+        for &pair in broad.pairs(present) {
+            let [a, b] = pair.map(|robot| &robots[robot].colliders);
+            narrow.between(a, b, |touch| list.push(new(pair, touch)));
+        }
+        for (place, robot) in robots.iter().enumerate().filter(|(_, robot)| robot.is_awake()) {
+            narrow.within(&robot.colliders, |touch| list.push(new([place; 2], touch)));
+        }
+        inherit(list, before);
+        // What sleeps has not moved: its contacts are as they were.
+        let asleep = |contact: &&Contact| {
+            let [a, b] = contact.robots.map(|robot| &robots[robot]);
+            a.is_active() && b.is_active() && !a.is_awake() && !b.is_awake()
+        };
+        list.extend(before.iter().filter(asleep));
+        // Points of one pair of colliders stay in the order in which they were found.
+        if !list.is_sorted_by_key(key) {
+            list.sort_by_key(key);
+        }
+    }
+
+    /// Takes the contacts of a robot out.
+    pub(super) fn forget(&mut self, robot: usize) {
+        self.list.retain(|contact| !contact.robots.contains(&robot));
+    }
+
+    /// The robot at this place is gone, and those after it have moved up.
+    pub(super) fn remove(&mut self, robot: usize) {
+        self.forget(robot);
+        for place in self.list.iter_mut().flat_map(|contact| &mut contact.robots) {
+            *place -= usize::from(*place > robot);
+        }
+    }
+
+    /// Feeds everything that a step reads to a hasher.
+    pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
+        for contact in &self.list {
+            let Touch { colliders, on, point, normal, distance, .. } = contact.touch;
+            for index in contact.robots.into_iter().chain(colliders) {
+                hasher.write_usize(index);
+            }
+            let vectors = [on[0], on[1], point, normal, contact.impulse];
+            for value in vectors.into_iter().flat_map(|vector| vector.to_array()).chain([distance]) {
+                hasher.write_u64(value.to_bits());
+            }
+        }
+    }
+}
+
+/// Gives new contacts the impulses of the nearest old ones of the same colliders. A pair that
+/// had one point and has one is the same, however far it rolled.
+fn inherit(list: &mut [Contact], before: &[Contact]) {
+    let mut start = 0;
+    while start < list.len() {
+        let this = key(&list[start]);
+        let len = list[start..].iter().take_while(|contact| key(contact) == this).count();
+        let first = before.partition_point(|old| key(old) < this);
+        let old = &before[first..];
+        let old = &old[..old.iter().take_while(|old| key(old) == this).count()];
+        let single = len == 1 && old.len() == 1;
+        let mut taken = 0u64;
+        for contact in &mut list[start..start + len] {
+            let way = |old: &Contact| {
+                let on = |i: usize| contact.touch.on[i].distance_squared(old.touch.on[i]);
+                on(0).min(on(1))
+            };
+            let free = old.iter().take(64).enumerate().filter(|(i, _)| taken >> i & 1 == 0);
+            let nearest = free.min_by(|a, b| way(a.1).total_cmp(&way(b.1)));
+            let Some((i, known)) = nearest else { break };
+            if single || way(known) < SAME_POINT * SAME_POINT {
+                taken |= 1 << i;
+                (contact.impulse, contact.total) = (known.impulse, known.total);
+            }
+        }
+        start += len;
+    }
+}

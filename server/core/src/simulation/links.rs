@@ -1,0 +1,169 @@
+//! Links: what their surfaces are like, what they touch, what rays hit them.
+
+use std::sync::Arc;
+
+use glamx::DVec3;
+use simd_model::robot::Material;
+
+use super::command::LinkProperties;
+use super::entity::Entity;
+use super::error::Error;
+use super::query::{Answer, ContactReport, RayReport};
+use super::{Reply, Simulation};
+use crate::collision::{RobotColliders, Shapes, Surface, rays};
+
+/// Rays that one query may cast.
+pub const MOST_RAYS: usize = 1_000;
+
+/// Coulomb's coefficient at the most.
+const MOST_FRICTION: f64 = 1e6;
+
+impl Simulation {
+    pub(super) fn set_link_properties(
+        &mut self,
+        robot: &str,
+        links: &[LinkProperties],
+    ) -> Result<Reply, Error> {
+        let place = self.place(robot)?;
+        let entity = &mut self.entities[place];
+        let found = entity.check_links(links)?;
+        for (link, properties) in found.into_iter().zip(links) {
+            entity.colliders.set_material(link, &properties.material);
+        }
+        self.wake_around(place);
+        Ok(Reply::Done)
+    }
+
+    /// Wakes what a robot touches, and what that touches, and itself.
+    pub(super) fn wake_around(&mut self, place: usize) {
+        let mut reached = vec![false; self.entities.len()];
+        reached[place] = true;
+        let mut grows = true;
+        while grows {
+            grows = false;
+            for contact in &self.contacts.list {
+                let [a, b] = contact.robots;
+                // What cannot move passes nothing on.
+                let passes =
+                    |robot: usize| reached[robot] && (robot == place || self.entities[robot].moves());
+                let (from_a, from_b) = (passes(a), passes(b));
+                if (from_a && !reached[b]) || (from_b && !reached[a]) {
+                    (reached[a], reached[b], grows) = (true, true, true);
+                }
+            }
+        }
+        for (entity, _) in self.entities.iter_mut().zip(&reached).filter(|(_, reached)| **reached) {
+            entity.wake();
+        }
+    }
+
+    pub(super) fn contact_reports(&self, robot: Option<&str>) -> Result<Answer, Error> {
+        let only = robot.map(|robot| self.place(robot)).transpose()?;
+        let of = |robot: usize, link: usize| {
+            let entity = &self.entities[robot];
+            (entity.name.clone(), entity.model.links[link].name.clone())
+        };
+        let contacts = self.contacts.list.iter();
+        let contacts = contacts.filter(|contact| only.is_none_or(|only| contact.robots.contains(&only)));
+        let reports = contacts.map(|contact| {
+            let touch = &contact.touch;
+            let (first, second) =
+                (of(contact.robots[0], touch.links[0]), of(contact.robots[1], touch.links[1]));
+            let force = contact.total / self.settings.time_step;
+            let normal_force = force.dot(touch.normal);
+            ContactReport {
+                robots: [first.0, second.0],
+                links: [first.1, second.1],
+                point: touch.point,
+                normal: touch.normal,
+                depth: -touch.distance,
+                normal_force,
+                friction_force: force - touch.normal * normal_force,
+            }
+        });
+        Ok(Answer::Contacts(reports.collect()))
+    }
+
+    pub(super) fn cast_rays(&self, asked: &[[DVec3; 2]]) -> Result<Answer, Error> {
+        if asked.len() > MOST_RAYS {
+            return Err(Error::LimitExceeded {
+                what: "the number of rays of one query".into(),
+                value: asked.len() as u64,
+                limit: MOST_RAYS as u64,
+            });
+        }
+        if let Some(ray) = asked.iter().flatten().find(|point| !point.is_finite()) {
+            return Err(Error::InvalidValue {
+                element: "a point of a ray".into(),
+                value: ray.to_string(),
+                expected: "it must be finite".into(),
+            });
+        }
+        // Between steps colliders are where the last step found contacts, not where robots are.
+        let placed: Vec<RobotColliders> = self.entities.iter().map(Entity::placed_colliders).collect();
+        let cast = |&[from, to]: &[DVec3; 2]| {
+            let hits = placed
+                .iter()
+                .enumerate()
+                .filter_map(|(robot, colliders)| Some((robot, rays::cast(colliders, from, to)?)));
+            let (robot, hit) = hits.min_by(|a, b| a.1.fraction.total_cmp(&b.1.fraction))?;
+            let entity = &self.entities[robot];
+            Some(RayReport {
+                robot: entity.name.clone(),
+                link: entity.model.links[hit.link].name.clone(),
+                point: hit.point,
+                normal: hit.normal,
+                fraction: hit.fraction,
+            })
+        };
+        Ok(Answer::Rays(asked.iter().map(cast).collect()))
+    }
+
+    pub(super) fn link_surfaces(&self, robot: &str) -> Result<Answer, Error> {
+        let entity = &self.entities[self.place(robot)?];
+        let links = 0..entity.model.links.len();
+        Ok(Answer::Links(links.map(|link| entity.colliders.surface(link)).collect()))
+    }
+}
+
+impl Entity {
+    /// Makes the colliders anew, as the robot was asked to touch.
+    pub(super) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {
+        let found = self.check_links(&self.touches.links)?;
+        let tree = self.body.tree();
+        self.colliders = RobotColliders::new(tree, shapes, Surface::default(), self.touches.itself);
+        for (link, properties) in found.into_iter().zip(&self.touches.links) {
+            self.colliders.set_material(link, &properties.material);
+        }
+        Ok(())
+    }
+
+    /// Indices of the links; `None` for all of them.
+    fn check_links(&self, links: &[LinkProperties]) -> Result<Vec<Option<usize>>, Error> {
+        let check = |properties: &LinkProperties| {
+            let LinkProperties { link, material: Material { friction, restitution } } = properties;
+            let refuse = |what: &str, value: f64, most: f64| Error::InvalidValue {
+                element: format!("the {what} of {}", if link.is_empty() { "all links" } else { link }),
+                value: value.to_string(),
+                expected: format!("it must be 0 to {most}"),
+            };
+            if let Some(friction) = friction.filter(|value| !(0.0..=MOST_FRICTION).contains(value)) {
+                return Err(refuse("friction", friction, MOST_FRICTION));
+            }
+            if let Some(restitution) = restitution.filter(|value| !(0.0..=1.0).contains(value)) {
+                return Err(refuse("restitution", restitution, 1.0));
+            }
+            if link.is_empty() { Ok(None) } else { self.link(link).map(Some) }
+        };
+        links.iter().map(check).collect()
+    }
+
+    /// Its colliders where it is now.
+    pub(super) fn placed_colliders(&self) -> RobotColliders {
+        let mut colliders = self.colliders.clone();
+        let mut body = self.body.clone();
+        body.place();
+        colliders.place(body.base(), 0.0, 0.0, |place| body.body_motion(place));
+        colliders
+    }
+}

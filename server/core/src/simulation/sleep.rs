@@ -1,0 +1,173 @@
+//! Groups of robots that touch, and which of them sleep.
+
+use super::entity::Entity;
+use crate::dynamics::constraint::contact::Contact;
+use crate::dynamics::spatial::Spatial;
+
+/// A body slower than this may fall asleep, m/s.
+const STILL_LINEAR: f64 = 5e-4;
+
+/// The same in rad/s.
+const STILL_ANGULAR: f64 = 5e-3;
+
+/// After so many seconds.
+const STILL_FOR: f64 = 1.0;
+
+/// Robots that move, in groups that touch each other; kept from step to step for its memory.
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    /// Of each robot: one on the way to its group's first.
+    above: Vec<usize>,
+    /// Robots by group, then place.
+    members: Vec<usize>,
+    /// Contacts by group, then place.
+    contacts: Vec<usize>,
+    /// Ends of each group in the two lists.
+    ends: Vec<(usize, usize)>,
+}
+
+/// Robots that are solved together.
+pub(super) struct Group<'a> {
+    /// In their order.
+    pub(super) members: &'a [usize],
+    /// Those that can move one of them, in their order.
+    pub(super) contacts: &'a [usize],
+}
+
+impl Groups {
+    /// Joins what touches. What cannot move joins nothing.
+    pub(super) fn gather(&mut self, robots: &[Entity], contacts: &[Contact]) {
+        let Self { above, members, contacts: sorted, ends } = self;
+        above.clear();
+        above.extend(0..robots.len());
+        for contact in contacts {
+            if contact.touch.bodies.iter().all(Option::is_some) {
+                let [a, b] = contact.robots.map(|robot| first(above, robot));
+                above[a.max(b)] = a.min(b);
+            }
+        }
+        for robot in 0..robots.len() {
+            above[robot] = first(above, robot);
+        }
+        members.clear();
+        members.extend((0..robots.len()).filter(|&robot| robots[robot].is_active() && robots[robot].moves()));
+        members.sort_unstable_by_key(|&robot| (above[robot], robot));
+        // Of a contact with what cannot move, the side that can says where it belongs.
+        let group = |place: &usize| {
+            let contact = &contacts[*place];
+            let side = usize::from(contact.touch.bodies[0].is_none());
+            (above[contact.robots[side]], *place)
+        };
+        sorted.clear();
+        sorted.extend(0..contacts.len());
+        sorted.sort_unstable_by_key(group);
+        ends.clear();
+        let (mut m, mut c) = (0, 0);
+        while m < members.len() {
+            let root = above[members[m]];
+            m += members[m..].iter().take_while(|&&robot| above[robot] == root).count();
+            c += sorted[c..].iter().take_while(|&&place| group(&place).0 == root).count();
+            ends.push((m, c));
+        }
+    }
+
+    /// Wakes each group of which one is awake.
+    pub(super) fn wake(&self, robots: &mut [Entity]) {
+        for group in self.all() {
+            if group.members.iter().any(|&robot| robots[robot].is_awake()) {
+                group.members.iter().for_each(|&robot| robots[robot].wake());
+            }
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = Group<'_>> {
+        (0..self.ends.len()).map(|group| self.get(group))
+    }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// One of them.
+    pub(super) fn get(&self, group: usize) -> Group<'_> {
+        let (m, c) = group.checked_sub(1).map_or((0, 0), |before| self.ends[before]);
+        let (m_end, c_end) = self.ends[group];
+        Group { members: &self.members[m..m_end], contacts: &self.contacts[c..c_end] }
+    }
+}
+
+/// The first robot of a robot's group. Halves the way for the next time.
+fn first(above: &mut [usize], mut robot: usize) -> usize {
+    while above[robot] != robot {
+        above[robot] = above[above[robot]];
+        robot = above[robot];
+    }
+    robot
+}
+
+impl Group<'_> {
+    /// Counts for how long each member has been still, and puts the group to sleep when all
+    /// have for long enough. Only single free bodies that lie on something sleep.
+    pub(super) fn rest(&self, robots: &mut [Entity], h: f64) {
+        let mut all = !self.contacts.is_empty();
+        for &member in self.members {
+            let robot = &mut robots[member];
+            robot.still_for = if robot.may_sleep() && is_still(robot) { robot.still_for + h } else { 0.0 };
+            all &= robot.still_for >= STILL_FOR;
+        }
+        if all {
+            self.members.iter().for_each(|&member| robots[member].fall_asleep());
+        }
+    }
+}
+
+fn is_still(robot: &Entity) -> bool {
+    let square = |rates: &[f64]| rates.iter().map(|rate| rate * rate).sum::<f64>();
+    match robot.body.rates() {
+        rates if rates.len() == 6 => {
+            square(&rates[..3]) < STILL_LINEAR * STILL_LINEAR
+                && square(&rates[3..]) < STILL_ANGULAR * STILL_ANGULAR
+        }
+        _ => false,
+    }
+}
+
+impl Entity {
+    /// Whether it takes part in the simulation.
+    pub(super) fn is_active(&self) -> bool {
+        self.disabled.is_none()
+    }
+
+    /// Whether any of it can move.
+    pub(super) fn moves(&self) -> bool {
+        !self.body.tree().bodies.is_empty()
+    }
+
+    /// Whether a step changes it.
+    pub(super) fn is_awake(&self) -> bool {
+        self.is_active() && !self.asleep && self.moves()
+    }
+
+    /// A single free body that nothing pushes.
+    fn may_sleep(&self) -> bool {
+        let tree = self.body.tree();
+        !tree.fixed_base
+            && tree.bodies.len() == 1
+            && self.body.external().iter().all(|push| *push == Spatial::ZERO)
+    }
+
+    fn fall_asleep(&mut self) {
+        self.asleep = true;
+        self.body.rates_mut().fill(0.0);
+    }
+
+    /// Makes a step look at it again.
+    pub(super) fn wake(&mut self) {
+        if self.asleep {
+            self.asleep = false;
+            self.still_for = 0.0;
+            self.body.place();
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The step of a world, as the method reads.
+
+use glamx::DVec3;
+
+use super::contacts::Contacts;
+use super::entity::Entity;
+use super::sleep::Groups;
+use super::{EventKind, PhysicsSettings, Simulation};
+use crate::dynamics::island::Island;
+
+/// Contacts are looked for at least this far from what moves, metres.
+const NEAR: f64 = 1e-3;
+
+/// The memory of a step, kept for the next one.
+#[derive(Debug, Default)]
+pub(super) struct StepMemory {
+    island: Island,
+    groups: Groups,
+}
+
+impl Simulation {
+    /// Advances the world by one time step, in as many equal parts as the settings say.
+    ///
+    /// Each part: bodies are put in place; what touches is found; what sleeps and is touched by
+    /// something awake wakes; each robot takes its actuators' laws and finds its new rates; a
+    /// robot that touches nothing that can move it makes its rates keep to its own rows, and
+    /// robots that touch each other are solved together; positions follow; what rests falls
+    /// asleep.
+    ///
+    /// Allocates nothing once there have been as many contacts at a time as there will be,
+    /// except where hulls or cylinders overlap: parry finds their depth by EPA, in memory of its
+    /// own.
+    pub fn step(&mut self) {
+        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
+        let h = time_step / f64::from(substeps);
+        self.entities.iter_mut().for_each(Entity::begin_step);
+        self.contacts.begin_step(&self.entities);
+        for _ in 0..substeps {
+            advance(&mut self.entities, &mut self.contacts, &mut self.step_memory, gravity, h);
+        }
+        for place in 0..self.entities.len() {
+            let entity = &mut self.entities[place];
+            if let Some(reason) = entity.end_step() {
+                let (robot, reason) = (entity.name.clone(), reason.to_string());
+                self.contacts.forget(place);
+                self.happened(EventKind::EntityDisabled { robot, reason });
+            }
+        }
+        self.now.step += 1;
+        // A product instead of a sum: no error gathers over a month.
+        let (step, time) = self.time_base;
+        self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
+    }
+}
+
+/// One part of a step.
+fn advance(
+    robots: &mut [Entity],
+    contacts: &mut Contacts,
+    StepMemory { island, groups }: &mut StepMemory,
+    gravity: DVec3,
+    h: f64,
+) {
+    let slack = NEAR + 2.0 * gravity.length() * h * h;
+    for robot in robots.iter_mut().filter(|robot| robot.is_active()) {
+        robot.place(slack, h);
+    }
+    contacts.find(robots);
+    groups.gather(robots, &contacts.list);
+    groups.wake(robots);
+    for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {
+        robot.body.start(gravity, h);
+    }
+    for group in (0..groups.len()).map(|group| groups.get(group)) {
+        if !robots[group.members[0]].is_awake() {
+            continue;
+        }
+        // A robot whose rates are no numbers spoils no other one.
+        let sound = group.members.iter().all(|&member| robots[member].body.new_rates_are_finite());
+        if group.contacts.is_empty() || !sound {
+            for &member in group.members {
+                robots[member].body.solve_alone(gravity, h);
+                robots[member].body.finish(h);
+            }
+        } else {
+            let touching = (&mut *contacts.list, group.contacts);
+            island.solve(robots, group.members, touching, gravity, h);
+        }
+        for &place in group.contacts {
+            let contact = &mut contacts.list[place];
+            contact.total += contact.impulse;
+        }
+        group.rest(robots, h);
+    }
+}

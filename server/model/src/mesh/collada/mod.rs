@@ -1,0 +1,34 @@
+//! COLLADA: the triangles of its scene, in metres, in the file's own axes.
+//!
+//! * `xml`: the document, guarded.
+//! * `scene`: nodes, where they stand, and what they show.
+//! * `geometry`: corners and faces.
+//!
+//! No library is used: those that there are hang, abort or take gigabytes on files of a few
+//! hundred bytes. Nothing here recurses, and nothing is allocated that the file's own bytes
+//! do not hold.
+//!
+//! `<unit meter>` is applied. `<up_axis>` is not: RViz, MoveIt and Gazebo ignore it, so
+//! robots are drawn by files whose axes are the link's, whatever their `up_axis` says
+//! (rviz issue 1045, gazebo-classic issue 1305).
+
+mod geometry;
+mod scene;
+#[cfg(test)]
+mod tests;
+mod xml;
+
+use super::Triangles;
+use crate::limits;
+
+/// Reads the scene of a file.
+pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
+    if bytes.len() > limits::COLLADA_BYTES {
+        let (size, cap) = (bytes.len(), limits::COLLADA_BYTES);
+        return Err(format!("it has {size} bytes; the most for COLLADA is {cap}"));
+    }
+    let text = xml::decode(bytes)?;
+    let document = xml::parse(&text)?;
+    let file = xml::File::new(&document)?;
+    scene::read(&file)?.finish()
+}

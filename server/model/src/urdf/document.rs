@@ -1,0 +1,148 @@
+//! What is wrong around a document, and mended in its text before it is parsed:
+//! where its declaration stands, what follows its root, prefixes that it does
+//! not declare. Lines stay where they are.
+
+use std::borrow::Cow;
+
+use roxmltree::{Error, Node};
+
+use super::findings::{Findings, Refusal, quoted};
+use super::prescan::{check_counts, check_depth, parse_xml, robot_element, syntax};
+use super::text;
+use crate::limits::Limits;
+use crate::report::{Disposition, Severity, counted};
+
+/// Reads the bytes as a document and gives its `<robot>` to `then`.
+pub(super) fn open<T>(
+    urdf: &[u8],
+    limits: &Limits,
+    findings: &mut Findings,
+    then: impl FnOnce(Node, &mut Findings) -> Result<T, Refusal>,
+) -> Result<T, Refusal> {
+    let text = text::decode(urdf, limits, findings)?;
+    let text = without_declarations(text, findings);
+    let text = without_tail(text, findings);
+    check_counts(&text, limits)?;
+    let bound;
+    let document = match parse_xml(&text, limits) {
+        Err(Error::UnknownNamespace(..)) => {
+            bound = bind_prefixes(&text, limits, findings);
+            parse_xml(&bound, limits)
+        }
+        parsed => parsed,
+    };
+    let document = document.map_err(|error| syntax(error, limits))?;
+    check_depth(&document, limits.xml_depth)?;
+    findings.set_text(document.input_text());
+    then(robot_element(&document, findings)?, findings)
+}
+
+fn repaired(findings: &mut Findings, line: Option<u32>, message: String) {
+    findings.of_text(Severity::Warning, Disposition::Repaired, line, message);
+}
+
+fn line_of(text: &str, at: usize) -> u32 {
+    let before = text.bytes().take(at).filter(|byte| *byte == b'\n').count();
+    u32::try_from(before + 1).unwrap_or(u32::MAX)
+}
+
+/// What stands before the root's name: each comment and each instruction, and
+/// where the name ends.
+struct Prologue {
+    /// Ranges of `<?xml ...?>`.
+    declarations: Vec<(usize, usize)>,
+    /// Absent where there is no root.
+    root_name_end: Option<usize>,
+}
+
+fn prologue(text: &str) -> Prologue {
+    // One is right, two have been seen; what has more of them is no mistake.
+    const MOST: usize = 8;
+    let mut found = Prologue { declarations: Vec::new(), root_name_end: None };
+    let mut at = 0;
+    while found.declarations.len() < MOST
+        && let Some(open) = text.get(at..).and_then(|rest| rest.find('<')).map(|open| at + open)
+    {
+        let tag = text.get(open..).unwrap_or_default();
+        let length = if tag.starts_with("<!--") {
+            tag.find("-->").map(|end| end + 3)
+        } else if tag.starts_with("<?") {
+            let end = tag.find("?>").map(|end| end + 2);
+            let is_declaration = tag.get(5..6).is_none_or(|next| next.trim().is_empty() || next == "?");
+            if tag.starts_with("<?xml") && is_declaration {
+                found.declarations.extend(end.map(|length| (open, open + length)));
+            }
+            end
+        } else {
+            let end = tag.find(|c: char| c.is_whitespace() || c == '>' || c == '/');
+            found.root_name_end = end.map(|end| open + end);
+            return found;
+        };
+        let Some(length) = length else { break };
+        at = open + length;
+    }
+    found
+}
+
+/// The text is decoded, so a declaration has nothing left to say; and XML wants
+/// it at the very start, where exporters and authors of comments do not put it.
+fn without_declarations<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {
+    let declarations = prologue(&text).declarations;
+    if declarations.is_empty() {
+        return text;
+    }
+    let mut text = text.into_owned();
+    for (start, end) in declarations {
+        if start > 0 {
+            let message =
+                "the XML declaration is not at the start of the file; read as if it were".to_owned();
+            repaired(findings, Some(line_of(&text, start)), message);
+        }
+        let declaration = text.get(start..end).unwrap_or_default();
+        // Byte for byte, so that columns stay too.
+        let blank: String = declaration.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect();
+        text.replace_range(start..end, &blank);
+    }
+    Cow::Owned(text)
+}
+
+/// Nothing after the last end tag can belong to a document: some end in a NUL byte.
+fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {
+    let Some(end) = text.rfind('>').map(|last| last + 1) else { return text };
+    let tail = text.get(end..).unwrap_or_default();
+    let rest = tail.trim();
+    let begin = text.get(..end).and_then(|text| text.rfind('<')).unwrap_or(0);
+    let is_end_tag = text.get(begin..).is_some_and(|tag| tag.starts_with("</"));
+    if rest.is_empty() || !is_end_tag {
+        return text;
+    }
+    let line = line_of(&text, end + tail.find(rest).unwrap_or(0));
+    let bytes = counted(rest.len(), "byte");
+    let message = format!("there is more after the end of the document: {bytes}, left out");
+    repaired(findings, Some(line), message);
+    match text {
+        Cow::Borrowed(text) => Cow::Borrowed(text.get(..end).unwrap_or(text)),
+        Cow::Owned(mut text) => {
+            text.truncate(end);
+            Cow::Owned(text)
+        }
+    }
+}
+
+/// Real files use prefixes that they do not declare (`<controller:plugin>`):
+/// declares them at the root, on the root's line.
+fn bind_prefixes(text: &str, limits: &Limits, findings: &mut Findings) -> String {
+    const MOST: usize = 16;
+    let mut text = text.to_owned();
+    for _ in 0..MOST {
+        let (prefix, line) = match parse_xml(&text, limits) {
+            Err(Error::UnknownNamespace(prefix, at)) if prefix.len() <= limits.name_bytes => (prefix, at.row),
+            _ => break,
+        };
+        let Some(end) = prologue(&text).root_name_end else { break };
+        text.insert_str(end, &format!(" xmlns:{prefix}=\"undeclared:{prefix}\""));
+        let message = format!("the prefix {} is not declared; read as if it were", quoted(&prefix));
+        repaired(findings, Some(line), message);
+    }
+    text
+}

@@ -1,0 +1,146 @@
+//! Numbers as people write them: what is meant, and what had to be mended.
+
+use roxmltree::Node;
+
+use super::findings::quoted;
+use crate::limits;
+
+/// How many numbers an attribute holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// So many.
+    Exactly(usize),
+    /// One, which may be infinite: no bound.
+    Bound,
+    /// Red, green, blue, and alpha, which may be left out.
+    Color,
+    /// Three, or one for all three.
+    Scale,
+}
+
+/// What an attribute says.
+#[derive(Debug, PartialEq)]
+pub(super) struct Numbers {
+    /// As many as the shape says.
+    pub(super) values: Vec<f64>,
+    /// What was done to them, a sentence's end after the attribute and its value.
+    pub(super) repair: Option<String>,
+}
+
+impl Shape {
+    fn count(self) -> usize {
+        match self {
+            Self::Exactly(count) => count,
+            Self::Bound => 1,
+            Self::Color => 4,
+            Self::Scale => 3,
+        }
+    }
+}
+
+/// The numbers of an attribute that the mending has let pass.
+pub(super) fn of<const N: usize>(node: Node, name: &str, shape: Shape) -> Option<[f64; N]> {
+    read(node.attribute(name)?, shape).ok()?.values.try_into().ok()
+}
+
+/// Reads a value. The error is the end of a sentence after the attribute and its value.
+pub(super) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
+    let (text, xacro) = match default_of_optenv(value) {
+        Some(default) => (default, Some("is a left-over of xacro: its default is taken".to_owned())),
+        None => (value, None),
+    };
+    if text.contains("${") || text.contains("$(") {
+        return Err("is a left-over of xacro: run xacro on the file and send what that prints".to_owned());
+    }
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let (values, separators) = match parsed(&words) {
+        Ok(values) => (values, None),
+        Err(word) => {
+            let (values, how) = with_commas(text, &words, shape)
+                .ok_or_else(|| format!("has a word that is not a number: {}", quoted(word)))?;
+            (values, Some(how.to_owned()))
+        }
+    };
+    check_range(&values, shape)?;
+    let (values, counted) = fitted(values, shape)?;
+    let repairs: Vec<String> = [xacro, separators, counted].into_iter().flatten().collect();
+    let repair = (!repairs.is_empty()).then(|| repairs.join(", and "));
+    Ok(Numbers { values, repair })
+}
+
+/// All words as numbers, or the first that is none.
+fn parsed<'w>(words: &[&'w str]) -> Result<Vec<f64>, &'w str> {
+    words.iter().map(|word| word.parse().map_err(|_not_a_number| *word)).collect()
+}
+
+/// `$(optenv NAME 1 2 3)`: an environment variable of somebody else's machine,
+/// or a default.
+fn default_of_optenv(value: &str) -> Option<&str> {
+    let inside = value.trim().strip_prefix("$(optenv")?.strip_suffix(')')?;
+    let (_, default) = inside.trim_start().split_once(char::is_whitespace)?;
+    Some(default)
+}
+
+/// Commas between numbers, or in the place of points: whichever gives as many
+/// numbers as there should be.
+fn with_commas(text: &str, words: &[&str], shape: Shape) -> Option<(Vec<f64>, &'static str)> {
+    let separated = |c: char| c.is_whitespace() || c == ',' || c == ';';
+    let between: Vec<&str> = text.split(separated).filter(|word| !word.is_empty()).collect();
+    if between.len() == shape.count()
+        && let Ok(values) = parsed(&between)
+    {
+        return Some((values, "has commas between its numbers: read as spaces"));
+    }
+    let points: Vec<String> = words.iter().map(|word| word.replace(',', ".")).collect();
+    let points: Vec<&str> = points.iter().map(String::as_str).collect();
+    let values = parsed(&points).ok().filter(|values| values.len() == shape.count())?;
+    Some((values, "has commas for decimal points: read as points"))
+}
+
+fn check_range(values: &[f64], shape: Shape) -> Result<(), String> {
+    let most = limits::MAGNITUDE;
+    for value in values {
+        let bounded = value.abs() <= most;
+        if value.is_nan() || (!value.is_finite() && shape != Shape::Bound) {
+            return Err("is not finite".to_owned());
+        }
+        if !bounded && shape != Shape::Bound {
+            return Err(format!("is larger than simd computes with; the most is {most:e}"));
+        }
+    }
+    Ok(())
+}
+
+/// The numbers that are meant, where there are too many or too few.
+fn fitted(mut values: Vec<f64>, shape: Shape) -> Result<(Vec<f64>, Option<String>), String> {
+    let (found, count) = (values.len(), shape.count());
+    if found == count {
+        if shape == Shape::Bound {
+            // Beyond what simd computes with, a bound is none.
+            let beyond = values.iter_mut().filter(|value| value.abs() > limits::MAGNITUDE);
+            beyond.for_each(|value| *value = f64::INFINITY.copysign(*value));
+        }
+        return Ok((values, None));
+    }
+    if found > count {
+        values.truncate(count);
+        let used =
+            if count == 1 { "the first is used".to_owned() } else { format!("the first {count} are used") };
+        let wanted = if count == 1 { "one".to_owned() } else { count.to_string() };
+        return Ok((values, Some(format!("is {found} numbers where there must be {wanted}: {used}"))));
+    }
+    match (shape, values.as_slice()) {
+        (Shape::Color, [_, _, _]) => {
+            values.push(1.0);
+            Ok((values, Some("has no alpha: 1 is taken".to_owned())))
+        }
+        (Shape::Scale, [all]) => {
+            let all = *all;
+            Ok((vec![all; 3], Some("is one number: it is taken for all three axes".to_owned())))
+        }
+        _ if count == 1 => Err(format!("is {found} numbers where there must be one")),
+        _ => {
+            Err(format!("is {found} number{} where there must be {count}", if found == 1 { "" } else { "s" }))
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What simd does not read: named, with the reason, and with what was perhaps meant.
+
+use roxmltree::Node;
+
+use super::findings::{Findings, quoted};
+use super::prescan::is;
+use super::vocabulary::{Element, ROBOT};
+use crate::report::Disposition::Ignored;
+
+/// Elements that real files have and simd has no use for.
+const REASONS: &[(&str, &str)] = &[
+    ("transmission", "simd drives joints directly"),
+    ("ros2_control", "simd has its own controllers, and its joints are set over the network"),
+    ("safety_controller", "its soft limits are a controller's matter; <limit> is read"),
+    ("calibration", "simulated joints know where they are"),
+    ("texture", "simd has colours only"),
+    ("sensor", "simd has no sensors"),
+    ("collision_checking", "simd checks no meshes for it"),
+    ("self_collision_checking", "contacts within a robot are off"),
+    ("joint_properties", "<dynamics> is what gives damping and friction"),
+    ("contact_coefficients", "<contact> of the link is what gives friction"),
+];
+
+/// An element that its parent does not hold.
+pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
+    let tag = child.tag_name().name();
+    let known = parent.children.iter().map(|known| known.tag);
+    if !is(child, tag) {
+        return findings.info(child, Ignored, "not read by simd: it is of another namespace");
+    }
+    // A crowd of them is no slip.
+    if findings.is_full() {
+        return findings.info(child, Ignored, "not read by simd");
+    }
+    if let Some(meant) = nearest(tag, known) {
+        let message = format!("not read by simd; did you mean <{meant}>?");
+        return findings.warn(child, Ignored, message);
+    }
+    if parent.tag == "contact" {
+        let message = "not read by simd: a surface has friction and restitution, and no more";
+        return findings.info(child, Ignored, message);
+    }
+    if let Some(reason) = REASONS.iter().find(|(known, _)| *known == tag).map(|(_, reason)| reason) {
+        return findings.info(child, Ignored, format!("not read by simd: {reason}"));
+    }
+    let homes = homes(&|element| element.children.iter().any(|child| child.tag == tag));
+    if homes.is_empty() {
+        findings.info(child, Ignored, "not read by simd");
+    } else {
+        let message = format!("not read by simd here: it belongs in {}", homes.join(" or "));
+        findings.warn(child, Ignored, message);
+    }
+}
+
+/// An attribute that its element does not have.
+pub(super) fn attribute(
+    node: Node,
+    name: &str,
+    is_foreign: bool,
+    element: &Element,
+    findings: &mut Findings,
+) {
+    let message = format!("attribute {} is not read by simd", quoted(name));
+    let known = element.attributes.iter().map(|known| known.name);
+    if is_foreign || findings.is_full() {
+        return findings.info(node, Ignored, message);
+    }
+    if let Some(meant) = nearest(name, known) {
+        return findings.warn(node, Ignored, format!("{message}; did you mean {meant}?"));
+    }
+    // A name, type or value may be anybody's.
+    let is_common = ["name", "type", "value", "link", "joint"].contains(&name);
+    let homes =
+        if is_common { Vec::new() } else { homes(&|other| other.attributes.iter().any(|a| a.name == name)) };
+    if homes.is_empty() {
+        findings.info(node, Ignored, message);
+    } else {
+        findings.warn(node, Ignored, format!("{message} here: it belongs in {}", homes.join(" or ")));
+    }
+}
+
+/// Text where there should be none.
+pub(super) fn text(node: Node, findings: &mut Findings) {
+    let texts = node.children().filter(|child| child.is_text());
+    if let Some(text) = texts.filter_map(|child| child.text()).map(str::trim).find(|text| !text.is_empty()) {
+        findings.info(node, Ignored, format!("the text {} in it is not read by simd", quoted(text)));
+    }
+}
+
+/// The word of which this one is a slip: another case, or one or two letters off.
+pub(super) fn nearest<'w>(word: &str, known: impl Iterator<Item = &'w str>) -> Option<&'w str> {
+    const LONGEST: usize = 64;
+    let letters = word.chars().count();
+    if letters > LONGEST {
+        return None;
+    }
+    let most = match letters {
+        0..=2 => 0,
+        3..=4 => 1,
+        _ => 2,
+    };
+    known
+        .filter(|known| known.len() <= LONGEST)
+        .map(|known| match known.eq_ignore_ascii_case(word) {
+            true => (0, known),
+            false => (strsim::osa_distance(word, known), known),
+        })
+        .filter(|(distance, _)| *distance <= most)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, known)| known)
+}
+
+/// The tags of the elements for which something holds, each once.
+fn homes(holds: &dyn Fn(&Element) -> bool) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    let mut open = vec![&ROBOT];
+    while let Some(element) = open.pop() {
+        let tag = format!("<{}>", element.tag);
+        if holds(element) && !found.contains(&tag) {
+            found.push(tag);
+        }
+        open.extend(element.children.iter().rev());
+    }
+    found
+}

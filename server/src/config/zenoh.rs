@@ -1,0 +1,288 @@
+//! What the operator can say about Zenoh, and the settings that follow from it.
+//!
+//! Zenoh's own defaults are open: it looks for others by multicast, listens on every
+//! address, and takes messages of a gibibyte. Ours are closed, and a file of the
+//! operator's can set anything over them.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+use simd_proto::keys::DEFAULT_LOCATOR;
+
+/// Messages above this are refused before they are read, so that a stranger cannot fill the memory.
+const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
+/// Whoever says nothing for so long is gone: then its queries and its token end.
+const LEASE_MS: u64 = 5_000;
+/// How long a start waits for the routers that it was told of; after that it goes on without them.
+const CONNECT_MS: u64 = 2_000;
+/// States a wall second, 0 to this.
+const MAX_STATE_RATE: f64 = 1_000.0;
+
+/// How the daemon is reached over Zenoh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zenoh {
+    /// Whether it is.
+    pub enabled: bool,
+    /// Where to listen, as `tcp/HOST:PORT`; port 0 takes a free one. `None` is the
+    /// default locator, or nowhere where `connect` names a router.
+    pub listen: Option<Vec<String>>,
+    /// Routers to join.
+    pub connect: Vec<String>,
+    /// Any settings of Zenoh's own, JSON5; they are put over ours.
+    pub file: Option<PathBuf>,
+    /// Joint states published a wall second at the most; 0 publishes none.
+    pub state_rate: f64,
+}
+
+impl Default for Zenoh {
+    fn default() -> Self {
+        Self { enabled: true, listen: None, connect: Vec::new(), file: None, state_rate: 100.0 }
+    }
+}
+
+impl Zenoh {
+    /// Not reached over Zenoh.
+    pub fn off() -> Self {
+        Self { enabled: false, ..Self::default() }
+    }
+
+    /// On a free port of loopback, and nowhere else.
+    pub fn on_free_port() -> Self {
+        Self { listen: Some(vec!["tcp/127.0.0.1:0".into()]), ..Self::default() }
+    }
+
+    /// Where to listen.
+    pub fn listens_on(&self) -> Vec<String> {
+        match &self.listen {
+            Some(locators) => locators.clone(),
+            None if self.connect.is_empty() => vec![DEFAULT_LOCATOR.to_owned()],
+            None => Vec::new(),
+        }
+    }
+
+    /// All settings of the session. The error is a sentence.
+    pub(crate) fn settings(&self) -> Result<zenoh::Config, String> {
+        let mut settings = self.ours();
+        let mut whose = "the settings of Zenoh".to_owned();
+        if let Some(path) = &self.file {
+            whose = format!("Zenoh's settings in {}", path.display());
+            merge(&mut settings, read(path)?);
+        }
+        zenoh::Config::from_json5(&settings.to_string())
+            .map_err(|error| format!("{whose} are refused: {}", one_line(&error.to_string())))
+    }
+
+    fn ours(&self) -> Value {
+        json!({
+            "mode": "peer",
+            "listen": { "endpoints": self.listens_on(), "timeout_ms": 0, "exit_on_failure": true },
+            "connect": { "endpoints": self.connect, "timeout_ms": -1, "exit_on_failure": false,
+                "retry": { "period_init_ms": 100, "period_max_ms": 1000 } },
+            "scouting": {
+                // How long a start waits for its routers, whatever Zenoh calls it.
+                "delay": CONNECT_MS,
+                "multicast": { "enabled": false },
+                "gossip": { "enabled": false },
+            },
+            "adminspace": { "enabled": false },
+            "timestamping": { "enabled": false },
+            "transport": {
+                "unicast": { "lowlatency": false },
+                "link": {
+                    "tx": { "lease": LEASE_MS },
+                    "rx": { "max_message_size": MAX_MESSAGE_BYTES },
+                },
+                "shared_memory": { "enabled": false },
+            },
+        })
+    }
+
+    pub(super) fn set_state_rate(&mut self, rate: f64) -> Result<(), String> {
+        if !(0.0..=MAX_STATE_RATE).contains(&rate) {
+            return Err(format!("state_rate is {rate}; it must be between 0 and {MAX_STATE_RATE}"));
+        }
+        self.state_rate = rate;
+        Ok(())
+    }
+
+    /// `off`, or locators to listen on.
+    pub(super) fn set_listen(&mut self, locators: Vec<String>) -> Result<(), String> {
+        if locators.iter().any(|locator| locator == "off") {
+            if locators.len() > 1 {
+                return Err("zenoh is off and listens elsewhere; say one of the two".into());
+            }
+            self.enabled = false;
+            return Ok(());
+        }
+        for locator in &locators {
+            check_locator(locator)?;
+        }
+        self.enabled = true;
+        self.listen = Some(locators);
+        Ok(())
+    }
+
+    pub(super) fn set_connect(&mut self, locators: Vec<String>) -> Result<(), String> {
+        for locator in &locators {
+            check_locator(locator)?;
+        }
+        self.connect = locators;
+        Ok(())
+    }
+
+    /// The settings must be some that Zenoh takes, and may listen where others can
+    /// reach it only where the operator says so.
+    pub(super) fn check(&self, insecure: bool) -> Result<(), String> {
+        if !self.enabled {
+            return Ok(());
+        }
+        let settings = self.settings()?;
+        let endpoints = settings.get_json("listen/endpoints").unwrap_or_default();
+        let endpoints: Value = serde_json::from_str(&endpoints).unwrap_or_default();
+        let open = strings(&endpoints).into_iter().find(|locator| !is_loopback(locator));
+        match open {
+            Some(locator) if !insecure => Err(format!(
+                "{locator} can be reached from other machines, and this release checks no one who comes over \
+                 Zenoh: anyone who reaches it commands the robots; listen on tcp/127.0.0.1:7447, or say \
+                 --insecure"
+            )),
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+fn check_locator(locator: &str) -> Result<(), String> {
+    let is_one = locator
+        .split_once('/')
+        .is_some_and(|(protocol, address)| !protocol.is_empty() && address.contains(':'))
+        && !locator.contains("://");
+    if is_one && locator.parse::<zenoh::config::EndPoint>().is_ok() {
+        return Ok(());
+    }
+    Err(format!("{locator:?} is no Zenoh locator; it must be like tcp/127.0.0.1:7447"))
+}
+
+/// Whether only this machine reaches it.
+fn is_loopback(locator: &str) -> bool {
+    let address = locator.split_once('/').map_or(locator, |(_protocol, address)| address);
+    let address = address.split(['?', '#']).next().unwrap_or(address);
+    let host = address.rsplit_once(':').map_or(address, |(host, _port)| host);
+    let host = host.trim_start_matches('[').trim_end_matches(']');
+    host == "localhost" || host.parse().is_ok_and(|ip: std::net::IpAddr| ip.is_loopback())
+}
+
+/// Every text in it: endpoints come as a list, or as lists by mode.
+fn strings(value: &Value) -> Vec<String> {
+    match value {
+        Value::String(text) => vec![text.clone()],
+        Value::Array(items) => items.iter().flat_map(strings).collect(),
+        Value::Object(fields) => fields.values().flat_map(strings).collect(),
+        Value::Null | Value::Bool(_) | Value::Number(_) => Vec::new(),
+    }
+}
+
+fn read(path: &Path) -> Result<Value, String> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| format!("{} cannot be read: {error}", path.display()))?;
+    let settings: Value = json5::from_str(&text)
+        .map_err(|error| format!("{} is no JSON5: {}", path.display(), one_line(&error.to_string())))?;
+    match settings {
+        Value::Object(_) => Ok(settings),
+        _ => Err(format!("{} is no set of settings; it must be a JSON5 object", path.display())),
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// What is over wins, field by field.
+fn merge(under: &mut Value, over: Value) {
+    match (under, over) {
+        (Value::Object(under), Value::Object(over)) => merge_fields(under, over),
+        (under, over) => *under = over,
+    }
+}
+
+fn merge_fields(under: &mut Map<String, Value>, over: Map<String, Value>) {
+    for (field, value) in over {
+        merge(under.entry(field).or_insert(Value::Null), value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_file(text: &str) -> Result<zenoh::Config, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("zenoh.json5");
+        std::fs::write(&path, text).unwrap();
+        Zenoh { file: Some(path), ..Zenoh::default() }.settings()
+    }
+
+    fn value(settings: &zenoh::Config, key: &str) -> Value {
+        serde_json::from_str(&settings.get_json(key).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn nothing_said_is_loopback_and_looks_for_nobody() {
+        let settings = Zenoh::default().settings().unwrap();
+        assert_eq!(strings(&value(&settings, "listen/endpoints")), ["tcp/127.0.0.1:7447"]);
+        for key in ["scouting/multicast/enabled", "scouting/gossip/enabled", "adminspace/enabled"] {
+            assert_eq!(value(&settings, key), false, "{key}");
+        }
+        for key in ["transport/shared_memory/enabled", "transport/unicast/lowlatency"] {
+            assert_eq!(value(&settings, key), false, "{key}");
+        }
+        assert_eq!(value(&settings, "transport/link/rx/max_message_size"), 64 * 1024 * 1024);
+    }
+
+    #[test]
+    fn whoever_joins_a_router_need_not_listen() {
+        let mut zenoh = Zenoh::default();
+        zenoh.set_connect(vec!["tcp/10.0.0.1:7447".into()]).unwrap();
+        assert!(zenoh.listens_on().is_empty());
+        zenoh.check(false).unwrap();
+        zenoh.set_listen(vec!["tcp/127.0.0.1:0".into()]).unwrap();
+        assert_eq!(zenoh.listens_on(), ["tcp/127.0.0.1:0"]);
+    }
+
+    #[test]
+    fn a_file_is_put_over_our_settings_field_by_field() {
+        let settings =
+            with_file("{ transport: { link: { tx: { lease: 1234 } } }, /* ours stay */ }").unwrap();
+        assert_eq!(value(&settings, "transport/link/tx/lease"), 1234);
+        assert_eq!(value(&settings, "transport/link/rx/max_message_size"), 64 * 1024 * 1024);
+        assert_eq!(value(&settings, "scouting/multicast/enabled"), false);
+    }
+
+    #[test]
+    fn a_slip_in_the_file_is_a_sentence_that_names_it() {
+        for text in ["{ mode: ", "[]", "{ transprot: {} }", "{ mode: 'king' }"] {
+            let sentence = with_file(text).unwrap_err();
+            assert!(sentence.contains("zenoh.json5") && !sentence.contains('\n'), "{text}: {sentence}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_opens_the_daemon_to_others_must_be_meant() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("open.json5");
+        std::fs::write(&path, "{ listen: { endpoints: { peer: ['tcp/[::]:7447'] } } }").unwrap();
+        let zenoh = Zenoh { file: Some(path), ..Zenoh::default() };
+        assert!(zenoh.check(false).unwrap_err().contains("--insecure"));
+        zenoh.check(true).unwrap();
+    }
+
+    #[test]
+    fn loopback_is_what_only_this_machine_reaches() {
+        for locator in ["tcp/127.0.0.1:7447", "tls/[::1]:1", "tcp/localhost:0", "tcp/127.8.8.8:1?rel=1"] {
+            assert!(is_loopback(locator), "{locator}");
+        }
+        for locator in ["tcp/0.0.0.0:7447", "tcp/[::]:7447", "tls/lab:7447", "tcp/10.0.0.1:7447", "serial/a"]
+        {
+            assert!(!is_loopback(locator), "{locator}");
+        }
+    }
+}

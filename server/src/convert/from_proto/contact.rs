@@ -1,0 +1,46 @@
+//! Requests of the contact service, and surfaces of links.
+
+use simd_core::Query;
+use simd_core::simulation::command::LinkProperties;
+use simd_model::robot::Material;
+use simd_proto::v1;
+
+use super::geometry::vector;
+use crate::convert::field::{BadField, Path};
+
+/// Contacts of a robot, or of all.
+pub fn contacts(request: v1::GetContactsRequest) -> Result<Query, BadField> {
+    let robot = Path::ROOT.field("robot").short(request.robot)?;
+    Ok(Query::Contacts { robot: (!robot.is_empty()).then_some(robot) })
+}
+
+/// Straight lines between two points.
+pub fn rays(request: v1::CastRaysRequest) -> Result<Query, BadField> {
+    let ray = |(index, ray): (usize, v1::Ray)| {
+        let at = Path::ROOT.item("rays", index);
+        let (from, to) = (at.field("from"), at.field("to"));
+        Ok([vector(&from, from.given(ray.from)?)?, vector(&to, to.given(ray.to)?)?])
+    };
+    Ok(Query::CastRays { rays: request.rays.into_iter().enumerate().map(ray).collect::<Result<_, _>>()? })
+}
+
+/// New surfaces of links; an empty name means all.
+pub fn link_properties(
+    at: &Path<'_>,
+    list: &str,
+    given: Vec<v1::LinkProperties>,
+) -> Result<Vec<LinkProperties>, BadField> {
+    let read = |(index, given): (usize, v1::LinkProperties)| {
+        let at = at.item(list, index);
+        let least = |name, value: Option<f64>| value.map(|v| at.field(name).at_least_zero(v)).transpose();
+        let restitution = least("restitution", given.restitution)?;
+        if let Some(value) = restitution.filter(|value| *value > 1.0) {
+            return Err(at.field("restitution").refuse(value, "it must be 0 to 1"));
+        }
+        Ok(LinkProperties {
+            link: at.field("link").short(given.link)?,
+            material: Material { friction: least("friction", given.friction)?, restitution },
+        })
+    };
+    given.into_iter().enumerate().map(read).collect()
+}

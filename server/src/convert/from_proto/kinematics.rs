@@ -1,0 +1,140 @@
+//! Requests of the kinematics service. What depends on the robot is checked against the
+//! state that the answer is computed from.
+
+use glamx::{DQuat, DVec3};
+use simd_core::Snapshot;
+use simd_core::dynamics::Configuration;
+use simd_core::dynamics::inverse_kinematics::Effort;
+use simd_core::simulation::snapshot::EntityLayout;
+use simd_proto::v1;
+
+use super::geometry;
+use crate::convert::field::{BadField, Path};
+
+/// Steps of a search, where nothing else is said and at the most.
+const ITERATIONS: (u32, u32) = (300, 1_000);
+/// Metres: where nothing else is said, and what may be said.
+const TOLERANCE: (f64, std::ops::RangeInclusive<f64>) = (1e-4, 1e-12..=1.0);
+
+/// Largest size of any number, as for joints in the world: what is computed from it is
+/// then finite too.
+const LARGEST: f64 = 1e12;
+
+/// Where a link is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// World axes.
+    pub position: DVec3,
+    /// `world_from_link`; `None` where only the position counts.
+    pub orientation: Option<DQuat>,
+}
+
+/// What is asked of the joints of a robot: those of the state, or given ones.
+pub fn configuration(
+    field: &str,
+    given: Option<v1::Configuration>,
+    snapshot: &Snapshot,
+    place: usize,
+    entity: &EntityLayout,
+) -> Result<Configuration, BadField> {
+    let present = snapshot.configuration(place).unwrap_or_default();
+    let Some(given) = given else { return Ok(present) };
+    let at = Path::ROOT.field(field);
+    let mut positions = numbers(&at, "positions", given.positions, entity.positions.len())?;
+    for range in entity.joint_positions.iter().filter(|range| range.len() == 7) {
+        // A floating joint's: of unit length, as every rotation that a client sends.
+        if let Some([x, y, z, w]) =
+            positions.get_mut(range.start + 3..range.end).and_then(|q| q.as_mut_array())
+        {
+            let unit = geometry::rotation(&at, v1::Quaternion { x: *x, y: *y, z: *z, w: *w })?;
+            [*x, *y, *z, *w] = unit.to_array();
+        }
+    }
+    let velocities = if given.velocities.is_empty() {
+        Vec::new()
+    } else {
+        numbers(&at, "velocities", given.velocities, entity.velocities.len())?
+    };
+    let root_at = at.field("root");
+    let root = given.root.map(|root| geometry::pose(&root_at, root)).transpose()?;
+    moderate(&root_at, root.map_or(DVec3::ZERO, |root| root.translation))?;
+    let twist_at = at.field("root_twist");
+    let twist = given.root_twist.map(|twist| geometry::twist(&twist_at, twist)).transpose()?;
+    let (linear, angular) = twist.unwrap_or_default();
+    moderate(&twist_at, linear.abs().max(angular.abs()))?;
+    if entity.fixed_base && (linear, angular) != (DVec3::ZERO, DVec3::ZERO) {
+        return Err(twist_at.refuse("not zero", "the robot's base is fixed, so it must be"));
+    }
+    Ok(Configuration { root: root.unwrap_or(present.root), linear, angular, positions, velocities })
+}
+
+/// A vector that can be computed with.
+fn moderate(at: &Path<'_>, vector: DVec3) -> Result<DVec3, BadField> {
+    if vector.abs().max_element() <= LARGEST {
+        return Ok(vector);
+    }
+    Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST:e}")))
+}
+
+/// As many finite numbers as there are places for.
+fn numbers(at: &Path<'_>, name: &str, given: Vec<f64>, count: usize) -> Result<Vec<f64>, BadField> {
+    if given.len() != count {
+        let value = format!("{} values", given.len());
+        return Err(at
+            .field(name)
+            .refuse(value, format!("it must be {count}, aligned with the joint layout")));
+    }
+    for (index, value) in given.iter().enumerate() {
+        at.item(name, index).within(*value, -LARGEST..=LARGEST)?;
+    }
+    Ok(given)
+}
+
+/// Accelerations by rate, a free root's six first; none is at rest.
+pub fn accelerations(given: Vec<f64>, entity: &EntityLayout) -> Result<Vec<f64>, BadField> {
+    if given.is_empty() {
+        return Ok(given);
+    }
+    numbers(&Path::ROOT, "accelerations", given, entity.tree.velocity_count)
+}
+
+/// The names of a robot and of one of its links.
+pub fn link(robot: String, link: String) -> Result<(String, String), BadField> {
+    Ok((Path::ROOT.field("robot").name(robot)?, Path::ROOT.field("link").name(link)?))
+}
+
+/// A point of a link; absent is its origin.
+pub fn point(given: Option<v1::Vector3>) -> Result<DVec3, BadField> {
+    let at = Path::ROOT.field("point");
+    moderate(&at, geometry::vector_or_zero(&at, given)?)
+}
+
+/// Where a link is to be. It must be said where; how it is turned may be left open.
+pub fn target(given: Option<v1::Pose>) -> Result<Target, BadField> {
+    let at = Path::ROOT.field("target");
+    let given = at.given(given)?;
+    let position_at = at.field("position");
+    let position = geometry::vector(&position_at, position_at.given(given.position)?)?;
+    let position = moderate(&position_at, position)?;
+    let turned = |given| geometry::rotation(&at.field("orientation"), given);
+    Ok(Target { position, orientation: given.orientation.map(turned).transpose()? })
+}
+
+/// Joints that may move; none means all that are actuated.
+pub fn joints(given: Vec<String>) -> Result<Vec<String>, BadField> {
+    Path::ROOT.each_once("joints", &given)?;
+    given.into_iter().enumerate().map(|(index, name)| Path::ROOT.item("joints", index).name(name)).collect()
+}
+
+/// When a search ends.
+pub fn effort(max_iterations: u32, tolerance: f64) -> Result<Effort, BadField> {
+    if max_iterations > ITERATIONS.1 {
+        let expected = format!("it must be at most {}", ITERATIONS.1);
+        return Err(Path::ROOT.field("max_iterations").refuse(max_iterations, expected));
+    }
+    let tolerance = match tolerance {
+        0.0 => TOLERANCE.0,
+        given => Path::ROOT.field("tolerance").within(given, TOLERANCE.1)?,
+    };
+    Ok(Effort { iterations: if max_iterations == 0 { ITERATIONS.0 } else { max_iterations }, tolerance })
+}

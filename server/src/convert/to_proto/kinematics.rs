@@ -1,0 +1,52 @@
+//! Answers of the kinematics service.
+
+use glamx::DVec3;
+use simd_core::Snapshot;
+use simd_core::dynamics::inverse_kinematics::Found;
+use simd_core::dynamics::spatial::Spatial;
+use simd_core::simulation::snapshot::EntityLayout;
+use simd_proto::v1;
+
+use super::geometry::pose_values;
+use super::simulation::count;
+
+/// Where the links of the robot at a place of a snapshot are and how they move.
+pub fn link_states(snapshot: &Snapshot, place: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
+    let poses = snapshot.link_poses(place).unwrap_or_default();
+    let twists = snapshot.link_twists(place).unwrap_or_default();
+    v1::RobotLinkStates {
+        robot: entity.name.clone(),
+        layout_version: entity.version,
+        poses: poses.iter().flat_map(pose_values).collect(),
+        twists: twists
+            .iter()
+            .flat_map(|(linear, angular)| [linear, angular])
+            .flat_map(DVec3::to_array)
+            .collect(),
+    }
+}
+
+/// Columns by rate as rows of numbers.
+pub fn jacobian(columns: &[Spatial], stamp: v1::Stamp) -> v1::GetJacobianResponse {
+    let rows = |part: fn(&Spatial) -> DVec3| {
+        (0..3).flat_map(move |row| columns.iter().map(move |column| part(column)[row])).collect()
+    };
+    v1::GetJacobianResponse {
+        linear: rows(|column| column.linear),
+        angular: rows(|column| column.angular),
+        columns: count(columns.len()),
+        stamp: Some(stamp),
+    }
+}
+
+/// The best that a search found.
+pub fn found(found: Found, stamp: v1::Stamp) -> v1::ComputeInverseKinematicsResponse {
+    v1::ComputeInverseKinematicsResponse {
+        positions: found.positions,
+        converged: found.converged,
+        position_error: found.position_error,
+        orientation_error: found.orientation_error,
+        iterations: found.iterations,
+        stamp: Some(stamp),
+    }
+}

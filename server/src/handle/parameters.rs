@@ -1,0 +1,359 @@
+//! Sliders and buttons that programs put up and people move: no part of the
+//! world, so that no step, reset or snapshot knows of them.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::sync::Notify;
+
+use super::{CallError, SimHandle};
+
+/// Longest name, in bytes.
+const MAX_NAME: usize = 256;
+
+/// Something to move or to press.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Unique; 1 to 256 bytes without control characters.
+    pub name: Arc<str>,
+    /// What it is, and where it stands.
+    pub kind: ParameterKind,
+    /// Of the list when it last changed.
+    pub version: u64,
+}
+
+/// What a parameter is, and where it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ParameterKind {
+    /// A number between two others.
+    Slider {
+        /// Finite.
+        minimum: f64,
+        /// Finite, above `minimum`.
+        maximum: f64,
+        /// Not beyond either.
+        value: f64,
+    },
+    /// Something to press.
+    Button {
+        /// How often it was.
+        presses: u64,
+    },
+}
+
+/// All parameters, in the order in which they were added.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterList {
+    /// 1 before anything was added; grows with every change.
+    pub version: u64,
+    /// What there is.
+    pub parameters: Vec<Parameter>,
+}
+
+/// What adding does where the name is taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NameTaken {
+    /// Refuse.
+    Refuse,
+    /// Take the old one's place.
+    Replace,
+    /// Add `_1`, `_2`, ... to the name.
+    Rename,
+}
+
+/// A change of one parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ParameterChange {
+    /// Moves a slider.
+    Move {
+        /// Its name.
+        name: String,
+        /// Within its range.
+        value: f64,
+    },
+    /// Presses a button.
+    Press {
+        /// Its name.
+        name: String,
+        /// How often.
+        times: u64,
+    },
+}
+
+/// All parameters, for any number of readers and writers; newest wins.
+#[derive(Debug)]
+pub(super) struct Parameters {
+    /// Held for a look or a change, never while anybody waits.
+    newest: Mutex<Arc<ParameterList>>,
+    changed: Notify,
+    limit: usize,
+}
+
+impl Parameters {
+    /// None yet, and never more than `limit`.
+    pub(super) fn new(limit: u32) -> Self {
+        let none = ParameterList { version: 1, parameters: Vec::new() };
+        let limit = usize::try_from(limit).unwrap_or(usize::MAX);
+        Self { newest: Mutex::new(Arc::new(none)), changed: Notify::new(), limit }
+    }
+
+    fn newest(&self) -> Arc<ParameterList> {
+        self.lock().clone()
+    }
+
+    /// The list once it is not of this version. Another and not a newer one: a
+    /// version from before a restart of the daemon may lie ahead.
+    async fn other_than(&self, version: u64) -> Arc<ParameterList> {
+        loop {
+            // Made before the look, so that a change between look and wait wakes it.
+            let changed = self.changed.notified();
+            let newest = self.newest();
+            if newest.version != version {
+                return newest;
+            }
+            changed.await;
+        }
+    }
+
+    /// Changes a copy, which becomes the list where the change says so: all of it or nothing.
+    fn change<T>(
+        &self,
+        change: impl FnOnce(&mut ParameterList) -> Result<(T, bool), CallError>,
+    ) -> Result<T, CallError> {
+        let mut newest = self.lock();
+        let mut next = ParameterList { version: newest.version + 1, ..ParameterList::clone(&newest) };
+        let (answer, is_other) = change(&mut next)?;
+        if is_other {
+            *newest = Arc::new(next);
+            drop(newest);
+            self.changed.notify_waiters();
+        }
+        Ok(answer)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Arc<ParameterList>> {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl SimHandle {
+    /// All parameters, at once.
+    pub fn parameters(&self) -> Arc<ParameterList> {
+        self.inner.parameters.newest()
+    }
+
+    /// All parameters once their version is another than `version`; after
+    /// `timeout`, those that there are.
+    ///
+    /// # Errors
+    /// Where the daemon drains before that, or the driver failed.
+    pub async fn next_parameters(
+        &self,
+        version: u64,
+        timeout: Option<Duration>,
+    ) -> Result<Arc<ParameterList>, CallError> {
+        let other = self.until_drained(self.inner.parameters.other_than(version));
+        let Some(timeout) = timeout else { return other.await };
+        match tokio::time::timeout(timeout, other).await {
+            Ok(other) => other,
+            Err(_elapsed) => Ok(self.parameters()),
+        }
+    }
+
+    /// Puts up a slider or a button. A slider's value beyond its range becomes the
+    /// nearest end of it. Answers with what it is now.
+    ///
+    /// # Errors
+    /// Where the name cannot be or is taken, where a number is not finite or the
+    /// range is empty, and where there are as many as there may be.
+    pub fn add_parameter(
+        &self,
+        name: &str,
+        kind: ParameterKind,
+        taken: NameTaken,
+    ) -> Result<Parameter, CallError> {
+        check_name(name)?;
+        let kind = checked(name, kind)?;
+        let limit = self.inner.parameters.limit;
+        self.inner.parameters.change(|list| {
+            let added = |name: &str| Parameter { name: name.into(), kind, version: list.version };
+            let added = match (list.place(name), taken) {
+                (Some(_), NameTaken::Refuse) => {
+                    return Err(CallError::ParameterExists { name: name.to_owned() });
+                }
+                (Some(place), NameTaken::Replace) => {
+                    let added = added(name);
+                    list.parameters[place] = added.clone();
+                    return Ok((added, true));
+                }
+                (Some(_), NameTaken::Rename) => added(&list.free_name(name)?),
+                (None, _) => added(name),
+            };
+            if list.parameters.len() >= limit {
+                return Err(CallError::LimitExceeded {
+                    what: "the number of parameters".into(),
+                    value: limit as u64 + 1,
+                    limit: limit as u64,
+                });
+            }
+            list.parameters.push(added.clone());
+            Ok((added, true))
+        })
+    }
+
+    /// Moves sliders and presses buttons: all or none. Answers with those that were
+    /// named, as they are now. To move a slider to where it is changes nothing.
+    ///
+    /// # Errors
+    /// Where there is no such parameter, where it is of the other kind, and where a
+    /// value lies beyond the range.
+    pub fn set_parameters(&self, changes: &[ParameterChange]) -> Result<Vec<Parameter>, CallError> {
+        self.inner.parameters.change(|list| {
+            let version = list.version;
+            let mut is_other = false;
+            let mut set = Vec::with_capacity(changes.len());
+            for change in changes {
+                let place = list.find_place(change.name())?;
+                let parameter = &mut list.parameters[place];
+                let kind = changed(parameter, change)?;
+                if kind != parameter.kind {
+                    *parameter = Parameter { kind, version, ..parameter.clone() };
+                    is_other = true;
+                }
+                set.push(parameter.clone());
+            }
+            Ok((set, is_other))
+        })
+    }
+
+    /// Takes parameters down, all of them where none is named. Answers with the
+    /// names of those that are gone.
+    ///
+    /// # Errors
+    /// Where there is no parameter of one of the names; then none is gone.
+    pub fn remove_parameters(&self, names: &[String]) -> Result<Vec<String>, CallError> {
+        self.inner.parameters.change(|list| {
+            if names.is_empty() {
+                let gone: Vec<String> = list.parameters.drain(..).map(|it| it.name.to_string()).collect();
+                let is_other = !gone.is_empty();
+                return Ok((gone, is_other));
+            }
+            for name in names {
+                let place = list.find_place(name)?;
+                list.parameters.remove(place);
+            }
+            Ok((names.to_vec(), true))
+        })
+    }
+}
+
+impl ParameterList {
+    /// The parameter of that name.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn find(&self, name: &str) -> Result<&Parameter, CallError> {
+        self.parameters.iter().find(|it| &*it.name == name).ok_or_else(|| self.not_found(name))
+    }
+
+    fn find_place(&self, name: &str) -> Result<usize, CallError> {
+        self.place(name).ok_or_else(|| self.not_found(name))
+    }
+
+    fn place(&self, name: &str) -> Option<usize> {
+        self.parameters.iter().position(|it| &*it.name == name)
+    }
+
+    fn not_found(&self, name: &str) -> CallError {
+        let known = self.parameters.iter().map(|it| it.name.to_string()).collect();
+        CallError::ParameterNotFound { name: name.to_owned(), known }
+    }
+
+    fn free_name(&self, name: &str) -> Result<String, CallError> {
+        let mut number = 1_u64;
+        loop {
+            let candidate = format!("{name}_{number}");
+            check_name(&candidate)?;
+            if self.place(&candidate).is_none() {
+                return Ok(candidate);
+            }
+            number += 1;
+        }
+    }
+}
+
+impl ParameterChange {
+    fn name(&self) -> &str {
+        match self {
+            Self::Move { name, value: _ } | Self::Press { name, times: _ } => name,
+        }
+    }
+}
+
+/// People read names, in terminals too.
+fn check_name(name: &str) -> Result<(), CallError> {
+    let refuse = |value: String, expected: &str| {
+        let (element, expected) = ("the name of the parameter".into(), expected.into());
+        Err(CallError::InvalidValue { element, value, expected })
+    };
+    if name.is_empty() || name.len() > MAX_NAME {
+        return refuse(format!("{} bytes long", name.len()), "it must have 1 to 256");
+    }
+    if name.chars().any(char::is_control) {
+        return refuse(format!("{name:?}"), "it must not have control characters");
+    }
+    Ok(())
+}
+
+/// With the value within the range.
+fn checked(name: &str, kind: ParameterKind) -> Result<ParameterKind, CallError> {
+    let ParameterKind::Slider { minimum, maximum, value } = kind else { return Ok(kind) };
+    let refuse = |what: &str, number: f64, expected: String| CallError::InvalidValue {
+        element: format!("the {what} of parameter {name:?}"),
+        value: number.to_string(),
+        expected,
+    };
+    for (what, number) in [("minimum", minimum), ("maximum", maximum), ("value", value)] {
+        if !number.is_finite() {
+            return Err(refuse(what, number, "it must be finite".into()));
+        }
+    }
+    if minimum >= maximum {
+        return Err(refuse("maximum", maximum, format!("it must be above the minimum, {minimum}")));
+    }
+    Ok(ParameterKind::Slider { minimum, maximum, value: value.clamp(minimum, maximum) })
+}
+
+/// What a parameter is after a change.
+fn changed(parameter: &Parameter, change: &ParameterChange) -> Result<ParameterKind, CallError> {
+    let name = &parameter.name;
+    let of_other_kind = |value: &str, expected: &str| CallError::InvalidValue {
+        element: format!("parameter {name:?}"),
+        value: value.into(),
+        expected: expected.into(),
+    };
+    match (parameter.kind, change) {
+        (ParameterKind::Slider { minimum, maximum, value: _ }, &ParameterChange::Move { value, .. }) => {
+            if !(minimum..=maximum).contains(&value) {
+                return Err(CallError::InvalidValue {
+                    element: format!("the value of parameter {name:?}"),
+                    value: value.to_string(),
+                    expected: format!("it must be within {minimum} and {maximum}"),
+                });
+            }
+            Ok(ParameterKind::Slider { minimum, maximum, value })
+        }
+        (ParameterKind::Button { presses }, &ParameterChange::Press { times, .. }) => {
+            Ok(ParameterKind::Button { presses: presses.saturating_add(times) })
+        }
+        (ParameterKind::Button { .. }, ParameterChange::Move { .. }) => {
+            Err(of_other_kind("a button", "it must be pressed, it has no value"))
+        }
+        (ParameterKind::Slider { .. }, ParameterChange::Press { .. }) => {
+            Err(of_other_kind("a slider", "it must be given a value, it cannot be pressed"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

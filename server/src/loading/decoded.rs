@@ -1,0 +1,186 @@
+//! Meshes as they are in memory: one file is decoded once while robots use it, and all
+//! of them together stay within a limit.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+use simd_core::collision::Shapes;
+use simd_model::robot::{MeshAsset, Sha256};
+use simd_model::{Asset, Assets};
+
+use crate::handle::CallError;
+
+/// A file's content, and what it was read as.
+type Key = (Sha256, String);
+
+/// What robots in the world, in snapshots and in anybody's hands have in memory. Holds
+/// nothing itself.
+#[derive(Debug)]
+pub(super) struct Decoded {
+    limit: u64,
+    meshes: Mutex<HashMap<Key, Weak<MeshAsset>>>,
+    /// Of robots: each knows its hulls.
+    shapes: Mutex<Vec<Weak<Shapes>>>,
+}
+
+impl Decoded {
+    /// For so many bytes.
+    pub(super) fn new(limit: u64) -> Self {
+        Self { limit, meshes: Mutex::default(), shapes: Mutex::default() }
+    }
+
+    /// Shapes of robots that there are: hulls of the same meshes need not be made again.
+    pub(super) fn shapes(&self) -> Vec<Arc<Shapes>> {
+        let mut shapes = self.shapes.lock().unwrap_or_else(PoisonError::into_inner);
+        shapes.retain(|shapes| shapes.strong_count() > 0);
+        shapes.iter().filter_map(Weak::upgrade).collect()
+    }
+
+    /// Remembers those of a robot.
+    pub(super) fn remember(&self, shapes: &Arc<Shapes>) {
+        self.shapes.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::downgrade(shapes));
+    }
+
+    fn known(&self, key: &Key) -> Option<Arc<MeshAsset>> {
+        self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(key)?.upgrade()
+    }
+
+    /// Keeps a mesh in mind that was just read; the error is what all would come to.
+    fn admit(&self, key: Key, mesh: MeshAsset) -> Result<Arc<MeshAsset>, u64> {
+        let mut meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+        // Two may have read the same file at the same time.
+        if let Some(known) = meshes.get(&key).and_then(Weak::upgrade) {
+            return Ok(known);
+        }
+        meshes.retain(|_, mesh| mesh.strong_count() > 0);
+        let all: u64 = meshes.values().filter_map(Weak::upgrade).map(|mesh| bytes(&mesh)).sum();
+        let value = all.saturating_add(bytes(&mesh));
+        if value > self.limit {
+            return Err(value);
+        }
+        let mesh = Arc::new(mesh);
+        meshes.insert(key, Arc::downgrade(&mesh));
+        Ok(mesh)
+    }
+}
+
+/// What a mesh takes in memory.
+fn bytes(mesh: &MeshAsset) -> u64 {
+    (size_of_val(mesh.vertices.as_slice()) + size_of_val(mesh.triangles.as_slice())) as u64
+}
+
+/// Files of one robot, decoded by way of what others have.
+pub(super) struct Decoding<'d> {
+    decoded: &'d Decoded,
+    files: &'d dyn Assets,
+    /// What all meshes would have come to, where that is too much.
+    excess: Cell<Option<u64>>,
+}
+
+impl<'d> Decoding<'d> {
+    /// Of files as they come.
+    pub(super) fn new(decoded: &'d Decoded, files: &'d dyn Assets) -> Self {
+        Self { decoded, files, excess: Cell::new(None) }
+    }
+
+    /// # Errors
+    /// Where a mesh went beyond the limit of them all.
+    pub(super) fn check(&self) -> Result<(), CallError> {
+        self.excess.get().map_or(Ok(()), |value| {
+            let what = "the size of all robots' meshes in memory, in bytes,".into();
+            Err(CallError::LimitExceeded { what, value, limit: self.decoded.limit })
+        })
+    }
+}
+
+impl Assets for Decoding<'_> {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        self.files.find(uri)
+    }
+
+    fn note(&self, uri: &str) -> Option<String> {
+        self.files.note(uri)
+    }
+
+    fn mesh(
+        &self,
+        sha256: Sha256,
+        format: &str,
+        read: &mut dyn FnMut() -> Result<MeshAsset, String>,
+    ) -> Result<Arc<MeshAsset>, String> {
+        let key = (sha256, format.to_owned());
+        if let Some(known) = self.decoded.known(&key) {
+            return Ok(known);
+        }
+        // The call fails for it: what comes after is not even read.
+        let too_much = || "all robots' meshes take too much memory".to_owned();
+        if self.excess.get().is_some() {
+            return Err(too_much());
+        }
+        self.decoded.admit(key, read()?).map_err(|value| {
+            self.excess.set(Some(value));
+            too_much()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glamx::DVec3;
+
+    use super::*;
+
+    struct Nowhere;
+
+    impl Assets for Nowhere {
+        fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
+            Err(Vec::new())
+        }
+    }
+
+    /// 1200 bytes.
+    fn mesh(n: u8) -> MeshAsset {
+        MeshAsset {
+            sha256: Sha256::of(&[n]),
+            vertices: vec![DVec3::ZERO; 40],
+            triangles: vec![[0, 1, 2]; 20],
+        }
+    }
+
+    fn get(decoding: &Decoding, n: u8, reads: &Cell<u32>) -> Result<Arc<MeshAsset>, String> {
+        decoding.mesh(Sha256::of(&[n]), "stl", &mut || {
+            reads.set(reads.get() + 1);
+            Ok(mesh(n))
+        })
+    }
+
+    #[test]
+    fn a_file_is_decoded_once_while_it_is_used() {
+        let (decoded, reads) = (Decoded::new(10_000), Cell::new(0));
+        let [one, other] = [Decoding::new(&decoded, &Nowhere), Decoding::new(&decoded, &Nowhere)];
+        let [first, second] = [get(&one, 1, &reads).unwrap(), get(&other, 1, &reads).unwrap()];
+        assert!(Arc::ptr_eq(&first, &second));
+        assert_eq!(reads.get(), 1);
+        drop((first, second));
+        get(&other, 1, &reads).unwrap();
+        assert_eq!(reads.get(), 2, "nothing is kept that nobody uses");
+    }
+
+    #[test]
+    fn all_meshes_together_stay_within_the_limit() {
+        let (decoded, reads) = (Decoded::new(2400), Cell::new(0));
+        let decoding = Decoding::new(&decoded, &Nowhere);
+        let kept = [1, 2].map(|n| get(&decoding, n, &reads).unwrap());
+        decoding.check().unwrap();
+        get(&decoding, 3, &reads).unwrap_err();
+        let refused = decoding.check().unwrap_err().to_string();
+        assert!(refused.ends_with("would be 3600, and the limit is 2400"), "{refused}");
+        assert!(get(&decoding, 4, &reads).is_err());
+        assert_eq!(reads.get(), 3, "the fourth is not read");
+        drop(kept);
+        let decoding = Decoding::new(&decoded, &Nowhere);
+        get(&decoding, 3, &reads).unwrap();
+        decoding.check().unwrap();
+    }
+}

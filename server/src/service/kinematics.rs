@@ -1,0 +1,198 @@
+//! The kinematics service: what follows from where a robot's joints are. All of it is
+//! computed from the published state, beside the physics thread.
+
+use std::sync::Arc;
+
+use simd_core::Error;
+use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
+use simd_core::dynamics::inverse_kinematics::{Goal, Movable, inverse_kinematics};
+use simd_core::dynamics::jacobian::jacobian;
+use simd_core::simulation::query::JointStatus;
+use simd_core::simulation::snapshot::EntityLayout;
+use simd_model::robot::JointKind;
+use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
+use tokio::sync::Semaphore;
+use tonic::{Request, Response, Status};
+
+use super::{entity, joints_of};
+use crate::SimHandle;
+use crate::convert::from_proto::{entity as from_proto_entity, kinematics as from_proto};
+use crate::convert::to_proto::{kinematics as to_proto, stamp};
+use crate::handle::CallError;
+
+/// Serves `simd.v1.KinematicsService`.
+#[derive(Clone, Debug)]
+pub struct Service {
+    handle: SimHandle,
+    /// What takes long waits for its turn, so that the physics finds a processor free.
+    turns: Arc<Semaphore>,
+}
+
+impl Service {
+    /// Serves what a handle leads to.
+    pub fn new(handle: SimHandle) -> Self {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        Self { handle, turns: Arc::new(Semaphore::new((processors / 2).max(1))) }
+    }
+
+    /// Does what may take milliseconds where it holds nobody up.
+    async fn aside<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        let failed = |error: &dyn std::fmt::Display| CallError::Internal { message: error.to_string() };
+        let _turn = self.turns.acquire().await.map_err(|error| failed(&error))?;
+        tokio::task::spawn_blocking(work).await.map_err(|error| failed(&error))
+    }
+}
+
+fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallError> {
+    let links = &entity.model.links;
+    links.iter().position(|known| known.name == link).ok_or_else(|| {
+        CallError::World(Error::LinkNotFound {
+            robot: entity.name.clone(),
+            link: link.to_owned(),
+            known: links.iter().map(|link| link.name.clone()).collect(),
+        })
+    })
+}
+
+/// What joints resist with, by rate.
+fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance> {
+    let mut resistances = vec![Resistance::default(); entity.tree.velocity_count];
+    for body in entity.tree.bodies.iter().filter(|body| body.freedom.velocities() == 1) {
+        let joint = body.joint.and_then(|joint| joints.get(joint));
+        if let (Some(joint), Some(resistance)) = (joint, resistances.get_mut(body.velocity)) {
+            *resistance = Resistance { armature: joint.armature, damping: joint.damping };
+        }
+    }
+    resistances
+}
+
+/// The axes of the joints of these names, or of all that take targets, with their limits.
+fn movables(
+    entity: &EntityLayout,
+    joints: &[JointStatus],
+    names: &[String],
+) -> Result<Vec<Movable>, CallError> {
+    let model = &entity.model;
+    let why_not = |index: usize| match model.joints.get(index).map(|joint| (joint.kind, joint.mimic)) {
+        Some((JointKind::Fixed, _)) => Some("is fixed".to_owned()),
+        Some((JointKind::Floating, _)) => Some("is floating".to_owned()),
+        Some((_, Some(mimic))) => {
+            let leader = model.joints.get(mimic.joint).map(|joint| joint.name.as_str());
+            Some(format!("follows joint {:?}", leader.unwrap_or_default()))
+        }
+        _ => None,
+    };
+    let chosen: Vec<usize> = if names.is_empty() {
+        (0..model.joints.len()).filter(|&index| why_not(index).is_none()).collect()
+    } else {
+        let find = |name: &String| {
+            let (robot, joint) = (entity.name.clone(), name.clone());
+            let Some(index) = model.joints.iter().position(|joint| joint.name == *name) else {
+                let known = model.joints.iter().map(|joint| joint.name.clone()).collect();
+                return Err(Error::JointNotFound { robot, joint, known });
+            };
+            match why_not(index) {
+                Some(why) => Err(Error::JointNotActuated { robot, joint, why }),
+                None => Ok(index),
+            }
+        };
+        names.iter().map(find).collect::<Result<_, _>>()?
+    };
+    let movables = chosen.into_iter().flat_map(|index| {
+        let bodies = entity.tree.joints.get(index).cloned().unwrap_or_default();
+        let limits = joints.get(index).map(|joint| joint.limits).unwrap_or_default();
+        bodies.map(move |body| Movable {
+            body,
+            lower: limits.lower.unwrap_or(f64::NEG_INFINITY),
+            upper: limits.upper.unwrap_or(f64::INFINITY),
+        })
+    });
+    Ok(movables.collect())
+}
+
+#[tonic::async_trait]
+impl KinematicsService for Service {
+    async fn get_link_states(
+        &self,
+        request: Request<v1::GetLinkStatesRequest>,
+    ) -> Result<Response<v1::GetLinkStatesResponse>, Status> {
+        let robots = from_proto_entity::robots(request.into_inner().robots)?;
+        let state = self.handle.newest();
+        let robots = entity::find_all(&state, &robots)?
+            .into_iter()
+            .map(|(place, entity)| to_proto::link_states(&state.snapshot, place, entity))
+            .collect();
+        Ok(Response::new(v1::GetLinkStatesResponse { stamp: Some(stamp::published(&state)), robots }))
+    }
+
+    async fn get_jacobian(
+        &self,
+        request: Request<v1::GetJacobianRequest>,
+    ) -> Result<Response<v1::GetJacobianResponse>, Status> {
+        let v1::GetJacobianRequest { robot, link, point, configuration } = request.into_inner();
+        let (robot, link) = from_proto::link(robot, link)?;
+        let point = from_proto::point(point)?;
+        let state = self.handle.newest();
+        let (place, entity) = entity::find(&state, &robot)?;
+        let link = link_of(entity, &link)?;
+        let given =
+            from_proto::configuration("configuration", configuration, &state.snapshot, place, entity)?;
+        let columns = jacobian(&entity.tree, &given, link, point);
+        Ok(Response::new(to_proto::jacobian(&columns, stamp::published(&state))))
+    }
+
+    async fn get_mass_matrix(
+        &self,
+        request: Request<v1::GetMassMatrixRequest>,
+    ) -> Result<Response<v1::GetMassMatrixResponse>, Status> {
+        let v1::GetMassMatrixRequest { robot, configuration } = request.into_inner();
+        let robot = from_proto_entity::robot(robot)?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let given =
+            from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
+        let columns = u32::try_from(entity.tree.velocity_count).unwrap_or(u32::MAX);
+        let resistances = resistances(&entity, &joints);
+        let matrix = self.aside(move || inertia_matrix(&entity.tree, &given, &resistances)).await?;
+        let stamp = Some(stamp::published(&state));
+        Ok(Response::new(v1::GetMassMatrixResponse { matrix, columns, stamp }))
+    }
+
+    async fn compute_inverse_dynamics(
+        &self,
+        request: Request<v1::ComputeInverseDynamicsRequest>,
+    ) -> Result<Response<v1::ComputeInverseDynamicsResponse>, Status> {
+        let v1::ComputeInverseDynamicsRequest { robot, configuration, accelerations } = request.into_inner();
+        let robot = from_proto_entity::robot(robot)?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let given =
+            from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
+        let accelerations = from_proto::accelerations(accelerations, &entity)?;
+        let (gravity, resistances) = (state.physics.gravity, resistances(&entity, &joints));
+        let efforts = inverse_dynamics(&entity.tree, &given, gravity, &accelerations, &resistances);
+        let stamp = Some(stamp::published(&state));
+        Ok(Response::new(v1::ComputeInverseDynamicsResponse { efforts, stamp }))
+    }
+
+    async fn compute_inverse_kinematics(
+        &self,
+        request: Request<v1::ComputeInverseKinematicsRequest>,
+    ) -> Result<Response<v1::ComputeInverseKinematicsResponse>, Status> {
+        let request = request.into_inner();
+        let (robot, link) = from_proto::link(request.robot, request.link)?;
+        let target = from_proto::target(request.target)?;
+        let point = from_proto::point(request.point)?;
+        let names = from_proto::joints(request.joints)?;
+        let effort = from_proto::effort(request.max_iterations, request.tolerance)?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let guess = from_proto::configuration("guess", request.guess, &state.snapshot, place, &entity)?;
+        let movables = movables(&entity, &joints, &names)?;
+        let (position, orientation) = (target.position, target.orientation);
+        let goal = Goal { link: link_of(&entity, &link)?, point, position, orientation };
+        let search = move || inverse_kinematics(&entity.tree, &guess, &goal, &movables, effort);
+        let found = self.aside(search).await?;
+        Ok(Response::new(to_proto::found(found, stamp::published(&state))))
+    }
+}

@@ -1,0 +1,228 @@
+//! What is published: states and poses of each robot, statistics, events, parameters. Each only
+//! while somebody subscribes to it, by a task of its own, and never by the physics thread.
+//!
+//! A receiver that does not read loses publications: newest wins, and a gap in the
+//! events shows in their numbers.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use prost::Message;
+use simd_core::simulation::command::JointSelection;
+use simd_proto::{keys, v1};
+use tokio::sync::watch;
+use tokio::time::{MissedTickBehavior, interval};
+use tokio_util::sync::CancellationToken;
+use zenoh::key_expr::KeyExpr;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait as _};
+
+use super::{Error, sending};
+use crate::SimHandle;
+use crate::convert::{Selection, to_proto};
+use crate::handle::{CallError, Published, RunState};
+
+/// How often statistics are published.
+const STATISTICS: Duration = Duration::from_millis(100);
+/// What does not change is published so often, for those who subscribe late.
+const UNCHANGED: Duration = Duration::from_secs(1);
+/// How long a playing world is waited for to do its next step.
+const FRESH: Duration = Duration::from_millis(2);
+/// How long a task waits for an event before it looks again; nobody learns of it.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Publishes from now on. A kind of publication is one line here.
+pub(super) async fn serve(
+    session: &Session,
+    name: &str,
+    handle: &SimHandle,
+    state_rate: f64,
+    ended: &CancellationToken,
+) -> Result<(), Error> {
+    let world = World { session: session.clone(), name: name.to_owned(), handle: handle.clone() };
+    if state_rate > 0.0 {
+        let period = Duration::from_secs_f64(1.0 / state_rate);
+        let states = EachRobot { key: keys::joint_states, message: "JointStates", encode: joint_states };
+        let poses = EachRobot { key: keys::link_poses, message: "GetLinkPosesResponse", encode: link_poses };
+        for topic in [states, poses] {
+            let demand = Demand::of(session, (topic.key)(name, "*"), topic.message).await?;
+            let publish = publish_robots(world.clone(), topic, demand, period);
+            tokio::spawn(ended.clone().run_until_cancelled_owned(publish));
+        }
+    }
+    let statistics = Demand::of(session, keys::world_statistics(name), "WorldStatistics").await?;
+    tokio::spawn(ended.clone().run_until_cancelled_owned(publish_statistics(handle.clone(), statistics)));
+    let events = Demand::of(session, keys::events(name), "WatchEventsResponse").await?;
+    tokio::spawn(ended.clone().run_until_cancelled_owned(publish_events(handle.clone(), events)));
+    let parameters = Demand::of(session, keys::parameters(name), "ParameterList").await?;
+    tokio::spawn(ended.clone().run_until_cancelled_owned(publish_parameters(handle.clone(), parameters)));
+    Ok(())
+}
+
+/// What every task publishes from.
+#[derive(Clone)]
+struct World {
+    session: Session,
+    name: String,
+    handle: SimHandle,
+}
+
+/// A kind of publication that has a key for each robot.
+struct EachRobot {
+    key: fn(&str, &str) -> String,
+    /// Its name in the schema.
+    message: &'static str,
+    /// None where the robot is gone.
+    encode: fn(&Published, &str) -> Option<Vec<u8>>,
+}
+
+fn joint_states(state: &Published, robot: &str) -> Option<Vec<u8>> {
+    let wanted = JointSelection { robot: robot.to_owned(), joints: Vec::new() };
+    Selection::new(vec![wanted]).states(state).ok().map(|states| states.encode_to_vec())
+}
+
+fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
+    let (place, entity) = state.snapshot.entity(robot)?;
+    let robots = vec![to_proto::entity::link_poses(&state.snapshot, place, entity)];
+    let stamp = Some(to_proto::stamp::published(state));
+    Some(v1::GetLinkPosesResponse { stamp, robots }.encode_to_vec())
+}
+
+async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, period: Duration) {
+    let mut ticks = interval(period);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut publishers: BTreeMap<String, Publisher<'static>> = BTreeMap::new();
+    let mut sent = 0;
+    loop {
+        if demand.wait().await {
+            sent = 0;
+        }
+        ticks.tick().await;
+        let Ok(state) = newest(&world.handle, sent).await else { return };
+        sent = state.sequence;
+        let robots = &state.snapshot.world.entities;
+        publishers.retain(|name, _| robots.iter().any(|robot| robot.name == *name));
+        for robot in robots {
+            if !publishers.contains_key(&robot.name) {
+                let key = (topic.key)(&world.name, &robot.name);
+                match publisher(&world.session, key, topic.message).await {
+                    Ok(publisher) => drop(publishers.insert(robot.name.clone(), publisher)),
+                    Err(error) => tracing::warn!(robot = robot.name, "cannot be published: {error}"),
+                }
+            }
+        }
+        let wanted = publishers.iter().filter(|(_, publisher)| has_subscribers(publisher));
+        for (robot, publisher) in wanted {
+            if let Some(bytes) = (topic.encode)(&state, robot) {
+                put(publisher, bytes);
+            }
+        }
+    }
+}
+
+/// The first state after `sent` that is fresh: while the world plays the next step is
+/// waited for, since the one there is may be a step old already.
+async fn newest(handle: &SimHandle, sent: u64) -> Result<Arc<Published>, CallError> {
+    let there = handle.newest();
+    if there.sequence > sent && there.statistics.state == RunState::Playing {
+        return handle.newer_than(there.sequence, Some(FRESH)).await;
+    }
+    handle.newer_than(sent, Some(UNCHANGED)).await
+}
+
+async fn publish_statistics(handle: SimHandle, mut demand: Demand) {
+    let mut ticks = interval(STATISTICS);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        demand.wait().await;
+        ticks.tick().await;
+        let statistics = to_proto::simulation::statistics(&handle.newest(), &handle.statistics());
+        put(&demand.publisher, statistics.encode_to_vec());
+    }
+}
+
+/// Events from when somebody subscribes, each a message as `WatchEvents` sends it.
+async fn publish_events(handle: SimHandle, mut demand: Demand) {
+    let mut after = 0;
+    loop {
+        if demand.wait().await {
+            after = handle.events_after(u64::MAX).last_sequence;
+        }
+        let batch = match handle.next_events(after, PATIENCE).await {
+            Ok(batch) => batch,
+            Err(CallError::ShuttingDown) => return,
+            Err(error) => return tracing::warn!("events are no longer published: {error}"),
+        };
+        after = batch.last_sequence;
+        let mut missed = batch.missed;
+        for event in batch.events {
+            let event = Some(to_proto::event::event(event));
+            let message = v1::WatchEventsResponse { event, missed: std::mem::take(&mut missed) };
+            put(&demand.publisher, message.encode_to_vec());
+        }
+    }
+}
+
+/// All parameters whenever one changed.
+async fn publish_parameters(handle: SimHandle, mut demand: Demand) {
+    let mut sent = 0;
+    loop {
+        if demand.wait().await {
+            sent = 0;
+        }
+        let Ok(list) = handle.next_parameters(sent, Some(UNCHANGED)).await else { return };
+        sent = list.version;
+        let message = to_proto::parameter::list(list.version, &list.parameters, &handle.newest());
+        put(&demand.publisher, message.encode_to_vec());
+    }
+}
+
+/// Whether anybody subscribes to a key, which may have wildcards.
+struct Demand {
+    publisher: Publisher<'static>,
+    is_there: watch::Receiver<bool>,
+}
+
+impl Demand {
+    async fn of(session: &Session, key: String, message: &str) -> Result<Self, Error> {
+        let publisher = publisher(session, key, message).await?;
+        let (sender, is_there) = watch::channel(false);
+        let before = sender.clone();
+        let listener = publisher.matching_listener().callback(move |status| {
+            sender.send_replace(status.matching());
+        });
+        listener.background().await.map_err(Error::session)?;
+        // A subscriber may have been there before the listener.
+        let now = publisher.matching_status().await.map_err(Error::session)?.matching();
+        before.send_if_modified(|is_there| !std::mem::replace(is_there, now | *is_there) && now);
+        Ok(Self { publisher, is_there })
+    }
+
+    /// Waits until somebody subscribes; whether there was nobody before.
+    async fn wait(&mut self) -> bool {
+        let waited = !*self.is_there.borrow_and_update();
+        if waited && self.is_there.wait_for(|is_there| *is_there).await.is_err() {
+            // The listener ends with the session, and nobody will come.
+            std::future::pending::<()>().await;
+        }
+        waited
+    }
+}
+
+async fn publisher(session: &Session, key: String, message: &str) -> Result<Publisher<'static>, Error> {
+    let key = KeyExpr::try_from(key).map_err(Error::session)?;
+    let publisher = session.declare_publisher(key).encoding(keys::encoding(message)).express(true);
+    publisher.congestion_control(CongestionControl::Drop).await.map_err(Error::session)
+}
+
+fn has_subscribers(publisher: &Publisher<'_>) -> bool {
+    publisher.matching_status().wait().is_ok_and(|status| status.matching())
+}
+
+fn put(publisher: &Publisher<'_>, bytes: Vec<u8>) {
+    if let Err(error) = sending(|| publisher.put(bytes).wait()) {
+        tracing::debug!("a publication is not sent: {error}");
+    }
+}

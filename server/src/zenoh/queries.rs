@@ -1,0 +1,208 @@
+//! A query becomes a call of the services within this process, so that Zenoh has every
+//! method that gRPC has, with the same checks and the same refusals.
+//!
+//! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included. One more is refused
+//! with MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_util::stream;
+use prost::Message as _;
+use simd_proto::methods::{self, Method};
+use simd_proto::raw::RawCodec;
+use simd_proto::v1::ErrorReason;
+use simd_proto::{API_VERSION_HEADER, keys};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::Instant;
+use tokio_util::task::TaskTracker;
+use tonic::client::Grpc;
+use tonic::codegen::http::uri::PathAndQuery;
+use tonic::metadata::MetadataValue;
+use tonic::service::Routes;
+use tonic::{Code, Request, Status, Streaming};
+use tonic_types::pb;
+use zenoh::Session;
+use zenoh::query::{Query, Queryable};
+
+use super::{Error, sending};
+use crate::SimHandle;
+use crate::service::routes;
+use crate::service::status::Explained;
+use crate::service::transport::with_reason;
+
+/// Queries that are answered at one time.
+const UNDER_WAY: usize = 1024;
+/// Refusals that are on their way at one time.
+const REFUSALS: usize = 1024;
+/// How long a stream goes on where the query does not say: as long as a query of
+/// Zenoh's lasts where nobody says.
+const STREAM: Duration = Duration::from_secs(10);
+/// And at the longest. Nobody tells a daemon that the asker is gone.
+const LONGEST_STREAM: Duration = Duration::from_secs(3600);
+/// The parameter of a query in which the asker says how many seconds of a stream it wants.
+const FOR: &str = "for";
+
+/// Takes queries from now on.
+pub(super) async fn serve(
+    session: &Session,
+    name: &str,
+    handle: &SimHandle,
+    answers: &TaskTracker,
+) -> Result<Queryable<()>, Error> {
+    let calls = Arc::new(Calls {
+        routes: routes(handle),
+        max_answer: usize::MAX,
+        under_way: Arc::new(Semaphore::new(UNDER_WAY)),
+        refusals: Arc::new(Semaphore::new(REFUSALS)),
+        answers: answers.clone(),
+        runtime: tokio::runtime::Handle::current(),
+    });
+    session
+        .declare_queryable(keys::every_rpc(name))
+        .callback(move |query| calls.take(query))
+        .await
+        .map_err(Error::session)
+}
+
+/// What queries are answered with.
+struct Calls {
+    routes: Routes,
+    /// Answers may be of any length, as over gRPC: a scene is.
+    max_answer: usize,
+    under_way: Arc<Semaphore>,
+    refusals: Arc<Semaphore>,
+    answers: TaskTracker,
+    runtime: tokio::runtime::Handle,
+}
+
+impl Calls {
+    /// On Zenoh's own thread, which reads for others too: nothing is done here.
+    fn take(self: &Arc<Self>, query: Query) {
+        if let Ok(place) = self.under_way.clone().try_acquire_owned() {
+            let calls = self.clone();
+            self.answers.spawn_on(async move { calls.answer(query, place).await }, &self.runtime);
+        } else if let Ok(place) = self.refusals.clone().try_acquire_owned() {
+            let refuse = async move {
+                let message = format!("{UNDER_WAY} queries are being answered already; try again");
+                reply_status(&query, &Explained::new(ErrorReason::MailboxFull, message).into());
+                end(query);
+                drop(place);
+            };
+            self.answers.spawn_on(refuse, &self.runtime);
+        }
+    }
+
+    async fn answer(&self, query: Query, _place: OwnedSemaphorePermit) {
+        match self.call(&query).await {
+            Ok((method, answers)) if method.gives_many => stream_to(&query, method, answers).await,
+            Ok((method, mut answers)) => match answers.message().await {
+                Ok(Some(answer)) => reply(&query, method, answer),
+                Ok(None) => reply_status(&query, &Status::internal("the method gave no answer")),
+                Err(status) => reply_status(&query, &with_reason(status)),
+            },
+            Err(status) => reply_status(&query, &with_reason(status)),
+        }
+        end(query);
+    }
+
+    async fn call(&self, query: &Query) -> Result<(&'static Method, Streaming<Bytes>), Status> {
+        let key = query.key_expr().as_str();
+        let method = keys::parse_rpc(key)
+            .and_then(|(service, method)| methods::find(service, method))
+            .ok_or_else(|| Status::unimplemented(format!("`{key}` is no method of simd.v1")))?;
+        let payload = query.payload().map(|payload| Bytes::from(payload.to_bytes().into_owned()));
+        let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
+        if let Some(version) = said_version(query)? {
+            request.metadata_mut().insert(API_VERSION_HEADER, version);
+        }
+        let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(self.max_answer);
+        let never = |error| Status::internal(format!("the services are not ready: {error}"));
+        services.ready().await.map_err(never)?;
+        let answers = services.streaming(request, PathAndQuery::from_static(&method.path), RawCodec).await?;
+        Ok((method, answers.into_inner()))
+    }
+}
+
+/// The version in the attachment, as the header of gRPC would have it.
+fn said_version(query: &Query) -> Result<Option<MetadataValue<tonic::metadata::Ascii>>, Status> {
+    let Some(attachment) = query.attachment() else { return Ok(None) };
+    let text = attachment.to_bytes();
+    let text = String::from_utf8_lossy(&text);
+    let Some(said) = keys::parse_version_attachment(&text) else { return Ok(None) };
+    let refuse = |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is no text"));
+    MetadataValue::try_from(said).map(Some).map_err(refuse)
+}
+
+/// Answers of a stream, each a reply. How it ended is the last one: with `OK` where
+/// the daemon ended it in good order, with `DEADLINE_EXCEEDED` where its time is over.
+async fn stream_to(query: &Query, method: &'static Method, mut answers: Streaming<Bytes>) {
+    let length = match stream_length(query) {
+        Ok(length) => length,
+        Err(status) => return reply_status(query, &status),
+    };
+    let end = Instant::now() + length;
+    let mut is_answered = false;
+    loop {
+        match tokio::time::timeout_at(end, answers.message()).await {
+            Ok(Ok(Some(answer))) => reply(query, method, answer),
+            // One query is one credit: it has its answer.
+            Ok(Ok(None)) if method.takes_many && is_answered => return,
+            Ok(Ok(None)) => return reply_status(query, &Status::new(Code::Ok, "the stream ended")),
+            Ok(Err(status)) => return reply_status(query, &with_reason(status)),
+            Err(_elapsed) => {
+                let seconds = length.as_secs_f64();
+                let message = format!("{seconds} s are over; ask again, or for longer with ?{FOR}=SECONDS");
+                return reply_status(query, &Status::deadline_exceeded(message));
+            }
+        }
+        is_answered = true;
+    }
+}
+
+/// How long the asker wants a stream to go on.
+fn stream_length(query: &Query) -> Result<Duration, Status> {
+    let Some(said) = query.parameters().get(FOR) else { return Ok(STREAM) };
+    let length = said.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    length.filter(|length| (Duration::ZERO..=LONGEST_STREAM).contains(length)).ok_or_else(|| {
+        let limit = LONGEST_STREAM.as_secs();
+        let message = format!("{FOR} is {said:?}; it must be a number of seconds from 0 to {limit}");
+        Explained::new(ErrorReason::InvalidValue, message).into()
+    })
+}
+
+fn reply(query: &Query, method: &Method, answer: Bytes) {
+    let encoding = keys::encoding(&method.answer);
+    let sent = sending(|| {
+        use zenoh::Wait as _;
+        query.reply(query.key_expr(), answer).encoding(encoding).express(true).wait()
+    });
+    if let Err(error) = sent {
+        tracing::debug!("a reply is not sent: {error}");
+    }
+}
+
+/// A status with its details, as `google.rpc.Status`: what gRPC has in its trailers.
+fn reply_status(query: &Query, status: &Status) {
+    let message = match pb::Status::decode(status.details()) {
+        Ok(message) if !message.details.is_empty() => message,
+        Ok(_) | Err(_) => pb::Status {
+            code: status.code().into(),
+            message: status.message().to_owned(),
+            details: Vec::new(),
+        },
+    };
+    let sent = sending(|| {
+        use zenoh::Wait as _;
+        query.reply_err(message.encode_to_vec()).encoding(keys::STATUS_ENCODING).wait()
+    });
+    if let Err(error) = sent {
+        tracing::debug!("a refusal is not sent: {error}");
+    }
+}
+
+/// The end of the replies is sent too.
+fn end(query: Query) {
+    sending(|| drop(query));
+}

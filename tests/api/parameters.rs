@@ -1,0 +1,116 @@
+//! Sliders and buttons, as several programs share them.
+
+use std::time::Duration;
+
+use simd_client::proto::parameter::Kind;
+use simd_client::proto::{self, ErrorReason, NameTakenPolicy, Slider};
+use simd_client::{Client, press, slide};
+use simd_tests::daemon::Daemon;
+
+const SECOND: Duration = Duration::from_secs(1);
+
+async fn speed(client: &Client) -> f64 {
+    let list = client.parameters(vec!["speed".into()]).await.unwrap();
+    match list.parameters[0].kind.as_ref().unwrap() {
+        Kind::Slider(slider) => slider.value,
+        Kind::Button(button) => panic!("{button:?}"),
+    }
+}
+
+/// A paused daemon with a slider `speed` from -1 to 1 at 0.5 and a button `go`.
+async fn daemon() -> Daemon {
+    let daemon = Daemon::paused().await;
+    let refuse = NameTakenPolicy::Refuse;
+    let slider = daemon.client.add_slider("speed", (-1.0, 1.0), 0.5, refuse).await.unwrap();
+    assert_eq!(slider.kind, Some(Kind::Slider(Slider { minimum: -1.0, maximum: 1.0, value: 0.5 })));
+    daemon.client.add_button("go", refuse).await.unwrap();
+    daemon
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_one_client_moves_another_reads_and_a_third_is_told() {
+    let daemon = daemon().await;
+    let other = Client::connect(&daemon.address.to_string()).await.unwrap();
+    let mut watch = other.watch_parameters().await.unwrap();
+    let first = watch.next().await.unwrap().unwrap();
+    assert_eq!(first.parameters.iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["speed", "go"]);
+
+    let waiting = other.next_parameters(first.version, SECOND * 60);
+    let set = async { daemon.client.set_parameters([slide("speed", -0.25), press("go", 2)]).await };
+    let (told, set) = tokio::join!(waiting, set);
+    let (told, set) = (told.unwrap(), set.unwrap());
+    assert_eq!(told.parameters, set);
+    assert_eq!(speed(&other).await, -0.25);
+    let seen = watch.next().await.unwrap().unwrap();
+    assert_eq!((seen.version, &seen.parameters), (told.version, &set));
+
+    assert_eq!(other.remove_parameters(vec!["speed".into()]).await.unwrap(), ["speed"]);
+    assert_eq!(watch.next().await.unwrap().unwrap().parameters.len(), 1);
+}
+
+/// A thousand moves while nobody reads are not a thousand lists.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_comes_late_gets_the_newest_alone() {
+    let daemon = daemon().await;
+    let before = daemon.client.parameters(Vec::new()).await.unwrap().version;
+    for step in 1..=100 {
+        daemon.client.set_parameters([slide("speed", f64::from(step) / 100.0)]).await.unwrap();
+    }
+    let list = daemon.client.next_parameters(before, SECOND).await.unwrap();
+    assert_eq!(list.version, before + 100);
+    assert_eq!(speed(&daemon.client).await, 1.0);
+    // Nothing is newer: after the timeout it is the same again.
+    let same = daemon.client.next_parameters(list.version, Duration::from_millis(20)).await.unwrap();
+    assert_eq!(same.version, list.version);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_reset_of_the_world_leaves_the_sliders_where_they_are() {
+    let daemon = daemon().await;
+    daemon.client.save_snapshot("before").await.unwrap();
+    daemon.client.set_parameters([slide("speed", 0.75)]).await.unwrap();
+    daemon.client.restore_snapshot("before").await.unwrap();
+    let all = proto::ResetSimulationRequest { time: true, state: true, spawned: true, ..Default::default() };
+    daemon.client.reset(all).await.unwrap();
+    assert_eq!(speed(&daemon.client).await, 0.75);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn refusals_say_which_parameter_and_change_nothing() {
+    let daemon = daemon().await;
+    let client = &daemon.client;
+    let before = client.parameters(Vec::new()).await.unwrap();
+    let taken = client.add_button("speed", NameTakenPolicy::Refuse).await.unwrap_err();
+    assert_eq!(taken.reason(), Some(ErrorReason::ParameterExists));
+    let unknown = client.set_parameters([slide("speed", 0.1), slide("sped", 0.1)]).await.unwrap_err();
+    assert_eq!(unknown.reason(), Some(ErrorReason::ParameterNotFound));
+    assert_eq!(unknown.to_string(), "there is no parameter \"sped\"; parameters are \"speed\", \"go\"");
+    for (changes, field) in [
+        (vec![slide("speed", f64::NAN)], "changes[0].value"),
+        (vec![slide("speed", 0.1), slide("speed", 0.2)], "changes[1]"),
+        (vec![press("go", 0)], "changes[0].presses"),
+        (vec![slide("", 0.0)], "changes[0].name"),
+        (Vec::new(), "changes"),
+        (vec![slide("speed", 1.5)], "the value of parameter \"speed\""),
+    ] {
+        let simd_client::Error::Refused(refusal) = client.set_parameters(changes).await.unwrap_err() else {
+            panic!("{field}");
+        };
+        assert_eq!((refusal.reason, refusal.fields[0].0.as_str()), (ErrorReason::InvalidValue, field));
+    }
+    for range in [(0.0, f64::INFINITY), (1.0, 1.0), (2.0, 1.0)] {
+        let refused = client.add_slider("other", range, 0.0, NameTakenPolicy::Refuse).await.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue), "{range:?}");
+    }
+    assert_eq!(client.parameters(Vec::new()).await.unwrap().parameters, before.parameters);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_watch_of_parameters_ends_with_ok_when_the_daemon_drains() {
+    let daemon = daemon().await;
+    let mut watch = daemon.client.watch_parameters().await.unwrap();
+    watch.next().await.unwrap().unwrap();
+    let drained = tokio::spawn(daemon.running.drain());
+    assert!(watch.next().await.unwrap().is_none());
+    drained.await.unwrap();
+}

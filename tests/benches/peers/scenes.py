@@ -1,0 +1,126 @@
+"""Scenes with contact: robots that stand, things that lie on each other.
+
+Each is data: what there is, where, how heavy, how rough. The simulators' own files put it into them.
+"""
+
+import random
+import re
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from robots import ASSETS, PYBULLET
+
+FRICTION = 0.8
+"""Between any two things. Restitution is zero."""
+
+
+@dataclass
+class Thing:
+    """A free body, or a fixed one where it has no mass."""
+
+    shape: str
+    """box or sphere."""
+    size: list
+    """Edges of a box, or the radius of a sphere, m."""
+    at: list
+    """Its centre, m."""
+    mass: float = 0.0
+
+
+@dataclass
+class ContactScene:
+    """On level ground: a robot that holds a pose, or things."""
+
+    name: str
+    settle: float
+    """Seconds until it lies or stands still: what is timed comes after."""
+    drift: float
+    """How far anything may be from where it started, or where it is a heap, from where it lay, m: else it has fallen,
+    and the figure is not one of standing."""
+    urdf: Path | None = None
+    shaped: Path | None = None
+    """The robot without visual shapes."""
+    pose: dict = field(default_factory=dict)
+    """Joint to angle; zero for the others."""
+    height: float = 0.0
+    """Of the root link, so that the lowest shape touches the ground."""
+    things: list = field(default_factory=list)
+    heap: bool = False
+    """Many things on each other. MuJoCo solves it by its conjugate gradients: its default, Newton's method, takes up to
+    0.8 s a step while the spheres fall, some ten times as long."""
+    joints: list = field(default_factory=list)
+    """What simd's worker says that each joint holds, and how."""
+
+    def request(self):
+        """As the worker reads it."""
+        return {"urdf": str(self.urdf or ""), "free": True, "copies": 1, "pose": self.pose, "height": self.height,
+                "friction": FRICTION, "settle": self.settle, "things": [asdict(thing) for thing in self.things]}
+
+
+def contact_scenes(folder):
+    a1 = PYBULLET / "a1/a1.urdf"
+    crouched = {f"{leg}_{part}_joint": angle for leg in ("FR", "FL", "RR", "RL")
+                for part, angle in (("hip", 0.0), ("upper", 0.8), ("lower", -1.6))}
+    return [
+        standing("A1 standing", a1, crouched, folder),
+        standing("humanoid standing", ASSETS / "humanoid/urdf/humanoid.urdf", {}, folder),
+        ContactScene("stack of 10 boxes", 1.0, 5e-3, things=stack(10)),
+        ContactScene("1000 spheres in a box", 1.0, 2e-2, things=heap(10, 0.05), heap=True),
+    ]
+
+
+def standing(name, urdf, pose, folder):
+    shaped = folder / f"shaped_{urdf.name}"
+    shaped.write_text(re.sub(r"<visual\b.*?</visual>", "", urdf.read_text(), flags=re.S))
+    return ContactScene(name, 1.0, 5e-3, urdf, shaped, pose, height(shaped, pose))
+
+
+def stack(count):
+    """Cubes of 10 cm and 1 kg, each on the one below."""
+    return [Thing("box", [0.1, 0.1, 0.1], [0.0, 0.0, 0.05 + 0.1 * i], 1.0) for i in range(count)]
+
+
+def heap(edge, radius):
+    """edge^3 spheres of density 1000 above the floor of a box that is 1.3 times as wide, out of line, so that they fall
+    into a heap and no tower stands."""
+    rng = random.Random(1)
+    mass = 4 / 3 * np.pi * radius**3 * 1000
+    places = [[(i - (edge - 1) / 2) * 2.1 * radius for i in place] for place in np.ndindex(edge, edge, edge)]
+    lift = (edge - 1) / 2 * 2.1 * radius + 1.5 * radius
+    spheres = [Thing("sphere", [radius], [x + rng.uniform(-1, 1) * radius / 20, y + rng.uniform(-1, 1) * radius / 20,
+                                          z + lift], mass) for x, y, z in places]
+    inside, wall = 1.3 * edge * radius, 0.1
+    high = 2 * inside
+    sides = [Thing("box", [wall, 2 * inside + 2 * wall, high], [sign * (inside + wall / 2), 0.0, high / 2])
+             for sign in (-1, 1)]
+    sides += [Thing("box", [2 * inside, wall, high], [0.0, sign * (inside + wall / 2), high / 2]) for sign in (-1, 1)]
+    return sides + spheres
+
+
+def height(shaped, pose):
+    """Of the root link, where the lowest point of the robot's shapes is at zero."""
+    spec = mujoco.MjSpec.from_file(str(shaped))
+    spec.worldbody.first_body().add_freejoint()
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    for joint, angle in pose.items():
+        data.qpos[model.joint(joint).qposadr[0]] = angle
+    mujoco.mj_forward(model, data)
+    kinds, lowest = mujoco.mjtGeom, 0.0
+    for geom in range(model.ngeom):
+        down = data.geom_xmat[geom].reshape(3, 3)[2]
+        size = model.geom_size[geom]
+        match model.geom_type[geom]:
+            case kinds.mjGEOM_SPHERE:
+                reach = size[0]
+            case kinds.mjGEOM_BOX:
+                reach = abs(down) @ size
+            case kinds.mjGEOM_CYLINDER:
+                reach = abs(down[2]) * size[1] + np.sqrt(max(0.0, 1 - down[2] ** 2)) * size[0]
+            case kind:
+                raise RuntimeError(f"{shaped.name} has a shape of kind {kind}")
+        lowest = min(lowest, data.geom_xpos[geom][2] - reach)
+    return float(-lowest)

@@ -1,0 +1,156 @@
+//! What is fuzzed: plain functions from bytes. A fuzzer calls them with bytes of its own,
+//! the tests with those of `fuzz/corpus`. Each panics where a promise is broken, and only there.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use simd_assets::Locator;
+use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
+use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
+
+/// A target: its name, which is that of its corpus and of its fuzzer, and the function.
+pub type Target = (&'static str, fn(&[u8]));
+
+/// All of them.
+pub const TARGETS: &[Target] =
+    &[("urdf", urdf), ("stl", stl), ("obj", obj), ("collada", collada), ("paths", paths), ("xacro", xacro)];
+
+/// Any URI leads to the same file.
+struct Only(Option<Asset>);
+
+impl Assets for Only {
+    fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
+        self.0.clone().ok_or_else(Vec::new)
+    }
+}
+
+fn only(bytes: &[u8]) -> Only {
+    Only(Some(Asset { sha256: Sha256::of(bytes), bytes: Arc::from(bytes) }))
+}
+
+/// A URDF is refused in a sentence, or gives a robot of finite numbers.
+pub fn urdf(bytes: &[u8]) {
+    // The robot, if it has meshes, has this one.
+    let triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let described = simd_model::describe(bytes, &Limits::default());
+    let read = simd_model::read(bytes, &only(triangle), &ReadOptions::default());
+    if let Ok((model, _)) = &read {
+        assert!(described.is_ok(), "a robot that is read is described");
+        assert!(simd_model::read(bytes, &Only(None), &ReadOptions::default()).is_ok(), "no mesh is a must");
+        let again = simd_model::read(bytes, &only(triangle), &ReadOptions::default());
+        assert!(again.is_ok_and(|(again, _)| again == *model), "the same bytes are the same robot");
+    }
+    check(read);
+}
+
+fn check(read: Result<(RobotModel, LoadReport), Refused>) {
+    let model = match read {
+        Ok((model, _)) => model,
+        Err(refused) => {
+            assert!(!refused.message.is_empty(), "a refusal says why");
+            assert!(!refused.report.findings.is_empty(), "and its report does");
+            return;
+        }
+    };
+    assert_eq!(model.joints.len() + 1, model.links.len(), "a robot is a tree");
+    for (index, joint) in model.joints.iter().enumerate() {
+        assert_eq!(joint.child, index + 1);
+        assert!(joint.parent < joint.child, "a parent comes first");
+        assert!(joint.axis.is_finite() && joint.parent_from_joint.translation.is_finite());
+        let (lower, upper) = joint.limits.range();
+        assert!(lower <= upper, "limits are in order");
+    }
+    for link in &model.links {
+        let Inertial { mass, center_of_mass, inertia } = link.inertial;
+        assert!(mass.is_finite() && mass >= 0.0 && center_of_mass.is_finite() && inertia.is_finite());
+        let shapes = link.visuals.iter().map(|visual| &visual.geometry);
+        for geometry in shapes.chain(link.collisions.iter().map(|collision| &collision.geometry)) {
+            if let Geometry::Mesh { asset: Some(mesh), .. } = geometry {
+                check_mesh(mesh);
+            }
+        }
+    }
+}
+
+fn check_mesh(mesh: &MeshAsset) {
+    assert!(!mesh.triangles.is_empty(), "a mesh has triangles");
+    assert!(mesh.vertices.iter().all(|vertex| vertex.is_finite()), "a corner is somewhere");
+    let in_range = |corner: &u32| (*corner as usize) < mesh.vertices.len();
+    assert!(mesh.triangles.iter().flatten().all(in_range), "a triangle's corners are there");
+}
+
+/// A mesh is refused in a warning, or has corners that are there.
+fn mesh(extension: &str, bytes: &[u8]) {
+    let urdf = format!(
+        "<robot name='r'><link name='a'><visual><geometry><mesh filename='a.{extension}'/></geometry></visual>\
+         </link></robot>"
+    );
+    let read = simd_model::read(urdf.as_bytes(), &only(bytes), &ReadOptions::default());
+    assert!(read.is_ok(), "a mesh to draw never fails a load");
+    check(read);
+}
+
+/// STL.
+pub fn stl(bytes: &[u8]) {
+    mesh("stl", bytes);
+}
+
+/// Wavefront OBJ.
+pub fn obj(bytes: &[u8]) {
+    mesh("obj", bytes);
+}
+
+/// COLLADA.
+pub fn collada(bytes: &[u8]) {
+    mesh("dae", bytes);
+}
+
+/// Whatever a URI says, what is found lies in the root, or nothing is.
+pub fn paths(bytes: &[u8]) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let Ok(real) = root.canonicalize() else { return };
+    let uri = String::from_utf8_lossy(bytes);
+    let locator = Locator::new(&root.join("src/robot.urdf"));
+    for locator in [locator.clone(), locator.with_package("arm", root).within(root)] {
+        for found in [locator.find(&uri), locator.find_source(&uri)] {
+            match found {
+                Ok(found) => assert!(found.starts_with(&real), "{} is outside", found.display()),
+                Err(not_found) => assert!(!not_found.to_string().is_empty()),
+            }
+        }
+    }
+}
+
+/// A xacro is refused in a sentence, or expands to text whose every line has an origin.
+pub fn xacro(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    match simd_xacro::expand_text(&text, &BTreeMap::from([("a".to_owned(), "1".to_owned())])) {
+        Ok(expanded) => {
+            let lines = u32::try_from(expanded.urdf.lines().count()).unwrap_or(u32::MAX);
+            assert!((1..=lines).all(|line| expanded.source(line).is_some()), "each line has an origin");
+            assert!(expanded.source(lines.saturating_add(1)).is_none());
+        }
+        Err(error) => assert!(!error.message.is_empty()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_corpus_keeps_the_promises() {
+        for (name, target) in TARGETS {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
+            let mut replayed = 0;
+            for entry in std::fs::read_dir(&folder).unwrap() {
+                let path = entry.unwrap().path();
+                println!("{}", path.display());
+                target(&std::fs::read(&path).unwrap());
+                replayed += 1;
+            }
+            assert!(replayed >= 5, "only {replayed} files for {name}");
+        }
+    }
+}

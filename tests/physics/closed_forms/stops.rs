@@ -1,0 +1,117 @@
+//! Dry friction that stops and holds, a limit that is arrived at.
+
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::Simulation;
+use simd_model::robot::{JointKind, Limits};
+
+use super::{met, put, spring, steps, tell, with};
+use crate::chains::chain;
+use crate::world::{look, run};
+
+/// 1 kg on a slide that leads down by this angle.
+fn slide(angle: f64, friction: f64, limits: Limits, time_step: f64) -> Simulation {
+    let mut model = chain(1);
+    let joint = &mut model.joints[0];
+    joint.kind = JointKind::Prismatic;
+    joint.axis = DVec3::X;
+    // Turning about y by a positive angle puts x below the horizon.
+    joint.parent_from_joint = DPose3::from_parts(DVec3::ZERO, DQuat::from_rotation_y(angle));
+    joint.friction = friction;
+    joint.limits = limits;
+    with(model, false, 9.81, time_step)
+}
+
+/// Coulomb: from v0 it stops after m v0 / f, having gone m v0^2 / (2 f); discrete steps leave out v0 h / 2 of
+/// the way, and up to f h^2 / m where the last step is not a whole one. Then it stays, to rounding.
+#[test]
+fn dry_friction_stops_a_slider_when_and_where_coulomb_says() {
+    let (start, friction) = (0.7, 1.3);
+    for time_step in [1e-4, 1e-3, 4e-3] {
+        let mut world = slide(0.0, friction, Limits::default(), time_step);
+        put(&mut world, "joint-1", 0.0, start);
+        let mut stopped = None;
+        for (step, seen) in steps(&mut world, (1.0 / time_step) as usize).enumerate() {
+            if stopped.is_none() && seen.velocities[0].abs() < 1e-10 {
+                stopped = Some((step + 1) as f64 * time_step);
+            }
+            assert!(seen.velocities[0] > -1e-10, "it does not turn back");
+        }
+        met("Coulomb: time to stop, s", time_step, start / friction, stopped.unwrap(), time_step);
+        let (way, found) = (start * start / (2.0 * friction), look(&world).positions[0]);
+        let tolerance = friction * time_step * time_step;
+        met(
+            "Coulomb: way to stop, less v0 h / 2, m",
+            time_step,
+            way - start * time_step / 2.0,
+            found,
+            tolerance,
+        );
+        met("Coulomb: way in the next 10 s, m", time_step, found, run(&mut world, 10.0).positions[0], 1e-9);
+    }
+}
+
+/// On a slope of 30 degrees a kilogram sticks where friction is above m g sin, even by 1 in 10,000; with less it
+/// slides by g sin - f / m, discrete as in free fall. 1e-9 m is far below what creep would be in 10 s: a soft
+/// friction that gives way by f / (2 / h) moves 1e-4 m.
+#[test]
+fn dry_friction_holds_on_a_slope_or_lets_slide_with_what_is_left() {
+    let pull = 9.81 * 30f64.to_radians().sin();
+    for time_step in [1e-4, 1e-3, 4e-3] {
+        let mut world = slide(30f64.to_radians(), pull * 1.0001, Limits::default(), time_step);
+        let crept = run(&mut world, 10.0).positions[0];
+        met("slope, friction 1.0001 m g sin: creep in 10 s, m", time_step, 0.0, crept, 1e-9);
+
+        let mut world = slide(30f64.to_radians(), pull * 0.9, Limits::default(), time_step);
+        let slid = run(&mut world, 1.0).positions[0];
+        let n = (1.0 / time_step).round();
+        let discrete = 0.1 * pull * time_step * time_step * n * (n + 1.0) / 2.0;
+        met("slope, friction 0.9 m g sin: way in 1 s, discrete, m", time_step, discrete, slid, 1e-10);
+    }
+}
+
+/// From rest it falls d to its stop in sqrt(2 d / g), the discrete fall being early by h / 2, seen within a
+/// step; it never passes the stop, does not bounce, and rests on it, to rounding.
+#[test]
+fn a_falling_slider_arrives_at_its_limit_and_rests_there() {
+    let distance = 0.5;
+    let limits = Limits { lower: Some(-1.0), upper: Some(distance), ..Limits::default() };
+    for time_step in [1e-4, 1e-3, 4e-3] {
+        let mut world = slide(90f64.to_radians(), 0.0, limits, time_step);
+        let mut arrived = None;
+        for (step, seen) in steps(&mut world, (2.0 / time_step) as usize).enumerate() {
+            let at = seen.positions[0];
+            assert!(at <= distance + 1e-9, "it passes the stop by {:e}", at - distance);
+            if arrived.is_none() && at >= distance - 1e-9 {
+                arrived = Some((step + 1) as f64 * time_step);
+            }
+            assert!(arrived.is_none() || at > distance - 1e-9, "it bounces to {at}");
+        }
+        let fall = (2.0f64 * distance / 9.81).sqrt();
+        met("fall to a limit: time of arrival, s", time_step, fall, arrived.unwrap(), time_step);
+        let seen = look(&world);
+        met("fall to a limit: place of rest, m", time_step, distance, seen.positions[0], 1e-9);
+        met("fall to a limit: rate at rest, m/s", time_step, 0.0, seen.velocities[0], 1e-9);
+    }
+}
+
+/// A rod that falls onto a stop at 30 degrees below the horizon, held by a spring that pulls it back up: it rests
+/// where k q = torque of gravity, if that is before the stop. Statics: q solves k q = m g l / 2 cos q.
+#[test]
+fn a_rod_rests_on_its_stop_or_on_its_spring_whichever_is_first() {
+    let limits = Limits { lower: Some(-3.0), upper: Some(30f64.to_radians()), ..Limits::default() };
+    for (stiffness, rests_on_stop) in [(5.0, true), (20.0, false)] {
+        let mut model = chain(1);
+        model.joints[0].kind = JointKind::Revolute;
+        model.joints[0].limits = limits;
+        let mut world = with(model, false, 9.81, 1e-3);
+        tell(&mut world, "joint-1", spring(stiffness, 3.0, 0.0));
+        let found = run(&mut world, 20.0).positions[0];
+        let mut q = 0.2;
+        for _ in 0..100 {
+            q -= (stiffness * q - 4.905 * f64::cos(q)) / (stiffness + 4.905 * f64::sin(q));
+        }
+        assert_eq!(q > 30f64.to_radians(), rests_on_stop);
+        let form = format!("rod on a spring of {stiffness} N m/rad and a stop: angle at rest, rad");
+        met(&form, 1e-3, q.min(30f64.to_radians()), found, 1e-9);
+    }
+}

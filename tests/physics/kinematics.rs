@@ -1,0 +1,421 @@
+//! Jacobians, inertia, inverse dynamics and inverse kinematics beside finite differences,
+//! the step itself, and each other.
+
+use std::sync::Arc;
+
+use fastrand::Rng;
+use glamx::{DPose3, DQuat, DVec3};
+use serde::Deserialize;
+use simd_core::dynamics::integrate::advance;
+use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
+use simd_core::dynamics::inverse_kinematics::{Effort, Found, Goal, Movable, inverse_kinematics};
+use simd_core::dynamics::jacobian::jacobian;
+use simd_core::dynamics::{Actuator, Articulation, Axis, Configuration, Mode, Tree};
+use simd_model::RobotModel;
+use simd_tests::robots;
+
+use crate::random_robots::robot;
+
+const ROBOTS: u64 = 100;
+const ARMATURE: f64 = 1e-3;
+
+fn vector(rng: &mut Rng) -> DVec3 {
+    DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0
+}
+
+/// A random tree somewhere in the world, moving, as the step has it.
+fn moving(rng: &mut Rng) -> Articulation {
+    let mut model = robot(rng);
+    // Rows of constraints change what a step does.
+    model.joints.iter_mut().for_each(|joint| joint.mimic = None);
+    let tree = Arc::new(Tree::new(&model, rng.bool()));
+    let mut axes = vec![Axis::default(); tree.velocity_count];
+    // Enough that a massless joint has something to divide by.
+    axes.iter_mut().for_each(|axis| axis.settings.armature = ARMATURE);
+    let pose = DPose3::from_parts(vector(rng), DQuat::from_scaled_axis(vector(rng) * 3.0));
+    let mut body = Articulation::new(Arc::clone(&tree), pose, axes, &[]);
+    for at in &tree.bodies {
+        let q = &mut body.positions_mut()[at.position..];
+        match at.freedom.positions() {
+            7 if at.joint.is_none() => {}
+            7 => {
+                q[..3].copy_from_slice(&vector(rng).to_array());
+                q[3..7].copy_from_slice(&DQuat::from_scaled_axis(vector(rng) * 3.0).to_array());
+            }
+            _ => q[0] = 2.0 * rng.f64() - 1.0,
+        }
+    }
+    body.rates_mut().iter_mut().for_each(|rate| *rate = 2.0 * rng.f64() - 1.0);
+    body
+}
+
+fn seen(body: &Articulation) -> Configuration {
+    let (linear, angular) = body.root_twist();
+    Configuration {
+        root: body.root_pose(),
+        linear,
+        angular,
+        positions: body.positions()[body.tree().root_positions()..].to_vec(),
+        velocities: body.rates()[body.tree().root_velocities()..].to_vec(),
+    }
+}
+
+/// By rate as `Configuration` says: a free root's angular entries in world axes.
+fn in_world_axes(body: &Articulation, values: &[f64]) -> Vec<f64> {
+    let mut out = values.to_vec();
+    if !body.tree().fixed_base {
+        let turned = body.root_pose().rotation * DVec3::new(out[3], out[4], out[5]);
+        out[3..6].copy_from_slice(&turned.to_array());
+    }
+    out
+}
+
+/// Central differences of link poses along the rates: their error is of second order, about
+/// 1e-10 of a metre a second for a step of 1e-5, and rounding is of the same size.
+#[test]
+fn twists_and_jacobians_are_what_link_poses_change_by() {
+    let mut worst = 0.0f64;
+    for seed in 0..ROBOTS {
+        let rng = &mut Rng::with_seed(seed);
+        let body = moving(rng);
+        let (tree, here) = (Arc::clone(body.tree()), seen(&body));
+        let h = 1e-5;
+        let beside = |sign: f64| {
+            let mut body = body.clone();
+            let rates = body.rates().to_vec();
+            advance(&tree, body.positions_mut(), &rates, sign * h);
+            let there = seen(&body);
+            tree.link_poses(there.root, &there.positions)
+        };
+        let (before, after) = (beside(-1.0), beside(1.0));
+        let twists = tree.link_twists(&here);
+        let rates = in_world_axes(&body, body.rates());
+        for (link, (linear, angular)) in twists.into_iter().enumerate() {
+            let (a, b) = (before[link], after[link]);
+            let turned = (b.rotation * a.rotation.inverse()).to_scaled_axis() / (2.0 * h);
+            let moved = (b.translation - a.translation) / (2.0 * h);
+            let error = (moved - linear).length() + (turned - angular).length();
+            worst = worst.max(error / (1.0 + linear.length() + angular.length()));
+
+            // The Jacobian times the rates is the same, at the origin and at any point.
+            let point = vector(rng);
+            let columns = jacobian(&tree, &here, link, point);
+            let sum = |part: fn(&simd_core::dynamics::spatial::Spatial) -> DVec3| {
+                columns.iter().zip(&rates).map(|(column, rate)| part(column) * *rate).sum::<DVec3>()
+            };
+            let pose = tree.link_poses(here.root, &here.positions)[link];
+            let at_point = linear + angular.cross(pose.rotation * point);
+            let error = (sum(|c| c.linear) - at_point).length() + (sum(|c| c.angular) - angular).length();
+            assert!(error < 1e-11 * (1.0 + at_point.length()), "seed {seed}, link {link}: {error:e}");
+        }
+    }
+    println!("largest difference {worst:.1e}");
+    assert!(worst < 1e-7, "{worst:e}");
+}
+
+/// The step's own accelerations, from efforts, give back those efforts: 1e-10 of the
+/// largest effort on the way. Damping is left out, which a step takes at its end.
+#[test]
+fn inverse_dynamics_undoes_the_step() {
+    let gravity = DVec3::new(0.3, -0.2, -9.81);
+    let (mut tried, mut worst) = (0, 0.0f64);
+    for seed in 0..ROBOTS {
+        let rng = &mut Rng::with_seed(seed);
+        let mut body = moving(rng);
+        let tree = Arc::clone(body.tree());
+        let single = |rate: usize| {
+            tree.bodies.iter().any(|body| body.velocity == rate && body.freedom.velocities() == 1)
+        };
+        // A free body without mass has no acceleration of its own.
+        let free = |place: &usize| tree.bodies[*place].freedom.positions() == 7;
+        if (0..tree.bodies.len()).filter(free).any(|place| tree.bodies[place].inertia.mass == 0.0) {
+            continue;
+        }
+        tried += 1;
+        let mut efforts = vec![0.0; tree.velocity_count];
+        for rate in (0..tree.velocity_count).filter(|rate| single(*rate)) {
+            efforts[rate] = rng.f64() - 0.5;
+            let effort = efforts[rate];
+            body.axes_mut()[rate].actuator =
+                Actuator { mode: Mode::Effort, target: effort, ..Actuator::default() };
+        }
+        let (here, before, start) = (seen(&body), body.rates().to_vec(), body.clone());
+        let h = 0.125;
+        body.step(gravity, h);
+        let accelerations: Vec<f64> = body.rates().iter().zip(&before).map(|(a, b)| (a - b) / h).collect();
+        let accelerations = in_world_axes(&start, &accelerations);
+        let armature = |rate| if single(rate) { ARMATURE } else { 0.0 };
+        let resistance: Vec<Resistance> = (0..tree.velocity_count)
+            .map(|rate| Resistance { armature: armature(rate), damping: 0.0 })
+            .collect();
+        let found = inverse_dynamics(&tree, &here, gravity, &accelerations, &resistance);
+        let terms = accelerations.iter().map(|a| a.abs()).fold(1.0, f64::max);
+        for (rate, (found, expected)) in found.iter().zip(&efforts).enumerate() {
+            let error = (found - expected).abs() / terms;
+            worst = worst.max(error);
+            assert!(error < 1e-10, "seed {seed}, rate {rate}: {found} and {expected}");
+        }
+    }
+    println!("{tried} robots, largest difference {worst:.1e}");
+    assert!(tried > 30);
+}
+
+/// M is what inverse dynamics says of a unit of acceleration, at rest and without gravity.
+#[test]
+fn the_mass_matrix_has_a_column_for_each_unit_of_acceleration() {
+    for seed in 0..ROBOTS {
+        let rng = &mut Rng::with_seed(seed);
+        let body = moving(rng);
+        let (tree, here) = (body.tree(), seen(&body));
+        let here = Configuration::at(here.root, here.positions);
+        let n = tree.velocity_count;
+        let resistance = vec![Resistance { armature: 0.25, damping: 9.0 }; n];
+        let matrix = inertia_matrix(tree, &here, &resistance);
+        let largest = matrix.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        for column in 0..n {
+            let mut unit = vec![0.0; n];
+            unit[column] = 1.0;
+            let efforts = inverse_dynamics(tree, &here, DVec3::ZERO, &unit, &resistance);
+            for (row, effort) in efforts.into_iter().enumerate() {
+                let value = matrix[row * n + column];
+                assert!((value - effort).abs() < 1e-12 * largest, "seed {seed}: {row}, {column}");
+                assert_eq!(value, matrix[column * n + row], "seed {seed}: not symmetric");
+            }
+        }
+    }
+}
+
+/// The torque that holds the test arm, by its mass and centre of mass.
+#[test]
+fn gravity_alone_asks_for_the_torque_of_the_closed_form() {
+    let (model, _) = robots::read("Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf");
+    let tree = Tree::new(&model, true);
+    for q in [-1.0, 0.0, 0.5, 2.0] {
+        let here = Configuration::at(DPose3::IDENTITY, vec![q]);
+        let torque = inverse_dynamics(&tree, &here, DVec3::new(0.0, 0.0, -9.81), &[], &[])[0];
+        let expected = -0.3255029 * (q - 0.039919f64).cos();
+        assert!((torque - expected).abs() < 1e-6, "{torque} and {expected}");
+    }
+}
+
+/// All joints of one axis, within limits that each has at most.
+fn movables(model: &RobotModel, tree: &Tree) -> Vec<Movable> {
+    let movable = |(place, body): (usize, &simd_core::dynamics::tree::Body)| {
+        let joint = &model.joints[body.joint?];
+        let limits = &joint.limits;
+        (joint.mimic.is_none() && body.freedom.positions() == 1).then(|| Movable {
+            body: place,
+            lower: limits.lower.unwrap_or(f64::NEG_INFINITY),
+            upper: limits.upper.unwrap_or(f64::INFINITY),
+        })
+    };
+    tree.bodies.iter().enumerate().filter_map(movable).collect()
+}
+
+const ALL: Effort = Effort { iterations: 100, tolerance: 1e-4 };
+
+fn pose_of(tree: &Tree, root: DPose3, positions: &[f64], link: usize) -> DPose3 {
+    tree.link_poses(root, positions)[link]
+}
+
+/// Goals that the robot can reach since it was there, from where its joints are at zero or
+/// nearest to it. What is found is checked by forward kinematics.
+fn reach(urdf: &str, with_orientation: bool, effort: Effort) -> (usize, u32) {
+    let (model, _) = robots::read(urdf);
+    let tree = Tree::new(&model, true);
+    let movables = movables(&model, &tree);
+    let rng = &mut Rng::with_seed(7);
+    let root = DPose3::from_parts(DVec3::new(0.3, -0.2, 0.5), DQuat::from_rotation_z(0.7));
+    let link = tree.links.len() - 1;
+    let point = DVec3::new(0.02, -0.01, 0.05);
+    let (mut reached, mut iterations) = (0, 0);
+    for _ in 0..100 {
+        let mut q = vec![0.0; tree.position_count];
+        for movable in &movables {
+            let (lower, upper) = (movable.lower.max(-3.0), movable.upper.min(3.0));
+            q[tree.bodies[movable.body].position] = lower + (upper - lower) * rng.f64();
+        }
+        tree.follow(&mut q);
+        let there = pose_of(&tree, root, &q, link);
+        let position = there.transform_point(point);
+        let goal = Goal { link, point, position, orientation: with_orientation.then_some(there.rotation) };
+        let guess = Configuration::at(root, vec![0.0; tree.position_count]);
+        let found = inverse_kinematics(&tree, &guess, &goal, &movables, effort);
+        let pose = pose_of(&tree, root, &found.positions, link);
+        let position_error = (pose.transform_point(point) - position).length();
+        assert!((position_error - found.position_error).abs() < 1e-9, "{found:?}");
+        if with_orientation {
+            let angle = pose.rotation.angle_between(there.rotation);
+            assert!((angle - found.orientation_error).abs() < 1e-6, "{angle} {found:?}");
+        } else {
+            assert_eq!(found.orientation_error, 0.0);
+        }
+        for movable in &movables {
+            let position = found.positions[tree.bodies[movable.body].position];
+            assert!(position >= movable.lower && position <= movable.upper, "{found:?}");
+        }
+        let size = position_error.hypot(found.orientation_error);
+        assert_eq!(found.converged, size <= effort.tolerance * (1.0 + 1e-6), "{found:?}");
+        assert!(found.iterations <= effort.iterations);
+        reached += usize::from(found.converged);
+        iterations += found.iterations;
+    }
+    println!("{urdf}: {reached} of 100, {iterations} iterations");
+    (reached, iterations)
+}
+
+/// A thousand steps are the most that a client may ask for. A hundred are few for a pose near
+/// limits, from a guess that lies outside of them.
+#[test]
+fn inverse_kinematics_finds_what_can_be_reached() {
+    let most = Effort { iterations: 1000, ..ALL };
+    let sharp = Effort { iterations: 1000, tolerance: 1e-9 };
+    let cases = [
+        ("seven_arm/urdf/seven_arm.urdf", true, ALL, 85),
+        ("seven_arm/urdf/seven_arm.urdf", false, ALL, 90),
+        ("seven_arm/urdf/seven_arm.urdf", true, most, 98),
+        ("pybullet_data/franka_panda/panda.urdf", true, ALL, 45),
+        ("pybullet_data/franka_panda/panda.urdf", true, most, 98),
+        ("pybullet_data/kuka_iiwa/model.urdf", true, sharp, 100),
+    ];
+    let reached = cases.map(|(urdf, turned, effort, least)| (reach(urdf, turned, effort).0, least));
+    assert!(reached.iter().all(|(reached, least)| reached >= least), "{reached:?}");
+}
+
+fn seven_arm() -> (Arc<RobotModel>, Tree) {
+    let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
+    let tree = Tree::new(&model, true);
+    (model, tree)
+}
+
+fn go(tree: &Tree, movables: &[Movable], position: DVec3, effort: Effort) -> Found {
+    let goal = Goal { link: tree.links.len() - 1, point: DVec3::ZERO, position, orientation: None };
+    inverse_kinematics(tree, &Configuration::at(DPose3::IDENTITY, vec![0.0; 7]), &goal, movables, effort)
+}
+
+#[test]
+fn a_goal_out_of_reach_gets_about_the_nearest_there_is() {
+    let (model, tree) = seven_arm();
+    let movables = movables(&model, &tree);
+    let far = DVec3::new(5.0, 4.0, 3.0);
+    let found = go(&tree, &movables, far, Effort { iterations: 1000, ..ALL });
+    assert!(!found.converged);
+    assert_eq!(found.iterations, 1000);
+    // Stretched out towards it: no other place of the arm's joints is nearer by much. The
+    // way to the very nearest is slow, since the distance that is left does not shrink.
+    let rng = &mut Rng::with_seed(1);
+    for _ in 0..2000 {
+        let q: Vec<f64> = movables.iter().map(|m| m.lower + (m.upper - m.lower) * rng.f64()).collect();
+        let error = (pose_of(&tree, DPose3::IDENTITY, &q, tree.links.len() - 1).translation - far).length();
+        assert!(error > 0.99 * found.position_error, "{error} and {found:?}");
+    }
+    assert_eq!(go(&tree, &[], far, ALL).iterations, 0);
+}
+
+#[test]
+fn only_the_joints_that_may_move_do_and_equal_questions_have_equal_answers() {
+    let (model, tree) = seven_arm();
+    let some: Vec<Movable> = movables(&model, &tree).into_iter().skip(1).step_by(2).collect();
+    let goal = DVec3::new(0.2, 0.1, 0.7);
+    let found = go(&tree, &some, goal, ALL);
+    assert_eq!(found, go(&tree, &some, goal, ALL));
+    for joint in [0, 2, 4, 6] {
+        assert_eq!(found.positions[joint], 0.0);
+    }
+}
+
+/// A gripper's second finger follows the first, and carries the link that is asked for.
+#[test]
+fn joints_that_follow_others_are_moved_by_them() {
+    let mut model = crate::chains::chain(3);
+    model.joints[2].mimic = Some(simd_model::robot::Mimic { joint: 1, multiplier: -0.5, offset: 0.1 });
+    let tree = Tree::new(&model, true);
+    let movables = movables(&model, &tree);
+    assert_eq!(movables.len(), 2);
+    let mut q = vec![0.4, -0.7, 0.0];
+    tree.follow(&mut q);
+    let link = 3;
+    let there = pose_of(&tree, DPose3::IDENTITY, &q, link);
+    let goal = Goal { link, point: DVec3::X, position: there.transform_point(DVec3::X), orientation: None };
+    let guess = Configuration::at(DPose3::IDENTITY, vec![0.3, -0.5, 0.0]);
+    let found = inverse_kinematics(&tree, &guess, &goal, &movables, ALL);
+    assert!(found.converged, "{found:?}");
+    assert!((found.positions[2] - (-0.5 * found.positions[1] + 0.1)).abs() < 1e-15, "{found:?}");
+}
+
+#[derive(Deserialize)]
+struct Reference {
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    name: String,
+    urdf: String,
+    link: String,
+    free: bool,
+    /// The order in which Pinocchio has them.
+    joints: Vec<String>,
+    root: Vec<f64>,
+    root_twist: Vec<f64>,
+    gravity: [f64; 3],
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    accelerations: Vec<f64>,
+    link_twist: Vec<f64>,
+    jacobian: Vec<f64>,
+    mass_matrix: Vec<f64>,
+    efforts: Vec<f64>,
+}
+
+/// The figures are in `tests/reference/kinematics.json`, with the script that made them. Both
+/// codes do the same sums in another order, of terms up to some hundred: 1e-9 is generous.
+#[test]
+fn jacobians_mass_matrices_and_inverse_dynamics_equal_pinocchios() {
+    let reference: Reference = serde_json::from_str(include_str!("../reference/kinematics.json")).unwrap();
+    assert!(reference.cases.len() > 3);
+    for case in &reference.cases {
+        let (model, _) = robots::read(&case.urdf);
+        let tree = Tree::new(&model, !case.free);
+        let root = tree.root_velocities();
+        let n = tree.velocity_count;
+        // Of each rate of ours, its place among Pinocchio's.
+        let place = |name: &str| case.joints.iter().position(|joint| joint == name).unwrap();
+        let joints: Vec<usize> =
+            tree.bodies.iter().filter_map(|body| Some(place(&model.joints[body.joint?].name))).collect();
+        let order: Vec<usize> = (0..root).chain(joints.iter().map(|place| root + place)).collect();
+        let sorted = |values: &[f64]| joints.iter().map(|&place| values[place]).collect::<Vec<_>>();
+        let three = |values: &[f64]| DVec3::new(values[0], values[1], values[2]);
+        let mut here = Configuration::at(DPose3::IDENTITY, sorted(&case.positions));
+        here.velocities = sorted(&case.velocities);
+        if case.free {
+            let rotation = DQuat::from_slice(&case.root[3..]);
+            here.root = DPose3::from_parts(three(&case.root), rotation);
+            (here.linear, here.angular) = (three(&case.root_twist), three(&case.root_twist[3..]));
+        }
+        let mut worst = 0.0f64;
+        let mut compare = |ours: f64, theirs: f64| worst = worst.max((ours - theirs).abs());
+
+        let link = model.links.iter().position(|link| link.name == case.link).unwrap();
+        let (linear, angular) = tree.link_twists(&here)[link];
+        for (ours, theirs) in linear.to_array().into_iter().chain(angular.to_array()).zip(&case.link_twist) {
+            compare(ours, *theirs);
+        }
+        for (rate, column) in jacobian(&tree, &here, link, DVec3::ZERO).into_iter().enumerate() {
+            let rows = column.linear.to_array().into_iter().chain(column.angular.to_array());
+            rows.enumerate().for_each(|(row, ours)| compare(ours, case.jacobian[row * n + order[rate]]));
+        }
+        let matrix = inertia_matrix(&tree, &here, &[]);
+        let accelerations: Vec<f64> = order.iter().map(|&place| case.accelerations[place]).collect();
+        let gravity = DVec3::from(case.gravity);
+        let efforts = inverse_dynamics(&tree, &here, gravity, &accelerations, &[]);
+        for row in 0..n {
+            compare(efforts[row], case.efforts[order[row]]);
+            for column in 0..n {
+                compare(matrix[row * n + column], case.mass_matrix[order[row] * n + order[column]]);
+            }
+        }
+        println!("{}: {n} rates, largest difference {worst:.1e}", case.name);
+        assert!(worst < 1e-9, "{}: {worst:e}", case.name);
+    }
+}

@@ -1,0 +1,122 @@
+//! What joints carry, against Newton's and Euler's equations and against the step.
+
+use std::sync::Arc;
+
+use fastrand::Rng;
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::dynamics::reactions::{Motion, joint_reactions};
+use simd_core::dynamics::spatial::Spatial;
+use simd_core::dynamics::tree::Freedom;
+use simd_core::dynamics::{Articulation, Axis, Tree};
+use simd_model::RobotModel;
+use simd_model::robot::JointKind;
+
+use crate::chains::chain;
+use crate::random_robots::robot;
+
+const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
+
+/// Positions and rates by rate of a robot with one position to each rate.
+fn reactions(
+    model: &RobotModel,
+    positions: &[f64],
+    rates: &[f64],
+    pushes: &[(usize, Spatial)],
+) -> Vec<Spatial> {
+    let tree = Tree::new(model, true);
+    let still = vec![0.0; rates.len()];
+    let motion = Motion { positions, rates, accelerations: &still };
+    joint_reactions(model, &tree, motion, GRAVITY, pushes)
+}
+
+/// Two rods of 1 kg and 1 m, level and at rest: the first joint carries 2 g at a lever of
+/// 1 m, the second g at half a metre; the axis is y, the force points up. Exact but for rounding.
+#[test]
+fn joints_at_rest_carry_the_weight_of_what_hangs_on_them() {
+    let mut model = chain(2);
+    for second in [JointKind::Continuous, JointKind::Fixed] {
+        model.joints[1].kind = second;
+        let rates = if second == JointKind::Fixed { 1 } else { 2 };
+        let carried = reactions(&model, &vec![0.0; rates], &vec![0.0; rates], &[]);
+        for (carried, (mass, lever)) in carried.iter().zip([(2.0, 1.0), (1.0, 0.5)]) {
+            let weight = mass * 9.81;
+            assert!((carried.linear - DVec3::Z * weight).length() < 1e-12, "{carried:?}");
+            assert!((carried.angular - DVec3::Y * -weight * lever).length() < 1e-12, "{carried:?}");
+        }
+    }
+}
+
+/// A rod that turns at w without being accelerated is pulled to the middle: m w^2 r.
+#[test]
+fn a_turning_rod_pulls_at_its_joint() {
+    let model = chain(1);
+    let carried = reactions(&model, &[0.0], &[3.0], &[])[0];
+    let expected = DVec3::new(-9.0 * 0.5, 0.0, 9.81);
+    assert!((carried.linear - expected).length() < 1e-12, "{carried:?}");
+}
+
+/// What pushes a link from outside, the joint need not do.
+#[test]
+fn a_push_from_outside_relieves_the_joint() {
+    let model = chain(1);
+    // The weight of the rod at its middle, half a metre from the link's origin.
+    let push = Spatial::new(DVec3::new(0.5, 0.0, 0.0).cross(DVec3::Z * 9.81), DVec3::Z * 9.81);
+    let carried = reactions(&model, &[0.0], &[0.0], &[(1, push)])[0];
+    assert!(carried.linear.length() < 1e-12 && carried.angular.length() < 1e-12, "{carried:?}");
+}
+
+/// A joint that nothing drives carries nothing along its axis, whatever moves: with the
+/// accelerations of a step, which come from the articulated-body algorithm. Random trees,
+/// fixed and free; relative to what the joint carries in all, to rounding.
+#[test]
+fn passive_joints_carry_nothing_along_their_axes() {
+    let h = 1e-3;
+    let mut checked = 0;
+    for seed in 0..150 {
+        let rng = &mut Rng::with_seed(seed);
+        let mut model = robot(rng);
+        for joint in &mut model.joints {
+            joint.mimic = None;
+            joint.limits = Default::default();
+            (joint.damping, joint.friction) = (0.0, 0.0);
+        }
+        // Without mass somewhere a passive tree has no accelerations.
+        for link in &mut model.links {
+            link.inertial.mass += 0.5;
+            link.inertial.inertia += glamx::DMat3::from_diagonal(DVec3::splat(0.01));
+        }
+        let tree = Arc::new(Tree::new(&model, rng.bool()));
+        let n = tree.velocity_count;
+        let turned = DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(0.3);
+        let root = DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), turned);
+        let mut body = Articulation::new(Arc::clone(&tree), root, vec![Axis::default(); n], &[]);
+        for part in &tree.bodies {
+            match part.freedom {
+                Freedom::Free { .. } if part.joint.is_some() => body.positions_mut()[part.position + 6] = 1.0,
+                Freedom::Free { .. } => {}
+                _ => body.positions_mut()[part.position] = rng.f64() - 0.5,
+            }
+        }
+        body.rates_mut().iter_mut().for_each(|rate| *rate = rng.f64() - 0.5);
+        let (positions, rates) = (body.positions().to_vec(), body.rates().to_vec());
+        body.step(GRAVITY, h);
+        let accelerations: Vec<f64> =
+            body.rates().iter().zip(&rates).map(|(after, before)| (after - before) / h).collect();
+        let motion = Motion { positions: &positions, rates: &rates, accelerations: &accelerations };
+        let gravity = if tree.fixed_base { turned.inverse() * GRAVITY } else { GRAVITY };
+        let carried = joint_reactions(&model, &tree, motion, gravity, &[]);
+        for (joint, carried) in model.joints.iter().zip(&carried) {
+            let along = match joint.kind {
+                JointKind::Revolute | JointKind::Continuous => carried.angular.dot(joint.axis),
+                JointKind::Prismatic => carried.linear.dot(joint.axis),
+                JointKind::Floating => carried.linear.length() + carried.angular.length(),
+                JointKind::Planar | JointKind::Fixed => continue,
+            };
+            let size = carried.linear.length() + carried.angular.length();
+            let most = accelerations.iter().fold(1.0f64, |most, a| most.max(a.abs()));
+            assert!(along.abs() < 1e-8 * (size + most), "seed {seed}, {joint:?}: {along} of {size}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 300, "{checked}");
+}

@@ -1,0 +1,275 @@
+//! Scenes with contact, for tests and benchmarks: primitives as models, and worlds of them.
+
+use std::sync::Arc;
+
+use glamx::{DMat3, DPose3, DVec3};
+use simd_core::collision::Shapes;
+use simd_core::simulation::WorldLimits;
+use simd_core::simulation::command::{
+    JointTarget, LinkProperties, RobotTargets, SetTargets, Spawn, Target, Touches,
+};
+use simd_core::simulation::query::ContactReport;
+use simd_core::{Answer, Command, PhysicsSettings, Query, Simulation, Snapshot};
+use simd_model::RobotModel;
+use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, Limits, Link, Material};
+
+/// An empty world on Earth.
+pub fn world(time_step: f64) -> Simulation {
+    let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
+    Simulation::new(settings, WorldLimits { robots: 2_000, snapshots: 32 })
+}
+
+/// One link of solid shapes, each with its place, of this mass in all. Its moment is that of
+/// the first shape.
+pub fn solid(shapes: &[(DPose3, Geometry)], mass: f64) -> Arc<RobotModel> {
+    let moment = match shapes.first() {
+        Some((_, Geometry::Box { size })) => {
+            let s = *size * *size;
+            DVec3::new(s.y + s.z, s.z + s.x, s.x + s.y) * (mass / 12.0)
+        }
+        Some((_, Geometry::Sphere { radius })) => DVec3::splat(0.4 * mass * radius * radius),
+        Some((_, Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length })) => {
+            let across = mass * (3.0 * radius * radius + length * length) / 12.0;
+            DVec3::new(across, across, 0.5 * mass * radius * radius)
+        }
+        _ => DVec3::splat(mass),
+    };
+    let collision = |(at, geometry): &(DPose3, Geometry)| Collision {
+        link_from_shape: *at,
+        geometry: geometry.clone(),
+        material: Material::default(),
+    };
+    let link = Link {
+        name: "body".into(),
+        inertial: Inertial { mass, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moment) },
+        visuals: Vec::new(),
+        collisions: shapes.iter().map(collision).collect(),
+    };
+    Arc::new(RobotModel { name: "solid".into(), links: vec![link], joints: Vec::new() })
+}
+
+/// A box of these full lengths.
+pub fn cuboid(size: DVec3, mass: f64) -> Arc<RobotModel> {
+    solid(&[(DPose3::IDENTITY, Geometry::Box { size })], mass)
+}
+
+/// A ball.
+pub fn ball(radius: f64, mass: f64) -> Arc<RobotModel> {
+    solid(&[(DPose3::IDENTITY, Geometry::Sphere { radius })], mass)
+}
+
+/// All that lies below a plane.
+pub fn plane(normal: DVec3) -> Arc<RobotModel> {
+    solid(&[(DPose3::IDENTITY, Geometry::Plane { normal })], 1.0)
+}
+
+/// A floor and four walls, open above; the inside is `size` long, wide and high, and the floor's
+/// upper side lies at 0.
+pub fn container(size: DVec3) -> Arc<RobotModel> {
+    const THICK: f64 = 0.1;
+    let wall = |at: DVec3, size: DVec3| (DPose3::from_translation(at), Geometry::Box { size });
+    let (x, y, z) = (size.x, size.y, size.z);
+    let long = y + 2.0 * THICK;
+    solid(
+        &[
+            wall(DVec3::new(0.0, 0.0, -THICK / 2.0), DVec3::new(x + 2.0 * THICK, long, THICK)),
+            wall(DVec3::new((x + THICK) / 2.0, 0.0, z / 2.0), DVec3::new(THICK, long, z)),
+            wall(DVec3::new(-(x + THICK) / 2.0, 0.0, z / 2.0), DVec3::new(THICK, long, z)),
+            wall(DVec3::new(0.0, (y + THICK) / 2.0, z / 2.0), DVec3::new(x, THICK, z)),
+            wall(DVec3::new(0.0, -(y + THICK) / 2.0, z / 2.0), DVec3::new(x, THICK, z)),
+        ],
+        1.0,
+    )
+}
+
+/// A request for a robot at rest, without an actuator.
+pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> Spawn {
+    Spawn {
+        name: name.into(),
+        allow_renaming: false,
+        model: Arc::clone(model),
+        shapes: Arc::new(Shapes::new(model)),
+        pose,
+        fixed_base: Some(fixed),
+        passive: true,
+        joint_positions: Vec::new(),
+        touches: Touches::default(),
+        loaded_at_start: false,
+    }
+}
+
+/// Friction and restitution of all of a robot's links.
+pub fn surface(friction: f64, restitution: f64) -> Touches {
+    let material = Material { friction: Some(friction), restitution: Some(restitution) };
+    Touches { itself: false, links: vec![LinkProperties { link: String::new(), material }] }
+}
+
+/// Applies a command that must be accepted.
+///
+/// # Panics
+/// Where it is refused: then the test has failed.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub fn apply(world: &mut Simulation, command: Command) {
+    if let Err(refused) = world.apply(&command) {
+        panic!("{refused}");
+    }
+}
+
+/// Spawns a robot.
+pub fn spawn(world: &mut Simulation, spawn: Spawn) {
+    apply(world, Command::Spawn(Box::new(spawn)));
+}
+
+/// Gives a free root other velocities, world axes.
+pub fn throw(world: &mut Simulation, robot: &str, linear: DVec3, angular: DVec3) {
+    let twist = Some((linear, angular));
+    apply(world, Command::SetEntityState { robot: robot.into(), pose: None, twist });
+}
+
+/// What the world looks like.
+pub fn look(world: &Simulation) -> Snapshot {
+    let mut snapshot = Snapshot::default();
+    world.observe(&mut snapshot);
+    snapshot
+}
+
+/// What touches, of one robot or of all.
+pub fn contacts(world: &Simulation, robot: Option<&str>) -> Vec<ContactReport> {
+    match world.query(&Query::Contacts { robot: robot.map(str::to_owned) }) {
+        Ok(Answer::Contacts(contacts)) => contacts,
+        _ => Vec::new(),
+    }
+}
+
+/// Ten boxes of 0.2 m and 1 kg on a plane, one on the other.
+pub fn stack(time_step: f64) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    let model = cuboid(DVec3::splat(0.2), 1.0);
+    for i in 0..10 {
+        let at = DPose3::from_translation(DVec3::new(0.0, 0.0, 0.1 + 0.2 * f64::from(i)));
+        spawn(&mut world, robot(&format!("box-{i}"), &model, at, false));
+    }
+    world
+}
+
+/// So many balls of 5 cm radius and 0.1 kg, in a loose grid above a box of 1 m by 1 m.
+pub fn rain(time_step: f64, count: usize) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("box", &container(DVec3::new(1.0, 1.0, 2.0)), DPose3::IDENTITY, true));
+    let model = ball(0.05, 0.1);
+    for i in 0..count {
+        let (layer, place) = (i / 64, i % 64);
+        let shift = 0.01 * (layer % 3) as f64;
+        let at = DVec3::new(
+            -0.42 + 0.115 * (place % 8) as f64 + shift,
+            -0.42 + 0.115 * (place / 8) as f64 + 0.5 * shift,
+            0.1 + 0.11 * layer as f64,
+        );
+        spawn(&mut world, robot(&format!("ball-{i}"), &model, DPose3::from_translation(at), false));
+    }
+    world
+}
+
+/// A link of one box, at a place in its own frame, with its mass there.
+fn boxed(name: &str, at: DVec3, size: DVec3, mass: f64) -> Link {
+    let mut link = cuboid(size, mass).links[0].clone();
+    link.name = name.into();
+    link.inertial.center_of_mass = at;
+    for collision in &mut link.collisions {
+        collision.link_from_shape = DPose3::from_translation(at);
+    }
+    link
+}
+
+fn joint(name: &str, kind: JointKind, (parent, child): (usize, usize), at: DVec3, axis: DVec3) -> Joint {
+    Joint {
+        name: name.into(),
+        kind,
+        parent,
+        child,
+        parent_from_joint: DPose3::from_translation(at),
+        axis,
+        limits: Limits::default(),
+        damping: 0.0,
+        friction: 0.0,
+        mimic: None,
+    }
+}
+
+/// A base without a shape, and a rod of this length that hangs from it and turns about y.
+pub fn pendulum(length: f64, mass: f64) -> Arc<RobotModel> {
+    let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
+    let rod = boxed("rod", DVec3::Z * (-length / 2.0), DVec3::new(0.04, 0.04, length), mass);
+    let hinge = joint("hinge", JointKind::Continuous, (0, 1), DVec3::ZERO, DVec3::Y);
+    Arc::new(RobotModel { name: "pendulum".into(), links: vec![base, rod], joints: vec![hinge] })
+}
+
+/// A hand that goes up and down on a rail, with two fingers that close along y. With the lift at 0
+/// the finger tips are at the base's height; open by 0.1 m each at 0.
+pub fn gripper() -> Arc<RobotModel> {
+    let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
+    let hand = boxed("hand", DVec3::Z * 0.2, DVec3::new(0.1, 0.3, 0.05), 1.0);
+    let finger = |name: &str| boxed(name, DVec3::Z * 0.05, DVec3::new(0.03, 0.02, 0.1), 0.1);
+    let slide = |name: &str, child: usize, y: f64| {
+        let axis = DVec3::Y * -y.signum();
+        let mut joint = joint(name, JointKind::Prismatic, (1, child), DVec3::Y * y, axis);
+        joint.limits = Limits { lower: Some(0.0), upper: Some(0.1), effort: Some(20.0), velocity: Some(0.5) };
+        joint
+    };
+    let mut lift = joint("lift", JointKind::Prismatic, (0, 1), DVec3::ZERO, DVec3::Z);
+    lift.limits = Limits { lower: Some(0.0), upper: Some(1.0), effort: Some(200.0), velocity: Some(0.3) };
+    Arc::new(RobotModel {
+        name: "gripper".into(),
+        links: vec![base, hand, finger("left"), finger("right")],
+        joints: vec![lift, slide("left", 2, 0.11), slide("right", 3, -0.11)],
+    })
+}
+
+/// Sends joints of a robot to positions.
+pub fn go_to(world: &mut Simulation, robot: &str, positions: &[(&str, f64)]) {
+    let target = |&(joint, position): &(&str, f64)| JointTarget {
+        joint: joint.into(),
+        axis: 0,
+        target: Target::Position {
+            position,
+            velocity: 0.0,
+            stiffness: None,
+            damping: None,
+            feed_forward: 0.0,
+        },
+    };
+    let joints = positions.iter().map(target).collect();
+    let robots = vec![RobotTargets { robot: robot.into(), joints, ..RobotTargets::default() }];
+    apply(world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
+}
+
+/// A quadruped's joints as it stands: hip, upper and lower joint of a leg, rad.
+pub const A1_STANDS: [f64; 3] = [0.0, 0.67, -1.3];
+
+/// An A1, as `pybullet_data` has it, above the ground with its legs bent, holding them so.
+pub fn a1(time_step: f64, model: &Arc<RobotModel>) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    let at = DPose3::from_translation(DVec3::Z * 0.36);
+    let moving = model.joints.iter().filter(|joint| joint.kind.moves());
+    let positions = moving.map(|joint| (joint.name.clone(), a1_angle(&joint.name)));
+    let standing =
+        Spawn { joint_positions: positions.collect(), passive: false, ..robot("a1", model, at, false) };
+    spawn(&mut world, standing);
+    world
+}
+
+fn a1_angle(joint: &str) -> f64 {
+    let part = ["hip", "upper", "lower"].into_iter().position(|part| joint.contains(part));
+    part.and_then(|part| A1_STANDS.get(part)).copied().unwrap_or(0.0)
+}
+
+/// A free robot that stands on the ground with this height of its root, holding its joints at 0.
+pub fn standing(time_step: f64, model: &Arc<RobotModel>, height: f64) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    let at = DPose3::from_translation(DVec3::Z * height);
+    spawn(&mut world, Spawn { passive: false, ..robot("robot", model, at, false) });
+    world
+}

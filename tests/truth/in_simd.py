@@ -1,0 +1,42 @@
+"""The cases in simd: the bench binary `truth`, and the closed forms of the physics suite."""
+
+import json
+import os
+import subprocess
+
+import numpy as np
+
+CARGO = os.environ.get("CARGO", "cargo")
+
+
+def run(repository, folder, asks):
+    """Views of each (case, time step, instants), as exact.py has them."""
+    listing = folder / "asks.json"
+    listing.write_text(json.dumps([
+        {"case": case.request(), "time_step": h, "instants": instants} for case, h, instants in asks]))
+    answers = subprocess.run([build(repository), str(listing)], stdout=subprocess.PIPE, check=True).stdout.splitlines()
+    out = []
+    for answer in answers:
+        views = json.loads(answer)
+        out.append([(np.array(view["joints"]), view["root"] and np.array(view["root"])) for view in views])
+    return out
+
+
+def build(repository):
+    command = [CARGO, "bench", "--locked", "--profile", "dev", "-p", "simd-tests", "--bench", "truth", "--no-run"]
+    built = subprocess.run([*command, "--message-format=json"], cwd=repository, stdout=subprocess.PIPE, check=True)
+    for line in built.stdout.splitlines():
+        message = json.loads(line)
+        if message.get("executable") and message["target"]["name"] == "truth":
+            return message["executable"]
+    raise RuntimeError("cargo built no bench called truth")
+
+
+def closed_forms(repository):
+    """What the tests of formulas print, and whether all of them passed."""
+    command = [CARGO, "test", "--locked", "-p", "simd-tests", "--test", "physics", "--", "--nocapture",
+               "--test-threads=1", "closed_forms"]
+    done = subprocess.run(command, cwd=repository, stdout=subprocess.PIPE, text=True)
+    mark = "closed form "
+    lines = [line.split(mark, 1)[1] for line in done.stdout.splitlines() if mark in line]
+    return [json.loads(line) for line in lines], done.returncode == 0
