@@ -43,6 +43,8 @@ def test_a_turn_costs_one_round_trip(script: ModuleType, calls: Calls) -> None:
             script.getJointState(arm, joint)
         script.getJointStates(arm, range(7))
         script.stepSimulation()
+    # Sliders are asked for now and then, by the wall clock, beside being published.
+    calls.pop("ParameterService/GetParameters", None)
     assert calls == {"SimulationService/StepSimulation": 50}
 
 

@@ -56,7 +56,6 @@ class Sliders:
             methods.AddParameter, AddParameterRequest(parameter=wanted, name_taken=policy)
         ).parameter
         self._wire.watch_parameters()
-        self._wire.ask_parameters()
         self._items[self._next] = _Item(added.name, start, button)
         self._next += 1
         return self._next - 1

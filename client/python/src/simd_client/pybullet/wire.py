@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,6 +37,8 @@ from .errors import error
 _CONNECT = 3.0
 # Wall seconds that a call waits for its answer, until a script says otherwise.
 _TIMEOUT = 10.0
+# Wall seconds after which a copy of the parameters is asked for again.
+_REFRESH = 0.5
 
 
 class NobodyThere(Exception):
@@ -70,6 +73,7 @@ class Wire:
         self.timeout = _TIMEOUT
         self._subscribers: list[zenoh.Subscriber[None]] = []
         self._parameters: ParameterList | None = None
+        self._parameters_until = 0.0
         # Not read yet.
         self._parameters_bytes: bytes | None = None
         self._states_bytes: dict[str, bytes] = {}
@@ -161,13 +165,14 @@ class Wire:
     def watch_parameters(self) -> None:
         """Begins to keep a copy of the daemon's parameters."""
         if self._parameters is None:
-            # First the subscription: what changes after the answer is then sure to arrive.
+            # First the subscription: what changes after the answer is then sure to be published.
             self._subscribe(keys.parameters(self._link.name), self._take_parameters)
-            self._parameters = self.call(methods.GetParameters, GetParametersRequest()).list
+        self.ask_parameters()
 
     def parameters(self) -> ParameterList:
-        """The newest copy."""
-        self.watch_parameters()
+        """The newest copy. A publication may be lost on a full network: it is asked for now and then."""
+        if self._parameters is None or time.monotonic() > self._parameters_until:
+            self.watch_parameters()
         assert self._parameters is not None
         payload, self._parameters_bytes = self._parameters_bytes, None
         if payload is not None:
@@ -176,10 +181,10 @@ class Wire:
                 self._parameters = newest
         return self._parameters
 
-    def ask_parameters(self) -> ParameterList:
+    def ask_parameters(self) -> None:
         """A copy that is sure to hold what was done before."""
         self._parameters = self.call(methods.GetParameters, GetParametersRequest()).list
-        return self._parameters
+        self._parameters_until = time.monotonic() + _REFRESH
 
     def watch_states(self) -> None:
         """Begins to keep the newest joint states of each robot, as the daemon publishes them."""
