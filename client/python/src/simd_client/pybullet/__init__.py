@@ -10,6 +10,7 @@ from . import (
     connections,
     constants,
     constraints,
+    contacts,
     dynamics,
     headless,
     joints,
@@ -25,6 +26,7 @@ from .cameras import *
 from .connections import *
 from .constants import *
 from .constraints import *
+from .contacts import *
 from .dynamics import *
 from .errors import error
 from .headless import *
@@ -42,6 +44,7 @@ __all__ += cameras.__all__
 __all__ += connections.__all__
 __all__ += constants.__all__
 __all__ += constraints.__all__
+__all__ += contacts.__all__
 __all__ += dynamics.__all__
 __all__ += headless.__all__
 __all__ += joints.__all__

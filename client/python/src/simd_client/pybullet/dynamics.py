@@ -5,7 +5,13 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from typing import Any
 
-from simd_client.proto import LinkInfo, SetJointPropertiesRequest, methods
+from simd_client.proto import (
+    GetLinkPropertiesRequest,
+    LinkInfo,
+    SetJointPropertiesRequest,
+    SetLinkPropertiesRequest,
+    methods,
+)
 
 from . import descriptions
 from .arguments import Vector, vector
@@ -15,10 +21,10 @@ from .errors import error, unsupported
 from .rotations import Matrix, matrix
 from .world import World
 
+# What PyBullet says of a link's surface, where it touches nothing.
+_SURFACE = {"lateralFriction": 0.5, "restitution": 0.0}
 # What PyBullet says of contacts where nobody said anything else.
 _CONTACT = {
-    "lateralFriction": 0.5,
-    "restitution": 0.0,
     "rollingFriction": 0.0,
     "spinningFriction": 0.0,
     "contactDamping": -1.0,
@@ -43,12 +49,13 @@ _MULTI_BODY = 2
 def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
     """Mass, lateral friction, diagonal inertia, pose of the centre of mass, restitution, rolling and
     spinning friction, contact damping and stiffness, kind of body, collision margin."""
-    body = connected(physicsClientId).body(bodyUniqueId, "getDynamicsInfo failed; invalid return status")
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "getDynamicsInfo failed; invalid return status")
     name = body.link_name(linkIndex)
     if name is None:
         raise error("invalid linkIndex.")
     link = body.links[body.link_places[name]]
-    noted = {**_CONTACT, **body.noted.get(linkIndex, {})}
+    noted = {**_CONTACT, **body.noted.get(linkIndex, {}), **_surface(world, body, name)}
     part_of_the_world = linkIndex == -1 and body.fixed
     return (
         0.0 if part_of_the_world else link.mass,
@@ -63,6 +70,19 @@ def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0)
         _MULTI_BODY,
         noted["collisionMargin"],
     )
+
+
+def _surface(world: World, body: Body, link: str) -> dict[str, float]:
+    """Friction and restitution of a link, as the daemon has them."""
+    told = dict(_SURFACE)
+    answer = world.wire.call(methods.GetLinkProperties, GetLinkPropertiesRequest(robot=body.robot))
+    for properties in answer.links:
+        if properties.link == link:
+            if properties.HasField("friction"):
+                told["lateralFriction"] = properties.friction
+            if properties.HasField("restitution"):
+                told["restitution"] = properties.restitution
+    return told
 
 
 def _diagonal(body: Body, link: LinkInfo) -> Vector:
@@ -105,8 +125,8 @@ def changeDynamics(
     sleepThreshold: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Mass and inertia of a link, damping, limits and top speed of the joint that it hangs on. What
-    belongs to contacts and to Bullet's solver is kept for getDynamicsInfo, and said once to do nothing."""
+    """Mass, inertia, friction and restitution of a link, damping, limits and top speed of the joint that it
+    hangs on. What belongs to Bullet's solver is kept for getDynamicsInfo, and said once to do nothing."""
     given = dict(locals())
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
@@ -116,6 +136,8 @@ def changeDynamics(
     if noted:
         body.noted.setdefault(linkIndex, {}).update(noted)
         world.say_once(f"changeDynamics: {', '.join(noted)} are kept, and do nothing")
+    if lateralFriction is not None or restitution is not None:
+        _set_surface(world, body, linkIndex, lateralFriction, restitution)
     if jointLimitForce is not None:
         world.say_once("changeDynamics: jointLimitForce does nothing: limits are hard stops")
     if mass is not None or localInertiaDiagonal is not None:
@@ -125,6 +147,18 @@ def changeDynamics(
         value is not None for value in (jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
     ):
         _set_joint(world, body, linkIndex, jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
+
+
+def _set_surface(
+    world: World, body: Body, index: int, friction: float | None, restitution: float | None
+) -> None:
+    request = SetLinkPropertiesRequest(robot=body.robot)
+    properties = request.links.add(link=body.link_name(index) or "")
+    if friction is not None:
+        properties.friction = float(friction)
+    if restitution is not None:
+        properties.restitution = float(restitution)
+    world.wire.call(methods.SetLinkProperties, request)
 
 
 def _set_joint(

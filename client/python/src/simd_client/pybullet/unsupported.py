@@ -6,10 +6,9 @@ from typing import Any, NoReturn
 
 from .errors import unsupported
 
-_CONTACTS = "the daemon does not tell contacts yet"
+_CONTACTS = "the daemon tells what touches, and no more"
 _BOXES = "the daemon does not tell bounding boxes"
 _DRAWN = "shapes are told to viewers only"
-_RAYS = "the daemon does not cast rays yet"
 _IMAGES = "a daemon draws no images"
 _SOFT = "simd has rigid bodies only"
 _FILES = "only URDF files are read"
@@ -37,7 +36,6 @@ getAABB = _raises("getAABB", _BOXES)
 getCameraImage = _raises("getCameraImage", _IMAGES)
 getClosestPoints = _raises("getClosestPoints", _CONTACTS)
 getCollisionShapeData = _raises("getCollisionShapeData", _DRAWN)
-getContactPoints = _raises("getContactPoints", _CONTACTS)
 getMeshData = _raises("getMeshData", _SOFT)
 getOverlappingObjects = _raises("getOverlappingObjects", _BOXES)
 getTetraMeshData = _raises("getTetraMeshData", _SOFT)
@@ -51,9 +49,6 @@ loadMJCF = _raises("loadMJCF", _FILES)
 loadPlugin = _raises("loadPlugin", _PLUGINS)
 loadSDF = _raises("loadSDF", _FILES)
 loadSoftBody = _raises("loadSoftBody", _SOFT)
-performCollisionDetection = _raises("performCollisionDetection", _CONTACTS)
-rayTest = _raises("rayTest", _RAYS)
-rayTestBatch = _raises("rayTestBatch", _RAYS)
 removeUserData = _raises("removeUserData", _DATA)
 renderImage = _raises("renderImage", _IMAGES)
 resetMeshData = _raises("resetMeshData", _SOFT)
@@ -76,7 +71,6 @@ __all__ = [
     "getCameraImage",
     "getClosestPoints",
     "getCollisionShapeData",
-    "getContactPoints",
     "getMeshData",
     "getNumUserData",
     "getOverlappingObjects",
@@ -90,9 +84,6 @@ __all__ = [
     "loadPlugin",
     "loadSDF",
     "loadSoftBody",
-    "performCollisionDetection",
-    "rayTest",
-    "rayTestBatch",
     "removeUserData",
     "renderImage",
     "resetMeshData",

@@ -8,26 +8,17 @@ from __future__ import annotations
 
 import sys
 import uuid
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol
 
 from simd_client.proto import (
     DeleteEntityRequest,
-    GetEntityStateRequest,
-    GetEntityStateResponse,
     GetJointLayoutRequest,
-    GetJointStatesRequest,
-    GetLinkPosesRequest,
-    GetLinkStatesRequest,
     GetPhysicsRequest,
     GetSimulationStateRequest,
-    JointStates,
     ListEntitiesRequest,
     NextJointStatesRequest,
     Physics,
     ResetSimulationRequest,
-    RobotJointStates,
-    RobotLinkPoses,
-    RobotLinkStates,
     RobotTargets,
     SetJointPropertiesRequest,
     SetJointTargetsRequest,
@@ -42,6 +33,7 @@ from . import bodies, motors
 from .bodies import Body, BodyJoint
 from .errors import error
 from .primitives import Shapes
+from .readings import Readings
 from .targets import joint_target
 
 if TYPE_CHECKING:
@@ -68,19 +60,17 @@ class Log(Protocol):
         ...
 
 
-State = TypeVar("State")
-
 # How long stepSimulation waits for the next state of a world that plays, seconds.
 _NEXT_STATE = 1.0
 # PyBullet's time step, until a script sets another.
 TIME_STEP = 1.0 / 240.0
 
 
-class World:
+class World(Readings):
     """The daemon's world as one script sees it."""
 
     def __init__(self, wire: Wire, method: int, sliders: Sliders, child: bool) -> None:
-        self.wire = wire
+        super().__init__(wire)
         # What the script asked `connect` for.
         self.method = method
         # The daemon was started for this script.
@@ -94,23 +84,12 @@ class World:
         self.gravity: Vector = (0.0, 0.0, 0.0)
         self.time_step = TIME_STEP
         self.substeps = 0
-        self.playing = False
         self.bodies: dict[int, Body] = {}
-        # The next state must be newer than this.
-        self.sequence = 0
-        self.sim_time = 0.0
         self._waiting: dict[tuple[int, int], None] = {}
-        self._joint_states: dict[str, RobotJointStates] | None = None
-        self._link_poses: dict[str, RobotLinkPoses] = {}
-        self._link_states: dict[str, RobotLinkStates] = {}
-        self._roots: dict[str, GetEntityStateResponse] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.collision_shapes = Shapes()
         self.visual_shapes = Shapes()
-        # Joint states of a world that plays arrive by themselves.
-        self._publishes = False
-        self._watching = False
         self._said: set[str] = set()
         self._snapshots = 0
         self._script = uuid.uuid4().hex[:8]
@@ -223,11 +202,11 @@ class World:
                 if refusal.reason != "WRONG_STATE":
                     raise
                 # Somebody else pressed play.
-                self._now_playing(True)
+                self.now_playing(True)
                 self._follow()
             else:
                 self._sent()
-                self._take(answer.states)
+                self.take(answer.states)
         for log in self._logs.values():
             log(self)
 
@@ -236,7 +215,7 @@ class World:
         self.flush()
         request = NextJointStatesRequest(after_sequence=self.sequence, timeout=_NEXT_STATE)
         before = self.sequence
-        self._take(self.wire.call(methods.NextJointStates, request).states)
+        self.take(self.wire.call(methods.NextJointStates, request).states)
         if self.sequence == before:
             # Nothing moved for a second: perhaps somebody paused it.
             self.read_state()
@@ -279,73 +258,6 @@ class World:
                 motor.torque = None
                 self._waiting[(number, index)] = None
 
-    # What the world looks like.
-
-    def joint_states(self, body: Body) -> RobotJointStates:
-        """Of the newest step, or of now where something else changed since or the world plays."""
-        if self._joint_states is None:
-            self._take(self._ask_joint_states())
-        elif self.playing:
-            self._take_published(body)
-        states = self._joint_states.get(body.robot) if self._joint_states else None
-        if states is None or states.layout_version != body.layout_version:
-            raise error(f"the robot {body.robot} is gone, or somebody reloaded it")
-        return states
-
-    def _ask_joint_states(self) -> JointStates:
-        return self.wire.call(methods.GetJointStates, GetJointStatesRequest()).states
-
-    def _take_published(self, body: Body) -> None:
-        """What the daemon published last; where it publishes nothing, what it answers."""
-        published = self.wire.published(body.robot)
-        if published is None:
-            if self._publishes:
-                return
-            self._take(self._ask_joint_states())
-        elif self._joint_states is not None and published.stamp.sequence > self.sequence:
-            self._publishes = True
-            for robot in published.robots:
-                self._joint_states[robot.robot] = robot
-
-    def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
-        """Poses of a body's links: of the newest step, as `joint_states`."""
-        states = None if self.playing else self._link_states.get(body.robot)
-        if states is not None:
-            return states
-        if self.playing or not self._link_poses:
-            answer = self.wire.call(methods.GetLinkPoses, GetLinkPosesRequest())
-            self._link_poses = {robot.robot: robot for robot in answer.robots}
-        return _of(self._link_poses, body)
-
-    def link_states(self, body: Body) -> RobotLinkStates:
-        """Poses and rates of a body's links: of the newest step, as `joint_states`."""
-        if self.playing or not self._link_states:
-            answer = self.wire.call(methods.GetLinkStates, GetLinkStatesRequest())
-            self._link_states = {robot.robot: robot for robot in answer.robots}
-        return _of(self._link_states, body)
-
-    def root(self, body: Body) -> GetEntityStateResponse:
-        """Pose and rates of a body's root: of the newest step, as `joint_states`."""
-        state = None if self.playing else self._roots.get(body.robot)
-        if state is None:
-            state = self.wire.call(methods.GetEntityState, GetEntityStateRequest(robot=body.robot))
-            self._roots[body.robot] = state
-        return state
-
-    def forget_states(self) -> None:
-        """Something changed other than by a step."""
-        self._joint_states = None
-        self._forget_places()
-
-    def _forget_places(self) -> None:
-        self._link_poses, self._link_states, self._roots = {}, {}, {}
-
-    def _take(self, states: JointStates) -> None:
-        self.sequence = states.stamp.sequence
-        self.sim_time = states.stamp.sim_time
-        self._joint_states = {robot.robot: robot for robot in states.robots}
-        self._forget_places()
-
     # The world's settings.
 
     def set_physics(self, request: SetPhysicsRequest) -> None:
@@ -356,13 +268,7 @@ class World:
         """Learns how the world is set, and whether it plays."""
         self._learn(self.wire.call(methods.GetPhysics, GetPhysicsRequest()).physics)
         state = self.wire.call(methods.GetSimulationState, GetSimulationStateRequest()).state
-        self._now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
-
-    def _now_playing(self, playing: bool) -> None:
-        self.playing = playing
-        if playing and not self._watching:
-            self._watching = True
-            self.wire.watch_states()
+        self.now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
 
     def _learn(self, physics: Physics) -> None:
         self.gravity = (physics.gravity.x, physics.gravity.y, physics.gravity.z)
@@ -402,7 +308,7 @@ class World:
             SimulationState.SIMULATION_STATE_PLAYING if playing else SimulationState.SIMULATION_STATE_PAUSED
         )
         self.wire.call(methods.SetSimulationState, SetSimulationStateRequest(state=wanted))
-        self._now_playing(playing)
+        self.now_playing(playing)
         self.forget_states()
 
     def reset(self) -> None:
@@ -459,11 +365,3 @@ class World:
             self.flush()
         self.sliders.remove_own()
         self.wire.close()
-
-
-def _of(found: Mapping[str, State], body: Body) -> State:
-    """What was told of a body."""
-    state = found.get(body.robot)
-    if state is None:
-        raise error(f"the robot {body.robot} is gone")
-    return state

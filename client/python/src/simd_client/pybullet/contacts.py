@@ -1,0 +1,165 @@
+"""What touches what, and what a ray hits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from simd_client.proto import CastRaysRequest, Contact, GetContactsRequest, RayHit, methods
+
+from .arguments import ORIGIN, Pose, Vector, vector
+from .bodies import Body
+from .connections import connected
+from .errors import error
+from .kinematics import link_pose
+from .rotations import compose, cross
+from .world import World
+
+# Rays of one question to the daemon.
+_MOST_RAYS = 1000
+# Any link, where a link's number is asked for; -1 is the base.
+_ANY = -2
+_MISS = (-1, -1, 1.0, ORIGIN, ORIGIN)
+
+
+def getContactPoints(
+    bodyA: int = -1,
+    bodyB: int = -1,
+    linkIndexA: int = _ANY,
+    linkIndexB: int = _ANY,
+    physicsClientId: int = 0,
+) -> tuple[tuple[Any, ...], ...]:
+    """The points of the last step at which bodies touch, 14 values each: see docs/pybullet.md."""
+    world = connected(physicsClientId)
+    asked = max(bodyA, bodyB)
+    if asked >= 0 and asked not in world.bodies:
+        return ()
+    request = GetContactsRequest(robot=world.bodies[asked].robot if asked >= 0 else "")
+    numbers = _numbers(world)
+    found: list[tuple[Any, ...]] = []
+    for contact in world.wire.call(methods.GetContacts, request).contacts:
+        a = numbers.get((contact.robot_a, contact.link_a))
+        b = numbers.get((contact.robot_b, contact.link_b))
+        if a is None or b is None:
+            # A robot that another client brought since: syncBodyInfo tells of it.
+            continue
+        for first, second, sign in ((a, b, 1.0), (b, a, -1.0)):
+            if _asked(first, bodyA, linkIndexA) and _asked(second, bodyB, linkIndexB):
+                found.append(_told(contact, first, second, sign))
+                break
+    return tuple(found)
+
+
+def _asked(place: tuple[int, int], body: int, link: int) -> bool:
+    return body in (-1, place[0]) and link in (_ANY, place[1])
+
+
+def _told(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
+    """PyBullet's normal is on B and shows to A, the daemon's from its first robot to its second; `sign`
+    is -1 where the two have changed places. Forces are those on A."""
+    n = contact.normal
+    normal = (-sign * n.x, -sign * n.y, -sign * n.z)
+    half = contact.depth / 2.0
+    p = contact.point
+    on_a = (p.x - normal[0] * half, p.y - normal[1] * half, p.z - normal[2] * half)
+    on_b = (p.x + normal[0] * half, p.y + normal[1] * half, p.z + normal[2] * half)
+    f = contact.friction_force
+    rub, across, along = _friction((-sign * f.x, -sign * f.y, -sign * f.z), normal)
+    sides = (a[0], b[0], a[1], b[1])
+    return (0, *sides, on_a, on_b, normal, -contact.depth, contact.normal_force, rub, across, 0.0, along)
+
+
+def _friction(force: Vector, normal: Vector) -> tuple[float, Vector, Vector]:
+    """All of it along one direction, and the direction across that has none."""
+    size = math.sqrt(sum(x * x for x in force))
+    if size == 0.0:
+        # Any direction in the plane of the contact.
+        axis = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0)
+        side = cross(normal, axis)
+        length = math.sqrt(sum(x * x for x in side)) or 1.0
+    else:
+        side, length = force, size
+    unit = (side[0] / length, side[1] / length, side[2] / length)
+    return size, unit, cross(normal, unit)
+
+
+def _numbers(world: World) -> dict[tuple[str, str], tuple[int, int]]:
+    """PyBullet's numbers by the names of robot and link."""
+    return {
+        (body.robot, name): (body.unique_id, number)
+        for body in world.bodies.values()
+        for number, name in enumerate((body.base_link, *(joint.link for joint in body.joints)), start=-1)
+    }
+
+
+def performCollisionDetection(physicsClientId: int = 0) -> None:
+    """Contacts are those of the last step; nothing else is to be done."""
+    connected(physicsClientId)
+
+
+def rayTest(
+    rayFromPosition: Any,
+    rayToPosition: Any,
+    collisionFilterMask: int = -1,
+    reportHitNumber: int = -1,
+    physicsClientId: int = 0,
+) -> tuple[tuple[Any, ...], ...]:
+    """What a straight line meets first: body, link, fraction of the way, place, normal."""
+    return rayTestBatch([rayFromPosition], [rayToPosition], physicsClientId=physicsClientId)
+
+
+def rayTestBatch(
+    rayFromPositions: Any,
+    rayToPositions: Any,
+    numThreads: int = 1,
+    parentObjectUniqueId: int = -1,
+    parentLinkIndex: int = -1,
+    reportHitNumber: int = -1,
+    collisionFilterMask: int = -1,
+    fractionEpsilon: float = 0.0,
+    physicsClientId: int = 0,
+) -> tuple[tuple[Any, ...], ...]:
+    """`rayTest` for many lines, in world axes or in those of a link."""
+    del numThreads, reportHitNumber, collisionFilterMask, fractionEpsilon
+    world = connected(physicsClientId)
+    if len(rayFromPositions) != len(rayToPositions):
+        raise error("Size of from_positions need to be equal to size of to_positions.")
+    frame = _frame(world, parentObjectUniqueId, parentLinkIndex)
+    numbers = _numbers(world)
+    answers: list[tuple[Any, ...]] = []
+    for start in range(0, len(rayFromPositions), _MOST_RAYS):
+        request = CastRaysRequest()
+        part = slice(start, start + _MOST_RAYS)
+        for begin, end in zip(rayFromPositions[part], rayToPositions[part], strict=True):
+            ray = request.rays.add()
+            for wire, place in ((getattr(ray, "from"), begin), (ray.to, end)):
+                wire.x, wire.y, wire.z = _placed(frame, vector(place, "a ray's ends need 3 numbers each"))
+        hits = world.wire.call(methods.CastRays, request).hits
+        answers.extend(_hit(hit, numbers) for hit in hits)
+    return tuple(answers)
+
+
+def _frame(world: World, number: int, link: int) -> Pose | None:
+    """world_from_link of the link that rays are given in."""
+    if number < 0:
+        return None
+    body: Body = world.body(number, "there is no such body")
+    name = body.link_name(link)
+    if name is None:
+        raise error("Link index out-of-range.")
+    return link_pose(body, world.link_poses(body), name)
+
+
+def _placed(frame: Pose | None, place: Vector) -> Vector:
+    return place if frame is None else compose(frame, (place, (0.0, 0.0, 0.0, 1.0)))[0]
+
+
+def _hit(hit: RayHit, numbers: dict[tuple[str, str], tuple[int, int]]) -> tuple[Any, ...]:
+    if not hit.hit:
+        return _MISS
+    body, link = numbers.get((hit.robot, hit.link), (-1, -1))
+    place, normal = hit.point, hit.normal
+    return (body, link, hit.fraction, (place.x, place.y, place.z), (normal.x, normal.y, normal.z))
+
+
+__all__ = ["getContactPoints", "performCollisionDetection", "rayTest", "rayTestBatch"]
