@@ -163,6 +163,7 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         joint_positions: robot.positions.into_iter().collect(),
         scale: robot.scale,
         strict: robot.strict,
+        mesh_shapes: Default::default(),
         touches: Default::default(),
     };
     let loaded = handle.spawn_at_start(path.clone(), request).await;

@@ -21,6 +21,7 @@ mod tests;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+use simd_core::collision::MeshShapes;
 use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
@@ -31,7 +32,7 @@ use crate::handle::{CallError, Limits};
 use decoded::Decoded;
 use disk::Roots;
 use partial::Partials;
-use reading::{Origin, Used};
+use reading::{Making, Origin, Used};
 use store::Store;
 
 /// Descriptions that are read at one time: the physics thread wants a core too.
@@ -67,6 +68,7 @@ struct Known {
     origin: Origin,
     description: Sha256,
     scale: f64,
+    mesh_shapes: MeshShapes,
     /// The description and the files.
     pinned: Vec<Sha256>,
 }
@@ -94,8 +96,8 @@ impl Loader {
         self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn options(&self, scale: f64, strict: bool) -> ReadOptions {
-        ReadOptions { scale, strict, limits: self.limits.reading }
+    fn making(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> Making {
+        Making { options: ReadOptions { scale, strict, limits: self.limits.reading }, mesh_shapes }
     }
 
     fn check_description(&self, bytes: usize) -> Result<(), CallError> {
@@ -107,7 +109,13 @@ impl Loader {
     }
 
     /// Keeps what a robot was made from for as long as its model lives.
-    fn keep(&self, model: &Arc<RobotModel>, used: Used, origin: Origin, scale: f64) -> Result<(), CallError> {
+    fn keep(
+        &self,
+        model: &Arc<RobotModel>,
+        used: Used,
+        origin: Origin,
+        making: Making,
+    ) -> Result<(), CallError> {
         let Used { description, urdf, files } = used;
         let origin = match origin {
             Origin::Inline { assets, missing, .. } => Origin::Kept { description, assets, missing },
@@ -125,7 +133,9 @@ impl Loader {
             shelf.store.pin(&[sha256]);
             pinned.push(sha256);
         }
-        shelf.known.push(Known { model: Arc::downgrade(model), origin, description, scale, pinned });
+        let Making { options: ReadOptions { scale, .. }, mesh_shapes } = making;
+        let model = Arc::downgrade(model);
+        shelf.known.push(Known { model, origin, description, scale, mesh_shapes, pinned });
         Ok(())
     }
 

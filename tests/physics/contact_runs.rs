@@ -33,7 +33,7 @@ fn jumble(rng: &mut Rng) -> Simulation {
         spawn(&mut world, robot(&format!("body-{i}"), &model, DPose3::from_parts(at, turn), false));
     }
     spawn(&mut world, Spawn { passive: false, ..robot("arm", &arm(), DPose3::IDENTITY, true) });
-    let target = Target::Velocity { velocity: 2.0, damping: None, feed_forward: 0.0 };
+    let target = Target::velocity(2.0);
     let joints = vec![JointTarget { joint: "turn".into(), axis: 0, target }];
     let robots = vec![RobotTargets { robot: "arm".into(), joints, ..Default::default() }];
     apply(&mut world, Command::SetTargets(SetTargets { robots, ..Default::default() }));

@@ -8,7 +8,7 @@ use simd_tests::scenes::*;
 const G: f64 = 9.81;
 
 /// Keeps a body from falling asleep, by a push that moves nothing.
-pub fn keep_awake(world: &mut Simulation, robot: &str) {
+pub(crate) fn keep_awake(world: &mut Simulation, robot: &str) {
     let push = LinkWrench {
         robot: robot.into(),
         link: "body".into(),

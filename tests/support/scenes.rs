@@ -237,6 +237,8 @@ pub fn go_to(world: &mut Simulation, robot: &str, positions: &[(&str, f64)]) {
             stiffness: None,
             damping: None,
             feed_forward: 0.0,
+            max_effort: None,
+            max_velocity: None,
         },
     };
     let joints = positions.iter().map(target).collect();

@@ -12,8 +12,8 @@ use clap::{Args, Subcommand};
 use simd_client::{
     Client, Error, OpenOptions, Package,
     proto::{
-        Base, DescriptionSource, ErrorReason, InitialMode, LoadReport, Pose, ReloadEntityRequest, Severity,
-        SpawnEntityRequest, description_source::Source,
+        Base, DescriptionSource, ErrorReason, InitialMode, LoadReport, MeshShapes, Pose, ReloadEntityRequest,
+        Severity, SpawnEntityRequest, description_source::Source,
     },
 };
 
@@ -95,6 +95,9 @@ pub(crate) struct Load {
     /// Links of the robot touch each other, except those that a joint connects
     #[arg(long)]
     self_collision: bool,
+    /// Collision meshes become several convex parts, not one hull each
+    #[arg(long)]
+    convex_parts: bool,
     /// PATH is on the daemon's own disk
     #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"])]
     on_daemon: bool,
@@ -172,6 +175,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         strict: arguments.strict,
         link_properties: arguments.surface.of(None).into_iter().collect(),
         self_collision: arguments.self_collision,
+        mesh_shapes: if arguments.convex_parts { MeshShapes::Decomposition } else { MeshShapes::Hull }.into(),
         ..Default::default()
     };
     let mut line = Progress::default();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use glamx::DPose3;
+use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::Touches;
 use simd_model::robot::Sha256;
 use simd_model::{LoadReport, RobotModel};
@@ -57,6 +58,8 @@ pub struct SpawnRequest {
     pub scale: f64,
     /// Refuse a robot whose report has a warning.
     pub strict: bool,
+    /// What its collision meshes become.
+    pub mesh_shapes: MeshShapes,
     /// How it touches others and itself.
     pub touches: Touches,
 }

@@ -6,15 +6,16 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bytes::Bytes;
+use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::Sha256;
-use simd_model::{ReadOptions, wire_name};
+use simd_model::wire_name;
 use tokio::sync::watch;
 
 use super::partial;
 use super::progress::{Phase, Progress, Reporter};
-use super::reading::{Made, Origin, Reading, summary};
+use super::reading::{Made, Making, Origin, Reading, summary};
 use crate::handle::{
     AssetState, CallError, Loaded, Prepared, Reloaded, SimHandle, Source, SpawnRequest, Validated,
 };
@@ -117,8 +118,8 @@ impl SimHandle {
     /// # Errors
     /// Where its bytes cannot be had.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let options = self.loader().options(scale, false);
-        let reading = self.loader().read(&source.into(), options, Reporter::default()).await?;
+        let making = self.loader().making(scale, false, MeshShapes::Hull);
+        let reading = self.loader().read(&source.into(), making, Reporter::default()).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {
             Ok(Made { model, report, .. }) => {
@@ -172,14 +173,14 @@ impl SimHandle {
         loaded_at_start: bool,
         reporter: Reporter,
     ) -> Result<Loaded, CallError> {
-        let SpawnRequest { name, scale, strict, .. } = &request;
-        let options = self.loader().options(*scale, *strict);
-        let Made { model, shapes, report } = self.make(origin, options, reporter.clone()).await?;
+        let SpawnRequest { name, scale, strict, mesh_shapes, .. } = &request;
+        let making = self.loader().making(*scale, *strict, *mesh_shapes);
+        let Made { model, shapes, report } = self.make(origin, making, reporter.clone()).await?;
         let summary = summary(&model, &report);
-        let wanted = if name.is_empty() { &model.name } else { name };
+        let name = wire_name(if name.is_empty() { &model.name } else { name });
         let spawn = Spawn {
             touches: request.touches,
-            name: wire_name(wanted),
+            name,
             allow_renaming: request.allow_renaming,
             model,
             shapes,
@@ -209,16 +210,21 @@ impl SimHandle {
         source: Option<Source>,
         strict: bool,
     ) -> Result<Reloaded, CallError> {
-        let (origin, scale) = {
+        let (origin, scale, mesh_shapes) = {
             let newest = self.newest();
             let Some((_, entity)) = newest.snapshot.entity(&robot) else {
                 let entities = newest.snapshot.world.entities.iter();
                 let known = entities.map(|entity| entity.name.clone()).collect();
                 return Err(simd_core::Error::RobotNotFound { robot, known }.into());
             };
-            let known = self.loader().with_known(&entity.model, |known| (known.origin.clone(), known.scale));
+            let known = self
+                .loader()
+                .with_known(&entity.model, |known| (known.origin.clone(), known.scale, known.mesh_shapes));
             match (source, known) {
-                (Some(source), known) => (source.into(), known.map_or(1.0, |(_, scale)| scale)),
+                (Some(source), known) => {
+                    let (scale, mesh_shapes) = known.map_or((1.0, MeshShapes::Hull), |(_, s, m)| (s, m));
+                    (source.into(), scale, mesh_shapes)
+                }
                 (None, Some(known)) => known,
                 (None, None) => {
                     let message = format!("it is not known where robot {robot:?} came from");
@@ -226,8 +232,8 @@ impl SimHandle {
                 }
             }
         };
-        let options = self.loader().options(scale, strict);
-        let Made { model, shapes, report } = self.make(origin, options, Reporter::default()).await?;
+        let making = self.loader().making(scale, strict, mesh_shapes);
+        let Made { model, shapes, report } = self.make(origin, making, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
@@ -250,15 +256,10 @@ impl SimHandle {
         self.loader().lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    async fn make(
-        &self,
-        origin: Origin,
-        options: ReadOptions,
-        reporter: Reporter,
-    ) -> Result<Made, CallError> {
-        let Reading { used, outcome } = self.loader().read(&origin, options, reporter).await?;
+    async fn make(&self, origin: Origin, making: Making, reporter: Reporter) -> Result<Made, CallError> {
+        let Reading { used, outcome } = self.loader().read(&origin, making, reporter).await?;
         let made = outcome.map_err(refused)?;
-        self.loader().keep(&made.model, used, origin, options.scale)?;
+        self.loader().keep(&made.model, used, origin, making)?;
         Ok(made)
     }
 }

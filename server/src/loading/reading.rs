@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use simd_core::collision::Shapes;
+use simd_core::collision::{MeshShapes, Shapes};
 use simd_model::robot::{JointKind, Sha256};
 use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel, Severity};
 
@@ -39,6 +39,13 @@ impl From<Source> for Origin {
             Source::Path(path) => Self::BelowRoot(path),
         }
     }
+}
+
+/// How a robot is made from its description.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Making {
+    pub(super) options: ReadOptions,
+    pub(super) mesh_shapes: MeshShapes,
 }
 
 /// A description that was read.
@@ -92,14 +99,14 @@ impl Loader {
     pub(super) async fn read(
         &self,
         origin: &Origin,
-        options: ReadOptions,
+        making: Making,
         reporter: Reporter,
     ) -> Result<Reading, CallError> {
         // Not written as two comparisons: NaN is outside too.
-        if !(f64::MIN_POSITIVE..=1000.0).contains(&options.scale) {
+        if !(f64::MIN_POSITIVE..=1000.0).contains(&making.options.scale) {
             return Err(CallError::InvalidValue {
                 element: "scale".into(),
-                value: options.scale.to_string(),
+                value: making.options.scale.to_string(),
                 expected: "it must be above 0 and at most 1000".into(),
             });
         }
@@ -131,14 +138,14 @@ impl Loader {
             };
             match material {
                 Material::Sent { urdf, files } => {
-                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
+                    let outcome = read(&urdf, &files, &making, &decoded, &reporter)?;
                     let files = files.found.into_values().map(|file| (file.sha256, file.bytes)).collect();
                     Ok(Reading::new(urdf, files, outcome))
                 }
                 Material::Disk(place) => {
                     let urdf = read_file(&place.urdf, limits.description_bytes)?;
                     let files = DiskAssets::new(&place, limits.asset_bytes);
-                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
+                    let outcome = read(&urdf, &files, &making, &decoded, &reporter)?;
                     Ok(Reading::new(urdf, files.into_files(), outcome))
                 }
             }
@@ -206,19 +213,19 @@ impl Reading {
 fn read(
     urdf: &[u8],
     files: &dyn Assets,
-    options: &ReadOptions,
+    making: &Making,
     decoded: &Decoded,
     reporter: &Reporter,
 ) -> Result<Result<Made, Refused>, CallError> {
     // Whoever does not listen does not pay for the count.
-    let described = reporter.is_heard().then(|| simd_model::describe(urdf, &options.limits));
+    let described = reporter.is_heard().then(|| simd_model::describe(urdf, &making.options.limits));
     let total = described.and_then(Result::ok).map_or(0, |described| described.asset_uris.len());
     let files = Decoding::new(decoded, files);
-    let outcome = simd_model::read(urdf, &reporter.counting(&files, total), options);
+    let outcome = simd_model::read(urdf, &reporter.counting(&files, total), &making.options);
     files.check()?;
     Ok(outcome.map(|(model, report)| {
         reporter.say(Phase::Hulls);
-        let shapes = Arc::new(Shapes::reusing(&model, &decoded.shapes()));
+        let shapes = Arc::new(Shapes::reusing(&model, making.mesh_shapes, &decoded.shapes()));
         decoded.remember(&shapes);
         Made { model: Arc::new(model), shapes, report }
     }))

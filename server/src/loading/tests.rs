@@ -61,6 +61,7 @@ fn request(source: Source) -> SpawnRequest {
         joint_positions: Vec::new(),
         scale: 1.0,
         strict: false,
+        mesh_shapes: Default::default(),
         touches: Default::default(),
     }
 }

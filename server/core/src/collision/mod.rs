@@ -22,4 +22,4 @@ mod tests;
 pub use broad::Broad;
 pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Surface};
 pub use narrow::{Narrow, Touch};
-pub use shapes::Shapes;
+pub use shapes::{MeshShapes, Shapes};

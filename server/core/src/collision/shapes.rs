@@ -1,4 +1,5 @@
-//! The shapes of a robot: primitives as they are, meshes as their convex hulls.
+//! The shapes of a robot: primitives as they are, meshes as their convex hulls or, where
+//! that is asked for, as several convex parts.
 //! Planes are half-spaces: all below them is inside.
 
 use std::collections::BTreeMap;
@@ -8,6 +9,8 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::shape::SharedShape;
+use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
+use parry3d_f64::transformation::voxelization::FillMode;
 use simd_model::RobotModel;
 use simd_model::robot::{Geometry, Material, MeshAsset, Sha256};
 
@@ -20,6 +23,34 @@ const MOST_POINTS: usize = 1_000;
 
 /// Directions in which extremes are looked for.
 const DIRECTIONS: usize = 256;
+
+/// A mesh with more triangles than this is not taken apart: its hull stands for it.
+const MOST_TRIANGLES: usize = 100_000;
+
+/// How finely a mesh is taken apart, and into how many parts at the most.
+const DECOMPOSITION: VHACDParameters = VHACDParameters {
+    concavity: 0.01,
+    alpha: 0.05,
+    beta: 0.05,
+    resolution: 64,
+    plane_downsampling: 4,
+    convex_hull_downsampling: 4,
+    fill_mode: FillMode::FloodFill { detect_cavities: false },
+    convex_hull_approximation: true,
+    max_convex_hulls: 32,
+};
+
+/// What collision meshes become.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MeshShapes {
+    /// Their convex hull.
+    #[default]
+    Hull,
+    /// At most 32 convex parts, by hierarchical approximate decomposition on 64 voxels a side
+    /// (Mamou, "Volumetric Hierarchical Approximate Convex Decomposition", 2016). What is
+    /// narrower than a voxel may be closed.
+    Decomposition,
+}
 
 /// What a robot touches with, link by link. Hulls of large meshes take long to make:
 /// not on the physics thread.
@@ -51,22 +82,21 @@ impl fmt::Debug for Shapes {
 impl Shapes {
     /// Those of a robot. A mesh that is missing touches nothing; the load report said so.
     pub fn new(model: &RobotModel) -> Self {
-        Self::reusing(model, &[])
+        Self::reusing(model, MeshShapes::Hull, &[])
     }
 
     /// The same, with the hulls that other robots have of the same meshes in the same
     /// scale: they are what would be made here.
-    pub fn reusing(model: &RobotModel, others: &[Arc<Self>]) -> Self {
+    pub fn reusing(model: &RobotModel, meshes: MeshShapes, others: &[Arc<Self>]) -> Self {
         // A mesh that is used many times has its hull made once.
         let mut hulls = Hulls::new();
         let mut parts = Vec::new();
         for (link, of) in model.links.iter().enumerate() {
             for collision in &of.collisions {
-                let Some((shape, own_from_shape)) = shape(&collision.geometry, &mut hulls, others) else {
-                    continue;
-                };
-                let link_from_shape = collision.link_from_shape * own_from_shape;
-                parts.push(Part { link, link_from_shape, shape, material: collision.material });
+                for (shape, own_from_shape) in shapes(&collision.geometry, meshes, &mut hulls, others) {
+                    let link_from_shape = collision.link_from_shape * own_from_shape;
+                    parts.push(Part { link, link_from_shape, shape, material: collision.material });
+                }
             }
         }
         Self { parts, hulls }
@@ -83,12 +113,16 @@ impl Shapes {
     }
 }
 
-/// Hulls by the mesh's hash and its scale.
-type Hulls = BTreeMap<(Sha256, [u64; 3]), Option<(SharedShape, DPose3)>>;
+/// parry's shape, and where its axes are in ours.
+type Placed = (SharedShape, DPose3);
 
-/// parry's shape, and where its axes are in ours: its cylinders stand along y, URDF's along z.
-fn shape(geometry: &Geometry, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Option<(SharedShape, DPose3)> {
-    Some(match geometry {
+/// What meshes became, by hash, scale and way.
+type Hulls = BTreeMap<(Sha256, [u64; 3], MeshShapes), Vec<Placed>>;
+
+/// What a geometry touches with; nothing where its mesh is missing. parry's cylinders stand
+/// along y, URDF's along z.
+fn shapes(geometry: &Geometry, meshes: MeshShapes, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Vec<Placed> {
+    vec![match geometry {
         Geometry::Box { size } => {
             (SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0), DPose3::IDENTITY)
         }
@@ -104,17 +138,39 @@ fn shape(geometry: &Geometry, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Opti
             (SharedShape::halfspace(normal.normalize_or(DVec3::Z)), DPose3::IDENTITY)
         }
         Geometry::Mesh { scale, asset, .. } => {
-            let asset = asset.as_deref()?;
-            let key = (asset.sha256, scale.to_array().map(f64::to_bits));
-            let made = || others.iter().find_map(|other| other.hulls.get(&key)).cloned();
-            let hull = hulls.entry(key).or_insert_with(|| made().unwrap_or_else(|| hull(asset, *scale)));
-            hull.clone()?
+            let Some(asset) = asset.as_deref() else { return Vec::new() };
+            let key = (asset.sha256, scale.to_array().map(f64::to_bits), meshes);
+            let known = || others.iter().find_map(|other| other.hulls.get(&key)).cloned();
+            let make = || match meshes {
+                MeshShapes::Decomposition => decomposition(asset, *scale),
+                MeshShapes::Hull => hull(asset, *scale).into_iter().collect(),
+            };
+            return hulls.entry(key).or_insert_with(|| known().unwrap_or_else(make)).clone();
         }
-    })
+    }]
+}
+
+/// Convex parts of a mesh; its hull where it cannot be taken apart.
+fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Placed> {
+    let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
+    let whole = || hull(mesh, scale).into_iter().collect();
+    let first = points.first().copied().unwrap_or_default();
+    let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
+    if mesh.triangles.len() > MOST_TRIANGLES || (most - least).min_element() <= THINNEST {
+        return whole();
+    }
+    let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
+    let parts = parts.compute_exact_convex_hulls(&points, &mesh.triangles);
+    let hull = |(points, _): (Vec<DVec3>, Vec<[u32; 3]>)| {
+        let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
+        Some((SharedShape::convex_hull(&points)?, DPose3::IDENTITY))
+    };
+    let parts: Vec<Placed> = parts.into_iter().filter_map(hull).collect();
+    if parts.is_empty() { whole() } else { parts }
 }
 
 /// The convex hull of a mesh; of one that is flat, its bounding box.
-fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<(SharedShape, DPose3)> {
+fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Placed> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
     let first = *points.first()?;

@@ -6,7 +6,7 @@ use glamx::{DPose3, DQuat, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Joint, JointKind, Limits, Link, Material, MeshAsset, Sha256};
 
-use super::Shapes;
+use super::{MeshShapes, Shapes};
 use crate::simulation::WorldLimits;
 use crate::simulation::command::{JointReset, RobotReset, Spawn};
 use crate::{Command, PhysicsSettings, Simulation, Snapshot};
@@ -185,7 +185,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     assert!(hulls.iter().all(|hull| std::ptr::eq(*hull, hulls[0])));
     // Another robot with the same mesh has the same hull, and in another scale its own.
     let known = Arc::new(shapes.clone());
-    let other = Shapes::reusing(&model, std::slice::from_ref(&known));
+    let other = Shapes::reusing(&model, MeshShapes::Hull, std::slice::from_ref(&known));
     assert!(
         other.parts.iter().zip(&known.parts).all(|(a, b)| a.link != 2 || Arc::ptr_eq(&a.shape.0, &b.shape.0))
     );
@@ -193,7 +193,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     if let Geometry::Mesh { scale, .. } = &mut larger.links[2].collisions[0].geometry {
         *scale = DVec3::splat(2.0);
     }
-    let larger = Shapes::reusing(&larger, std::slice::from_ref(&known));
+    let larger = Shapes::reusing(&larger, MeshShapes::Hull, std::slice::from_ref(&known));
     let of_pad = |shapes: &Shapes| shapes.parts.iter().find(|part| part.link == 2).unwrap().shape.clone();
     assert!(!Arc::ptr_eq(&of_pad(&larger).0, &of_pad(&known).0));
     let corners = hulls[0].points();
@@ -203,4 +203,50 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     for direction in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::ONE.normalize()] {
         assert!((0.98..=1.0 + 1e-12).contains(&furthest(direction)), "{}", furthest(direction));
     }
+}
+
+/// Two bars of a metre at a right angle. Their hull fills the corner between them; parts of a
+/// voxel's size do not.
+#[test]
+fn a_mesh_is_taken_apart_where_that_is_asked_for() {
+    let corner = [
+        DVec3::ZERO,
+        DVec3::X,
+        DVec3::new(1.0, 0.2, 0.0),
+        DVec3::new(0.2, 0.2, 0.0),
+        DVec3::new(0.2, 1.0, 0.0),
+        DVec3::Y,
+    ];
+    let vertices: Vec<DVec3> =
+        corner.iter().copied().chain(corner.iter().map(|point| *point + DVec3::Z * 0.2)).collect();
+    // Below and above as fans about the inner corner, then the walls.
+    let fan = [[3, 0, 1], [3, 1, 2], [3, 5, 0], [3, 4, 5]];
+    let below = fan.iter().map(|[a, b, c]| [*a, *c, *b]);
+    let above = fan.iter().map(|face| face.map(|corner| corner + 6));
+    let walls = (0..6).flat_map(|a| {
+        let b = (a + 1) % 6;
+        [[a, b, b + 6], [a, b + 6, a + 6]]
+    });
+    let asset = Arc::new(MeshAsset {
+        sha256: Sha256([7; 32]),
+        vertices,
+        triangles: below.chain(above).chain(walls).collect(),
+    });
+    let mut model = robot();
+    let mesh = Geometry::Mesh { uri: "corner.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
+    model.links[0].collisions = vec![collision(DVec3::ZERO, mesh)];
+    model.links.iter_mut().skip(1).for_each(|link| link.collisions.clear());
+    let hull = Shapes::reusing(&model, MeshShapes::Hull, &[]);
+    let parts = Arc::new(Shapes::reusing(&model, MeshShapes::Decomposition, &[]));
+    assert_eq!(hull.len(), 1);
+    assert!((2..=32).contains(&parts.len()), "{}", parts.len());
+    let inside = |shapes: &Shapes, point: DVec3| {
+        shapes.parts.iter().any(|part| part.shape.contains_point(&part.link_from_shape, point))
+    };
+    let (in_bar, between) = (DVec3::new(0.7, 0.1, 0.1), DVec3::new(0.55, 0.4, 0.1));
+    assert!(inside(&hull, in_bar) && inside(&hull, between));
+    assert!(inside(&parts, in_bar) && !inside(&parts, between));
+    // The way is part of what hulls are known by.
+    let again = Shapes::reusing(&model, MeshShapes::Hull, std::slice::from_ref(&parts));
+    assert_eq!(again.len(), 1);
 }

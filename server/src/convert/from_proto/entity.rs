@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::Command;
+use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::{LinkWrench, Touches};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
@@ -121,6 +122,10 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         joint_positions,
         scale: scale(request.scale)?,
         strict: request.strict,
+        mesh_shapes: match Path::ROOT.field("mesh_shapes").known(request.mesh_shapes)? {
+            v1::MeshShapes::Unspecified | v1::MeshShapes::Hull => MeshShapes::Hull,
+            v1::MeshShapes::Decomposition => MeshShapes::Decomposition,
+        },
         touches: Touches {
             itself: request.self_collision,
             links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,
