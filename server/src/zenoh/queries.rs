@@ -16,6 +16,7 @@ use simd_proto::v1::ErrorReason;
 use simd_proto::{API_VERSION_HEADER, keys};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tonic::client::Grpc;
 use tonic::codegen::http::uri::PathAndQuery;
@@ -28,6 +29,7 @@ use zenoh::{Session, Wait as _};
 
 use super::{Error, sending};
 use crate::SimHandle;
+use crate::handle::CallError;
 use crate::service::routes;
 use crate::service::status::Explained;
 use crate::service::transport::with_reason;
@@ -53,7 +55,7 @@ pub(super) async fn serve(
 ) -> Result<Queryable<()>, Error> {
     let calls = Arc::new(Calls {
         routes: routes(handle),
-        max_answer: usize::MAX,
+        draining: handle.draining(),
         under_way: Arc::new(Semaphore::new(UNDER_WAY)),
         refusals: Arc::new(Semaphore::new(REFUSALS)),
         answers: answers.clone(),
@@ -69,8 +71,7 @@ pub(super) async fn serve(
 /// What queries are answered with.
 struct Calls {
     routes: Routes,
-    /// Answers may be of any length, as over gRPC: a scene is.
-    max_answer: usize,
+    draining: CancellationToken,
     under_way: Arc<Semaphore>,
     refusals: Arc<Semaphore>,
     answers: TaskTracker,
@@ -107,6 +108,9 @@ impl Calls {
     }
 
     async fn call(&self, query: &Query) -> Result<(&'static Method, Streaming<Bytes>), Status> {
+        if self.draining.is_cancelled() {
+            return Err(CallError::ShuttingDown.into());
+        }
         let key = query.key_expr().as_str();
         let method = keys::parse_rpc(key)
             .and_then(|(service, method)| methods::find(service, method))
@@ -116,7 +120,8 @@ impl Calls {
         if let Some(version) = said_version(query)? {
             request.metadata_mut().insert(API_VERSION_HEADER, version);
         }
-        let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(self.max_answer);
+        // Answers may be of any length, as over gRPC: a scene is.
+        let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(usize::MAX);
         let never = |error| Status::internal(format!("the services are not ready: {error}"));
         services.ready().await.map_err(never)?;
         let answers = services.streaming(request, PathAndQuery::from_static(&method.path), RawCodec).await?;
