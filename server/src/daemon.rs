@@ -85,7 +85,7 @@ impl Error {
             Self::Robot { .. } => 5,
             Self::Zenoh(zenoh::Error::NameTaken { .. }) => 6,
             Self::Zenoh(zenoh::Error::Settings(_)) => 3,
-            Self::Zenoh(zenoh::Error::Session(_)) => 1,
+            Self::Zenoh(zenoh::Error::Join { .. } | zenoh::Error::Session(_)) => 1,
         }
     }
 }

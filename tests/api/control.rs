@@ -1,12 +1,12 @@
 //! Position, velocity and effort, with default gains and under gravity.
 
 use simd_client::{Target, proto};
-use simd_tests::daemon::Daemon;
+use simd_tests::daemon::{Daemon, Via};
 
 use crate::{arm, load_arm, set, shoulder};
 
 async fn arm_at(time_step: f64) -> Daemon {
-    let daemon = arm().await;
+    let daemon = arm(Via::Grpc).await;
     let request = proto::SetPhysicsRequest { time_step: Some(time_step), ..Default::default() };
     daemon.client.set_physics(request).await.unwrap();
     daemon
@@ -80,7 +80,7 @@ async fn a_passive_arm_swings_as_the_pendulum_equation_says() {
 /// peak rate of the stiffest mode allows, whatever the arm is told on the way.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn switching_modes_while_moving_is_smooth() {
-    let daemon = arm().await;
+    let daemon = arm(Via::Grpc).await;
     let mut before = shoulder(&daemon).await;
     for target in [
         Target::velocity(1.0),
@@ -105,7 +105,7 @@ async fn switching_modes_while_moving_is_smooth() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn targets_for_several_robots_take_effect_at_one_step_or_not_at_all() {
-    let daemon = arm().await;
+    let daemon = arm(Via::Grpc).await;
     load_arm(&daemon.client, "other").await;
     let targets = |robot: &str, position: f64| proto::RobotTargets {
         robot: robot.into(),

@@ -3,14 +3,14 @@
 use glamx::{DQuat, DVec3};
 use simd_client::proto::{self, ErrorReason};
 use simd_client::{Target, every_joint, joint_target};
-use simd_tests::daemon::{Daemon, fixed};
+use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
 
 use crate::{arm, set, shoulder};
 
 /// A paused world with seven_arm as "seven", bent and moving.
-async fn seven() -> Daemon {
-    let daemon = Daemon::paused().await;
+async fn seven(via: Via) -> Daemon {
+    let daemon = Daemon::paused_via(via).await;
     daemon.client.load(assets().join("seven_arm/urdf/seven_arm.urdf"), fixed("seven")).await.unwrap();
     let joint = |number: i32| proto::JointReset {
         joint: format!("joint_{number}"),
@@ -39,9 +39,8 @@ fn close(a: &[f64], b: &[f64], tolerance: f64) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance)
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn link_states_are_the_link_poses_and_the_jacobian_times_the_rates() {
-    let daemon = seven().await;
+async fn link_states_are_the_link_poses_and_the_jacobian_times_the_rates(via: Via) {
+    let daemon = seven(via).await;
     let link = last_link(&daemon, "seven").await;
     let states = daemon.client.link_states(vec!["seven".into()]).await.unwrap().robots.remove(0);
     let poses = daemon.client.link_poses(&["seven"]).await.unwrap().robots.remove(0);
@@ -57,9 +56,8 @@ async fn link_states_are_the_link_poses_and_the_jacobian_times_the_rates() {
 }
 
 /// A given configuration is computed from as if the robot were there.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_given_configuration_stands_for_the_state() {
-    let daemon = seven().await;
+async fn a_given_configuration_stands_for_the_state(via: Via) {
+    let daemon = seven(via).await;
     let link = last_link(&daemon, "seven").await;
     let here = daemon.client.joint_states(vec![every_joint("seven")]).await.unwrap().robots.remove(0);
     let here =
@@ -96,9 +94,8 @@ async fn a_given_configuration_stands_for_the_state() {
 }
 
 /// M qdd + bias, with the bias from inverse dynamics without acceleration, is inverse dynamics.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_mass_matrix_and_inverse_dynamics_agree_with_armature_and_damping() {
-    let daemon = seven().await;
+async fn the_mass_matrix_and_inverse_dynamics_agree_with_armature_and_damping(via: Via) {
+    let daemon = seven(via).await;
     let joints = (1..=7).map(|number| proto::JointProperties {
         joint: format!("joint_{number}"),
         armature: Some(0.2),
@@ -125,9 +122,8 @@ async fn the_mass_matrix_and_inverse_dynamics_agree_with_armature_and_damping() 
 }
 
 /// Given the efforts of inverse dynamics at rest, the arm stays where it is.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity() {
-    let daemon = arm().await;
+async fn the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity(via: Via) {
+    let daemon = arm(via).await;
     let reset = proto::JointReset { joint: "shoulder".into(), position: 0.6, ..Default::default() };
     daemon.client.reset_joints("arm", vec![reset]).await.unwrap();
     let request = proto::ComputeInverseDynamicsRequest { robot: "arm".into(), ..Default::default() };
@@ -141,9 +137,8 @@ async fn the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity() {
 }
 
 /// A free box weighs what gravity says, wherever it is: the root's six entries come first.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_free_robot_has_the_six_of_its_root_in_front() {
-    let daemon = Daemon::paused().await;
+async fn a_free_robot_has_the_six_of_its_root_in_front(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let request = proto::SpawnEntityRequest {
         pose: Some(proto::Pose {
             position: Some(proto::Vector3 { x: 1.0, y: 2.0, z: 3.0 }),
@@ -167,9 +162,8 @@ async fn a_free_robot_has_the_six_of_its_root_in_front() {
 }
 
 /// Found, made the targets, held: the link is there by the daemon's own account.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_positions_of_inverse_kinematics_bring_the_link_to_its_goal() {
-    let daemon = seven().await;
+async fn the_positions_of_inverse_kinematics_bring_the_link_to_its_goal(via: Via) {
+    let daemon = seven(via).await;
     let link = last_link(&daemon, "seven").await;
     let there = daemon.client.link_states(vec!["seven".into()]).await.unwrap().robots.remove(0);
     let &[x, y, z, qx, qy, qz, qw] = there.poses.last_chunk::<7>().unwrap();
@@ -200,9 +194,8 @@ async fn the_positions_of_inverse_kinematics_bring_the_link_to_its_goal() {
     assert!(off < 2e-3 && turned < 2e-3, "{off} {turned}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_cannot_be_computed_is_refused_by_name() {
-    let daemon = arm().await;
+async fn what_cannot_be_computed_is_refused_by_name(via: Via) {
+    let daemon = arm(via).await;
     let client = &daemon.client;
     let configuration = |positions: Vec<f64>| Some(proto::Configuration { positions, ..Default::default() });
     let ik = |change: fn(&mut proto::ComputeInverseKinematicsRequest)| {
@@ -261,3 +254,13 @@ async fn what_cannot_be_computed_is_refused_by_name() {
     let far = ik(|it| it.target.as_mut().unwrap().position.as_mut().unwrap().x = 9.0).await.unwrap();
     assert!(!far.converged && far.position_error > 5.0, "{far:?}");
 }
+
+crate::over_every_transport![
+    link_states_are_the_link_poses_and_the_jacobian_times_the_rates,
+    a_given_configuration_stands_for_the_state,
+    the_mass_matrix_and_inverse_dynamics_agree_with_armature_and_damping,
+    the_efforts_of_inverse_dynamics_hold_the_arm_against_gravity,
+    a_free_robot_has_the_six_of_its_root_in_front,
+    the_positions_of_inverse_kinematics_bring_the_link_to_its_goal,
+    what_cannot_be_computed_is_refused_by_name,
+];

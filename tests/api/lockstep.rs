@@ -4,6 +4,8 @@ use simd_client::proto::{self, ErrorReason, RobotTargets, StepSimulationRequest}
 use simd_client::{Target, every_joint, joint_target, robot_targets, some_joints};
 use std::time::Duration;
 
+use simd_tests::daemon::Via;
+
 use crate::{arm, load_arm, shoulder};
 
 fn targets(robot: &str, target: Target) -> Vec<RobotTargets> {
@@ -16,9 +18,8 @@ fn turn(steps: u64, robots: Vec<RobotTargets>) -> StepSimulationRequest {
 }
 
 /// A turn in one call is to the bit the three calls that it stands for.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_turn_in_one_call_is_what_the_three_calls_are() {
-    let (one, three) = (arm().await, arm().await);
+async fn a_turn_in_one_call_is_what_the_three_calls_are(via: Via) {
+    let (one, three) = (arm(via).await, arm(via).await);
     for i in 0..20 {
         let target = Target::position(f64::from(i) * 0.05);
         let answer = one.client.step_with(turn(7, targets("arm", target))).await.unwrap();
@@ -33,9 +34,8 @@ async fn a_turn_in_one_call_is_what_the_three_calls_are() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn states_come_where_they_are_asked_for_and_of_which() {
-    let daemon = arm().await;
+async fn states_come_where_they_are_asked_for_and_of_which(via: Via) {
+    let daemon = arm(via).await;
     load_arm(&daemon.client, "other").await;
     let plain = StepSimulationRequest { steps: 1, ..Default::default() };
     assert_eq!(daemon.client.step_with(plain.clone()).await.unwrap().states, None);
@@ -50,9 +50,8 @@ async fn states_come_where_they_are_asked_for_and_of_which() {
     assert_eq!(states.robots.iter().map(|robot| robot.robot.as_str()).collect::<Vec<_>>(), ["other"]);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_refused_turn_neither_sets_nor_steps() {
-    let daemon = arm().await;
+async fn a_refused_turn_neither_sets_nor_steps(via: Via) {
+    let daemon = arm(via).await;
     let before = shoulder(&daemon).await;
     let nan = Target::position(f64::NAN);
     let cases = [
@@ -81,9 +80,8 @@ async fn a_refused_turn_neither_sets_nor_steps() {
     assert_eq!(shoulder(&daemon).await.target, before.target);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_turn_says_what_was_clamped_or_is_refused_as_it_asks() {
-    let daemon = arm().await;
+async fn a_turn_says_what_was_clamped_or_is_refused_as_it_asks(via: Via) {
+    let daemon = arm(via).await;
     let joint = proto::JointProperties {
         joint: "shoulder".into(),
         limits: Some(proto::JointLimits { lower: Some(-1.0), upper: Some(1.0), ..Default::default() }),
@@ -99,9 +97,8 @@ async fn a_turn_says_what_was_clamped_or_is_refused_as_it_asks() {
     assert_eq!(daemon.client.world_statistics().await.unwrap().iterations, 3);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn claimed_joints_take_a_turn_with_the_claim_alone() {
-    let daemon = arm().await;
+async fn claimed_joints_take_a_turn_with_the_claim_alone(via: Via) {
+    let daemon = arm(via).await;
     let lease = Duration::from_secs(60);
     let claim = daemon.client.claim_joints(vec![every_joint("arm")], "me", lease).await.unwrap();
     let request = turn(1, targets("arm", Target::position(0.5)));
@@ -111,9 +108,8 @@ async fn claimed_joints_take_a_turn_with_the_claim_alone() {
     assert_eq!(shoulder(&daemon).await.target, 0.5);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_retried_turn_is_done_once_and_answered_with_the_same_states() {
-    let daemon = arm().await;
+async fn a_retried_turn_is_done_once_and_answered_with_the_same_states(via: Via) {
+    let daemon = arm(via).await;
     let request = StepSimulationRequest {
         request_id: "turn-1".into(),
         ..turn(10, targets("arm", Target::position(0.5)))
@@ -126,3 +122,12 @@ async fn a_retried_turn_is_done_once_and_answered_with_the_same_states() {
     assert_eq!(daemon.client.step_with(request).await.unwrap(), first);
     assert_eq!(daemon.client.world_statistics().await.unwrap().iterations, 15);
 }
+
+crate::over_every_transport![
+    a_turn_in_one_call_is_what_the_three_calls_are,
+    states_come_where_they_are_asked_for_and_of_which,
+    a_refused_turn_neither_sets_nor_steps,
+    a_turn_says_what_was_clamped_or_is_refused_as_it_asks,
+    claimed_joints_take_a_turn_with_the_claim_alone,
+    a_retried_turn_is_done_once_and_answered_with_the_same_states,
+];

@@ -1,8 +1,12 @@
-//! What a client of the daemon can rely on, over gRPC.
+//! What a client of the daemon can rely on: the same over every transport.
+//!
+//! A test takes the transport, and [`over_every_transport`] runs it for each. What only the
+//! physics can get wrong is tested once, over gRPC: `control`, `others_robots`.
 #![cfg(test)]
 
 mod control;
 mod kinematics;
+mod limits;
 mod lockstep;
 mod others_robots;
 mod parameters;
@@ -10,15 +14,42 @@ mod refusals;
 mod robots;
 mod streams;
 mod world;
+mod zenoh;
 
 use simd_client::proto::JointMode;
 use simd_client::{Client, Target, every_joint, joint_target};
-use simd_tests::daemon::{Daemon, fixed};
+use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
 
+/// Tests of these functions, one over each transport.
+macro_rules! over_every_transport {
+    ($($test:ident,)+) => {
+        $(mod $test {
+            use simd_tests::daemon::Via;
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn over_the_handle() {
+                super::$test(Via::Handle).await;
+            }
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn over_grpc() {
+                super::$test(Via::Grpc).await;
+            }
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn over_zenoh() {
+                super::$test(Via::Zenoh).await;
+            }
+        })+
+    };
+}
+
+pub(crate) use over_every_transport;
+
 /// A paused world with the SolidWorks-style arm, fixed, as "arm".
-pub(crate) async fn arm() -> Daemon {
-    let daemon = Daemon::paused().await;
+pub(crate) async fn arm(via: Via) -> Daemon {
+    let daemon = Daemon::paused_via(via).await;
     load_arm(&daemon.client, "arm").await;
     daemon
 }

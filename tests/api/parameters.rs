@@ -5,7 +5,7 @@ use std::time::Duration;
 use simd_client::proto::parameter::Kind;
 use simd_client::proto::{self, ErrorReason, NameTakenPolicy, Slider};
 use simd_client::{Client, press, slide};
-use simd_tests::daemon::Daemon;
+use simd_tests::daemon::{Daemon, Via};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -18,8 +18,8 @@ async fn speed(client: &Client) -> f64 {
 }
 
 /// A paused daemon with a slider `speed` from -1 to 1 at 0.5 and a button `go`.
-async fn daemon() -> Daemon {
-    let daemon = Daemon::paused().await;
+async fn daemon(via: Via) -> Daemon {
+    let daemon = Daemon::paused_via(via).await;
     let refuse = NameTakenPolicy::Refuse;
     let slider = daemon.client.add_slider("speed", (-1.0, 1.0), 0.5, refuse).await.unwrap();
     assert_eq!(slider.kind, Some(Kind::Slider(Slider { minimum: -1.0, maximum: 1.0, value: 0.5 })));
@@ -27,10 +27,9 @@ async fn daemon() -> Daemon {
     daemon
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_one_client_moves_another_reads_and_a_third_is_told() {
-    let daemon = daemon().await;
-    let other = Client::connect(&daemon.address.to_string()).await.unwrap();
+async fn what_one_client_moves_another_reads_and_a_third_is_told(via: Via) {
+    let daemon = daemon(via).await;
+    let other = daemon.another_client().await;
     let mut watch = other.watch_parameters().await.unwrap();
     let first = watch.next().await.unwrap().unwrap();
     assert_eq!(first.parameters.iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["speed", "go"]);
@@ -49,9 +48,8 @@ async fn what_one_client_moves_another_reads_and_a_third_is_told() {
 }
 
 /// A thousand moves while nobody reads are not a thousand lists.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_comes_late_gets_the_newest_alone() {
-    let daemon = daemon().await;
+async fn who_comes_late_gets_the_newest_alone(via: Via) {
+    let daemon = daemon(via).await;
     let before = daemon.client.parameters(Vec::new()).await.unwrap().version;
     for step in 1..=100 {
         daemon.client.set_parameters([slide("speed", f64::from(step) / 100.0)]).await.unwrap();
@@ -64,9 +62,8 @@ async fn who_comes_late_gets_the_newest_alone() {
     assert_eq!(same.version, list.version);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_reset_of_the_world_leaves_the_sliders_where_they_are() {
-    let daemon = daemon().await;
+async fn a_reset_of_the_world_leaves_the_sliders_where_they_are(via: Via) {
+    let daemon = daemon(via).await;
     daemon.client.save_snapshot("before").await.unwrap();
     daemon.client.set_parameters([slide("speed", 0.75)]).await.unwrap();
     daemon.client.restore_snapshot("before").await.unwrap();
@@ -75,9 +72,8 @@ async fn a_reset_of_the_world_leaves_the_sliders_where_they_are() {
     assert_eq!(speed(&daemon.client).await, 0.75);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn refusals_say_which_parameter_and_change_nothing() {
-    let daemon = daemon().await;
+async fn refusals_say_which_parameter_and_change_nothing(via: Via) {
+    let daemon = daemon(via).await;
     let client = &daemon.client;
     let before = client.parameters(Vec::new()).await.unwrap();
     let taken = client.add_button("speed", NameTakenPolicy::Refuse).await.unwrap_err();
@@ -105,12 +101,19 @@ async fn refusals_say_which_parameter_and_change_nothing() {
     assert_eq!(client.parameters(Vec::new()).await.unwrap().parameters, before.parameters);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_watch_of_parameters_ends_with_ok_when_the_daemon_drains() {
-    let daemon = daemon().await;
+async fn a_watch_of_parameters_ends_with_ok_when_the_daemon_drains(via: Via) {
+    let daemon = daemon(via).await;
     let mut watch = daemon.client.watch_parameters().await.unwrap();
     watch.next().await.unwrap().unwrap();
     let drained = tokio::spawn(daemon.running.drain());
     assert!(watch.next().await.unwrap().is_none());
     drained.await.unwrap();
 }
+
+crate::over_every_transport![
+    what_one_client_moves_another_reads_and_a_third_is_told,
+    who_comes_late_gets_the_newest_alone,
+    a_reset_of_the_world_leaves_the_sliders_where_they_are,
+    refusals_say_which_parameter_and_change_nothing,
+    a_watch_of_parameters_ends_with_ok_when_the_daemon_drains,
+];

@@ -2,7 +2,7 @@
 
 use simd_client::proto::{self, ErrorReason};
 use simd_client::{Client, Target, joint_target};
-use simd_tests::daemon::{Daemon, fixed};
+use simd_tests::daemon::{Daemon, Via, fixed};
 
 use crate::{arm, load_arm, shoulder};
 
@@ -17,9 +17,8 @@ async fn refused(client: &Client, urdf: &str) -> (Option<ErrorReason>, String) {
     (error.reason(), error.to_string())
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_description_that_cannot_be_is_refused_by_the_element() {
-    let daemon = Daemon::paused().await;
+async fn a_description_that_cannot_be_is_refused_by_the_element(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let joint = |name: &str, parent: &str, child: &str| {
         format!(
             r#"<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>"#
@@ -43,9 +42,8 @@ async fn a_description_that_cannot_be_is_refused_by_the_element() {
     assert!(daemon.client.robots().await.unwrap().is_empty());
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn refusals_name_what_is_wrong_and_leave_the_world_as_it_was() {
-    let daemon = arm().await;
+async fn refusals_name_what_is_wrong_and_leave_the_world_as_it_was(via: Via) {
+    let daemon = arm(via).await;
     let client = &daemon.client;
     let before = shoulder(&daemon).await;
     let target = |joint: &str, target| [joint_target(joint, target)];
@@ -82,9 +80,8 @@ async fn refusals_name_what_is_wrong_and_leave_the_world_as_it_was() {
     assert_eq!(shoulder(&daemon).await, before);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_taken_name_is_refused_unless_renaming_is_allowed() {
-    let daemon = arm().await;
+async fn a_taken_name_is_refused_unless_renaming_is_allowed(via: Via) {
+    let daemon = arm(via).await;
     let package = simd_tests::robots::assets().join("Bench_Arm-1.2 rev B");
     let error = daemon.client.load(&package, fixed("arm")).await.unwrap_err();
     assert_eq!(error.reason(), Some(ErrorReason::RobotExists));
@@ -92,9 +89,8 @@ async fn a_taken_name_is_refused_unless_renaming_is_allowed() {
     assert_eq!(daemon.client.load(&package, renamed).await.unwrap().entity.name, "arm_1");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_spawn_whose_upload_is_missing_says_what_to_send() {
-    let daemon = Daemon::paused().await;
+async fn a_spawn_whose_upload_is_missing_says_what_to_send(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let never = "0".repeat(64);
     let source = proto::DescriptionSource {
         source: Some(proto::description_source::Source::Description(never)),
@@ -105,9 +101,8 @@ async fn a_spawn_whose_upload_is_missing_says_what_to_send() {
     assert_eq!(error.reason(), Some(ErrorReason::DescriptionNotUploaded), "{error}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_claimed_joint_is_refused_to_others_by_the_holders_name() {
-    let daemon = arm().await;
+async fn a_claimed_joint_is_refused_to_others_by_the_holders_name(via: Via) {
+    let daemon = arm(via).await;
     let lease = std::time::Duration::from_secs(60);
     let joints = vec![simd_client::every_joint("arm")];
     let secret = daemon.client.claim_joints(joints, "planner", lease).await.unwrap();
@@ -121,9 +116,8 @@ async fn a_claimed_joint_is_refused_to_others_by_the_holders_name() {
 
 /// A thousand calls at once on a mailbox of one: each is done or refused with the reason, none
 /// hangs, and the refusals are counted. (That a full one refuses is a test of the driver.)
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_small_mailbox_answers_or_refuses_every_call() {
-    let daemon = Daemon::start(|config| config.driver.mailbox = 1).await;
+async fn a_small_mailbox_answers_or_refuses_every_call(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.driver.mailbox = 1).await;
     load_arm(&daemon.client, "arm").await;
     let calls = (0..1000).map(|_| {
         let client = daemon.client.clone();
@@ -146,3 +140,12 @@ async fn a_small_mailbox_answers_or_refuses_every_call() {
     let statistics = daemon.client.world_statistics().await.unwrap();
     assert_eq!(statistics.mailbox_refusals, full);
 }
+
+crate::over_every_transport![
+    a_description_that_cannot_be_is_refused_by_the_element,
+    refusals_name_what_is_wrong_and_leave_the_world_as_it_was,
+    a_taken_name_is_refused_unless_renaming_is_allowed,
+    a_spawn_whose_upload_is_missing_says_what_to_send,
+    a_claimed_joint_is_refused_to_others_by_the_holders_name,
+    a_small_mailbox_answers_or_refuses_every_call,
+];

@@ -2,14 +2,13 @@
 
 use simd_client::proto::{self, JointType};
 use simd_client::{Package, Target, joint_target, some_joints};
-use simd_tests::daemon::{Daemon, fixed};
+use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
 
 use crate::{arm, set, shoulder};
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_solidworks_export_loads_without_a_warning_and_says_what_it_is() {
-    let daemon = Daemon::paused().await;
+async fn a_solidworks_export_loads_without_a_warning_and_says_what_it_is(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let package = assets().join("Bench_Arm-1.2 rev B");
     let spawned = daemon.client.load(&package, fixed("")).await.unwrap();
     assert_eq!(spawned.entity.name, "bench_arm");
@@ -29,9 +28,8 @@ async fn a_solidworks_export_loads_without_a_warning_and_says_what_it_is() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn names_with_spaces_work_from_the_folder_to_the_target() {
-    let daemon = Daemon::paused().await;
+async fn names_with_spaces_work_from_the_folder_to_the_target(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     daemon.client.load(assets().join("Two Link.v2"), fixed("two")).await.unwrap();
     let layout = daemon.client.joint_layout("two").await.unwrap();
     let spaced = layout.joints.iter().find(|joint| joint.name.contains(' ')).unwrap();
@@ -43,9 +41,8 @@ async fn names_with_spaces_work_from_the_folder_to_the_target() {
 }
 
 /// The second upload of the same package sends no file: the daemon has them by hash.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_the_daemon_has_is_not_sent_again() {
-    let daemon = arm().await;
+async fn what_the_daemon_has_is_not_sent_again(via: Via) {
+    let daemon = arm(via).await;
     let package = Package::open(assets().join("Bench_Arm-1.2 rev B")).unwrap();
     let source = daemon.client.upload(&package).await.unwrap();
     let request = proto::SpawnEntityRequest { source: Some(source), ..fixed("again") };
@@ -55,9 +52,8 @@ async fn what_the_daemon_has_is_not_sent_again() {
 }
 
 /// How many words come depends on who is faster; the last is the robot, or why there is none.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_robot_can_be_watched_on_its_way_in() {
-    let daemon = Daemon::paused().await;
+async fn a_robot_can_be_watched_on_its_way_in(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let package = Package::open(assets().join("seven_arm")).unwrap();
     let source = Some(daemon.client.upload(&package).await.unwrap());
     let request = proto::SpawnEntityRequest { source, ..fixed("arm") };
@@ -70,9 +66,8 @@ async fn a_robot_can_be_watched_on_its_way_in() {
     assert_eq!(refused.reason(), Some(proto::ErrorReason::RobotExists));
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_ball_and_a_box_are_spawned_without_a_description() {
-    let daemon = Daemon::paused().await;
+async fn a_ball_and_a_box_are_spawned_without_a_description(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let ball = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
     let primitive = proto::Primitive { geometry: Some(ball), mass: 2.0, color: None };
     let source = proto::DescriptionSource {
@@ -91,9 +86,8 @@ async fn a_ball_and_a_box_are_spawned_without_a_description() {
     assert!((z - fallen).abs() < 1e-12, "{z} {fallen}");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_missing_mesh_is_a_warning_that_names_the_places_searched() {
-    let daemon = Daemon::paused().await;
+async fn a_missing_mesh_is_a_warning_that_names_the_places_searched(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let folder = tempfile::tempdir().unwrap();
     let urdf = folder.path().join("robot.urdf");
     let text = r#"<robot name="r"><link name="l"><visual><geometry>
@@ -105,9 +99,8 @@ async fn a_missing_mesh_is_a_warning_that_names_the_places_searched() {
     assert!(finding.message.contains(&folder.path().display().to_string()), "{}", finding.message);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_reload_keeps_what_both_exports_have() {
-    let daemon = arm().await;
+async fn a_reload_keeps_what_both_exports_have(via: Via) {
+    let daemon = arm(via).await;
     set(&daemon, Target::position(0.4)).await;
     daemon.pass(0.5).await;
     let before = shoulder(&daemon).await;
@@ -119,9 +112,8 @@ async fn a_reload_keeps_what_both_exports_have() {
     assert_ne!(daemon.client.joint_layout("arm").await.unwrap().layout_version, version);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pose_scale_start_positions_and_passive_are_as_the_request_says() {
-    let daemon = Daemon::paused().await;
+async fn pose_scale_start_positions_and_passive_are_as_the_request_says(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let request = proto::SpawnEntityRequest {
         pose: Some(proto::Pose {
             position: Some(proto::Vector3 { x: 1.0, y: 2.0, z: 3.0 }),
@@ -141,9 +133,8 @@ async fn pose_scale_start_positions_and_passive_are_as_the_request_says() {
     assert!((x - 1.0).abs() < 1e-12 && (y - 2.0 + 0.04519).abs() < 1e-12 && (z - 3.3953).abs() < 1e-12);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_path_on_the_daemons_disk_works_below_an_asset_root_only() {
-    let daemon = Daemon::start(|config| config.asset_roots = vec![assets().join("seven_arm")]).await;
+async fn a_path_on_the_daemons_disk_works_below_an_asset_root_only(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.asset_roots = vec![assets().join("seven_arm")]).await;
     let inside = assets().join("seven_arm/urdf/seven_arm.urdf").display().to_string();
     let outside = assets().join("Two Link.v2").display().to_string();
     daemon.client.load_on_daemon(&inside, fixed("inside")).await.unwrap();
@@ -152,3 +143,15 @@ async fn a_path_on_the_daemons_disk_works_below_an_asset_root_only() {
         assert_eq!(error.reason(), Some(proto::ErrorReason::PathNotAllowed), "{path}: {error}");
     }
 }
+
+crate::over_every_transport![
+    a_solidworks_export_loads_without_a_warning_and_says_what_it_is,
+    names_with_spaces_work_from_the_folder_to_the_target,
+    what_the_daemon_has_is_not_sent_again,
+    a_robot_can_be_watched_on_its_way_in,
+    a_ball_and_a_box_are_spawned_without_a_description,
+    a_missing_mesh_is_a_warning_that_names_the_places_searched,
+    a_reload_keeps_what_both_exports_have,
+    pose_scale_start_positions_and_passive_are_as_the_request_says,
+    a_path_on_the_daemons_disk_works_below_an_asset_root_only,
+];

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use simd_client::proto::{self, ControlWait};
 use simd_client::{ControlOptions, Target, every_joint, joint_target, some_joints};
-use simd_tests::daemon::Daemon;
+use simd_tests::daemon::{Daemon, Via};
 
 use crate::{arm, load_arm};
 
@@ -18,9 +18,8 @@ fn sequence(states: &proto::JointStates) -> u64 {
     states.stamp.unwrap().sequence
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn control_answers_each_request_once_with_a_newer_state() {
-    let daemon = Daemon::start(|_| {}).await;
+async fn control_answers_each_request_once_with_a_newer_state(via: Via) {
+    let daemon = Daemon::start_via(via, |_| {}).await;
     load_arm(&daemon.client, "arm").await;
     let mut control = daemon.client.control(options(ControlWait::NewerState)).await.unwrap();
     let mut last = 0;
@@ -34,9 +33,8 @@ async fn control_answers_each_request_once_with_a_newer_state() {
 }
 
 /// In a paused world nothing is new but what the targets change.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn control_answers_in_a_paused_world_once_the_targets_hold() {
-    let daemon = arm().await;
+async fn control_answers_in_a_paused_world_once_the_targets_hold(via: Via) {
+    let daemon = arm(via).await;
     let mut control = daemon.client.control(options(ControlWait::NewerState)).await.unwrap();
     for i in 0..20 {
         let target = joint_target("shoulder", Target::position(f64::from(i)));
@@ -45,9 +43,8 @@ async fn control_answers_in_a_paused_world_once_the_targets_hold() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn refused_targets_do_not_end_control() {
-    let daemon = arm().await;
+async fn refused_targets_do_not_end_control(via: Via) {
+    let daemon = arm(via).await;
     let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
     let reply = control.exchange("arm", [joint_target("elbow", Target::Hold)]).await.unwrap();
     assert_eq!(reply.refusal.unwrap().reason, proto::ErrorReason::JointNotFound);
@@ -56,9 +53,8 @@ async fn refused_targets_do_not_end_control() {
 }
 
 /// What is selected is what comes, also where the first targets were refused.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn control_keeps_its_selection_after_a_refusal() {
-    let daemon = arm().await;
+async fn control_keeps_its_selection_after_a_refusal(via: Via) {
+    let daemon = arm(via).await;
     load_arm(&daemon.client, "other").await;
     let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
     let reply =
@@ -70,9 +66,8 @@ async fn control_keeps_its_selection_after_a_refusal() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn control_of_a_robot_is_refused_while_it_is_not_there() {
-    let daemon = Daemon::paused().await;
+async fn control_of_a_robot_is_refused_while_it_is_not_there(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
     for _ in 0..2 {
         let reply = control.next().await.unwrap();
@@ -101,9 +96,8 @@ async fn refusals_of_control_come_no_faster_than_states() {
 
 /// The reader grants a credit and then looks away while a thousand steps are done; what it
 /// reads next is one state old at the most, and the one after is the newest.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_reader_of_control_that_stalled_is_at_most_one_state_behind() {
-    let daemon = arm().await;
+async fn a_reader_of_control_that_stalled_is_at_most_one_state_behind(via: Via) {
+    let daemon = arm(via).await;
     let mut control = daemon.client.control(options(ControlWait::None)).await.unwrap();
     control.next().await.unwrap();
     control.send("arm", []).unwrap();
@@ -116,9 +110,8 @@ async fn a_reader_of_control_that_stalled_is_at_most_one_state_behind() {
     assert_eq!(states.stamp.unwrap().step, 1000);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn next_states_gives_the_newest_to_whoever_comes_late() {
-    let daemon = arm().await;
+async fn next_states_gives_the_newest_to_whoever_comes_late(via: Via) {
+    let daemon = arm(via).await;
     let first = daemon.client.next_states(0, SECOND, Vec::new()).await.unwrap();
     daemon.client.step(1000).await.unwrap();
     let next = daemon.client.next_states(sequence(&first), SECOND, Vec::new()).await.unwrap();
@@ -129,9 +122,8 @@ async fn next_states_gives_the_newest_to_whoever_comes_late() {
     assert_eq!(sequence(&same), sequence(&next));
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_watch_gives_states_in_order_and_never_one_twice() {
-    let daemon = Daemon::start(|_| {}).await;
+async fn a_watch_gives_states_in_order_and_never_one_twice(via: Via) {
+    let daemon = Daemon::start_via(via, |_| {}).await;
     load_arm(&daemon.client, "arm").await;
     let mut watch = daemon.client.watch(vec![every_joint("arm")], 200.0).await.unwrap();
     let mut last = 0;
@@ -142,9 +134,8 @@ async fn a_watch_gives_states_in_order_and_never_one_twice() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_subset_has_its_joints_in_the_order_asked_for() {
-    let daemon = Daemon::paused().await;
+async fn a_subset_has_its_joints_in_the_order_asked_for(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
     let urdf = simd_tests::robots::assets().join("seven_arm/urdf/seven_arm.urdf");
     daemon.client.load(urdf, simd_tests::daemon::fixed("arm")).await.unwrap();
     let joints = vec![
@@ -156,9 +147,8 @@ async fn a_subset_has_its_joints_in_the_order_asked_for() {
     assert_eq!(states.robots[0].position, [0.5, 0.2]);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn events_come_in_order_without_holes() {
-    let daemon = arm().await;
+async fn events_come_in_order_without_holes(via: Via) {
+    let daemon = arm(via).await;
     daemon.client.play().await.unwrap();
     daemon.client.pause().await.unwrap();
     daemon.client.delete_robot("arm").await.unwrap();
@@ -172,9 +162,8 @@ async fn events_come_in_order_without_holes() {
     assert_eq!(deleted.robot, "arm");
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn streams_end_with_ok_when_the_daemon_drains() {
-    let daemon = arm().await;
+async fn streams_end_with_ok_when_the_daemon_drains(via: Via) {
+    let daemon = arm(via).await;
     let mut watch = daemon.client.watch(vec![every_joint("arm")], 100.0).await.unwrap();
     let mut events = daemon.client.watch_events(0).await.unwrap();
     daemon.client.play().await.unwrap();
@@ -185,3 +174,17 @@ async fn streams_end_with_ok_when_the_daemon_drains() {
     while events.next().await.unwrap().is_some() {}
     drained.await.unwrap();
 }
+
+crate::over_every_transport![
+    control_answers_each_request_once_with_a_newer_state,
+    control_answers_in_a_paused_world_once_the_targets_hold,
+    refused_targets_do_not_end_control,
+    control_keeps_its_selection_after_a_refusal,
+    control_of_a_robot_is_refused_while_it_is_not_there,
+    a_reader_of_control_that_stalled_is_at_most_one_state_behind,
+    next_states_gives_the_newest_to_whoever_comes_late,
+    a_watch_gives_states_in_order_and_never_one_twice,
+    a_subset_has_its_joints_in_the_order_asked_for,
+    events_come_in_order_without_holes,
+    streams_end_with_ok_when_the_daemon_drains,
+];

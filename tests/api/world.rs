@@ -5,13 +5,12 @@ use std::time::Duration;
 use simd_client::proto::{self, ErrorReason, SimulationState};
 use simd_client::{Target, every_joint};
 use simd_server::handle::Pace;
-use simd_tests::daemon::Daemon;
+use simd_tests::daemon::{Daemon, Via};
 
 use crate::{arm, set, shoulder};
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_paused_world_moves_by_the_steps_that_are_asked_for() {
-    let daemon = arm().await;
+async fn a_paused_world_moves_by_the_steps_that_are_asked_for(via: Via) {
+    let daemon = arm(via).await;
     let stamp = daemon.client.step(250).await.unwrap();
     assert_eq!((stamp.step, stamp.sim_time), (250, 0.25));
     let statistics = daemon.client.world_statistics().await.unwrap();
@@ -19,9 +18,8 @@ async fn a_paused_world_moves_by_the_steps_that_are_asked_for() {
     assert_eq!(statistics.state(), SimulationState::Paused);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn stepping_a_playing_world_is_refused_with_the_remedy() {
-    let daemon = arm().await;
+async fn stepping_a_playing_world_is_refused_with_the_remedy(via: Via) {
+    let daemon = arm(via).await;
     daemon.client.play().await.unwrap();
     let error = daemon.client.step(1).await.unwrap_err();
     assert_eq!(error.reason(), Some(ErrorReason::WrongState));
@@ -29,9 +27,9 @@ async fn stepping_a_playing_world_is_refused_with_the_remedy() {
 }
 
 /// As fast as it can, the world does a second of time while this test waits for its states.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_playing_world_goes_on_by_itself() {
-    let daemon = Daemon::start(|config| config.driver.pace = Pace::AsFastAsPossible { factor: 1.0 }).await;
+async fn a_playing_world_goes_on_by_itself(via: Via) {
+    let daemon =
+        Daemon::start_via(via, |config| config.driver.pace = Pace::AsFastAsPossible { factor: 1.0 }).await;
     let mut sequence = 0;
     loop {
         let states = daemon.client.next_states(sequence, Duration::from_secs(1), Vec::new()).await.unwrap();
@@ -44,9 +42,8 @@ async fn a_playing_world_goes_on_by_itself() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn resets_begin_an_epoch_and_put_back_what_their_scope_says() {
-    let daemon = arm().await;
+async fn resets_begin_an_epoch_and_put_back_what_their_scope_says(via: Via) {
+    let daemon = arm(via).await;
     set(&daemon, Target::position(0.5)).await;
     daemon.pass(0.5).await;
     let time = proto::ResetSimulationRequest { time: true, ..Default::default() };
@@ -61,9 +58,8 @@ async fn resets_begin_an_epoch_and_put_back_what_their_scope_says() {
     assert!(daemon.client.robots().await.unwrap().is_empty());
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_restored_snapshot_runs_on_to_the_same_bits() {
-    let daemon = arm().await;
+async fn a_restored_snapshot_runs_on_to_the_same_bits(via: Via) {
+    let daemon = arm(via).await;
     set(&daemon, Target::velocity(2.0)).await;
     daemon.pass(0.1).await;
     daemon.client.save_snapshot("mark").await.unwrap();
@@ -77,9 +73,8 @@ async fn a_restored_snapshot_runs_on_to_the_same_bits() {
 }
 
 /// A retry that carries the id of a call that was done gets its answer, and steps no further.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_retried_reset_is_done_once() {
-    let daemon = arm().await;
+async fn a_retried_reset_is_done_once(via: Via) {
+    let daemon = arm(via).await;
     let request =
         proto::ResetSimulationRequest { time: true, request_id: "the-first".into(), ..Default::default() };
     let first = daemon.client.reset(request.clone()).await.unwrap().stamp.unwrap();
@@ -89,3 +84,12 @@ async fn a_retried_reset_is_done_once() {
     let states = daemon.client.joint_states(vec![every_joint("arm")]).await.unwrap();
     assert_eq!(states.stamp.unwrap().step, 100);
 }
+
+crate::over_every_transport![
+    a_paused_world_moves_by_the_steps_that_are_asked_for,
+    stepping_a_playing_world_is_refused_with_the_remedy,
+    a_playing_world_goes_on_by_itself,
+    resets_begin_an_epoch_and_put_back_what_their_scope_says,
+    a_restored_snapshot_runs_on_to_the_same_bits,
+    a_retried_reset_is_done_once,
+];

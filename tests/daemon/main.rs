@@ -5,6 +5,7 @@
 mod client;
 mod draining;
 mod mistakes;
+mod network;
 mod papers;
 mod programs;
 mod readme;

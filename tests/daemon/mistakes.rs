@@ -8,7 +8,8 @@ use crate::transcript::{Transcript, assert_snapshot};
 
 /// Runs `simd` with a mistake. What is logged before the sentence is left out.
 async fn refused(home: &Home, arguments: &[&str]) -> Said {
-    let mut said = home.run("simd", arguments).await;
+    // Daemons of other tests would be in the way at the default locator.
+    let mut said = home.run("simd", ["--zenoh", "off"].iter().chain(arguments)).await;
     assert_eq!(said.out, "", "{arguments:?}: a daemon that does not start is silent on stdout");
     let (sentences, log): (Vec<&str>, Vec<&str>) =
         said.err.lines().partition(|line| !line.contains(" INFO "));
@@ -44,6 +45,7 @@ async fn a_bad_flag_is_named_in_one_sentence_and_exits_with_2() {
         "--log simd=loud",
         "--asset-root nowhere",
         "--load",
+        "--zenoh-connect here",
         "robot.urdf",
     ];
     let lines: Vec<Vec<&str>> = lines.iter().map(|line| line.split(' ').collect()).collect();

@@ -3,39 +3,75 @@
 use std::net::SocketAddr;
 
 use simd_client::{Client, proto};
-use simd_server::config::Config;
+use simd_server::config::{Config, Zenoh};
 use simd_server::daemon::{self, Running};
 use simd_server::handle::RunState;
+use simd_server::service;
+
+/// How a client reaches the daemon: what holds over one holds over all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Via {
+    /// Within the process: the services on the handle, and no network.
+    Handle,
+    /// Over gRPC.
+    Grpc,
+    /// Over Zenoh. Needs a runtime of the multi-thread flavor.
+    Zenoh,
+}
 
 /// A daemon and a client of it. Dropping it ends the daemon's tasks with the test's runtime.
 #[derive(Debug)]
 pub struct Daemon {
     /// The client.
     pub client: Client,
-    /// Where the daemon listens.
+    /// How it reaches the daemon.
+    pub via: Via,
+    /// Where the daemon listens for gRPC.
     pub address: SocketAddr,
     /// To drain it.
     pub running: Running,
 }
 
 impl Daemon {
-    /// An empty world that is paused, so that time passes by `step` alone.
+    /// An empty world that is paused, so that time passes by `step` alone, over gRPC.
     pub async fn paused() -> Self {
-        Self::start(|config| config.driver.state = RunState::Paused).await
+        Self::paused_via(Via::Grpc).await
     }
 
-    /// A daemon whose configuration is changed first.
+    /// The same over any transport.
+    pub async fn paused_via(via: Via) -> Self {
+        Self::start_via(via, |config| config.driver.state = RunState::Paused).await
+    }
+
+    /// A daemon whose configuration is changed first, over gRPC.
+    ///
+    /// # Panics
+    /// Where it does not start: then the test has failed.
+    pub async fn start(change: impl FnOnce(&mut Config)) -> Self {
+        Self::start_via(Via::Grpc, change).await
+    }
+
+    /// The same over any transport.
     ///
     /// # Panics
     /// Where it does not start: then the test has failed.
     #[allow(clippy::panic, reason = "the test has failed")]
-    pub async fn start(change: impl FnOnce(&mut Config)) -> Self {
-        let mut config = Config { listen: SocketAddr::from(([127, 0, 0, 1], 0)), ..Config::default() };
+    pub async fn start_via(via: Via, change: impl FnOnce(&mut Config)) -> Self {
+        let zenoh = if via == Via::Zenoh { Zenoh::on_free_port() } else { Zenoh::off() };
+        let listen = SocketAddr::from(([127, 0, 0, 1], 0));
+        let mut config = Config { listen, zenoh, ..Config::default() };
         change(&mut config);
         let running = daemon::start(config).await.unwrap_or_else(|error| panic!("{error}"));
-        let address = running.address;
-        let client = Client::connect(&address.to_string()).await.unwrap_or_else(|error| panic!("{error}"));
-        Self { client, address, running }
+        let client = another(via, &running).await;
+        Self { client, via, address: running.address, running }
+    }
+
+    /// Another client, with a connection of its own.
+    ///
+    /// # Panics
+    /// Where the daemon does not answer: then the test has failed.
+    pub async fn another_client(&self) -> Client {
+        another(self.via, &self.running).await
     }
 
     /// Does steps until this much simulated time has passed.
@@ -48,6 +84,16 @@ impl Daemon {
         let steps = (seconds / time_step).round() as u64;
         self.client.step(steps).await.unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+#[allow(clippy::panic, reason = "the test has failed")]
+async fn another(via: Via, running: &Running) -> Client {
+    let endpoint = match via {
+        Via::Handle => return Client::within(service::routes(&running.handle)),
+        Via::Grpc => running.address.to_string(),
+        Via::Zenoh => running.locators().first().cloned().unwrap_or_default(),
+    };
+    Client::connect(&endpoint).await.unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A request for a robot with a fixed base under this name.

@@ -19,6 +19,8 @@ const HUNG: Duration = Duration::from_secs(60);
 pub struct Process {
     /// `http://127.0.0.1:PORT`, as the daemon says it.
     pub endpoint: String,
+    /// `tcp/127.0.0.1:PORT`, where it listens for Zenoh.
+    pub locator: Option<String>,
     child: Child,
     log: Lines<BufReader<ChildStderr>>,
     /// Held open: a daemon may say more.
@@ -139,15 +141,26 @@ pub async fn said(what: &str, mut command: Command) -> Said {
 }
 
 impl Process {
-    /// Starts a daemon, and waits until it says where it listens.
+    /// Starts a daemon for gRPC alone, and waits until it says where it listens.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    pub async fn start<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Self {
+        Self::start_with(["--zenoh", "off"], arguments).await
+    }
+
+    /// The same for Zenoh too, with these flags for where.
     ///
     /// # Panics
     /// Where it does not start.
     #[allow(clippy::panic, reason = "the test has failed")]
-    pub async fn start<I: AsRef<OsStr>>(arguments: impl IntoIterator<Item = I>) -> Self {
+    pub async fn start_with<I: AsRef<OsStr>>(
+        zenoh: [&str; 2],
+        arguments: impl IntoIterator<Item = I>,
+    ) -> Self {
         let home = Home::new();
         let mut command = home.command(binaries().join("simd"));
-        command.args(["--listen", "127.0.0.1:0"]).args(arguments).stdin(Stdio::piped());
+        command.args(["--listen", "127.0.0.1:0"]).args(zenoh).args(arguments).stdin(Stdio::piped());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{error}"));
         let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
             panic!("the daemon has no stdout and stderr");
@@ -155,18 +168,20 @@ impl Process {
         let mut stdout = BufReader::new(stdout).lines();
         let mut log = BufReader::new(stderr).lines();
         let ready = soon("the daemon's line on stdout", stdout.next_line()).await;
-        let endpoint = match ready.as_ref().map(Option::as_deref) {
-            Ok(Some(line)) => line.split_once(" is listening on ").map(|(_, endpoint)| endpoint.to_owned()),
+        let endpoints = match ready.as_ref().map(Option::as_deref) {
+            Ok(Some(line)) => line.split_once(" is listening on ").map(|(_, endpoints)| endpoints),
             Ok(None) | Err(_) => None,
         };
-        let Some(endpoint) = endpoint else {
+        let Some(endpoints) = endpoints else {
             let mut said = String::new();
             while let Ok(Some(line)) = log.next_line().await {
                 said = said + &line + "\n";
             }
             panic!("the daemon does not say where it listens, but {ready:?} and\n{said}");
         };
-        Self { endpoint, child, log, _stdout: stdout, home }
+        let mut endpoints = endpoints.split(" and ").map(str::to_owned);
+        let (endpoint, locator) = (endpoints.next().unwrap_or_default(), endpoints.next());
+        Self { endpoint, locator, child, log, _stdout: stdout, home }
     }
 
     /// `127.0.0.1:PORT`.
@@ -206,6 +221,15 @@ impl Process {
         let mut command = self.home.command("sh");
         command.env("SIMD_ENDPOINT", &self.endpoint).current_dir(folder).args(["-c", line]);
         said(line, command).await
+    }
+
+    /// Kills it, as a power cut would: it says goodbye to nobody.
+    ///
+    /// # Panics
+    /// Where it is gone already.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn kill(&mut self) {
+        self.child.kill().await.unwrap_or_else(|error| panic!("{error}"));
     }
 
     /// Sends it a signal, for instance `TERM`.

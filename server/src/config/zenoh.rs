@@ -13,8 +13,8 @@ use simd_proto::keys::DEFAULT_LOCATOR;
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
 /// Whoever says nothing for so long is gone: then its queries and its token end.
 const LEASE_MS: u64 = 5_000;
-/// How long a start waits for the routers that it was told of; after that it goes on without them.
-const CONNECT_MS: u64 = 2_000;
+/// How long a start waits for the routers that it was told of.
+const CONNECT_MS: i64 = 2_000;
 /// States a wall second, 0 to this.
 const MAX_STATE_RATE: f64 = 1_000.0;
 
@@ -72,12 +72,18 @@ impl Zenoh {
             .map_err(|error| format!("{whose} are refused: {}", one_line(&error.to_string())))
     }
 
+    /// Routers relay between clients, and not between peers: whoever joins one and listens
+    /// nowhere is a client of it, so that daemons see each other's names.
     fn ours(&self) -> Value {
+        let is_client = !self.connect.is_empty() && self.listens_on().is_empty();
+        let (mode, connect_ms) = if is_client { ("client", CONNECT_MS) } else { ("peer", -1) };
         json!({
-            "mode": "peer",
+            "mode": mode,
             "listen": { "endpoints": self.listens_on(), "timeout_ms": 0, "exit_on_failure": true },
-            "connect": { "endpoints": self.connect, "timeout_ms": -1, "exit_on_failure": false,
-                "retry": { "period_init_ms": 100, "period_max_ms": 1000 } },
+            "connect": {
+                "endpoints": self.connect, "timeout_ms": connect_ms, "exit_on_failure": is_client,
+                "retry": { "period_init_ms": 100, "period_max_ms": 1000 },
+            },
             "scouting": {
                 // How long a start waits for its routers, whatever Zenoh calls it.
                 "delay": CONNECT_MS,

@@ -28,7 +28,7 @@ use crate::SimHandle;
 use crate::config;
 
 /// Queries under way may take so long to be answered once the daemon drains.
-const DRAIN_GRACE: Duration = Duration::from_secs(2);
+const DRAIN_GRACE: Duration = Duration::from_millis(1800);
 /// Whoever asks again within this time of a drain is told that the daemon shuts down,
 /// and not that there is none.
 const LAST_WORDS: Duration = Duration::from_millis(100);
@@ -49,6 +49,14 @@ pub enum Error {
     Listen {
         /// As the operator wrote them.
         locators: String,
+        /// Zenoh's words.
+        reason: String,
+    },
+    /// None of the routers that are to be joined answers.
+    #[error("no Zenoh router answers at {routers}: {reason}; start it first, or leave out --zenoh-connect")]
+    Join {
+        /// As the operator wrote them.
+        routers: String,
         /// Zenoh's words.
         reason: String,
     },
@@ -105,7 +113,10 @@ pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error>
         // The first of a chain that goes down to the file and line.
         let reason = error.to_string();
         let reason = reason.split(" at /").next().unwrap_or(&reason).to_owned();
-        Error::Listen { locators: settings.listens_on().join(", "), reason }
+        match settings.listens_on() {
+            locators if locators.is_empty() => Error::Join { routers: settings.connect.join(", "), reason },
+            locators => Error::Listen { locators: locators.join(", "), reason },
+        }
     })?;
     let routers = session.info().routers_zid().await.count() + session.info().peers_zid().await.count();
     if !settings.connect.is_empty() && routers == 0 {

@@ -16,6 +16,7 @@ use simd_proto::v1::ErrorReason;
 use simd_proto::{API_VERSION_HEADER, keys};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tonic::client::Grpc;
 use tonic::codegen::http::uri::PathAndQuery;
@@ -23,11 +24,12 @@ use tonic::metadata::MetadataValue;
 use tonic::service::Routes;
 use tonic::{Code, Request, Status, Streaming};
 use tonic_types::pb;
-use zenoh::Session;
 use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait as _};
 
 use super::{Error, sending};
 use crate::SimHandle;
+use crate::handle::CallError;
 use crate::service::routes;
 use crate::service::status::Explained;
 use crate::service::transport::with_reason;
@@ -53,7 +55,7 @@ pub(super) async fn serve(
 ) -> Result<Queryable<()>, Error> {
     let calls = Arc::new(Calls {
         routes: routes(handle),
-        max_answer: usize::MAX,
+        draining: handle.draining(),
         under_way: Arc::new(Semaphore::new(UNDER_WAY)),
         refusals: Arc::new(Semaphore::new(REFUSALS)),
         answers: answers.clone(),
@@ -69,8 +71,7 @@ pub(super) async fn serve(
 /// What queries are answered with.
 struct Calls {
     routes: Routes,
-    /// Answers may be of any length, as over gRPC: a scene is.
-    max_answer: usize,
+    draining: CancellationToken,
     under_way: Arc<Semaphore>,
     refusals: Arc<Semaphore>,
     answers: TaskTracker,
@@ -86,8 +87,7 @@ impl Calls {
         } else if let Ok(place) = self.refusals.clone().try_acquire_owned() {
             let refuse = async move {
                 let message = format!("{UNDER_WAY} queries are being answered already; try again");
-                reply_status(&query, &Explained::new(ErrorReason::MailboxFull, message).into());
-                end(query);
+                end(query, Some(Err(Explained::new(ErrorReason::MailboxFull, message).into())));
                 drop(place);
             };
             self.answers.spawn_on(refuse, &self.runtime);
@@ -95,19 +95,22 @@ impl Calls {
     }
 
     async fn answer(&self, query: Query, _place: OwnedSemaphorePermit) {
-        match self.call(&query).await {
+        let last = match self.call(&query).await {
             Ok((method, answers)) if method.gives_many => stream_to(&query, method, answers).await,
-            Ok((method, mut answers)) => match answers.message().await {
-                Ok(Some(answer)) => reply(&query, method, answer),
-                Ok(None) => reply_status(&query, &Status::internal("the method gave no answer")),
-                Err(status) => reply_status(&query, &with_reason(status)),
-            },
-            Err(status) => reply_status(&query, &with_reason(status)),
-        }
-        end(query);
+            Ok((method, mut answers)) => Some(match answers.message().await {
+                Ok(Some(answer)) => Ok((method, answer)),
+                Ok(None) => Err(Status::internal("the method gave no answer")),
+                Err(status) => Err(with_reason(status)),
+            }),
+            Err(status) => Some(Err(with_reason(status))),
+        };
+        end(query, last);
     }
 
     async fn call(&self, query: &Query) -> Result<(&'static Method, Streaming<Bytes>), Status> {
+        if self.draining.is_cancelled() {
+            return Err(CallError::ShuttingDown.into());
+        }
         let key = query.key_expr().as_str();
         let method = keys::parse_rpc(key)
             .and_then(|(service, method)| methods::find(service, method))
@@ -117,7 +120,8 @@ impl Calls {
         if let Some(version) = said_version(query)? {
             request.metadata_mut().insert(API_VERSION_HEADER, version);
         }
-        let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(self.max_answer);
+        // Answers may be of any length, as over gRPC: a scene is.
+        let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(usize::MAX);
         let never = |error| Status::internal(format!("the services are not ready: {error}"));
         services.ready().await.map_err(never)?;
         let answers = services.streaming(request, PathAndQuery::from_static(&method.path), RawCodec).await?;
@@ -135,26 +139,30 @@ fn said_version(query: &Query) -> Result<Option<MetadataValue<tonic::metadata::A
     MetadataValue::try_from(said).map(Some).map_err(refuse)
 }
 
-/// Answers of a stream, each a reply. How it ended is the last one: with `OK` where
-/// the daemon ended it in good order, with `DEADLINE_EXCEEDED` where its time is over.
-async fn stream_to(query: &Query, method: &'static Method, mut answers: Streaming<Bytes>) {
+/// What a query is told: a method's answer, or why there is none.
+type Told = Result<(&'static Method, Bytes), Status>;
+
+/// Answers of a stream, each a reply. How it ended is the last one, which is left to
+/// the caller: `OK` where the daemon ended it in good order, `DEADLINE_EXCEEDED` where its time
+/// is over.
+async fn stream_to(query: &Query, method: &'static Method, mut answers: Streaming<Bytes>) -> Option<Told> {
     let length = match stream_length(query) {
         Ok(length) => length,
-        Err(status) => return reply_status(query, &status),
+        Err(status) => return Some(Err(status)),
     };
     let end = Instant::now() + length;
     let mut is_answered = false;
     loop {
         match tokio::time::timeout_at(end, answers.message()).await {
-            Ok(Ok(Some(answer))) => reply(query, method, answer),
+            Ok(Ok(Some(answer))) => sending(|| tell(query, Ok((method, answer)))),
             // One query is one credit: it has its answer.
-            Ok(Ok(None)) if method.takes_many && is_answered => return,
-            Ok(Ok(None)) => return reply_status(query, &Status::new(Code::Ok, "the stream ended")),
-            Ok(Err(status)) => return reply_status(query, &with_reason(status)),
+            Ok(Ok(None)) if method.takes_many && is_answered => return None,
+            Ok(Ok(None)) => return Some(Err(Status::new(Code::Ok, "the stream ended"))),
+            Ok(Err(status)) => return Some(Err(with_reason(status))),
             Err(_elapsed) => {
                 let seconds = length.as_secs_f64();
                 let message = format!("{seconds} s are over; ask again, or for longer with ?{FOR}=SECONDS");
-                return reply_status(query, &Status::deadline_exceeded(message));
+                return Some(Err(Status::deadline_exceeded(message)));
             }
         }
         is_answered = true;
@@ -172,37 +180,37 @@ fn stream_length(query: &Query) -> Result<Duration, Status> {
     })
 }
 
-fn reply(query: &Query, method: &Method, answer: Bytes) {
-    let encoding = keys::encoding(&method.answer);
-    let sent = sending(|| {
-        use zenoh::Wait as _;
-        query.reply(query.key_expr(), answer).encoding(encoding).express(true).wait()
+/// Tells a query the last that there is to tell. The end of its replies is sent too.
+fn end(query: Query, last: Option<Told>) {
+    sending(move || {
+        if let Some(last) = last {
+            tell(&query, last);
+        }
+        drop(query);
     });
+}
+
+/// Waits where the asker does not read.
+fn tell(query: &Query, told: Told) {
+    let sent = match told {
+        Ok((method, answer)) => {
+            let encoding = keys::encoding(&method.answer);
+            query.reply(query.key_expr(), answer).encoding(encoding).express(true).wait()
+        }
+        Err(status) => query.reply_err(in_full(&status)).encoding(keys::STATUS_ENCODING).wait(),
+    };
     if let Err(error) = sent {
         tracing::debug!("a reply is not sent: {error}");
     }
 }
 
 /// A status with its details, as `google.rpc.Status`: what gRPC has in its trailers.
-fn reply_status(query: &Query, status: &Status) {
-    let message = match pb::Status::decode(status.details()) {
-        Ok(message) if !message.details.is_empty() => message,
-        Ok(_) | Err(_) => pb::Status {
-            code: status.code().into(),
-            message: status.message().to_owned(),
-            details: Vec::new(),
-        },
-    };
-    let sent = sending(|| {
-        use zenoh::Wait as _;
-        query.reply_err(message.encode_to_vec()).encoding(keys::STATUS_ENCODING).wait()
-    });
-    if let Err(error) = sent {
-        tracing::debug!("a refusal is not sent: {error}");
+fn in_full(status: &Status) -> Vec<u8> {
+    match pb::Status::decode(status.details()) {
+        Ok(whole) if !whole.details.is_empty() => status.details().to_vec(),
+        Ok(_) | Err(_) => {
+            let (code, message) = (status.code().into(), status.message().to_owned());
+            pb::Status { code, message, details: Vec::new() }.encode_to_vec()
+        }
     }
-}
-
-/// The end of the replies is sent too.
-fn end(query: Query) {
-    sending(|| drop(query));
 }

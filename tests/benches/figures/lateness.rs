@@ -28,7 +28,8 @@ async fn measure(time_step: f64) {
         positions: BTreeMap::new(),
         ..Robot::at(assets().join("Bench_Arm-1.2 rev B"))
     };
-    let mut config = Config { robots: vec![robot], ..Config::default() };
+    let zenoh = simd_server::config::Zenoh::off();
+    let mut config = Config { robots: vec![robot], zenoh, ..Config::default() };
     config.listen = SocketAddr::from(([127, 0, 0, 1], 0));
     config.physics.time_step = time_step;
     let running = daemon::start(config).await.expect("it starts");

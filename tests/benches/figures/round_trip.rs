@@ -6,13 +6,20 @@ use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
-use simd_client::proto::{ControlWait, StepSimulationRequest};
-use simd_client::{Client, ControlOptions, Target, every_joint, joint_target, robot_targets};
+use prost::Message as _;
+use simd_client::proto::{ControlWait, GetJointStatesRequest, JointStates};
+use simd_client::{Client, Control, ControlOptions, Target, every_joint, joint_target};
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::runtime::{Builder, Runtime};
+use zenoh::Wait as _;
+use zenoh::handlers::{FifoChannelHandler, RingChannel, RingChannelHandler};
+use zenoh::pubsub::Subscriber;
+use zenoh::query::{ConsolidationMode, Reply};
+use zenoh::sample::Sample;
 
 /// The arguments that make this program an echo.
 pub(crate) const ECHO: &str = "--echo";
@@ -25,8 +32,6 @@ const REPLY: usize = 306;
 /// Rounds, each of which times every path in turn, so that noise hits all alike.
 const ROUNDS: usize = 20;
 const CALLS: usize = 500;
-/// What is timed.
-const PATHS: usize = 6;
 
 /// Answers each request of [`REQUEST`] bytes with [`REPLY`] bytes.
 pub(crate) fn echo() {
@@ -88,42 +93,76 @@ pub(crate) fn print() {
     let (_tokio, tokio_address) = echo(ASYNC_ECHO);
 
     let folder = this.ancestors().nth(2).map(PathBuf::from).expect("target/PROFILE/deps");
-    let daemon = |more: &[&str]| {
-        let mut command = Command::new(folder.join("simd"));
-        command.args(["--listen", "127.0.0.1:0"]).args(more);
-        command.arg("--load").arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
-        let (daemon, ready) = Process::start(command);
-        (daemon, ready.rsplit("http://").next().unwrap_or_default().to_owned())
-    };
-    let (_playing, playing_address) = daemon(&[]);
-    let (_paused, paused_address) = daemon(&["--paused"]);
+    let settings = tempfile::tempdir().expect("a folder");
+    // A state a step, so that each publication is fresh.
+    let file = settings.path().join("simd.toml");
+    std::fs::write(&file, "[zenoh]\nstate_rate = 1000\n").expect("a file");
+    let mut command = Command::new(folder.join("simd"));
+    command.args(["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--config"]).arg(&file);
+    command.arg("--load").arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
+    let (_daemon, ready) = Process::start(command);
+    let (address, locator) = ready
+        .split_once("http://")
+        .and_then(|(_, places)| places.split_once(" and "))
+        .expect("the daemon says where it listens");
 
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
-    let mut times = [const { Vec::new() }; PATHS];
-    let echoes = [blocking_address.as_str(), tokio_address.as_str()];
-    runtime.block_on(measure(echoes, [&playing_address, &paused_address], &mut times));
+    let mut times = [const { Vec::new() }; PATHS.len()];
+    // Zenoh needs a runtime with workers; the others are measured without.
+    let runtime = Builder::new_current_thread().enable_all().build().expect("a runtime");
+    let workers = Builder::new_multi_thread().enable_all().build().expect("a runtime");
+    let mut stream = TcpStream::connect(&blocking_address).expect("the echo listens");
+    stream.set_nodelay(true).expect("a TCP socket");
+    let mut async_stream = runtime.block_on(async {
+        let stream = tokio::net::TcpStream::connect(&tokio_address).await.expect("the echo listens");
+        stream.set_nodelay(true).expect("a TCP socket");
+        stream
+    });
+    let mut grpc = Peer::new(&runtime, address);
+    let mut over_zenoh = Peer::new(&workers, locator);
+    let plain = Plain::new(&workers, locator);
+    for round in 0..ROUNDS {
+        let value = round as f64 * 1e-3;
+        let [blocking, tokio, set, get, control, zenoh_set, zenoh_get, zenoh_control, raw, state] =
+            &mut times;
+        echo_round(&mut stream, blocking);
+        runtime.block_on(async_echo_round(&mut async_stream, tokio));
+        grpc.round(&runtime, value, [set, get, control]);
+        over_zenoh.round(&workers, value, [zenoh_set, zenoh_get, zenoh_control]);
+        plain.get_round(raw);
+        plain.state_round(state);
+    }
+    report(&mut times);
+}
+
+/// What is measured, in this order.
+const PATHS: [&str; 10] = [
+    "raw TCP echo, 110 B and 306 B, blocking",
+    "the same on tokio at both ends",
+    "gRPC SetJointTargets, seven joints",
+    "gRPC GetJointStates, seven joints",
+    "gRPC Control, seven targets, answered at once",
+    "Zenoh SetJointTargets, Rust client",
+    "Zenoh GetJointStates, Rust client",
+    "Zenoh Control, a query each, Rust client",
+    "Zenoh get of GetJointStates, plain session",
+    "Zenoh publication, step to subscriber, one way",
+];
+
+fn report(times: &mut [Vec<f64>; PATHS.len()]) {
     println!(
-        "\nround trips, one in flight, world playing at 1 kHz unless paused: microseconds ({} calls each)",
+        "\nround trips, one in flight, world playing at 1 kHz: microseconds ({} calls each)",
         ROUNDS * CALLS
     );
-    println!("  {:44} {:>8} {:>8}   p50 and p99 to the blocking echo, to tokio's", "", "p50", "p99");
-    let names = [
-        "raw TCP echo, 110 B and 306 B, blocking",
-        "the same on tokio at both ends",
-        "unary SetJointTargets, seven joints",
-        "unary GetJointStates, seven joints",
-        "Control, seven targets, answered at once",
-        "paused: seven targets, a step, the states",
-    ];
-    for times in &mut times {
+    println!("  {:46} {:>8} {:>8}   p50 and p99 to the blocking echo, to tokio's", "", "p50", "p99");
+    for times in times.iter_mut() {
         times.sort_by(f64::total_cmp);
     }
     let both = |times: &[f64]| [percentile(times, 0.5), percentile(times, 0.99)];
     let (floor, tokio) = (both(&times[0]), both(&times[1]));
-    for (name, times) in names.iter().zip(&times) {
+    for (name, times) in PATHS.iter().zip(times.iter()) {
         let [p50, p99] = both(times);
         println!(
-            "  {name:44} {p50:8.1} {p99:8.1}   {:5.2} {:5.2}   {:5.2} {:5.2}",
+            "  {name:46} {p50:8.1} {p99:8.1}   {:5.2} {:5.2}   {:5.2} {:5.2}",
             p50 / floor[0],
             p99 / floor[1],
             p50 / tokio[0],
@@ -132,65 +171,123 @@ pub(crate) fn print() {
     }
 }
 
-async fn measure(echoes: [&str; 2], daemons: [&str; 2], times: &mut [Vec<f64>; PATHS]) {
-    let mut stream = TcpStream::connect(echoes[0]).expect("the echo listens");
-    stream.set_nodelay(true).expect("a TCP socket");
-    let mut async_stream = tokio::net::TcpStream::connect(echoes[1]).await.expect("the echo listens");
-    async_stream.set_nodelay(true).expect("a TCP socket");
-    let client = Client::connect(daemons[0]).await.expect("the daemon listens");
-    let stepped = Client::connect(daemons[1]).await.expect("the daemon listens");
-    let layout = client.joint_layout("seven_arm").await.expect("the robot is there");
-    let joints: Vec<String> =
-        layout.joints.iter().filter(|j| j.velocity_count == 1).map(|j| j.name.clone()).collect();
-    let targets = |value: f64| joints.iter().map(move |joint| joint_target(joint, Target::position(value)));
-    let options = ControlOptions {
-        selections: vec![every_joint("seven_arm")],
-        wait: ControlWait::None,
-        ..ControlOptions::default()
-    };
-    let mut control = client.control(options).await.expect("a stream");
+fn micros(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e6
+}
+
+fn echo_round(stream: &mut TcpStream, times: &mut Vec<f64>) {
     let (request, mut reply) = ([0; REQUEST], [0; REPLY]);
-    let micros = |start: Instant| start.elapsed().as_secs_f64() * 1e6;
-    for round in 0..ROUNDS {
-        let value = round as f64 * 1e-3;
-        for _ in 0..CALLS {
-            let start = Instant::now();
-            stream.write_all(&request).expect("the echo reads");
-            stream.read_exact(&mut reply).expect("the echo answers");
-            times[0].push(micros(start));
-        }
-        for _ in 0..CALLS {
-            let start = Instant::now();
-            async_stream.write_all(&request).await.expect("the echo reads");
-            async_stream.read_exact(&mut reply).await.expect("the echo answers");
-            times[1].push(micros(start));
-        }
-        for _ in 0..CALLS {
-            let start = Instant::now();
-            client.set_robot_targets("seven_arm", targets(value)).await.expect("they are taken");
-            times[2].push(micros(start));
-        }
-        for _ in 0..CALLS {
-            let start = Instant::now();
-            client.joint_states(vec![every_joint("seven_arm")]).await.expect("an answer");
-            times[3].push(micros(start));
-        }
-        for _ in 0..CALLS {
-            let start = Instant::now();
-            control.exchange("seven_arm", targets(value)).await.expect("an answer");
-            times[4].push(micros(start));
-        }
-        for _ in 0..CALLS {
-            let start = Instant::now();
-            let turn = StepSimulationRequest {
-                steps: 1,
-                robots: vec![robot_targets("seven_arm", targets(value))],
-                return_states: true,
+    for _ in 0..CALLS {
+        let start = Instant::now();
+        stream.write_all(&request).expect("the echo reads");
+        stream.read_exact(&mut reply).expect("the echo answers");
+        times.push(micros(start));
+    }
+}
+
+async fn async_echo_round(stream: &mut tokio::net::TcpStream, times: &mut Vec<f64>) {
+    let (request, mut reply) = ([0; REQUEST], [0; REPLY]);
+    for _ in 0..CALLS {
+        let start = Instant::now();
+        stream.write_all(&request).await.expect("the echo reads");
+        stream.read_exact(&mut reply).await.expect("the echo answers");
+        times.push(micros(start));
+    }
+}
+
+/// The Rust client, whatever carries its calls.
+struct Peer {
+    client: Client,
+    control: Control,
+    joints: Vec<String>,
+}
+
+impl Peer {
+    fn new(runtime: &Runtime, endpoint: &str) -> Self {
+        runtime.block_on(async {
+            let client = Client::connect(endpoint).await.expect("the daemon listens");
+            let layout = client.joint_layout("seven_arm").await.expect("the robot is there");
+            let moving = layout.joints.iter().filter(|joint| joint.velocity_count == 1);
+            let joints = moving.map(|joint| joint.name.clone()).collect();
+            let options = ControlOptions {
                 selections: vec![every_joint("seven_arm")],
-                ..Default::default()
+                wait: ControlWait::None,
+                ..ControlOptions::default()
             };
-            stepped.step_with(turn).await.expect("an answer");
-            times[5].push(micros(start));
+            let control = client.control(options).await.expect("a stream");
+            Self { client, control, joints }
+        })
+    }
+
+    fn round(&mut self, runtime: &Runtime, value: f64, times: [&mut Vec<f64>; 3]) {
+        let [set, get, exchange] = times;
+        let Self { client, control, joints } = self;
+        let targets = || joints.iter().map(|joint| joint_target(joint, Target::position(value)));
+        runtime.block_on(async {
+            for _ in 0..CALLS {
+                let start = Instant::now();
+                client.set_robot_targets("seven_arm", targets()).await.expect("they are taken");
+                set.push(micros(start));
+            }
+            for _ in 0..CALLS {
+                let start = Instant::now();
+                client.joint_states(vec![every_joint("seven_arm")]).await.expect("an answer");
+                get.push(micros(start));
+            }
+            for _ in 0..CALLS {
+                let start = Instant::now();
+                control.exchange("seven_arm", targets()).await.expect("an answer");
+                exchange.push(micros(start));
+            }
+        });
+    }
+}
+
+/// A session that knows nothing but the keys, and waits on its own thread.
+struct Plain {
+    session: zenoh::Session,
+    states: Subscriber<RingChannelHandler<Sample>>,
+}
+
+impl Plain {
+    fn new(runtime: &Runtime, locator: &str) -> Self {
+        runtime.block_on(async {
+            let session = simd_tests::network::session("client", locator).await;
+            let states = session.declare_subscriber("simd/simd/joint_states/seven_arm");
+            let states = states.with(RingChannel::new(1)).await.expect("a subscriber");
+            Self { session, states }
+        })
+    }
+
+    fn get_round(&self, times: &mut Vec<f64>) {
+        let request = GetJointStatesRequest { selections: vec![every_joint("seven_arm")] };
+        for _ in 0..CALLS {
+            let start = Instant::now();
+            let replies: FifoChannelHandler<Reply> = self
+                .session
+                .get("simd/simd/rpc/JointService/GetJointStates")
+                .payload(request.encode_to_vec())
+                .consolidation(ConsolidationMode::None)
+                .express(true)
+                .wait()
+                .expect("a query");
+            let reply = replies.recv().expect("a reply");
+            assert!(reply.result().is_ok());
+            times.push(micros(start));
+        }
+    }
+
+    /// From the moment that the state says to its arrival here, by the clock of the system.
+    fn state_round(&self, times: &mut Vec<f64>) {
+        // What lay in the ring is from before.
+        let _ = self.states.recv();
+        for _ in 0..CALLS {
+            let sample = self.states.recv().expect("a state");
+            let now = SystemTime::now();
+            let states = JointStates::decode(&*sample.payload().to_bytes()).expect("a message");
+            let stamp = states.stamp.and_then(|stamp| stamp.wall_time).expect("a moment");
+            let then = SystemTime::try_from(stamp).expect("a time");
+            times.push(now.duration_since(then).unwrap_or_default().as_secs_f64() * 1e6);
         }
     }
 }

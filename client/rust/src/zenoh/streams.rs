@@ -16,6 +16,7 @@ use simd_proto::v1::{
     WatchEventsRequest, WatchEventsResponse, WatchJointStatesRequest, WatchJointStatesResponse,
     WatchParametersResponse,
 };
+use tokio::task::JoinHandle;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Code, Status, Streaming};
 use tonic_types::StatusExt as _;
@@ -120,7 +121,9 @@ pub(super) async fn events(channel: ZenohChannel, asked: Asked) -> Result<Answer
         0 => now.last_sequence,
         after => after.min(now.last_sequence),
     };
-    let watcher = EventWatch { channel, next, version: asked.version, after, ready: VecDeque::new() };
+    let mut watcher =
+        EventWatch { channel, next, version: asked.version, asking: None, ready: VecDeque::new() };
+    watcher.ask(after);
     Ok(Box::pin(stream::try_unfold(watcher, EventWatch::next)))
 }
 
@@ -128,25 +131,33 @@ struct EventWatch {
     channel: ZenohChannel,
     next: &'static Method,
     version: Option<ApiVersion>,
-    after: u64,
+    /// The question for what comes next. It is asked before the reader wants it, so that
+    /// a daemon that drains has somebody to tell.
+    asking: Option<JoinHandle<Result<NextEventsResponse, Status>>>,
     ready: VecDeque<WatchEventsResponse>,
 }
 
 impl EventWatch {
+    fn ask(&mut self, after_sequence: u64) {
+        let (channel, next, version) = (self.channel.clone(), self.next, self.version);
+        let request = NextEventsRequest { after_sequence, timeout: PATIENCE.as_secs_f64() };
+        self.asking = Some(tokio::spawn(async move { ask(&channel, next, &request, version).await }));
+    }
+
     async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
         loop {
             if let Some(event) = self.ready.pop_front() {
                 return Ok(Some((event.encode_to_vec().into(), self)));
             }
-            let request = NextEventsRequest { after_sequence: self.after, timeout: PATIENCE.as_secs_f64() };
-            let answer = ask(&self.channel, self.next, &request, self.version).await;
-            let Some(batch): Option<NextEventsResponse> = ended(answer)? else { return Ok(None) };
-            self.after = batch.last_sequence;
+            let Some(asking) = self.asking.take() else { return Ok(None) };
+            let answer = asking.await.map_err(|error| Status::internal(error.to_string()))?;
+            let Some(batch) = ended(answer)? else { return Ok(None) };
             let mut missed = batch.missed;
             let events = batch.events.into_iter();
             self.ready = events
                 .map(|event| WatchEventsResponse { event: Some(event), missed: std::mem::take(&mut missed) })
                 .collect();
+            self.ask(batch.last_sequence);
         }
     }
 }

@@ -1,0 +1,71 @@
+//! A limit on everything, and a refusal that names it.
+
+use simd_client::proto::{ErrorReason, SetJointTargetsRequest};
+use simd_client::{Target, joint_target};
+use simd_tests::daemon::{Daemon, Via, fixed};
+use simd_tests::robots::assets;
+
+use crate::{arm, load_arm};
+
+/// A longer message is refused before it is read, and the next one is taken.
+async fn a_message_beyond_the_limit_is_refused_by_the_limits_name(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.limits.message_bytes = 100_000).await;
+    let long = SetJointTargetsRequest { claim: "a".repeat(200_000), ..Default::default() };
+    let error = daemon.client.set_targets(long).await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
+    assert!(error.to_string().contains("max_message_bytes"), "{error}");
+    daemon.client.simulator_info().await.unwrap();
+}
+
+async fn robots_beyond_the_limit_are_refused_and_those_there_stay(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.limits.robots = 1).await;
+    load_arm(&daemon.client, "arm").await;
+    let package = assets().join("Bench_Arm-1.2 rev B");
+    let error = daemon.client.load(&package, fixed("other")).await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
+    let names: Vec<String> = daemon.client.robots().await.unwrap().into_iter().map(|it| it.name).collect();
+    assert_eq!(names, ["arm"]);
+}
+
+async fn steps_beyond_the_limit_are_refused_and_none_is_done(via: Via) {
+    let daemon = arm(via).await;
+    let error = daemon.client.step(u64::MAX).await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
+    assert_eq!(daemon.client.world_statistics().await.unwrap().iterations, 0);
+}
+
+async fn snapshots_beyond_the_limit_are_refused(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.limits.snapshots = 1).await;
+    daemon.client.save_snapshot("one").await.unwrap();
+    let error = daemon.client.save_snapshot("two").await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
+}
+
+/// An answer that is larger than any buffer on the way comes whole.
+async fn a_large_answer_comes_whole(via: Via) {
+    let daemon = arm(via).await;
+    let targets = (0..20_000).map(|_| joint_target("shoulder", Target::Hold));
+    // Named twice is refused; the sentence is short, whatever was sent.
+    let error = daemon.client.set_robot_targets("arm", targets).await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::InvalidValue), "{error}");
+    let bytes = std::fs::read(assets().join("Two Link.v2/meshes/base_link.STL")).unwrap();
+    daemon.client.load(assets().join("Two Link.v2"), fixed("two")).await.unwrap();
+    let scene = daemon.client.scene(&["two"]).await.unwrap();
+    let meshes = scene.robots[0].visuals.iter().filter_map(|shape| match &shape.geometry {
+        Some(simd_client::proto::shape::Geometry::Mesh(mesh)) => Some(mesh.sha256.clone()),
+        _ => None,
+    });
+    let mut same = false;
+    for sha256 in meshes.collect::<Vec<_>>() {
+        same |= daemon.client.asset(&sha256).await.unwrap() == bytes;
+    }
+    assert!(same);
+}
+
+crate::over_every_transport![
+    a_message_beyond_the_limit_is_refused_by_the_limits_name,
+    robots_beyond_the_limit_are_refused_and_those_there_stay,
+    steps_beyond_the_limit_are_refused_and_none_is_done,
+    snapshots_beyond_the_limit_are_refused,
+    a_large_answer_comes_whole,
+];

@@ -1,0 +1,179 @@
+//! What Zenoh has beside calls, as a program that knows nothing but the keys sees it.
+
+use std::time::Duration;
+
+use prost::Message;
+use simd_client::proto::{JointStates, SetJointTargetsRequest, WatchEventsResponse, WorldStatistics, event};
+use simd_client::proto::{ParameterList, joint_target as wire};
+use simd_client::{Client, Error, Network, Target, every_joint, joint_target, robot_targets};
+use simd_server::config::Zenoh;
+use simd_server::handle::RunState;
+use simd_tests::daemon::{Daemon, Via};
+use simd_tests::network;
+use simd_tests::process::soon;
+use zenoh::handlers::{FifoChannel, RingChannel};
+
+use crate::{arm, load_arm};
+
+/// A session that knows nothing of simd.
+async fn session(daemon: &Daemon) -> zenoh::Session {
+    network::session("client", &daemon.running.locators()[0]).await
+}
+
+async fn subscribe(
+    session: &zenoh::Session,
+    key: &str,
+) -> zenoh::pubsub::Subscriber<zenoh::handlers::FifoChannelHandler<zenoh::sample::Sample>> {
+    session.declare_subscriber(key).with(FifoChannel::new(256)).await.unwrap()
+}
+
+fn read<M: Message + Default>(sample: &zenoh::sample::Sample) -> M {
+    M::decode(&*sample.payload().to_bytes()).unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn states_are_published_by_robot_and_only_grow() {
+    let daemon = Daemon::start_via(Via::Zenoh, |_| {}).await;
+    load_arm(&daemon.client, "arm").await;
+    load_arm(&daemon.client, "other").await;
+    let session = session(&daemon).await;
+    let states = subscribe(&session, "simd/simd/joint_states/other").await;
+    let mut last = 0;
+    for _ in 0..10 {
+        let sample = soon("a state", states.recv_async()).await.unwrap();
+        assert_eq!(sample.encoding().to_string(), "application/protobuf;simd.v1.JointStates");
+        let states: JointStates = read(&sample);
+        assert_eq!(states.robots.iter().map(|it| it.robot.as_str()).collect::<Vec<_>>(), ["other"]);
+        let sequence = states.stamp.unwrap().sequence;
+        assert!(sequence > last);
+        last = sequence;
+    }
+}
+
+/// A reader with a ring of one that looks away for two thousand steps reads the newest.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_subscriber_that_stalled_reads_the_newest_state() {
+    let daemon = arm(Via::Zenoh).await;
+    let session = session(&daemon).await;
+    let key = "simd/simd/joint_states/arm";
+    let ring = session.declare_subscriber(key).with(RingChannel::new(1)).await.unwrap();
+    let witness = subscribe(&session, key).await;
+    for _ in 0..20 {
+        daemon.client.step(100).await.unwrap();
+    }
+    // The witness reads on until the last state was published; the ring was not read meanwhile.
+    let mut step = 0;
+    while step < 2000 {
+        let sample = soon("the last state", witness.recv_async()).await.unwrap();
+        step = read::<JointStates>(&sample).stamp.unwrap().step;
+    }
+    let newest = soon("the newest", ring.recv_async()).await.unwrap();
+    assert_eq!(read::<JointStates>(&newest).stamp.unwrap().step, 2000);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn targets_are_taken_without_an_answer_and_bad_ones_do_no_harm() {
+    let daemon = arm(Via::Zenoh).await;
+    let session = session(&daemon).await;
+    let publisher = session.declare_publisher("simd/simd/joint_targets").await.unwrap();
+    let target = |robot: &str, value: f64| SetJointTargetsRequest {
+        robots: vec![robot_targets(robot, [joint_target("shoulder", Target::position(value))])],
+        ..Default::default()
+    };
+    publisher.put("no message").await.unwrap();
+    publisher.put(target("nobody", 0.1).encode_to_vec()).await.unwrap();
+    for i in 1..=100 {
+        publisher.put(target("arm", f64::from(i) * 1e-3).encode_to_vec()).await.unwrap();
+    }
+    // In order: the last one holds in the end.
+    let mut control = daemon.client.control(Default::default()).await.unwrap();
+    let last = async { while control.next().await.unwrap().accepted().unwrap().robots[0].target != [0.1] {} };
+    soon("the last target", last).await;
+    assert!(matches!(target("arm", 0.0).robots[0].joints[0].target, Some(wire::Target::Position(_))));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn events_statistics_and_parameters_are_published() {
+    let daemon = arm(Via::Zenoh).await;
+    let session = session(&daemon).await;
+    let events = subscribe(&session, "simd/simd/events").await;
+    let statistics = subscribe(&session, "simd/simd/world_statistics").await;
+    let parameters = subscribe(&session, "simd/simd/parameters").await;
+    let sample = soon("statistics", statistics.recv_async()).await.unwrap();
+    assert_eq!(read::<WorldStatistics>(&sample).iterations, 0);
+    // Known to somebody: what comes now is published.
+    soon("parameters", parameters.recv_async()).await.unwrap();
+    let refuse = simd_client::proto::NameTakenPolicy::Refuse;
+    daemon.client.add_button("go", refuse).await.unwrap();
+    let named = async {
+        while read::<ParameterList>(&parameters.recv_async().await.unwrap()).parameters.is_empty() {}
+    };
+    soon("the parameter", named).await;
+    let deleted = async {
+        daemon.client.delete_robot("arm").await.unwrap();
+        loop {
+            let event: WatchEventsResponse = read(&events.recv_async().await.unwrap());
+            if let Some(event::Kind::EntityDeleted(deleted)) = event.event.unwrap().kind {
+                return deleted.robot;
+            }
+        }
+    };
+    assert_eq!(soon("the event", deleted).await, "arm");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_locator_where_nobody_is_says_so() {
+    let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let error = Client::connect(&format!("tcp/{free}")).await.unwrap_err();
+    assert!(matches!(error, Error::Unreachable { .. }), "{error:?}");
+    let router = network::Router::start().await;
+    let error = Client::connect(&router.locator).await.unwrap_err();
+    assert!(matches!(error, Error::Unreachable { .. }), "{error:?}");
+    let error = Client::connect("tcp/nowhere").await.unwrap_err();
+    assert!(matches!(error, Error::Endpoint { .. } | Error::Unreachable { .. }), "{error:?}");
+}
+
+/// Two at once behind one router: never both.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_two_daemons_of_one_name_at_most_one_starts() {
+    let router = network::Router::start().await;
+    let start = || async {
+        let zenoh = Zenoh { connect: vec![router.locator.clone()], ..Zenoh::default() };
+        let config =
+            simd_server::config::Config { listen: ([127, 0, 0, 1], 0).into(), zenoh, ..Default::default() };
+        simd_server::daemon::start(config).await
+    };
+    let (one, two) = tokio::join!(start(), start());
+    let refused: Vec<String> =
+        [&one, &two].iter().filter_map(|it| it.as_ref().err()).map(|e| e.to_string()).collect();
+    assert!(!refused.is_empty());
+    assert!(refused.iter().all(|sentence| sentence.contains("--name")), "{refused:?}");
+    let network = Network::join(&router.locator, Default::default()).await.unwrap();
+    let present = network.daemons().await.unwrap();
+    assert_eq!(present.len(), 2 - refused.len());
+    // Where one started, a third does not.
+    if !present.is_empty() {
+        let third = start().await.unwrap_err();
+        assert_eq!(third.exit_code(), 6, "{third}");
+    }
+}
+
+/// Calls go on while somebody else's replies are not read.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_does_not_read_its_replies_holds_nobody_up() {
+    let daemon = Daemon::start_via(Via::Zenoh, |config| config.driver.state = RunState::Playing).await;
+    load_arm(&daemon.client, "arm").await;
+    let session = session(&daemon).await;
+    // A subscriber whose only place is taken and never emptied blocks its session's reading.
+    let stalled =
+        session.declare_subscriber("simd/simd/joint_states/arm").with(FifoChannel::new(1)).await.unwrap();
+    let mut control = daemon.client.control(Default::default()).await.unwrap();
+    let exchanges = async {
+        for _ in 0..200 {
+            control.next().await.unwrap().accepted().unwrap();
+            daemon.client.joint_states(vec![every_joint("arm")]).await.unwrap();
+        }
+    };
+    tokio::time::timeout(Duration::from_secs(60), exchanges).await.unwrap();
+    drop(stalled);
+}

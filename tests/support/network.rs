@@ -1,0 +1,56 @@
+//! Zenoh sessions on loopback that look for nobody: routers, and programs that know only keys.
+
+use zenoh::{Config, Session};
+
+use crate::process::soon;
+
+/// A Zenoh router within the test's own process: what `zenohd` is elsewhere.
+#[derive(Debug)]
+pub struct Router {
+    /// Where it listens.
+    pub locator: String,
+    session: Session,
+}
+
+impl Router {
+    /// On a free port.
+    pub async fn start() -> Self {
+        Self::start_at("tcp/127.0.0.1:0").await
+    }
+
+    /// At a locator, for instance that of one that was stopped.
+    ///
+    /// # Panics
+    /// Where it cannot listen there: then the test has failed.
+    pub async fn start_at(locator: &str) -> Self {
+        let session = session("router", locator).await;
+        let locator = session.info().locators().await.first().map(ToString::to_string).unwrap_or_default();
+        Self { locator, session }
+    }
+
+    /// Ends it, and with it every connection through it.
+    ///
+    /// # Panics
+    /// Where it hangs.
+    pub async fn stop(self) {
+        let _ = soon("the end of the router", self.session.close().into_future()).await;
+    }
+}
+
+/// A session that listens at a locator, or, as a `client`, connects to it.
+///
+/// # Panics
+/// Where it cannot: then the test has failed.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub async fn session(mode: &str, locator: &str) -> Session {
+    let (listen, connect) = match mode {
+        "client" => (String::new(), format!("{locator:?}")),
+        _ => (format!("{locator:?}"), String::new()),
+    };
+    let settings = format!(
+        r#"{{ mode: {mode:?}, listen: {{ endpoints: [{listen}] }}, connect: {{ endpoints: [{connect}] }},
+        scouting: {{ delay: 1, multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }} }}"#
+    );
+    let settings = Config::from_json5(&settings).unwrap_or_else(|error| panic!("{error}"));
+    soon("the session", zenoh::open(settings).into_future()).await.unwrap_or_else(|error| panic!("{error}"))
+}
