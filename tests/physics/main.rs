@@ -11,6 +11,7 @@ mod extremes;
 mod floating;
 mod inverse_kinematics;
 mod kinematics;
+mod merged;
 mod mujoco;
 mod properties;
 mod random_robots;

@@ -18,12 +18,23 @@ const SAME_POINT: f64 = 0.01;
 pub(super) struct Contacts {
     pub(super) list: Vec<Contact>,
     before: Vec<Contact>,
+    /// Pairs that were put into each other where nothing can push them apart, in order: they do
+    /// not touch until they have come apart.
+    pub(super) merged: Vec<Pair>,
+    merged_before: Vec<Pair>,
     broad: Broad,
     narrow: Narrow,
 }
 
+/// What is put into something else by more than this is merged with it, metres: less is what
+/// rounding and rest leave.
+const DEEP: f64 = 1e-3;
+
+/// Places of two robots, the earlier first, and of a collider of each.
+pub(super) type Pair = ([usize; 2], [usize; 2]);
+
 /// What orders contacts.
-fn key(contact: &Contact) -> ([usize; 2], [usize; 2]) {
+fn key(contact: &Contact) -> Pair {
     (contact.robots, contact.touch.colliders)
 }
 
@@ -40,7 +51,7 @@ impl Contacts {
     /// Finds what touches, of robots whose colliders are in place.
     pub(super) fn find(&mut self, robots: &[Entity]) {
         std::mem::swap(&mut self.list, &mut self.before);
-        let Self { list, before, broad, narrow } = self;
+        let Self { list, broad, narrow, .. } = self;
         list.clear();
         let new =
             |robots, touch| Contact { robots, place: 0, touch, impulse: DVec3::ZERO, total: DVec3::ZERO };
@@ -53,6 +64,8 @@ impl Contacts {
         for (place, robot) in robots.iter().enumerate().filter(|(_, robot)| robot.is_awake()) {
             narrow.within(&robot.colliders, |touch| list.push(new([place; 2], touch)));
         }
+        self.leave_merged(robots);
+        let Self { list, before, .. } = self;
         inherit(list, before);
         // What sleeps has not moved: its contacts are as they were.
         let asleep = |contact: &&Contact| {
@@ -63,15 +76,40 @@ impl Contacts {
         list.sort_unstable_by_key(|contact| (key(contact), contact.place));
     }
 
+    /// Takes out what touches within a robot, or between two that are fixed to the world, where
+    /// one was put into the other since the last step, as long as they overlap. A person loads two arms
+    /// at the origin, or an arm whose first link reaches into the table: no motion of their
+    /// joints ends that, and to push would only make them writhe.
+    fn leave_merged(&mut self, robots: &[Entity]) {
+        std::mem::swap(&mut self.merged, &mut self.merged_before);
+        let Self { list, merged, merged_before, .. } = self;
+        merged.clear();
+        for touching in list.chunk_by(|a, b| key(a) == key(b)) {
+            let pair @ ([a, b], _) = key(&touching[0]);
+            let bound = a == b || (robots[a].is_fixed() && robots[b].is_fixed());
+            let overlaps = touching.iter().any(|contact| contact.touch.distance < 0.0);
+            let put = robots[a].was_put || robots[b].was_put;
+            let deep = || touching.iter().any(|contact| contact.touch.distance < -DEEP);
+            if bound && overlaps && (merged_before.contains(&pair) || (put && deep())) {
+                merged.push(pair);
+            }
+        }
+        if !merged.is_empty() {
+            list.retain(|contact| !merged.contains(&key(contact)));
+        }
+    }
+
     /// Takes the contacts of a robot out.
     pub(super) fn forget(&mut self, robot: usize) {
         self.list.retain(|contact| !contact.robots.contains(&robot));
+        self.merged.retain(|(robots, _)| !robots.contains(&robot));
     }
 
     /// The robot at this place is gone, and those after it have moved up.
     pub(super) fn remove(&mut self, robot: usize) {
         self.forget(robot);
-        for place in self.list.iter_mut().flat_map(|contact| &mut contact.robots) {
+        let touching = self.list.iter_mut().flat_map(|contact| &mut contact.robots);
+        for place in touching.chain(self.merged.iter_mut().flat_map(|(robots, _)| robots)) {
             *place -= usize::from(*place > robot);
         }
     }
@@ -87,6 +125,9 @@ impl Contacts {
             for value in vectors.into_iter().flat_map(|vector| vector.to_array()).chain([distance]) {
                 hasher.write_u64(value.to_bits());
             }
+        }
+        for index in self.merged.iter().flat_map(|(robots, colliders)| robots.iter().chain(colliders)) {
+            hasher.write_usize(*index);
         }
     }
 }

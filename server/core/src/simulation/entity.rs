@@ -32,6 +32,8 @@ pub(super) struct Entity {
     pub touches: Touches,
     /// It rests, and no step looks at it.
     pub asleep: bool,
+    /// It was put where it is, and has not moved there by itself, since the last step.
+    pub was_put: bool,
     /// For how long it has hardly moved, seconds.
     pub still_for: f64,
     /// Where it is and how it moves.
@@ -117,6 +119,7 @@ impl Entity {
             colliders: RobotColliders::default(),
             touches: Touches::default(),
             asleep: false,
+            was_put: true,
             still_for: 0.0,
             body,
             spawned,
@@ -126,6 +129,11 @@ impl Entity {
             passed: Vec::new(),
             last_good,
         }
+    }
+
+    /// Whether its root link cannot move.
+    pub(super) fn is_fixed(&self) -> bool {
+        self.body.tree().fixed_base
     }
 
     /// Keeps the state, to go back to if a step spoils it.

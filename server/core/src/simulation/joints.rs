@@ -196,6 +196,7 @@ impl Entity {
         }
         self.body.forget_last_step();
         self.disabled = None;
+        self.was_put = true;
         self.push_links();
     }
 }

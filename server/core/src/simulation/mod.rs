@@ -145,6 +145,7 @@ impl Simulation {
             hasher.write_u64(entity.version);
             hasher.write_u8(entity.disabled.is_some().into());
             hasher.write_u8(entity.asleep.into());
+            hasher.write_u8(entity.was_put.into());
             hasher.write_u64(entity.still_for.to_bits());
             for surface in entity.colliders.surfaces() {
                 hasher.write_u64(surface.friction.to_bits());

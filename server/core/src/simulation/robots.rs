@@ -164,6 +164,7 @@ impl Simulation {
             entity.body.set_root_twist(linear, angular);
         }
         entity.disabled = None;
+        entity.was_put = true;
         entity.push_links();
         let moves = entity.moves();
         let place = self.place(robot)?;

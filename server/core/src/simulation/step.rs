@@ -68,6 +68,7 @@ fn advance(
         robot.place(shaped > 1, slack, h);
     }
     contacts.find(robots);
+    robots.iter_mut().for_each(|robot| robot.was_put = false);
     groups.gather(robots, &contacts.list);
     groups.wake(robots);
     for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {

@@ -3,6 +3,7 @@
 use glamx::DVec3;
 
 use super::command::{PhysicsChange, ResetScope, SnapshotInfo};
+use super::contacts::Pair;
 use super::entity::Entity;
 use super::error::Error;
 use super::{EventKind, Moment, PhysicsSettings, Reply, Simulation};
@@ -17,6 +18,7 @@ pub(super) struct Saved {
     settings: PhysicsSettings,
     entities: Vec<Entity>,
     contacts: Vec<Contact>,
+    merged: Vec<Pair>,
 }
 
 /// Seconds that a step may advance.
@@ -76,7 +78,12 @@ impl Simulation {
         }
         if scope.state || !deleted.is_empty() {
             self.contacts.list.clear();
-            self.entities.iter_mut().for_each(Entity::wake);
+            // Their places may be others now: who overlaps is looked at anew.
+            self.contacts.merged.clear();
+            for entity in &mut self.entities {
+                entity.was_put = true;
+                entity.wake();
+            }
         }
         if scope.time {
             self.begin_epoch(Moment::default(), (0, 0.0));
@@ -107,6 +114,7 @@ impl Simulation {
             settings: self.settings,
             entities: self.entities.clone(),
             contacts: self.contacts.list.clone(),
+            merged: self.contacts.merged.clone(),
         };
         saved.entities.iter_mut().for_each(|entity| entity.claims.fill(None));
         let info = saved.info();
@@ -116,9 +124,9 @@ impl Simulation {
 
     pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
         let saved = self.saved.iter().find(|saved| saved.name == name);
-        let Saved { at, time_base, settings, entities, contacts, .. } =
+        let Saved { at, time_base, settings, entities, contacts, merged, .. } =
             saved.cloned().ok_or_else(|| self.no_snapshot(name))?;
-        self.contacts.list = contacts;
+        (self.contacts.list, self.contacts.merged) = (contacts, merged);
         for old in std::mem::replace(&mut self.entities, entities) {
             // Claims are agreements between clients, not state of the world: who holds one keeps it.
             if let Some(new) = self.entities.iter_mut().find(|new| new.name == old.name) {
@@ -182,6 +190,7 @@ impl Entity {
         self.pushes.clear();
         self.passed.clear();
         self.disabled = None;
+        self.was_put = true;
         (self.asleep, self.still_for) = (false, 0.0);
     }
 }
