@@ -157,7 +157,8 @@ def test_a_fixed_arm_at_rest_carries_its_links(sim: Simulation) -> None:
         np.testing.assert_allclose(world, [0, 0, carried * 9.81], atol=0.01 * carried * 9.81)
     # About its axis a joint carries what its actuator applies, and what its dry friction does.
     for joint, effort in zip(arm.layout.moving, arm.effort):
-        about = reactions[joint.name].torque @ joint.axis
+        assert joint.axis is not None
+        about = float(reactions[joint.name].torque @ joint.axis)
         assert about == pytest.approx(effort, abs=joint.friction + 1e-3)
         assert abs(about) > 0.1
     with pytest.raises(KeyError):

@@ -68,6 +68,8 @@ class BodyJoint:
     motor: Motor = field(default_factory=Motor)
     # What changes with a motor's force, as the daemon has it.
     friction_sent: float = 0.0
+    # Of TORQUE_CONTROL over the last step, N m or N.
+    torque_sent: float = 0.0
     sensor: bool = False
 
 

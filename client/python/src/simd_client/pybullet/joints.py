@@ -7,11 +7,12 @@ from typing import Any
 from simd_client.proto import ResetJointsRequest, RobotJointStates, methods
 
 from . import constants
-from .arguments import floats, formerly, indices
-from .bodies import Body, BodyJoint, JointInfoTuple
+from .arguments import Vector, floats, formerly, indices
+from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
 from .motors import NO_LIMIT
+from .rotations import conjugate, cross, rotate
 from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
@@ -174,7 +175,7 @@ def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) 
     body = world.body(bodyUniqueId, "getJointState failed.")
     if not 0 <= jointIndex < len(body.joints):
         raise error("getJointState failed (2).")
-    return _state(world.joint_states(body), body.joints[jointIndex])
+    return _state(world, body, world.joint_states(body), jointIndex)
 
 
 def getJointStates(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 0) -> tuple[JointState, ...]:
@@ -184,7 +185,7 @@ def getJointStates(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     _in_range(body, wanted)
     states = world.joint_states(body)
-    return tuple(_state(states, body.joints[index]) for index in wanted)
+    return tuple(_state(world, body, states, index) for index in wanted)
 
 
 def _in_range(body: Body, wanted: list[int]) -> None:
@@ -192,11 +193,34 @@ def _in_range(body: Body, wanted: list[int]) -> None:
         raise error("Joint index out-of-range.")
 
 
-def _state(states: RobotJointStates, joint: BodyJoint) -> JointState:
+def _state(world: World, body: Body, states: RobotJointStates, index: int) -> JointState:
+    joint = body.joints[index]
+    reaction = _reaction(world, body, states, index)
     if joint.width != 1:
-        return (0.0, 0.0, _NO_REACTION, 0.0)
+        return (0.0, 0.0, reaction, 0.0)
     at = joint.velocity_index
-    return (states.position[joint.position_index], states.velocity[at], _NO_REACTION, states.effort[at])
+    return (states.position[joint.position_index], states.velocity[at], reaction, states.effort[at])
+
+
+def _reaction(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[float, ...]:
+    """Of the parent on the child, as PyBullet tells it: in the axes of the child's inertia, about its
+    centre of mass, and without what the motor does along the axis. Zeros where no sensor is on."""
+    joint = body.joints[index]
+    if not joint.sensor:
+        return _NO_REACTION
+    x, y, z, a, b, c = world.reactions(body).wrenches[6 * index : 6 * index + 6]
+    force: Vector = (x, y, z)
+    center, turn = body.frame(joint.link)
+    # About the centre of mass: T - c x F.
+    u, v, w = cross(center, force)
+    back = conjugate(turn)
+    told = [*rotate(back, force), *rotate(back, (a - u, b - v, c - w))]
+    if joint.width == 1:
+        motor = states.effort[joint.velocity_index] - joint.torque_sent
+        first = 0 if joint.kind == constants.JOINT_PRISMATIC else 3
+        for place, along in enumerate(joint.info[13], start=first):
+            told[place] -= motor * along
+    return tuple(told)
 
 
 def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
@@ -219,7 +243,12 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
         q = slice(joint.position_index, joint.position_index + count)
         u = slice(joint.velocity_index, joint.velocity_index + joint.width)
         answers.append(
-            (tuple(states.position[q]), tuple(states.velocity[u]), _NO_REACTION, tuple(states.effort[u]))
+            (
+                tuple(states.position[q]),
+                tuple(states.velocity[u]),
+                _reaction(world, body, states, index),
+                tuple(states.effort[u]),
+            )
         )
     return tuple(answers)
 
@@ -364,9 +393,11 @@ def _first(given: Any, place: int, default: float) -> float:
 def enableJointForceTorqueSensor(
     bodyUniqueId: int, jointIndex: int, enableSensor: int = 1, physicsClientId: int = 0
 ) -> None:
-    """Joint reactions are not told by the daemon."""
-    del bodyUniqueId, jointIndex, enableSensor, physicsClientId
-    raise unsupported("enableJointForceTorqueSensor", "the daemon does not tell reactions of joints yet")
+    """What the joint carries is told by `getJointState` from now on, or no longer."""
+    body = connected(physicsClientId).body(bodyUniqueId, "Error creating sensor.")
+    if not 0 <= jointIndex < len(body.joints):
+        raise error("Error creating sensor.")
+    body.joints[jointIndex].sensor = bool(enableSensor)
 
 
 __all__ = [

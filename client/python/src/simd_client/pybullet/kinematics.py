@@ -92,9 +92,7 @@ def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -
 
 def root_pose(world: World, body: Body) -> Pose:
     """world_from_root."""
-    pose = world.root(body).pose
-    at, turn = pose.position, pose.orientation
-    return (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
+    return world.root(body)[0]
 
 
 def _at_center(frame: Pose, inertia: Pose, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
@@ -118,9 +116,8 @@ def getBaseVelocity(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[Vector
 
 
 def _base_velocity(world: World, body: Body) -> tuple[Vector, Vector]:
-    line, turn = world.root(body).twist.linear, world.root(body).twist.angular
-    linear, angular = (line.x, line.y, line.z), (turn.x, turn.y, turn.z)
-    return _at_center(root_pose(world, body), body.frame(body.base_link), linear, angular)
+    pose, (linear, angular) = world.root(body)
+    return _at_center(pose, body.frame(body.base_link), linear, angular)
 
 
 def resetBasePositionAndOrientation(

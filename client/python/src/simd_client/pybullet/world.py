@@ -194,7 +194,9 @@ class World(Readings):
         if self.playing:
             self._follow()
         else:
-            request = StepSimulationRequest(steps=1, return_states=True)
+            request = StepSimulationRequest(
+                steps=1, return_states=True, return_link_states=self.wants_links()
+            )
             self._put_targets(request.robots)
             try:
                 answer = self.wire.call(methods.StepSimulation, request)
@@ -206,7 +208,7 @@ class World(Readings):
                 self._follow()
             else:
                 self._sent()
-                self.take(answer.states)
+                self.take_step(answer)
         for log in self._logs.values():
             log(self)
 
@@ -253,7 +255,9 @@ class World(Readings):
         waiting = self._waiting
         self._waiting = {}
         for number, index in waiting:
-            motor = self.bodies[number].joints[index].motor
+            joint = self.bodies[number].joints[index]
+            motor = joint.motor
+            joint.torque_sent = motor.torque or 0.0
             if motor.torque is not None:
                 motor.torque = None
                 self._waiting[(number, index)] = None
