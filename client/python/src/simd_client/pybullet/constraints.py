@@ -198,7 +198,15 @@ def _respawn(world: World, body: Body, fixed: bool, pose: Pose) -> None:
     world.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
     position: Vector = pose[0]
     orientation: Quaternion = pose[1]
-    spawn = Spawn(position, orientation, fixed=fixed, scale=body.scale, name=body.robot, joints=dict(wanted))
+    spawn = Spawn(
+        position,
+        orientation,
+        fixed=fixed,
+        scale=body.scale,
+        name=body.robot,
+        joints=dict(wanted),
+        self_collision=body.self_collision,
+    )
     source = DescriptionSource(urdf=body.urdf, assets=body.files)
     entity = world.wire.spawn(source, spawn)
     world.replaced(body, entity, body.frames, body.urdf)

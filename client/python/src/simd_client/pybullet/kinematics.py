@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from simd_client.proto import (
     ApplyLinkWrenchRequest,
     ComputeInverseDynamicsRequest,
