@@ -7,17 +7,16 @@ from typing import Any
 from simd_client.proto import ResetJointsRequest, RobotJointStates, methods
 
 from . import constants
-from .arguments import Vector, floats, formerly, indices
+from .arguments import floats, formerly, indices
 from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
 from .motors import NO_LIMIT
-from .rotations import conjugate, cross, rotate
+from .reactions import reaction
 from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
 
-_NO_REACTION = (0.0,) * 6
 _MODES = {
     constants.VELOCITY_CONTROL,
     constants.TORQUE_CONTROL,
@@ -195,32 +194,11 @@ def _in_range(body: Body, wanted: list[int]) -> None:
 
 def _state(world: World, body: Body, states: RobotJointStates, index: int) -> JointState:
     joint = body.joints[index]
-    reaction = _reaction(world, body, states, index)
+    carried = reaction(world, body, states, index)
     if joint.width != 1:
-        return (0.0, 0.0, reaction, 0.0)
+        return (0.0, 0.0, carried, 0.0)
     at = joint.velocity_index
-    return (states.position[joint.position_index], states.velocity[at], reaction, states.effort[at])
-
-
-def _reaction(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[float, ...]:
-    """Of the parent on the child, as PyBullet tells it: in the axes of the child's inertia, about its
-    centre of mass, and without what the motor does along the axis. Zeros where no sensor is on."""
-    joint = body.joints[index]
-    if not joint.sensor:
-        return _NO_REACTION
-    x, y, z, a, b, c = world.reactions(body).wrenches[6 * index : 6 * index + 6]
-    force: Vector = (x, y, z)
-    center, turn = body.frame(joint.link)
-    # About the centre of mass: T - c x F.
-    u, v, w = cross(center, force)
-    back = conjugate(turn)
-    told = [*rotate(back, force), *rotate(back, (a - u, b - v, c - w))]
-    if joint.width == 1:
-        motor = states.effort[joint.velocity_index] - joint.torque_sent
-        first = 0 if joint.kind == constants.JOINT_PRISMATIC else 3
-        for place, along in enumerate(joint.info[13], start=first):
-            told[place] -= motor * along
-    return tuple(told)
+    return (states.position[joint.position_index], states.velocity[at], carried, states.effort[at])
 
 
 def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
@@ -246,7 +224,7 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
             (
                 tuple(states.position[q]),
                 tuple(states.velocity[u]),
-                _reaction(world, body, states, index),
+                reaction(world, body, states, index),
                 tuple(states.effort[u]),
             )
         )
@@ -390,18 +368,7 @@ def _first(given: Any, place: int, default: float) -> float:
     return float(value[0]) if hasattr(value, "__len__") else float(value)
 
 
-def enableJointForceTorqueSensor(
-    bodyUniqueId: int, jointIndex: int, enableSensor: int = 1, physicsClientId: int = 0
-) -> None:
-    """What the joint carries is told by `getJointState` from now on, or no longer."""
-    body = connected(physicsClientId).body(bodyUniqueId, "Error creating sensor.")
-    if not 0 <= jointIndex < len(body.joints):
-        raise error("Error creating sensor.")
-    body.joints[jointIndex].sensor = bool(enableSensor)
-
-
 __all__ = [
-    "enableJointForceTorqueSensor",
     "getJointInfo",
     "getJointState",
     "getJointStateMultiDof",

@@ -91,11 +91,6 @@ def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -
     return (x, y, z), (i, j, k, w)
 
 
-def root_pose(world: World, body: Body) -> Pose:
-    """world_from_root."""
-    return world.root(body)[0]
-
-
 def _at_center(frame: Pose, inertia: Pose, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
     """Rates of the centre of mass, from those of the link's origin."""
     dx, dy, dz = cross(angular, rotate(frame[1], inertia[0]))
@@ -106,7 +101,7 @@ def getBasePositionAndOrientation(bodyUniqueId: int, physicsClientId: int = 0) -
     """World pose of the root link's centre of mass and axes of inertia."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "GetBasePositionAndOrientation failed.")
-    return compose(root_pose(world, body), body.frame(body.base_link))
+    return compose(world.root(body)[0], body.frame(body.base_link))
 
 
 def getBaseVelocity(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[Vector, Vector]:
@@ -154,7 +149,7 @@ def resetBaseVelocity(
         linear = vector(linearVelocity, "linearVelocity needs 3 coordinates [x,y,z].")
     if angularVelocity is not None:
         angular = vector(angularVelocity, "angularVelocity needs 3 coordinates [x,y,z].")
-    back = cross(angular, rotate(root_pose(world, body)[1], body.frame(body.base_link)[0]))
+    back = cross(angular, rotate(world.root(body)[0][1], body.frame(body.base_link)[0]))
     request = SetEntityStateRequest(robot=body.robot)
     line, turn = request.twist.linear, request.twist.angular
     line.x, line.y, line.z = (linear[i] - back[i] for i in range(3))
