@@ -110,7 +110,9 @@ async def test_the_world_events_claims_and_parameters(sim: aio.Simulation) -> No
     await sim.parameters.add_slider("gain", 0, 1, 0.5)
     async with sim.parameters.watch() as watch:
         await sim.parameters.set({"gain": 0.25})
-        assert (await watch.newest())["gain"].value == 0.25
+        # What was published before may arrive first.
+        while (await watch.newest())["gain"].value != 0.25:
+            await watch.wait(20)
     await sim.play()
     stamps: list[int] = []
     async for states in sim.watch(rate=200):
@@ -125,3 +127,17 @@ async def test_the_world_events_claims_and_parameters(sim: aio.Simulation) -> No
 async def test_nobody_there_is_unavailable() -> None:
     with pytest.raises(simd_client.Unavailable):
         await aio.connect("tcp/127.0.0.1:1", connect_timeout=0.2)
+
+
+async def test_contacts_rays_and_surfaces_are_awaited(sim: aio.Simulation) -> None:
+    floor = await sim.add_plane(friction=0.7)
+    box = await sim.add_box((0.2, 0.2, 0.2), 2.0, (0, 0, 0.1))
+    states = await sim.step(300, link_states=True)
+    assert states.links[box.name].poses[0, 2] == pytest.approx(0.1, abs=2e-3)
+    assert sum(contact.normal_force for contact in await box.contacts()) == pytest.approx(2 * 9.81, rel=0.01)
+    assert len(await sim.contacts(floor)) == len(await box.contacts())
+    assert (await sim.cast_rays([0, 0, 1], [0, 0, -1])).robots == (box.name,)
+    await box.set_surface(friction=0.5)
+    assert (await box.surfaces())["link"].friction == 0.5
+    assert (await floor.surfaces())["link"].friction == 0.7
+    assert len(await box.joint_reactions()) == 0

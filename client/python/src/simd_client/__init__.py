@@ -58,13 +58,16 @@ from simd_client.event import Event
 from simd_client.geometry import Pose, Twist
 from simd_client.joint import Joint, Joints
 from simd_client.layout import Gains, JointFlag, JointInfo, JointMode, JointType, Layout, Limits, Mimic
+from simd_client.link_states import LinkStates
 from simd_client.parameters import Parameters
-from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, LinkStates
+from simd_client.plans.contacts import Contact, RayHits
+from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
 from simd_client.plans.parameters import Button, Parameter, ParameterList, Slider
 from simd_client.plans.robots import Reloaded
 from simd_client.robot import Robot
 from simd_client.simulation import Simulation
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
+from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
 from simd_client.version import API_VERSION, __version__
 from simd_client.watch import EventWatch, Watch
@@ -80,6 +83,7 @@ __all__ = [
     "ClaimNotFound",
     "Clamped",
     "Configuration",
+    "Contact",
     "DEFAULT_ENDPOINT",
     "DeadlineExceeded",
     "DescriptionNotUploaded",
@@ -103,6 +107,7 @@ __all__ = [
     "JointMode",
     "JointNotActuated",
     "JointNotFound",
+    "JointReactions",
     "JointState",
     "JointType",
     "Joints",
@@ -128,6 +133,7 @@ __all__ = [
     "PathNotAllowed",
     "Physics",
     "Pose",
+    "RayHits",
     "Refused",
     "Reloaded",
     "Robot",
@@ -148,6 +154,8 @@ __all__ = [
     "Stamp",
     "States",
     "Superseded",
+    "Surface",
+    "Surfaces",
     "Target",
     "TargetBeyondLimit",
     "Targets",
@@ -158,6 +166,7 @@ __all__ = [
     "Watch",
     "Whole",
     "WorldStatistics",
+    "Wrench",
     "WrongState",
     "__version__",
     "connect",

@@ -14,12 +14,15 @@ from simd_client.errors import SimdError
 from simd_client.geometry import FloatArray, Pose, Twist
 from simd_client.joint import Joint, Joints
 from simd_client.layout import Layout
+from simd_client.link_states import LinkStates
 from simd_client.memory import Memory
 from simd_client.plan import Plan
-from simd_client.plans import joints, kinematics, robots
-from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, LinkStates
+from simd_client.plans import contacts, joints, kinematics, robots
+from simd_client.plans.contacts import Contact
+from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions
 from simd_client.plans.robots import AnyPath, Packages, Reloaded
 from simd_client.state import Applied, RobotState
+from simd_client.surface import Surface
 from simd_client.table import Table
 from simd_client.target import BeyondLimit, RobotTargets, Whole
 from simd_client.watch import Source, Watch
@@ -255,11 +258,32 @@ class Robot(RobotHandle):
         the next step, or until it is replaced or cleared. `frame` says whose axes: `world` or `link`."""
         return self.run(robots.apply_wrench(self.name, link, force, torque, frame, point, persistent))
 
+    # What it touches.
+
+    def contacts(self) -> tuple[Contact, ...]:
+        """The points at which it touches others or itself, of the newest state."""
+        return self.run(contacts.contacts(self.name))
+
+    def surfaces(self) -> dict[str, Surface]:
+        """How its links rub and bounce, by link; without numbers where one touches nothing."""
+        return self.run(robots.surfaces(self.name))
+
+    def set_surface(
+        self, *, friction: float | None = None, restitution: float | None = None, link: str | None = None
+    ) -> Stamp:
+        """Changes how a link, or all of them, rub and bounce; what is left out stays."""
+        surface = Surface(friction, restitution)
+        return self.run(robots.set_surfaces(self.name, {link or "": surface}))
+
     # What follows from where it is.
 
     def link_states(self) -> LinkStates:
         """Poses and velocities of all links, in the order of `links`."""
         return self.run(kinematics.link_states(self.name))
+
+    def joint_reactions(self) -> JointReactions:
+        """What each joint carried over the last step: force and torque of the parent link on the child."""
+        return self.run(kinematics.joint_reactions(self._memory, self.name))
 
     def jacobian(
         self, link: str, point: npt.ArrayLike | None = None, configuration: Configuration | None = None
@@ -292,7 +316,7 @@ class Robot(RobotHandle):
     ) -> InverseKinematics:
         """Joint positions at which `point` of a link is at `position` (metres, world) and the link is turned
         by `orientation` (x y z w), within the limits. `joints` may move, all where none is named; 0 leaves
-        `max_iterations` and `tolerance` (metres) at 100 and 1e-4."""
+        `max_iterations` and `tolerance` (metres) at 300 and 1e-4."""
         plan = kinematics.inverse_kinematics(
             self.name, link, position, orientation, point, guess, tuple(joints), max_iterations, tolerance
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from types import TracebackType
 from typing import TypeVar
 
@@ -13,19 +13,19 @@ from simd_client import keys
 from simd_client.claim import Claim
 from simd_client.description import LoadReport
 from simd_client.endpoint import Endpoint
-from simd_client.geometry import Pose
 from simd_client.link import Link
 from simd_client.memory import Memory
 from simd_client.method import Method, Reply, Request
 from simd_client.parameters import Parameters
 from simd_client.plan import Plan, ask
-from simd_client.plans import joints, robots
+from simd_client.plans import contacts, joints, robots
 from simd_client.plans import simulation as plans
+from simd_client.plans.contacts import Contact, RayHits
 from simd_client.plans.joints import Selection
-from simd_client.plans.robots import AnyPath, Loaded, Options, Packages
-from simd_client.proto import DescriptionSource
+from simd_client.plans.robots import AnyPath, Loaded, Packages
+from simd_client.primitives import Primitives
 from simd_client.robot import Robot
-from simd_client.state import Applied, States
+from simd_client.state import Applied, Named, States, name_of
 from simd_client.target import BeyondLimit, Targets
 from simd_client.watch import SILENCE, EventWatch, Pacer, Source, Watch
 from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
@@ -86,7 +86,7 @@ class Connection:
         return steps * STEP_SECONDS if timeout is None else timeout - self._timeout
 
 
-class Simulation(Connection):
+class Simulation(Connection, Primitives[Robot]):
     """A connection to one daemon. Make one by `simd_client.connect`, and use it with `with` or `close` it.
 
     May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one.
@@ -120,71 +120,8 @@ class Simulation(Connection):
 
     # Robots.
 
-    def load(
-        self,
-        path: AnyPath,
-        name: str = "",
-        *,
-        position: npt.ArrayLike = (0, 0, 0),
-        orientation: npt.ArrayLike = (0, 0, 0, 1),
-        fixed: bool | None = None,
-        passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
-        scale: float | None = None,
-        strict: bool = False,
-        allow_renaming: bool = False,
-        packages: Packages | None = None,
-    ) -> Robot:
-        """Sends a robot from this disk and brings it into the world: a URDF file, or a package folder that
-        holds one. The files that it names are sent, too; those that are not found are warnings in `report`.
-
-        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` bolts the root link to the
-        world; left out, it is fixed where it is called `world`. Joints hold their position unless `passive`.
-        `scale` multiplies lengths. `packages` says where ROS packages are, before any search.
-        """
-        pose = Pose.of(position, orientation)
-        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
-        return self._robot(self.run(robots.load(self._memory, path, packages, options)))
-
-    def load_text(
-        self,
-        urdf: str | bytes,
-        name: str = "",
-        *,
-        position: npt.ArrayLike = (0, 0, 0),
-        orientation: npt.ArrayLike = (0, 0, 0, 1),
-        fixed: bool | None = None,
-        passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
-        scale: float | None = None,
-        strict: bool = False,
-        allow_renaming: bool = False,
-    ) -> Robot:
-        """The same for the text of a URDF that names no files."""
-        pose = Pose.of(position, orientation)
-        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
-        return self._robot(self.run(robots.spawn(self._memory, robots.text_source(urdf), options)))
-
-    def load_on_daemon(
-        self,
-        path: str,
-        name: str = "",
-        *,
-        position: npt.ArrayLike = (0, 0, 0),
-        orientation: npt.ArrayLike = (0, 0, 0, 1),
-        fixed: bool | None = None,
-        passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
-        scale: float | None = None,
-        strict: bool = False,
-        allow_renaming: bool = False,
-    ) -> Robot:
-        """The same for a path on the daemon's own disk, below one of its asset roots."""
-        pose = Pose.of(position, orientation)
-        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
-        return self._robot(self.run(robots.spawn(self._memory, DescriptionSource(path=path), options)))
-
-    def _robot(self, loaded: Loaded) -> Robot:
+    def _loaded(self, plan: Plan[Loaded]) -> Robot:
+        loaded = self.run(plan)
         return Robot(self, loaded.info, loaded.report)
 
     def validate(
@@ -202,6 +139,15 @@ class Simulation(Connection):
         """One of them. Raises `RobotNotFound`."""
         return Robot(self, self.run(robots.existing(self._memory, name))[0])
 
+    def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
+        """The points at which links touch, of the newest state: of all robots, or those in which one takes part."""
+        return self.run(contacts.contacts("" if robot is None else name_of(robot)))
+
+    def cast_rays(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> RayHits:
+        """What straight lines meet first, of the newest state: one row a ray, metres, world axes; one start may
+        do for all. A thousand go in one round trip."""
+        return self.run(contacts.cast_rays(starts, ends))
+
     def asset(self, sha256: str) -> bytes:
         """The whole of a file that a robot's scene names."""
         return self.run(robots.asset(sha256))
@@ -214,6 +160,7 @@ class Simulation(Connection):
         targets: Targets | None = None,
         *,
         states: bool | Selection = False,
+        link_states: bool = False,
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
     ) -> States:
@@ -221,11 +168,11 @@ class Simulation(Connection):
 
         `targets`, by robot, hold from the first of the steps: see `Robot.set_targets` for what they may be.
         With `states` the answer has the states after the last step: of all robots, or of what is selected (a
-        robot, several, or joints by robot). `timeout` is the connection's and 0.01 s for each step where it is
+        robot, several, or joints by robot), and with `link_states` those of their links in `links`. `timeout` is the connection's and 0.01 s for each step where it is
         left out. Raises `WrongState` while playing, `Superseded` where a play, pause or reset came between.
         """
         wait = self._longer(steps, timeout)
-        return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait))
+        return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait, link_states))
 
     def play(self) -> Stamp:
         """Lets time run."""

@@ -14,6 +14,7 @@ from simd_client import proto
 from simd_client.errors import AnswerError, LayoutChanged
 from simd_client.geometry import FloatArray
 from simd_client.layout import JointFlag, JointInfo, JointMode, Layout
+from simd_client.link_states import LinkStates
 from simd_client.table import Table
 from simd_client.world import Stamp, stamp_from_proto
 
@@ -234,6 +235,8 @@ class States(Mapping[str, RobotState]):
     robots: Mapping[str, RobotState] = field(default_factory=dict[str, RobotState])
     clamped: tuple[Clamped, ...] = ()
     """Targets that came with the call and were beyond a limit."""
+    links: Mapping[str, LinkStates] = field(default_factory=dict[str, LinkStates])
+    """Of the same robots, where a step was asked for them."""
 
     def __getitem__(self, robot: str | Named) -> RobotState:
         return self.robots[name_of(robot)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -64,6 +65,48 @@ def test_rays_stop_at_what_they_hit(script: ModuleType, resting: "tuple[int, int
 
 def test_friction_and_restitution_are_changed(script: ModuleType, resting: "tuple[int, int]") -> None:
     _, box = resting
+    # PyBullet's, where nobody says.
+    assert script.getDynamicsInfo(box, -1)[1] == 0.5
     script.changeDynamics(box, -1, lateralFriction=0.05, restitution=0.3)
+    # A new mass loads the robot again.
+    script.changeDynamics(box, -1, mass=3.0)
     info = script.getDynamicsInfo(box, -1)
-    assert (info[1], info[5]) == (0.05, 0.3)
+    assert (info[0], info[1], info[5]) == (3.0, 0.05, 0.3)
+
+
+def test_what_a_description_says_of_friction_stays(script: ModuleType, tmp_path: Path) -> None:
+    file = tmp_path / "rough.urdf"
+    file.write_text("""<robot name="rough"><link name="rough"><contact><lateral_friction value="0.8"/></contact>
+      <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+      <collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>""")
+    assert script.getDynamicsInfo(script.loadURDF(str(file)), -1)[1] == 0.8
+
+
+def test_links_touch_each_other_where_a_script_asks_for_it(script: ModuleType, tmp_path: Path) -> None:
+    """Two balls at the ends of a chain, one pushed into the other."""
+    inertia = '<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    ball = '<collision><geometry><sphere radius="0.2"/></geometry></collision>'
+    links = "".join(
+        f'<link name="{name}"><inertial>{inertia}</inertial>{shape}</link>'
+        for name, shape in (("a", ball), ("between", ""), ("b", ball))
+    )
+    joint = '<joint name="{0}-{1}" type="{2}"><parent link="{0}"/><child link="{1}"/><axis xyz="1 0 0"/>{3}</joint>'
+    slide = '<origin xyz="0.5 0 0"/><limit lower="-1" upper="1" effort="100" velocity="10"/>'
+    chain = (
+        links
+        + joint.format("a", "between", "continuous", "")
+        + joint.format("between", "b", "prismatic", slide)
+    )
+    file = tmp_path / "chain.urdf"
+    file.write_text(f'<robot name="chain">{chain}</robot>')
+    apart = script.loadURDF(str(file), useFixedBase=1)
+    touching = script.loadURDF(str(file), [0, 5, 0], useFixedBase=1, flags=script.URDF_USE_SELF_COLLISION)
+    for body in (apart, touching):
+        script.setJointMotorControl2(body, 1, script.POSITION_CONTROL, -0.3, force=50)
+    for _ in range(240):
+        script.stepSimulation()
+    assert script.getJointState(apart, 1)[0] == pytest.approx(-0.3, abs=1e-2)
+    assert script.getJointState(touching, 1)[0] == pytest.approx(-0.1, abs=1e-2)
+    assert script.getContactPoints(apart) == ()
+    (point, *_) = script.getContactPoints(touching, touching)
+    assert {point[3], point[4]} == {-1, 1}

@@ -48,6 +48,30 @@ def test_a_turn_costs_one_round_trip(script: ModuleType, calls: Calls) -> None:
     assert calls == {"SimulationService/StepSimulation": 50}
 
 
+def test_where_links_and_bases_are_comes_with_the_step_once_they_were_read(
+    script: ModuleType, calls: Calls
+) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    ball = script.createMultiBody(
+        1.0, script.createCollisionShape(script.GEOM_SPHERE, radius=0.1), -1, [3, 0, 9]
+    )
+    script.setGravity(0, 0, -9.81)
+    script.getLinkState(arm, 6)
+    calls.clear()
+    for turn in range(1, 51):
+        script.stepSimulation()
+        script.getLinkStates(arm, range(7), computeLinkVelocity=1)
+        script.getBasePositionAndOrientation(arm)
+        # v = -g h n.
+        assert script.getBaseVelocity(ball)[0][2] == pytest.approx(-9.81 * turn / 240, abs=1e-9)
+        assert script.getBasePositionAndOrientation(ball)[0][0] == 3.0
+    assert calls == {"SimulationService/StepSimulation": 50}
+    # Answers are small again for a script that no longer looks.
+    for _ in range(20):
+        script.stepSimulation()
+    assert not connected(0).wants_links()
+
+
 def test_a_position_is_approached_as_pybullet_does(script: ModuleType) -> None:
     """A tenth of what is left in each step, where no limit of the joint slows it."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)

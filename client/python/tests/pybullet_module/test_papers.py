@@ -37,8 +37,8 @@ def test_states_are_true() -> None:
     told = rows()
     raising = {name for name, state in told.items() if state == "raises"}
     assert set(unsupported.__all__) <= raising
-    # Those raise from a module that does other things too.
-    assert raising - set(unsupported.__all__) == {"enableJointForceTorqueSensor", "getConstraintState"}
+    # That raises from a module that does other things too.
+    assert raising - set(unsupported.__all__) == {"getConstraintState"}
     accepted = {name for name, state in told.items() if state == "accepted"}
     # Sliders are taken down by the same function as drawings.
     assert accepted == (set(headless.__all__) - {"removeUserDebugItem"}) | {"setDefaultContactERP"}

@@ -95,7 +95,8 @@ def test_two_scripts_and_another_client_share_a_world(daemon: DaemonProcess) -> 
     arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1, physicsClientId=first)
     second = p.connect(p.DIRECT, endpoint=daemon.endpoint)
     assert p.getNumBodies(second) == 1
-    other = p.loadURDF(str(SEVEN_ARM), useFixedBase=1, physicsClientId=second)
+    # Beside the first, out of its reach.
+    other = p.loadURDF(str(SEVEN_ARM), [2, 0, 0], useFixedBase=1, physicsClientId=second)
     assert (arm, other) == (0, 1)
     assert p.getNumBodies(first) == 1
     p.syncBodyInfo(first)

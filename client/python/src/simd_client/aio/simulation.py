@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator
 from types import TracebackType
 from typing import TypeVar
 
@@ -15,16 +15,16 @@ from simd_client.aio.robot import Robot
 from simd_client.aio.runner import Answer, run
 from simd_client.aio.watch import EventWatch, Watch
 from simd_client.description import LoadReport
-from simd_client.geometry import Pose
 from simd_client.method import Method, Reply, Request
 from simd_client.plan import Plan, ask
-from simd_client.plans import joints, robots
+from simd_client.plans import contacts, joints, robots
 from simd_client.plans import simulation as plans
+from simd_client.plans.contacts import Contact, RayHits
 from simd_client.plans.joints import Selection
-from simd_client.plans.robots import AnyPath, Loaded, Options, Packages
-from simd_client.proto import DescriptionSource
+from simd_client.plans.robots import AnyPath, Loaded, Packages
+from simd_client.primitives import Primitives
 from simd_client.simulation import Connection, snapshot_name, statistics_source
-from simd_client.state import Applied, States
+from simd_client.state import Applied, Named, States, name_of
 from simd_client.target import BeyondLimit, Targets
 from simd_client.watch import SILENCE, Pacer
 from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
@@ -32,7 +32,7 @@ from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Sna
 Result = TypeVar("Result")
 
 
-class Simulation(Connection):
+class Simulation(Connection, Primitives["Answer[Robot]"]):
     """See `simd_client.Simulation`: the same names, and whatever asks the daemon is awaited, properties too:
     `await sim.state`. Make one by `async with simd_client.aio.connect() as sim`. Belongs to one event loop.
     """
@@ -64,71 +64,7 @@ class Simulation(Connection):
 
     # Robots.
 
-    def load(
-        self,
-        path: AnyPath,
-        name: str = "",
-        *,
-        position: npt.ArrayLike = (0, 0, 0),
-        orientation: npt.ArrayLike = (0, 0, 0, 1),
-        fixed: bool | None = None,
-        passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
-        scale: float | None = None,
-        strict: bool = False,
-        allow_renaming: bool = False,
-        packages: Packages | None = None,
-    ) -> Answer[Robot]:
-        """Sends a robot from this disk and brings it into the world: a URDF file, or a package folder that
-        holds one. The files that it names are sent, too; those that are not found are warnings in `report`.
-
-        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` bolts the root link to the
-        world; left out, it is fixed where it is called `world`. Joints hold their position unless `passive`.
-        `scale` multiplies lengths. `packages` says where ROS packages are, before any search.
-        """
-        pose = Pose.of(position, orientation)
-        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
-        return self._robot(robots.load(self._memory, path, packages, options))
-
-    def load_text(
-        self,
-        urdf: str | bytes,
-        name: str = "",
-        *,
-        position: npt.ArrayLike = (0, 0, 0),
-        orientation: npt.ArrayLike = (0, 0, 0, 1),
-        fixed: bool | None = None,
-        passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
-        scale: float | None = None,
-        strict: bool = False,
-        allow_renaming: bool = False,
-    ) -> Answer[Robot]:
-        """The same for the text of a URDF that names no files."""
-        pose = Pose.of(position, orientation)
-        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
-        return self._robot(robots.spawn(self._memory, robots.text_source(urdf), options))
-
-    def load_on_daemon(
-        self,
-        path: str,
-        name: str = "",
-        *,
-        position: npt.ArrayLike = (0, 0, 0),
-        orientation: npt.ArrayLike = (0, 0, 0, 1),
-        fixed: bool | None = None,
-        passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
-        scale: float | None = None,
-        strict: bool = False,
-        allow_renaming: bool = False,
-    ) -> Answer[Robot]:
-        """The same for a path on the daemon's own disk, below one of its asset roots."""
-        pose = Pose.of(position, orientation)
-        options = Options(name, allow_renaming, pose, fixed, passive, joint_positions, scale, strict)
-        return self._robot(robots.spawn(self._memory, DescriptionSource(path=path), options))
-
-    async def _robot(self, plan: Plan[Loaded]) -> Robot:
+    async def _loaded(self, plan: Plan[Loaded]) -> Robot:
         loaded = await self.run(plan)
         return Robot(self, loaded.info, loaded.report)
 
@@ -147,6 +83,15 @@ class Simulation(Connection):
         """One of them. Raises `RobotNotFound`."""
         return Robot(self, (await self.run(robots.existing(self._memory, name)))[0])
 
+    def contacts(self, robot: str | Named | None = None) -> Answer[tuple[Contact, ...]]:
+        """The points at which links touch, of the newest state: of all robots, or those in which one takes part."""
+        return self.run(contacts.contacts("" if robot is None else name_of(robot)))
+
+    def cast_rays(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> Answer[RayHits]:
+        """What straight lines meet first, of the newest state: one row a ray, metres, world axes; one start may
+        do for all. A thousand go in one round trip."""
+        return self.run(contacts.cast_rays(starts, ends))
+
     def asset(self, sha256: str) -> Answer[bytes]:
         """The whole of a file that a robot's scene names."""
         return self.run(robots.asset(sha256))
@@ -159,6 +104,7 @@ class Simulation(Connection):
         targets: Targets | None = None,
         *,
         states: bool | Selection = False,
+        link_states: bool = False,
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
     ) -> Answer[States]:
@@ -166,11 +112,11 @@ class Simulation(Connection):
 
         `targets`, by robot, hold from the first of the steps: see `Robot.set_targets` for what they may be.
         With `states` the answer has the states after the last step: of all robots, or of what is selected (a
-        robot, several, or joints by robot). `timeout` is the connection's and 0.01 s for each step where it is
+        robot, several, or joints by robot), and with `link_states` those of their links in `links`. `timeout` is the connection's and 0.01 s for each step where it is
         left out. Raises `WrongState` while playing, `Superseded` where a play, pause or reset came between.
         """
         wait = self._longer(steps, timeout)
-        return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait))
+        return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait, link_states))
 
     def play(self) -> Answer[Stamp]:
         """Lets time run."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,20 +19,49 @@ from simd_client.geometry import (
     vector,
     vector_to_proto,
 )
+from simd_client.link_states import LinkStates, link_states_from_proto
+from simd_client.memory import Memory
 from simd_client.plan import Plan, ask
+from simd_client.plans import joints
 from simd_client.proto import methods
+from simd_client.state import layout_changed
 from simd_client.world import Stamp, stamp_from_proto
 
 
+@dataclass(frozen=True)
+class Wrench:
+    """A force and a torque."""
+
+    force: FloatArray
+    """Newtons."""
+    torque: FloatArray
+    """Newton metres."""
+
+
 @dataclass(frozen=True, eq=False)
-class LinkStates:
-    """Where links are and how they move, in the order of the robot's links."""
+class JointReactions(Mapping[str, Wrench]):
+    """What joints carried over the last step, by joint: what force-torque sensors in them show.
+
+    Each is what the parent link does to the child, in the child link's frame and about its origin.
+    """
 
     stamp: Stamp
-    poses: FloatArray
-    """`world_from_link`, one row a link: x y z, then the quaternion x y z w."""
-    twists: FloatArray
-    """One row a link, world axes: m/s of the link frame's origin, then rad/s."""
+    joints: tuple[str, ...]
+    """Fixed ones included."""
+    wrenches: FloatArray
+    """One row a joint: force x y z, N, then torque x y z, N m."""
+
+    def __getitem__(self, joint: str) -> Wrench:
+        if joint not in self.joints:
+            raise KeyError(joint)
+        row = self.wrenches[self.joints.index(joint)]
+        return Wrench(row[:3], row[3:])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.joints)
+
+    def __len__(self) -> int:
+        return len(self.joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +122,20 @@ def link_states(robot: str) -> Plan[LinkStates]:
     """Where a robot's links are and how they move."""
     answer = yield from ask(methods.GetLinkStates, proto.GetLinkStatesRequest(robots=[robot]))
     found = answer.robots[0] if answer.robots else proto.RobotLinkStates()
-    poses = rows(found.poses, 7)
-    return LinkStates(stamp_from_proto(answer.stamp), poses, rows(found.twists, 6))
+    return link_states_from_proto(found, stamp_from_proto(answer.stamp))
+
+
+def joint_reactions(memory: Memory, robot: str) -> Plan[JointReactions]:
+    """What joints carried over the last step."""
+    answer = yield from ask(methods.GetJointReactions, proto.GetJointReactionsRequest(robot=robot))
+    known = yield from joints.layout(memory, robot)
+    if known.version != answer.layout_version:
+        known = yield from joints.fetch_layout(memory, robot)
+    wrenches = rows(answer.wrenches, 6)
+    if known.version != answer.layout_version or len(wrenches) != len(known.joints):
+        raise layout_changed(robot)
+    names = tuple(joint.name for joint in known.joints)
+    return JointReactions(stamp_from_proto(answer.stamp), names, wrenches)
 
 
 def jacobian(

@@ -29,6 +29,7 @@ from simd_client.memory import Memory
 from simd_client.plan import Plan, ask, work
 from simd_client.plans import joints
 from simd_client.proto import methods
+from simd_client.surface import Surface, Surfaces, surface_from_proto, surfaces_to_proto
 from simd_client.world import Stamp, stamp_from_proto
 
 PART_BYTES = 1024 * 1024
@@ -51,6 +52,8 @@ class Options:
     joint_positions: Mapping[str, float] | None = None
     scale: float | None = None
     strict: bool = False
+    surfaces: Surfaces | None = None
+    self_collision: bool = False
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,8 @@ def spawn(memory: Memory, source: proto.DescriptionSource, options: Options) -> 
         joint_positions={name: float(at) for name, at in (options.joint_positions or {}).items()},
         scale=options.scale,
         strict=options.strict,
+        link_properties=surfaces_to_proto(options.surfaces),
+        self_collision=options.self_collision,
     )
     answer = yield from ask(methods.SpawnEntity, request)
     info = robot_info_from_proto(answer.entity)
@@ -296,6 +301,18 @@ def asset(sha256: str) -> Plan[bytes]:
         have += len(part.data)
         if have >= part.total_bytes or not part.data:
             return b"".join(parts)
+
+
+def surfaces(robot: str) -> Plan[dict[str, Surface]]:
+    """How links rub and bounce, by link."""
+    answer = yield from ask(methods.GetLinkProperties, proto.GetLinkPropertiesRequest(robot=robot))
+    return {each.link: surface_from_proto(each) for each in answer.links}
+
+
+def set_surfaces(robot: str, wanted: Surfaces) -> Plan[Stamp]:
+    """Changes how links rub and bounce."""
+    request = proto.SetLinkPropertiesRequest(robot=robot, links=surfaces_to_proto(wanted))
+    return stamp_from_proto((yield from ask(methods.SetLinkProperties, request)).stamp)
 
 
 def apply_wrench(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy.typing as npt
 
@@ -10,6 +11,7 @@ from simd_client import proto
 from simd_client.errors import AnswerError
 from simd_client.event import Event, event_from_proto
 from simd_client.geometry import vector_to_proto
+from simd_client.link_states import link_states_from_proto
 from simd_client.memory import Memory
 from simd_client.plan import Plan, ask, read
 from simd_client.plans import joints
@@ -60,10 +62,11 @@ def step(
     with_states: bool | Selection,
     beyond_limit: BeyondLimit,
     wait: float,
+    with_links: bool = False,
 ) -> Plan[States]:
     """Steps, with targets before and states after, in one round trip."""
     sent = yield from joints.wire(memory, targets or {})
-    wanted = with_states is not False and with_states is not None
+    wanted = with_links or (with_states is not False and with_states is not None)
     selected = [] if isinstance(with_states, bool) else joints.selections(with_states)
     request = proto.StepSimulationRequest(
         steps=steps,
@@ -72,6 +75,7 @@ def step(
         claim=sent.claim,
         return_states=wanted,
         selections=selected,
+        return_link_states=with_links,
     )
     with joints.forgetting_layouts(memory):
         answer = yield from ask(methods.StepSimulation, request, wait)
@@ -80,7 +84,9 @@ def step(
         return States(stamp_from_proto(answer.stamp), {}, clamped)
     if not answer.HasField("states"):
         raise AnswerError("the daemon's answer cannot be understood: it did the steps and lacks `states`")
-    return (yield from joints.states_from(memory, answer.states, selected, clamped))
+    states = yield from joints.states_from(memory, answer.states, selected, clamped)
+    links = {each.robot: link_states_from_proto(each, states.stamp) for each in answer.link_states}
+    return replace(states, links=links) if links else states
 
 
 def reset(time: bool, state: bool, spawned: bool) -> Plan[tuple[Stamp, Sequence[str]]]:

@@ -16,6 +16,7 @@ from . import (
     joints,
     kinematics,
     loading,
+    reactions,
     rotations,
     shapes,
     simulation,
@@ -33,6 +34,7 @@ from .headless import *
 from .joints import *
 from .kinematics import *
 from .loading import *
+from .reactions import *
 from .rotations import *
 from .shapes import *
 from .simulation import *
@@ -50,6 +52,7 @@ __all__ += headless.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__
+__all__ += reactions.__all__
 __all__ += rotations.__all__
 __all__ += shapes.__all__
 __all__ += simulation.__all__

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from simd_client.proto import Base, EntityInfo, JointInfo, JointLayout, JointType
+from simd_client.surface import Surface
 
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
@@ -68,6 +69,8 @@ class BodyJoint:
     motor: Motor = field(default_factory=Motor)
     # What changes with a motor's force, as the daemon has it.
     friction_sent: float = 0.0
+    # Of TORQUE_CONTROL over the last step, N m or N.
+    torque_sent: float = 0.0
     sensor: bool = False
 
 
@@ -95,6 +98,10 @@ class Body:
     # Hashes of the files that it names, by URI.
     files: dict[str, str] = field(default_factory=dict[str, str])
     scale: float = 1.0
+    # Its links touch each other.
+    self_collision: bool = False
+    # Friction and restitution that the script said, or PyBullet would have, by link.
+    surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
     # `changeDynamics` of what the daemon does not know.
     noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
 

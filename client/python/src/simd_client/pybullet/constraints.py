@@ -18,7 +18,6 @@ from .arguments import Pose, Quaternion, Vector, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .kinematics import root_pose
 from .rotations import compose, inverse
 from .wire import Spawn
 from .world import World
@@ -127,7 +126,7 @@ def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> N
     if constraint is None or body is None:
         return
     if constraint.kind == constants.JOINT_FIXED:
-        _respawn(world, body, fixed=False, pose=root_pose(world, body))
+        _respawn(world, body, fixed=False, pose=world.root(body)[0])
     elif constraint.ratio:
         _edit_mimic(world, body, constraint, None)
 
@@ -198,7 +197,15 @@ def _respawn(world: World, body: Body, fixed: bool, pose: Pose) -> None:
     world.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
     position: Vector = pose[0]
     orientation: Quaternion = pose[1]
-    spawn = Spawn(position, orientation, fixed=fixed, scale=body.scale, name=body.robot, joints=dict(wanted))
+    spawn = Spawn(
+        position,
+        orientation,
+        fixed=fixed,
+        scale=body.scale,
+        name=body.robot,
+        joints=dict(wanted),
+        self_collision=body.self_collision,
+    )
     source = DescriptionSource(urdf=body.urdf, assets=body.files)
     entity = world.wire.spawn(source, spawn)
     world.replaced(body, entity, body.frames, body.urdf)

@@ -18,6 +18,8 @@ class Description:
     frames: dict[str, Pose] = field(default_factory=dict[str, Pose])
     # The root link's mass is written as 0: PyBullet takes it for a part of the world.
     massless_root: bool = False
+    # Links of which it says how they rub; the others are as PyBullet has them.
+    rough: frozenset[str] = frozenset()
 
 
 def read(urdf: bytes, scale: float) -> Description:
@@ -29,7 +31,17 @@ def read(urdf: bytes, scale: float) -> Description:
     children = {child.get("link") for child in robot.iterfind("joint/child")}
     roots = [link for link in robot.iterfind("link") if link.get("name") not in children]
     masses = [mass.get("value", "") for root in roots[:1] for mass in root.iterfind("inertial/mass")]
-    return Description(frames, any(_is_zero(mass) for mass in masses))
+    rough = {
+        link.get("name", "")
+        for link in robot.iter("link")
+        if link.find("contact/lateral_friction") is not None
+    }
+    rough |= {
+        gazebo.get("reference", "")
+        for gazebo in robot.iterfind("gazebo")
+        if gazebo.find("mu1") is not None or gazebo.find("mu") is not None
+    }
+    return Description(frames, any(_is_zero(mass) for mass in masses), frozenset(rough))
 
 
 def parse(urdf: bytes) -> ElementTree.Element | None:

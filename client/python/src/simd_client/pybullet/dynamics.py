@@ -9,9 +9,9 @@ from simd_client.proto import (
     GetLinkPropertiesRequest,
     LinkInfo,
     SetJointPropertiesRequest,
-    SetLinkPropertiesRequest,
     methods,
 )
+from simd_client.surface import Surface
 
 from . import descriptions
 from .arguments import Vector, vector
@@ -152,13 +152,13 @@ def changeDynamics(
 def _set_surface(
     world: World, body: Body, index: int, friction: float | None, restitution: float | None
 ) -> None:
-    request = SetLinkPropertiesRequest(robot=body.robot)
-    properties = request.links.add(link=body.link_name(index) or "")
-    if friction is not None:
-        properties.friction = float(friction)
-    if restitution is not None:
-        properties.restitution = float(restitution)
-    world.wire.call(methods.SetLinkProperties, request)
+    link = body.link_name(index) or ""
+    before = body.surfaces.get(link, Surface())
+    wanted = Surface(
+        before.friction if friction is None else float(friction),
+        before.restitution if restitution is None else float(restitution),
+    )
+    world.set_surfaces(body, {link: wanted})
 
 
 def _set_joint(

@@ -8,15 +8,15 @@ from simd_client.proto import ResetJointsRequest, RobotJointStates, methods
 
 from . import constants
 from .arguments import floats, formerly, indices
-from .bodies import Body, BodyJoint, JointInfoTuple
+from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
 from .motors import NO_LIMIT
+from .reactions import reaction
 from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
 
-_NO_REACTION = (0.0,) * 6
 _MODES = {
     constants.VELOCITY_CONTROL,
     constants.TORQUE_CONTROL,
@@ -174,7 +174,7 @@ def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) 
     body = world.body(bodyUniqueId, "getJointState failed.")
     if not 0 <= jointIndex < len(body.joints):
         raise error("getJointState failed (2).")
-    return _state(world.joint_states(body), body.joints[jointIndex])
+    return _state(world, body, world.joint_states(body), jointIndex)
 
 
 def getJointStates(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 0) -> tuple[JointState, ...]:
@@ -184,7 +184,7 @@ def getJointStates(bodyUniqueId: int, jointIndices: Any, physicsClientId: int = 
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     _in_range(body, wanted)
     states = world.joint_states(body)
-    return tuple(_state(states, body.joints[index]) for index in wanted)
+    return tuple(_state(world, body, states, index) for index in wanted)
 
 
 def _in_range(body: Body, wanted: list[int]) -> None:
@@ -192,11 +192,13 @@ def _in_range(body: Body, wanted: list[int]) -> None:
         raise error("Joint index out-of-range.")
 
 
-def _state(states: RobotJointStates, joint: BodyJoint) -> JointState:
+def _state(world: World, body: Body, states: RobotJointStates, index: int) -> JointState:
+    joint = body.joints[index]
+    carried = reaction(world, body, states, index)
     if joint.width != 1:
-        return (0.0, 0.0, _NO_REACTION, 0.0)
+        return (0.0, 0.0, carried, 0.0)
     at = joint.velocity_index
-    return (states.position[joint.position_index], states.velocity[at], _NO_REACTION, states.effort[at])
+    return (states.position[joint.position_index], states.velocity[at], carried, states.effort[at])
 
 
 def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
@@ -219,7 +221,12 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
         q = slice(joint.position_index, joint.position_index + count)
         u = slice(joint.velocity_index, joint.velocity_index + joint.width)
         answers.append(
-            (tuple(states.position[q]), tuple(states.velocity[u]), _NO_REACTION, tuple(states.effort[u]))
+            (
+                tuple(states.position[q]),
+                tuple(states.velocity[u]),
+                reaction(world, body, states, index),
+                tuple(states.effort[u]),
+            )
         )
     return tuple(answers)
 
@@ -361,16 +368,7 @@ def _first(given: Any, place: int, default: float) -> float:
     return float(value[0]) if hasattr(value, "__len__") else float(value)
 
 
-def enableJointForceTorqueSensor(
-    bodyUniqueId: int, jointIndex: int, enableSensor: int = 1, physicsClientId: int = 0
-) -> None:
-    """Joint reactions are not told by the daemon."""
-    del bodyUniqueId, jointIndex, enableSensor, physicsClientId
-    raise unsupported("enableJointForceTorqueSensor", "the daemon does not tell reactions of joints yet")
-
-
 __all__ = [
-    "enableJointForceTorqueSensor",
     "getJointInfo",
     "getJointState",
     "getJointStateMultiDof",

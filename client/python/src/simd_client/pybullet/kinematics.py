@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from simd_client.proto import (
     ApplyLinkWrenchRequest,
     ComputeInverseDynamicsRequest,
@@ -90,13 +91,6 @@ def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -
     return (x, y, z), (i, j, k, w)
 
 
-def root_pose(world: World, body: Body) -> Pose:
-    """world_from_root."""
-    pose = world.root(body).pose
-    at, turn = pose.position, pose.orientation
-    return (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
-
-
 def _at_center(frame: Pose, inertia: Pose, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
     """Rates of the centre of mass, from those of the link's origin."""
     dx, dy, dz = cross(angular, rotate(frame[1], inertia[0]))
@@ -107,7 +101,7 @@ def getBasePositionAndOrientation(bodyUniqueId: int, physicsClientId: int = 0) -
     """World pose of the root link's centre of mass and axes of inertia."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "GetBasePositionAndOrientation failed.")
-    return compose(root_pose(world, body), body.frame(body.base_link))
+    return compose(world.root(body)[0], body.frame(body.base_link))
 
 
 def getBaseVelocity(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[Vector, Vector]:
@@ -118,9 +112,8 @@ def getBaseVelocity(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[Vector
 
 
 def _base_velocity(world: World, body: Body) -> tuple[Vector, Vector]:
-    line, turn = world.root(body).twist.linear, world.root(body).twist.angular
-    linear, angular = (line.x, line.y, line.z), (turn.x, turn.y, turn.z)
-    return _at_center(root_pose(world, body), body.frame(body.base_link), linear, angular)
+    pose, (linear, angular) = world.root(body)
+    return _at_center(pose, body.frame(body.base_link), linear, angular)
 
 
 def resetBasePositionAndOrientation(
@@ -156,7 +149,7 @@ def resetBaseVelocity(
         linear = vector(linearVelocity, "linearVelocity needs 3 coordinates [x,y,z].")
     if angularVelocity is not None:
         angular = vector(angularVelocity, "angularVelocity needs 3 coordinates [x,y,z].")
-    back = cross(angular, rotate(root_pose(world, body)[1], body.frame(body.base_link)[0]))
+    back = cross(angular, rotate(world.root(body)[0][1], body.frame(body.base_link)[0]))
     request = SetEntityStateRequest(robot=body.robot)
     line, turn = request.twist.linear, request.twist.angular
     line.x, line.y, line.z = (linear[i] - back[i] for i in range(3))

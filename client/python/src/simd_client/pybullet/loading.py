@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from simd_client.proto import EntityInfo
+from simd_client.surface import Surface
 
 from . import constants, descriptions
-from .arguments import UPRIGHT, Pose, quaternion, vector
+from .arguments import UPRIGHT, quaternion, vector
 from .connections import connected
+from .descriptions import Description
 from .errors import error
 from .wire import Spawn
 from .world import World
@@ -26,7 +27,11 @@ _GRANTED = (
     | constants.URDF_USE_MATERIAL_TRANSPARANCY_FROM_MTL
     | constants.URDF_GOOGLEY_UNDEFINED_COLORS
     | constants.URDF_PRINT_URDF_INFO
+    | constants.URDF_USE_SELF_COLLISION
+    | constants.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
 )
+# Of links whose description does not say.
+_FRICTION = 0.5
 
 
 def loadURDF(
@@ -59,25 +64,30 @@ def loadURDF(
         ),
         fixed=True if useFixedBase or description.massless_root else None,
         scale=globalScaling,
+        self_collision=bool(flags & constants.URDF_USE_SELF_COLLISION),
     )
     try:
         entity, files = world.wire.load(path, spawn)
     except error as refusal:
         raise error(f"Cannot load URDF file. {refusal}", refusal.reason) from None
-    return settled(world, entity, description.frames, urdf, files, globalScaling)
+    number = settled(world, entity, description, urdf, files, globalScaling)
+    world.bodies[number].self_collision = spawn.self_collision
+    return number
 
 
 def settled(
     world: World,
     entity: EntityInfo,
-    frames: Mapping[str, Pose],
+    description: Description,
     urdf: bytes,
     files: dict[str, str],
     scale: float,
 ) -> int:
     """The number of a robot that was just spawned. Its joints are braked, as PyBullet's are."""
-    body = world.add(entity, frames, own=True, urdf=urdf)
+    body = world.add(entity, description.frames, own=True, urdf=urdf)
     body.files, body.scale = files, scale
+    smooth = [link.name for link in entity.links if link.name not in description.rough]
+    world.set_surfaces(body, {link: Surface(friction=_FRICTION) for link in smooth})
     for index, joint in enumerate(body.joints):
         if joint.driven:
             world.drive(body, index)

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from simd_client.proto import (
     GetEntityStateRequest,
-    GetEntityStateResponse,
+    GetJointReactionsRequest,
+    GetJointReactionsResponse,
     GetJointStatesRequest,
     GetLinkPosesRequest,
     GetLinkStatesRequest,
@@ -14,6 +15,7 @@ from simd_client.proto import (
     RobotJointStates,
     RobotLinkPoses,
     RobotLinkStates,
+    StepSimulationResponse,
     methods,
 )
 
@@ -22,10 +24,17 @@ from .errors import error
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from .arguments import Pose, Vector
     from .bodies import Body
     from .wire import Wire
 
+    # world_from_root; velocity of its origin and angular velocity, world axes.
+    Root = tuple[Pose, tuple[Vector, Vector]]
+
 State = TypeVar("State")
+
+# So many steps bring the states of links after a script read any.
+_LINKS_FOR = 16
 
 
 class Readings:
@@ -42,7 +51,10 @@ class Readings:
         self._joint_states: dict[str, RobotJointStates] | None = None
         self._link_poses: dict[str, RobotLinkPoses] = {}
         self._link_states: dict[str, RobotLinkStates] = {}
-        self._roots: dict[str, GetEntityStateResponse] = {}
+        self._roots: dict[str, Root] = {}
+        self._reactions: dict[str, GetJointReactionsResponse] = {}
+        # Steps that still bring the states of links: the script read some not long ago.
+        self._links_for = 0
         # Joint states of a world that plays arrive by themselves.
         self._publishes = False
         self._watching = False
@@ -80,8 +92,19 @@ class Readings:
             for robot in published.robots:
                 self._joint_states[robot.robot] = robot
 
+    def reactions(self, body: Body) -> GetJointReactionsResponse:
+        """What a body's joints carried over the newest step."""
+        told = None if self.playing else self._reactions.get(body.robot)
+        if told is None:
+            told = self.wire.call(methods.GetJointReactions, GetJointReactionsRequest(robot=body.robot))
+            self._reactions[body.robot] = told
+        if told.layout_version != body.layout_version:
+            raise error(f"the robot {body.robot} is gone, or somebody reloaded it")
+        return told
+
     def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
         """Poses of a body's links: of the newest step, as `joint_states`."""
+        self._links_for = _LINKS_FOR
         states = None if self.playing else self._link_states.get(body.robot)
         if states is not None:
             return states
@@ -92,18 +115,38 @@ class Readings:
 
     def link_states(self, body: Body) -> RobotLinkStates:
         """Poses and rates of a body's links: of the newest step, as `joint_states`."""
+        self._links_for = _LINKS_FOR
         if self.playing or not self._link_states:
             answer = self.wire.call(methods.GetLinkStates, GetLinkStatesRequest())
             self._link_states = {robot.robot: robot for robot in answer.robots}
         return _of(self._link_states, body)
 
-    def root(self, body: Body) -> GetEntityStateResponse:
+    def root(self, body: Body) -> Root:
         """Pose and rates of a body's root: of the newest step, as `joint_states`."""
+        self._links_for = _LINKS_FOR
         state = None if self.playing else self._roots.get(body.robot)
         if state is None:
-            state = self.wire.call(methods.GetEntityState, GetEntityStateRequest(robot=body.robot))
+            links = None if self.playing else self._link_states.get(body.robot)
+            if links is not None:
+                # The root is the first link.
+                x, y, z, i, j, k, w = links.poses[:7]
+                u, v, n, a, b, c = links.twists[:6]
+                state = ((x, y, z), (i, j, k, w)), ((u, v, n), (a, b, c))
+            else:
+                state = self._ask_root(body)
             self._roots[body.robot] = state
         return state
+
+    def _ask_root(self, body: Body) -> Root:
+        answer = self.wire.call(methods.GetEntityState, GetEntityStateRequest(robot=body.robot))
+        at, turn = answer.pose.position, answer.pose.orientation
+        line, spin = answer.twist.linear, answer.twist.angular
+        pose = (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
+        return pose, ((line.x, line.y, line.z), (spin.x, spin.y, spin.z))
+
+    def wants_links(self) -> bool:
+        """Whether the next step is to bring the states of links."""
+        return self._links_for > 0
 
     def forget_states(self) -> None:
         """Something changed other than by a step."""
@@ -111,7 +154,13 @@ class Readings:
         self._forget_places()
 
     def _forget_places(self) -> None:
-        self._link_poses, self._link_states, self._roots = {}, {}, {}
+        self._link_poses, self._link_states, self._roots, self._reactions = {}, {}, {}, {}
+
+    def take_step(self, answer: StepSimulationResponse) -> None:
+        """A step's answer: joint states of all robots, and those of links where they were asked for."""
+        self.take(answer.states)
+        self._link_states = {robot.robot: robot for robot in answer.link_states}
+        self._links_for = max(self._links_for - 1, 0)
 
     def take(self, states: JointStates) -> None:
         """States of all robots arrived: those are the newest."""

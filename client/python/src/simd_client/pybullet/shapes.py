@@ -264,7 +264,7 @@ def createMultiBody(
         fixed=baseMass == 0.0,
     )
     entity = world.wire.spawn(DescriptionSource(urdf=text), spawn)
-    return settled(world, entity, descriptions.read(text, 1.0).frames, text, {}, 1.0)
+    return settled(world, entity, descriptions.read(text, 1.0), text, {}, 1.0)
 
 
 def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:

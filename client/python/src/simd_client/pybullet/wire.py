@@ -62,6 +62,7 @@ class Spawn:
     name: str = ""
     # rad or m by joint; the others start at zero.
     joints: dict[str, float] = field(default_factory=dict[str, float])
+    self_collision: bool = False
 
 
 class Wire:
@@ -149,6 +150,7 @@ class Wire:
             base=bases[spawn.fixed],
             scale=spawn.scale,
             joint_positions=spawn.joints,
+            self_collision=spawn.self_collision,
         )
         at, turn = request.pose.position, request.pose.orientation
         at.x, at.y, at.z = spawn.position

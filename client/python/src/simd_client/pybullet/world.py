@@ -22,12 +22,14 @@ from simd_client.proto import (
     RobotTargets,
     SetJointPropertiesRequest,
     SetJointTargetsRequest,
+    SetLinkPropertiesRequest,
     SetPhysicsRequest,
     SetSimulationStateRequest,
     SimulationState,
     StepSimulationRequest,
     methods,
 )
+from simd_client.surface import surfaces_to_proto
 
 from . import bodies, motors
 from .bodies import Body, BodyJoint
@@ -40,7 +42,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
+
     from simd_client.proto import EntityInfo
+    from simd_client.surface import Surface
 
     from .arguments import Pose, Vector
     from .constraints import Constraint
@@ -146,6 +150,8 @@ class World(Readings):
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
+        made.self_collision = body.self_collision
+        self.set_surfaces(made, body.surfaces)
         for joint in made.joints:
             place = body.by_joint.get(joint.name)
             if place is not None:
@@ -157,6 +163,14 @@ class World(Readings):
                 del self._waiting[key]
         self.forget_states()
         return made
+
+    def set_surfaces(self, body: Body, surfaces: Mapping[str, Surface]) -> None:
+        """Makes links rub and bounce like that, also after the robot is loaded again."""
+        known = {link: surface for link, surface in surfaces.items() if link in body.link_places}
+        if known:
+            request = SetLinkPropertiesRequest(robot=body.robot, links=surfaces_to_proto(known))
+            self.wire.call(methods.SetLinkProperties, request)
+            body.surfaces.update(known)
 
     def _drop(self, number: int) -> None:
         del self.bodies[number]
@@ -194,7 +208,9 @@ class World(Readings):
         if self.playing:
             self._follow()
         else:
-            request = StepSimulationRequest(steps=1, return_states=True)
+            request = StepSimulationRequest(
+                steps=1, return_states=True, return_link_states=self.wants_links()
+            )
             self._put_targets(request.robots)
             try:
                 answer = self.wire.call(methods.StepSimulation, request)
@@ -206,7 +222,7 @@ class World(Readings):
                 self._follow()
             else:
                 self._sent()
-                self.take(answer.states)
+                self.take_step(answer)
         for log in self._logs.values():
             log(self)
 
@@ -253,7 +269,9 @@ class World(Readings):
         waiting = self._waiting
         self._waiting = {}
         for number, index in waiting:
-            motor = self.bodies[number].joints[index].motor
+            joint = self.bodies[number].joints[index]
+            motor = joint.motor
+            joint.torque_sent = motor.torque or 0.0
             if motor.torque is not None:
                 motor.torque = None
                 self._waiting[(number, index)] = None

@@ -1,0 +1,49 @@
+"""What joints carry: force-torque sensors."""
+
+from __future__ import annotations
+
+from simd_client.proto import RobotJointStates
+
+from . import constants
+from .arguments import Vector
+from .bodies import Body
+from .connections import connected
+from .errors import error
+from .rotations import conjugate, cross, rotate
+from .world import World
+
+_NONE = (0.0,) * 6
+
+
+def enableJointForceTorqueSensor(
+    bodyUniqueId: int, jointIndex: int, enableSensor: int = 1, physicsClientId: int = 0
+) -> None:
+    """What the joint carries is told by `getJointState` from now on, or no longer."""
+    body = connected(physicsClientId).body(bodyUniqueId, "Error creating sensor.")
+    if not 0 <= jointIndex < len(body.joints):
+        raise error("Error creating sensor.")
+    body.joints[jointIndex].sensor = bool(enableSensor)
+
+
+def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[float, ...]:
+    """Of the parent on the child, as PyBullet tells it: in the axes of the child's inertia, about its
+    centre of mass, and without what the motor does along the axis. Zeros where no sensor is on."""
+    joint = body.joints[index]
+    if not joint.sensor:
+        return _NONE
+    x, y, z, a, b, c = world.reactions(body).wrenches[6 * index : 6 * index + 6]
+    force: Vector = (x, y, z)
+    center, turn = body.frame(joint.link)
+    # About the centre of mass: T - c x F.
+    u, v, w = cross(center, force)
+    back = conjugate(turn)
+    told = [*rotate(back, force), *rotate(back, (a - u, b - v, c - w))]
+    if joint.width == 1:
+        motor = states.effort[joint.velocity_index] - joint.torque_sent
+        first = 0 if joint.kind == constants.JOINT_PRISMATIC else 3
+        for place, along in enumerate(joint.info[13], start=first):
+            told[place] -= motor * along
+    return tuple(told)
+
+
+__all__ = ["enableJointForceTorqueSensor"]
