@@ -1,10 +1,15 @@
 //! What is fuzzed: plain functions from bytes. A fuzzer calls them with bytes of its own,
 //! the tests with those of `fuzz/corpus`. Each panics where a promise is broken, and only there.
 
+#[cfg(feature = "commands")]
+mod commands;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+#[cfg(feature = "commands")]
+pub use commands::commands;
 use simd_assets::Locator;
 use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
 use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
@@ -13,8 +18,16 @@ use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All of them.
-pub const TARGETS: &[Target] =
-    &[("urdf", urdf), ("stl", stl), ("obj", obj), ("collada", collada), ("paths", paths), ("xacro", xacro)];
+pub const TARGETS: &[Target] = &[
+    ("urdf", urdf),
+    ("stl", stl),
+    ("obj", obj),
+    ("collada", collada),
+    ("paths", paths),
+    ("xacro", xacro),
+    #[cfg(feature = "commands")]
+    ("commands", commands::commands),
+];
 
 /// Any URI leads to the same file.
 struct Only(Option<Asset>);

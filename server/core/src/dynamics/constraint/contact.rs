@@ -43,6 +43,10 @@ pub struct Side {
     pub at: usize,
 }
 
+/// Along a direction that no joint can move, J M^-1 J' is rounding: less than this part of what
+/// it is along all three. To divide by it would throw a robot away.
+const IMMOVABLE: f64 = 1e-12;
+
 /// A contact's three rows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ContactRows {
@@ -202,7 +206,8 @@ impl ContactRows {
 
     /// Whether it can move anything.
     pub fn acts(&self) -> bool {
-        self.effect[0] > 0.0
+        let [nn, _, _, tt, _, uu] = self.effect;
+        nn > IMMOVABLE * (nn + tt + uu)
     }
 
     /// Gives the contact the impulses that make its normal rate reach the target or its
