@@ -5,6 +5,7 @@
 #![cfg(test)]
 
 mod control;
+mod hostile;
 mod kinematics;
 mod limits;
 mod lockstep;
