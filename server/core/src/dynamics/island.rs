@@ -16,6 +16,9 @@ pub const SETTLED: f64 = 1e-6;
 /// Sweeps of what pushes apart; what is left, the next step does.
 const PUSH_SWEEPS: usize = 5;
 
+/// What pushes apart moves no rate faster than this, m/s or rad/s.
+const FASTEST_PART: f64 = 3.0;
+
 /// With so many points, the rows of a body are summed from those of the six wrenches.
 const MANY: usize = 3;
 
@@ -128,7 +131,10 @@ impl Island {
                 rows.part(blocks, moving);
             }
         }
-        rates.iter_mut().zip(moving).for_each(|(rate, push)| *rate += *push);
+        // A push near an axis would turn a joint as fast as its arm is short.
+        let largest = moving.iter().fold(0.0f64, |largest, push| largest.max(push.abs()));
+        let part = if largest > FASTEST_PART { FASTEST_PART / largest } else { 1.0 };
+        rates.iter_mut().zip(moving).for_each(|(rate, push)| *rate += part * *push);
         true
     }
 
