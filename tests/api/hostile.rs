@@ -24,7 +24,6 @@ async fn throw(client: &Client, urdf: Vec<u8>) -> bool {
         }
         Err(error) => {
             assert!(error.reason().is_some(), "{error}");
-            println!("{error:.200}");
             false
         }
     }
@@ -64,6 +63,14 @@ async fn harmful_files_are_refused_and_disturb_nobody(via: Via) {
     assert_eq!(trajectory(&troubled).await, trajectory(&calm).await);
 }
 
+/// Seven megabytes are within the limit of a description, and come whole over every transport.
+async fn a_large_description_comes_whole(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let comment = "y".repeat(7_000_000);
+    let file = format!("<robot name='r'><link name='a'/><!-- {comment} --></robot>");
+    assert!(throw(&daemon.client, file.into_bytes()).await);
+}
+
 /// Bytes of a good robot changed, cut and doubled: it loads or is refused, a hundred times.
 async fn damaged_files_are_answered_and_disturb_nobody(via: Via) {
     let (calm, troubled) = (arm(via).await, arm(via).await);
@@ -94,5 +101,6 @@ async fn damaged_files_are_answered_and_disturb_nobody(via: Via) {
 
 crate::over_every_transport![
     harmful_files_are_refused_and_disturb_nobody,
+    a_large_description_comes_whole,
     damaged_files_are_answered_and_disturb_nobody,
 ];

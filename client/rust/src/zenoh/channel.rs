@@ -21,7 +21,7 @@ use tonic_types::pb;
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, Reply, ReplyError};
 
-use super::streams;
+use super::{MAX_MESSAGE_BYTES, streams};
 
 /// Zenoh gives up on a query after this time. Calls have their own, shorter ones; a
 /// daemon that is gone ends its queries at once.
@@ -150,7 +150,12 @@ impl Service<http::Request<Body>> for ZenohChannel {
             return Box::pin(std::future::ready(Ok(status.into_http())));
         };
         let call = Call { channel: self.clone(), method };
-        Box::pin(async move { Ok(Grpc::new(RawCodec).streaming(call, request).await) })
+        Box::pin(async move {
+            Ok(Grpc::new(RawCodec)
+                .max_decoding_message_size(MAX_MESSAGE_BYTES)
+                .streaming(call, request)
+                .await)
+        })
     }
 }
 
