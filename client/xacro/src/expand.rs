@@ -1,20 +1,21 @@
 //! The directives of xacro: what each element becomes.
 
+mod call;
+mod declare;
+mod files;
+
 use std::collections::BTreeMap;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use simd_assets::Locator;
 
-use crate::error::{Error, Fault, not_supported, shown};
-use crate::limits;
-use crate::macros::{Macro, Parameter, parameters};
-use crate::scope::{Block, Entry, Scopes};
+use self::files::read;
+use crate::error::{Error, Fault, shown};
+use crate::scope::{Block, Scopes};
 use crate::source::{self, Element, Item, Namespaces};
-use crate::value::Value;
 use crate::write::{Made, MadeElement, write};
-use crate::{Expanded, yaml};
+use crate::{Expanded, limits};
 
 /// One expansion.
 pub(crate) struct Expansion<'l> {
@@ -244,59 +245,6 @@ impl<'l> Expansion<'l> {
         self.value(text, self.scopes.top())?.condition()
     }
 
-    fn property(&mut self, element: &Rc<Element>) -> Result<(), Fault> {
-        let name = self.required(element, "name")?;
-        let top = self.scopes.top();
-        let level = match element.attribute("scope") {
-            None | Some("") => top,
-            Some("parent") => top.saturating_sub(1),
-            Some("global") => 0,
-            Some(scope) => return Err(format!("{} is no scope; it is parent or global", shown(scope))),
-        };
-        let is_lazy = element.attribute("lazy_eval").is_none_or(|word| Value::literal(word).truth());
-        if element.attribute("remove").is_some() {
-            return Err(not_supported("remove of a property"));
-        }
-        let (text, is_default) = match (element.attribute("value"), element.attribute("default")) {
-            (Some(text), _) => (Some(text), false),
-            (None, default) => (default, default.is_some()),
-        };
-        if is_default && self.scopes.entry(&name, top).is_some() {
-            return Ok(());
-        }
-        let Some(text) = text else {
-            self.scopes.set_block(level, &name, Block::Source(element.clone()));
-            return Ok(());
-        };
-        let entry = match Value::literal(text) {
-            Value::Text(text) if level != top || !is_lazy => {
-                Entry::Value(self.value(&text, top)?.into_literal())
-            }
-            Value::Text(text) if text.contains('$') => Entry::Lazy(text),
-            value => Entry::Value(value),
-        };
-        self.step(text.len() / 16)?;
-        self.scopes.set(level, &name, entry);
-        Ok(())
-    }
-
-    fn declare_argument(&mut self, element: &Element) -> Result<(), Fault> {
-        let name = self.required(element, "name")?;
-        if let Some(default) = element.attribute("default").filter(|_| !self.arguments.contains_key(&name)) {
-            let default = self.text(default, self.scopes.top())?;
-            self.arguments.insert(name, default);
-        }
-        Ok(())
-    }
-
-    fn define(&mut self, element: &Rc<Element>) -> Result<(), Fault> {
-        let name = self.required(element, "name")?;
-        let name = name.strip_prefix("xacro:").unwrap_or(&name).to_owned();
-        let parameters = parameters(element.attribute("params").unwrap_or_default())?;
-        self.scopes.set_macro(Macro { name, parameters, element: element.clone() });
-        Ok(())
-    }
-
     fn insert(&mut self, element: &Rc<Element>, depth: usize, body: &mut Body) -> Result<(), Error> {
         let name = self.required(element, "name").map_err(|fault| self.at(element, fault))?;
         match self.scopes.block(&name) {
@@ -335,149 +283,6 @@ impl<'l> Expansion<'l> {
         body.made.push(Made::Element(Rc::new(made)));
         Ok(())
     }
-
-    fn call_macro(
-        &mut self,
-        name: &str,
-        element: &Rc<Element>,
-        depth: usize,
-        body: &mut Body,
-    ) -> Result<(), Error> {
-        let Some(known) = self.scopes.find_macro(name) else {
-            return Err(self.at(element, format!("there is no macro {}", shown(name))));
-        };
-        let top = self.scopes.top();
-        let mut values = BTreeMap::new();
-        for (key, text) in
-            element.attributes.iter().filter(|(key, _)| !(element.name == "call" && key == "macro"))
-        {
-            let is_known =
-                known.parameters.iter().any(|p| matches!(p, Parameter::Value { name, .. } if name == key));
-            if !is_known {
-                let message = format!("the macro {} has no parameter {}", shown(name), shown(key));
-                return Err(self.at(element, message));
-            }
-            let value = self.value(text, top).map_err(|fault| self.at(element, fault))?;
-            values.insert(key.clone(), value.into_literal());
-        }
-        // Blocks are the elements in the call, expanded for the caller.
-        let mut blocks = Vec::new();
-        let given = self.children(element, depth + 1)?;
-        let mut given = given.made.into_iter().filter_map(|made| match made {
-            Made::Element(element) => Some(element),
-            Made::Text(_) => None,
-        });
-        for parameter in &known.parameters {
-            match parameter {
-                Parameter::Block { name: block, content } => {
-                    let Some(made) = given.next() else {
-                        let message = format!("the call of {} lacks the block {}", shown(name), shown(block));
-                        return Err(self.at(element, message));
-                    };
-                    let made = if *content { made.children.clone() } else { vec![Made::Element(made)] };
-                    blocks.push((block.clone(), Block::Made(Rc::new(made))));
-                }
-                Parameter::Value { name: parameter, forward, default } if !values.contains_key(parameter) => {
-                    let value = self.default(parameter, *forward, default.as_deref(), top);
-                    let value = value.map_err(|fault| {
-                        self.at(
-                            element,
-                            format!("the call of {} lacks {}: {fault}", shown(name), shown(parameter)),
-                        )
-                    })?;
-                    values.insert(parameter.clone(), value);
-                }
-                Parameter::Value { .. } => {}
-            }
-        }
-        if given.next().is_some() {
-            return Err(self.at(element, format!("the call of {} has a block too many", shown(name))));
-        }
-        self.scopes.enter();
-        let level = self.scopes.top();
-        for (name, value) in values {
-            self.scopes.set(level, &name, Entry::Value(value));
-        }
-        for (name, block) in blocks {
-            self.scopes.set_block(level, &name, block);
-        }
-        let outer = std::mem::replace(&mut self.file, known.element.file);
-        self.content(&known.element, depth, body)?;
-        self.file = outer;
-        self.scopes.leave();
-        Ok(())
-    }
-
-    fn default(
-        &mut self,
-        name: &str,
-        forward: bool,
-        default: Option<&str>,
-        level: usize,
-    ) -> Result<Value, Fault> {
-        if forward && self.scopes.entry(name, level).is_some() {
-            return self.value(&format!("${{{name}}}"), level);
-        }
-        let default = default.ok_or("it has no default")?;
-        Ok(self.value(default, level)?.into_literal())
-    }
-
-    fn include(&mut self, element: &Rc<Element>, depth: usize, body: &mut Body) -> Result<(), Error> {
-        if element.attribute("ns").is_some() {
-            return Err(self.at(element, not_supported("ns of an include")));
-        }
-        let optional = element.attribute("optional").is_some_and(|word| Value::literal(word).truth());
-        let name = self.required(element, "filename").map_err(|fault| self.at(element, fault))?;
-        if name.contains(['*', '[', '?']) {
-            return Err(self.at(element, not_supported("patterns in the name of an include")));
-        }
-        let found = self.open(&name, limits::FILE_BYTES);
-        let (path, text) = match found {
-            Ok(found) => found,
-            Err(_) if optional => return Ok(()),
-            Err(fault) => return Err(self.at(element, fault)),
-        };
-        let file = match self.files.iter().position(|known| *known == path) {
-            Some(known) => known,
-            None => {
-                self.files.push(path);
-                self.files.len() - 1
-            }
-        };
-        let root = self.parse(&text, file)?;
-        let outer = std::mem::replace(&mut self.file, file);
-        self.content(&root, depth, body)?;
-        self.file = outer;
-        Ok(())
-    }
-
-    /// Reads a YAML file as values.
-    pub(crate) fn load_yaml(&mut self, name: &str) -> Result<Value, Fault> {
-        let (path, text) = self.open(name, limits::YAML_BYTES)?;
-        let (value, entries) = yaml::read(&text).map_err(|fault| format!("{}: {fault}", path.display()))?;
-        self.step(entries)?;
-        Ok(value)
-    }
-
-    /// A file that a file names: by its package, else from the folder of the file.
-    fn open(&mut self, name: &str, most: u64) -> Result<(PathBuf, String), Fault> {
-        self.readings += 1;
-        if self.readings > limits::FILES {
-            return Err(format!("more than {} files are read", limits::FILES));
-        }
-        let name = path(name.to_owned());
-        let uri = match name.contains("://") {
-            true => name,
-            false => normal(&Path::new(&self.folder()).join(&name)).to_string_lossy().into_owned(),
-        };
-        let path = self.locator.find_source(&uri).map_err(|not_found| not_found.to_string())?;
-        let text = read(&path, most)?;
-        self.bytes += text.len();
-        if self.bytes > limits::ALL_BYTES {
-            return Err(format!("the files have more than {} bytes together", limits::ALL_BYTES));
-        }
-        Ok((path, text))
-    }
 }
 
 /// `file://$(find arm)/a.stl` is `package://arm/a.stl`: no path of this disk is written.
@@ -486,33 +291,6 @@ fn path(value: String) -> String {
         Some(rest) => rest.to_owned(),
         None => value,
     }
-}
-
-/// Without `.` and `..`, by the text alone.
-fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for component in path.components() {
-        match component {
-            std::path::Component::ParentDir => drop(normal.pop()),
-            std::path::Component::CurDir => {}
-            component => normal.push(component),
-        }
-    }
-    normal
-}
-
-fn read(path: &Path, most: u64) -> Result<String, Fault> {
-    let unreadable = |error: std::io::Error| format!("cannot read {}: {error}", path.display());
-    let mut text = Vec::new();
-    std::fs::File::open(path)
-        .map_err(unreadable)?
-        .take(most + 1)
-        .read_to_end(&mut text)
-        .map_err(unreadable)?;
-    if text.len() as u64 > most {
-        return Err(format!("{} has more than {most} bytes", path.display()));
-    }
-    String::from_utf8(text).map_err(|_| format!("{} is not UTF-8; save it as UTF-8", path.display()))
 }
 
 /// What is written as a name must be one.

@@ -1,5 +1,7 @@
 //! The state of one robot, and its step.
 
+mod state;
+
 use std::hash::Hasher;
 use std::sync::Arc;
 
@@ -12,7 +14,7 @@ use super::constraint::{
 };
 use super::gains::set_default_gains;
 use super::integrate::{advance, write_free_pose};
-use super::kinematics::{free_pose, place_and_move};
+use super::kinematics::place_and_move;
 use super::spatial::{Placement, Spatial};
 use super::tree::{Freedom, Tree};
 use super::work::{Work, Workspace};
@@ -271,75 +273,6 @@ impl Articulation {
         self.new_rates.iter().all(|rate| rate.is_finite())
     }
 
-    /// How it is built.
-    pub fn tree(&self) -> &Arc<Tree> {
-        &self.tree
-    }
-
-    /// q: a free root's seven first.
-    pub fn positions(&self) -> &[f64] {
-        &self.positions
-    }
-
-    /// To put it elsewhere.
-    pub fn positions_mut(&mut self) -> &mut [f64] {
-        &mut self.positions
-    }
-
-    /// qd: a free root's six first.
-    pub fn rates(&self) -> &[f64] {
-        &self.rates
-    }
-
-    /// To give it other rates.
-    pub fn rates_mut(&mut self) -> &mut [f64] {
-        self.has_stepped = false;
-        &mut self.rates
-    }
-
-    /// How the rates changed in the last step of `h`, by rate and second; zero where they were
-    /// given since.
-    pub fn last_accelerations(&self, h: f64) -> Vec<f64> {
-        let change =
-            |(after, before): (&f64, &f64)| if self.has_stepped { (after - before) / h } else { 0.0 };
-        self.rates.iter().zip(&self.new_rates).map(change).collect()
-    }
-
-    /// By rate.
-    pub fn axes(&self) -> &[Axis] {
-        &self.axes
-    }
-
-    /// To change settings and targets.
-    pub fn axes_mut(&mut self) -> &mut [Axis] {
-        &mut self.axes
-    }
-
-    /// What the actuators applied over the last step, by rate.
-    pub fn efforts(&self) -> &[f64] {
-        &self.efforts
-    }
-
-    /// Whether each actuator applied its limit in the last step.
-    pub fn is_saturated(&self, rate: usize) -> bool {
-        self.drives.get(rate).is_some_and(|drive| drive.saturated.is_some())
-    }
-
-    /// Forces from outside on each body, in its own frame.
-    pub fn external(&self) -> &[Spatial] {
-        &self.external
-    }
-
-    /// To change them.
-    pub fn external_mut(&mut self) -> &mut [Spatial] {
-        &mut self.external
-    }
-
-    /// Whether every position and rate is finite.
-    pub fn is_finite(&self) -> bool {
-        self.positions.iter().chain(&self.rates).all(|value| value.is_finite())
-    }
-
     /// Forgets what the last step left for the next one to start from: warm-start
     /// impulses, saturation, efforts.
     pub fn forget_last_step(&mut self) {
@@ -347,48 +280,6 @@ impl Articulation {
         self.drives.fill(Drive::default());
         self.efforts.fill(0.0);
         self.has_stepped = false;
-    }
-
-    /// `world_from_base`: of a fixed root link; the world itself where the root is free.
-    pub fn base(&self) -> DPose3 {
-        self.base
-    }
-
-    /// `world_from_root`.
-    pub fn root_pose(&self) -> DPose3 {
-        if self.tree.fixed_base {
-            return self.base;
-        }
-        let (origin, rotation) = free_pose(&self.positions);
-        DPose3::from_parts(origin, rotation)
-    }
-
-    /// Linear velocity of the root link's origin and its angular velocity, world axes.
-    pub fn root_twist(&self) -> (DVec3, DVec3) {
-        if self.tree.fixed_base {
-            return (DVec3::ZERO, DVec3::ZERO);
-        }
-        let qd = &self.rates;
-        let own = DVec3::new(qd[3], qd[4], qd[5]);
-        (DVec3::new(qd[0], qd[1], qd[2]), self.root_pose().rotation * own)
-    }
-
-    /// Puts the root elsewhere.
-    pub fn set_root_pose(&mut self, world_from_root: DPose3) {
-        if self.tree.fixed_base {
-            self.base = world_from_root;
-        } else {
-            write_free_pose(&mut self.positions, world_from_root.translation, world_from_root.rotation);
-        }
-    }
-
-    /// Gives a free root other rates, world axes; does nothing to a fixed one.
-    pub fn set_root_twist(&mut self, linear: DVec3, angular: DVec3) {
-        if !self.tree.fixed_base {
-            self.has_stepped = false;
-            let own = self.root_pose().rotation.inverse() * angular;
-            super::articulated::write_free(&mut self.rates, linear, own);
-        }
     }
 
     /// The change of all rates by a unit impulse at the joint of a body, as the last

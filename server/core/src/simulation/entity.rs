@@ -1,17 +1,19 @@
 //! One robot in the world: its dynamics, what it was spawned with, who may drive it.
 
+mod push;
+
 use std::ops::Range;
 use std::sync::Arc;
 
-use glamx::{DPose3, DVec3};
+use glamx::DPose3;
 use simd_model::RobotModel;
 use simd_model::robot::{JointKind, Limits};
 
+pub(super) use self::push::Push;
 use super::command::Touches;
 use super::error::Error;
 use super::snapshot::{Flags, Mode, Snapshot};
 use crate::collision::RobotColliders;
-use crate::dynamics::spatial::{Placement, Spatial};
 use crate::dynamics::tree::Freedom;
 use crate::dynamics::{Articulation, Axis, Tree};
 
@@ -65,23 +67,6 @@ pub(super) struct Claim {
     pub secret: String,
     /// Who claims, for people.
     pub holder: String,
-}
-
-/// A force and a torque on a link.
-#[derive(Clone, Debug)]
-pub(super) struct Push {
-    /// Index of the link.
-    pub link: usize,
-    /// Newtons, at `point`.
-    pub force: DVec3,
-    /// Newton metres.
-    pub torque: DVec3,
-    /// In the link's axes, not the world's.
-    pub in_link_axes: bool,
-    /// In the link's frame, metres.
-    pub point: DVec3,
-    /// Until replaced or cleared.
-    pub persistent: bool,
 }
 
 impl Entity {
@@ -189,28 +174,6 @@ impl Entity {
         Some(reason)
     }
 
-    /// Writes the pushes into the dynamics, each body's sum in its own frame.
-    pub(super) fn push_links(&mut self) {
-        self.body.external_mut().fill(Spatial::ZERO);
-        if self.pushes.is_empty() {
-            return;
-        }
-        let tree = Arc::clone(self.body.tree());
-        let root = tree.root_positions();
-        let poses = tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]);
-        for push in &self.pushes {
-            let (Some(pose), Some(frame)) = (poses.get(push.link), tree.links.get(push.link)) else {
-                continue;
-            };
-            let Some(place) = frame.body else { continue };
-            let to_link = |v: DVec3| if push.in_link_axes { v } else { pose.rotation.inverse() * v };
-            let (force, torque) = (to_link(push.force), to_link(push.torque));
-            let about_link = Spatial::new(torque + push.point.cross(force), force);
-            let link = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
-            self.body.external_mut()[place] += link.force_to_parent(about_link);
-        }
-    }
-
     /// Claims of another state of this robot, for the joints that both have and that can be driven.
     pub(super) fn take_claims_of(&mut self, old: &Self) {
         self.claims.fill(None);
@@ -221,39 +184,6 @@ impl Entity {
                 *slot = Some(Arc::clone(claim));
             }
         }
-    }
-
-    /// Adds a push: a lasting one in the place of the one before on that link, a passing one
-    /// to those that wait for the next step, so that there are never more than a few a link.
-    pub(super) fn push(&mut self, push: Push) {
-        let Push { link, force, torque, in_link_axes, point, persistent } = push;
-        if persistent {
-            self.pushes.retain(|known| !(known.persistent && known.link == link));
-            if force != DVec3::ZERO || torque != DVec3::ZERO {
-                self.pushes.push(push);
-            }
-            return;
-        }
-        // About the link's origin, so that passing pushes add up.
-        let (pose, arm) = if in_link_axes { (None, point) } else { (self.link_pose(link), point) };
-        let arm = pose.map_or(arm, |pose| pose.rotation * arm);
-        let torque = torque + arm.cross(force);
-        let same =
-            |known: &&mut Push| !known.persistent && known.link == link && known.in_link_axes == in_link_axes;
-        match self.pushes.iter_mut().find(same) {
-            Some(known) => {
-                known.force += force;
-                known.torque += torque;
-            }
-            None => self.pushes.push(Push { torque, point: DVec3::ZERO, ..push }),
-        }
-    }
-
-    /// `world_from_link`.
-    fn link_pose(&self, link: usize) -> Option<DPose3> {
-        let tree = self.body.tree();
-        let root = tree.root_positions();
-        tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]).get(link).copied()
     }
 
     /// Index of a joint in the model.

@@ -1,0 +1,65 @@
+//! What a file declares for later: properties, arguments, macros.
+
+use std::rc::Rc;
+
+use super::Expansion;
+use crate::error::{Fault, not_supported, shown};
+use crate::macros::{Macro, parameters};
+use crate::scope::{Block, Entry};
+use crate::source::Element;
+use crate::value::Value;
+
+impl Expansion<'_> {
+    pub(super) fn property(&mut self, element: &Rc<Element>) -> Result<(), Fault> {
+        let name = self.required(element, "name")?;
+        let top = self.scopes.top();
+        let level = match element.attribute("scope") {
+            None | Some("") => top,
+            Some("parent") => top.saturating_sub(1),
+            Some("global") => 0,
+            Some(scope) => return Err(format!("{} is no scope; it is parent or global", shown(scope))),
+        };
+        let is_lazy = element.attribute("lazy_eval").is_none_or(|word| Value::literal(word).truth());
+        if element.attribute("remove").is_some() {
+            return Err(not_supported("remove of a property"));
+        }
+        let (text, is_default) = match (element.attribute("value"), element.attribute("default")) {
+            (Some(text), _) => (Some(text), false),
+            (None, default) => (default, default.is_some()),
+        };
+        if is_default && self.scopes.entry(&name, top).is_some() {
+            return Ok(());
+        }
+        let Some(text) = text else {
+            self.scopes.set_block(level, &name, Block::Source(element.clone()));
+            return Ok(());
+        };
+        let entry = match Value::literal(text) {
+            Value::Text(text) if level != top || !is_lazy => {
+                Entry::Value(self.value(&text, top)?.into_literal())
+            }
+            Value::Text(text) if text.contains('$') => Entry::Lazy(text),
+            value => Entry::Value(value),
+        };
+        self.step(text.len() / 16)?;
+        self.scopes.set(level, &name, entry);
+        Ok(())
+    }
+
+    pub(super) fn declare_argument(&mut self, element: &Element) -> Result<(), Fault> {
+        let name = self.required(element, "name")?;
+        if let Some(default) = element.attribute("default").filter(|_| !self.arguments.contains_key(&name)) {
+            let default = self.text(default, self.scopes.top())?;
+            self.arguments.insert(name, default);
+        }
+        Ok(())
+    }
+
+    pub(super) fn define(&mut self, element: &Rc<Element>) -> Result<(), Fault> {
+        let name = self.required(element, "name")?;
+        let name = name.strip_prefix("xacro:").unwrap_or(&name).to_owned();
+        let parameters = parameters(element.attribute("params").unwrap_or_default())?;
+        self.scopes.set_macro(Macro { name, parameters, element: element.clone() });
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! What joints are asked to do.
+
+/// New targets for joints of one or several robots, all or none.
+#[derive(Clone, Debug, Default)]
+pub struct SetTargets {
+    /// Whose, and which.
+    pub robots: Vec<RobotTargets>,
+    /// Refuse a target beyond a limit instead of clamping it.
+    pub refuse_beyond_limits: bool,
+    /// For joints that are claimed.
+    pub claim: Option<String>,
+}
+
+/// Targets for one robot.
+#[derive(Clone, Debug, Default)]
+pub struct RobotTargets {
+    /// Its name.
+    pub robot: String,
+    /// Refuse where the robot's layout is another; 0 for any.
+    pub layout_version: u64,
+    /// Applied first, to all actuated joints.
+    pub whole: Option<WholeTarget>,
+    /// Applied after that.
+    pub joints: Vec<JointTarget>,
+}
+
+/// One mode for all actuated joints. Values are aligned with the robot's
+/// velocities in a [`Snapshot`](crate::Snapshot).
+#[derive(Clone, Debug, PartialEq)]
+pub enum WholeTarget {
+    /// rad or m.
+    Position(Vec<f64>),
+    /// rad/s or m/s.
+    Velocity(Vec<f64>),
+    /// N m or N.
+    Effort(Vec<f64>),
+    /// No actuator.
+    Passive,
+    /// Stay where they are.
+    Hold,
+}
+
+/// A target for a joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointTarget {
+    /// Its name.
+    pub joint: String,
+    /// Which axis of a planar joint: 0 x, 1 y, 2 angle. Else 0.
+    pub axis: u32,
+    /// What to do.
+    pub target: Target,
+}
+
+/// What a joint is asked to do. SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Go to a position and stay there.
+    Position {
+        /// rad or m.
+        position: f64,
+        /// Rate that the damper pulls towards.
+        velocity: f64,
+        /// N m/rad or N/m; `None` is the joint's default.
+        stiffness: Option<f64>,
+        /// N m s/rad or N s/m; `None` is critical for a given stiffness, else the default.
+        damping: Option<f64>,
+        /// Added to the actuator's effort.
+        feed_forward: f64,
+        /// The most effort that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+        /// How fast the setpoint travels; `None` is the joint's limit.
+        max_velocity: Option<f64>,
+    },
+    /// Turn or slide at a rate.
+    Velocity {
+        /// rad/s or m/s.
+        velocity: f64,
+        /// N m s/rad or N s/m; `None` is stiff enough for 0.1 % under gravity.
+        damping: Option<f64>,
+        /// Added to the actuator's effort.
+        feed_forward: f64,
+        /// The most effort that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+    },
+    /// Apply an effort.
+    Effort(f64),
+    /// No actuator.
+    Passive,
+    /// Stay where the joint is.
+    Hold,
+}
+
+impl Target {
+    /// A position, with the joint's default gains.
+    pub fn position(position: f64) -> Self {
+        Self::Position {
+            position,
+            velocity: 0.0,
+            stiffness: None,
+            damping: None,
+            feed_forward: 0.0,
+            max_effort: None,
+            max_velocity: None,
+        }
+    }
+
+    /// A rate, with the joint's default damping.
+    pub fn velocity(velocity: f64) -> Self {
+        Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
+    }
+}
+
+/// A target that lay beyond a limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clamped {
+    /// The robot's name.
+    pub robot: String,
+    /// The joint's name.
+    pub joint: String,
+    /// What was asked for.
+    pub requested: f64,
+    /// The limit that is used.
+    pub applied: f64,
+}
