@@ -1,10 +1,12 @@
 //! Targets, steps and states in one call: the turn of a lockstep loop.
 
+use simd_client::proto::description_source::Source;
+use simd_client::proto::primitive::Geometry;
 use simd_client::proto::{self, ErrorReason, RobotTargets, StepSimulationRequest};
 use simd_client::{Target, every_joint, joint_target, robot_targets, some_joints};
 use std::time::Duration;
 
-use simd_tests::daemon::Via;
+use simd_tests::daemon::{Daemon, Via, fixed};
 
 use crate::{arm, load_arm, shoulder};
 
@@ -123,7 +125,57 @@ async fn a_retried_turn_is_done_once_and_answered_with_the_same_states(via: Via)
     assert_eq!(daemon.client.world_statistics().await.unwrap().iterations, 15);
 }
 
+/// A driven arm and boxes that fall on the ground, on each other and on the arm.
+async fn heap(via: Via) -> Daemon {
+    let daemon = arm(via).await;
+    let shape = |geometry| {
+        let primitive = proto::Primitive { geometry: Some(geometry), ..Default::default() };
+        Some(proto::DescriptionSource { source: Some(Source::Primitive(primitive)), ..Default::default() })
+    };
+    let plane = shape(Geometry::Plane(proto::PlaneGeometry::default()));
+    let ground = proto::SpawnEntityRequest { source: plane, ..fixed("ground") };
+    daemon.client.spawn(ground).await.unwrap();
+    for i in 0..4 {
+        let size = Some(proto::Vector3 { x: 0.2, y: 0.15, z: 0.1 });
+        let position = Some(proto::Vector3 { x: 0.05 * f64::from(i), y: 0.02, z: 0.3 + 0.15 * f64::from(i) });
+        let request = proto::SpawnEntityRequest {
+            source: shape(Geometry::Box(proto::BoxGeometry { size })),
+            pose: Some(proto::Pose { position, orientation: None }),
+            base: proto::Base::Free.into(),
+            ..fixed(&format!("box-{i}"))
+        };
+        daemon.client.spawn(request).await.unwrap();
+    }
+    crate::set(&daemon, Target::position(0.7)).await;
+    daemon
+}
+
+/// To the bit: where every link is and how it moves, and every joint.
+async fn a_thousand_calls_of_one_step_are_one_of_a_thousand_whoever_watches(via: Via) {
+    let (one, many) = (heap(via).await, heap(via).await);
+    one.client.step(1_000).await.unwrap();
+    let watcher = many.another_client().await;
+    // Read now and then, or never.
+    let _stalled = watcher.watch(Vec::new(), 1_000.0).await.unwrap();
+    let mut touched = 0;
+    for i in 0..1_000 {
+        many.client.step(1).await.unwrap();
+        if i % 50 == 0 {
+            watcher.link_states(Vec::new()).await.unwrap();
+            touched += watcher.contacts(None).await.unwrap().len();
+        }
+    }
+    assert!(touched > 20, "{touched}");
+    let (a, b) = (one.client.link_states(Vec::new()).await, many.client.link_states(Vec::new()).await);
+    let (a, b) = (a.unwrap(), b.unwrap());
+    assert_eq!(a.stamp.unwrap().step, b.stamp.unwrap().step);
+    assert_eq!(a.robots, b.robots);
+    let (a, b) = (one.client.joint_states(Vec::new()).await, many.client.joint_states(Vec::new()).await);
+    assert_eq!(a.unwrap().robots, b.unwrap().robots);
+}
+
 crate::over_every_transport![
+    a_thousand_calls_of_one_step_are_one_of_a_thousand_whoever_watches,
     a_turn_in_one_call_is_what_the_three_calls_are,
     states_come_where_they_are_asked_for_and_of_which,
     a_refused_turn_neither_sets_nor_steps,

