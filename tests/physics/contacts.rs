@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::collision::Shapes;
-use simd_core::simulation::command::{JointReset, LinkWrench, RobotReset, Spawn};
+use simd_core::simulation::command::{JointReset, Lasts, LinkWrench, RobotReset, Spawn};
 use simd_core::{Command, Simulation};
 use simd_model::robot::{Collision, Geometry, JointKind};
 use simd_tests::scenes::*;
@@ -20,7 +20,7 @@ pub(crate) fn keep_awake(world: &mut Simulation, robot: &str) {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        persistent: true,
+        lasts: Lasts::UntilCleared,
     };
     apply(world, Command::ApplyWrench(push));
 }
