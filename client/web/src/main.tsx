@@ -1,0 +1,8 @@
+// Where the page begins: mounts it, and starts to ask the daemon.
+import { render } from "preact";
+import { App } from "./panels/App";
+
+const root = document.getElementById("app");
+if (root) {
+  render(<App />, root);
+}
