@@ -113,18 +113,17 @@ pub fn encoding(message: &str) -> String {
     format!("application/protobuf;simd.v1.{message}")
 }
 
-/// The attachment of a query in which a client says its version, as gRPC's header does.
-pub fn version_attachment(version: crate::ApiVersion) -> String {
-    format!("{}: {version}", crate::API_VERSION_HEADER)
+/// The attachment of a query or a publication, which has what gRPC has in headers: lines of
+/// `NAME: VALUE`.
+pub fn attachment<'a>(headers: impl IntoIterator<Item = (&'a str, &'a str)>) -> String {
+    let lines: Vec<String> = headers.into_iter().map(|(name, value)| format!("{name}: {value}")).collect();
+    lines.join("\n")
 }
 
-/// What an attachment says of the version: all after the colon, be it a version or not.
-pub fn parse_version_attachment(text: &str) -> Option<&str> {
-    let said = |line: &'_ str| -> Option<usize> {
-        let (name, _) = line.split_once(':')?;
-        name.trim().eq_ignore_ascii_case(crate::API_VERSION_HEADER).then_some(name.len() + 1)
-    };
-    text.lines().find_map(|line| line.get(said(line)?..)).map(str::trim)
+/// What an attachment says in a line of this name: all after the colon.
+pub fn parse_attachment<'a>(text: &'a str, header: &str) -> Option<&'a str> {
+    let mut lines = text.lines().filter_map(|line| line.split_once(':'));
+    lines.find_map(|(name, said)| name.trim().eq_ignore_ascii_case(header).then_some(said.trim()))
 }
 
 #[cfg(test)]
@@ -187,14 +186,18 @@ mod tests {
     }
 
     #[test]
-    fn a_version_is_said_in_a_line_of_the_attachment() {
-        let said = version_attachment(crate::API_VERSION);
-        assert_eq!(said, "simd-api-version: 1.0");
-        assert_eq!(parse_version_attachment(&said), Some("1.0"));
-        assert_eq!(parse_version_attachment("trace: 7\nSimd-Api-Version:9.9\n"), Some("9.9"));
-        assert_eq!(parse_version_attachment("simd-api-version: soon"), Some("soon"));
+    fn headers_are_said_in_lines_of_the_attachment() {
+        let version = crate::API_VERSION.to_string();
+        let said =
+            attachment([(crate::API_VERSION_HEADER, version.as_str()), (crate::CLIENT_HEADER, "bench: a")]);
+        assert_eq!(said, "simd-api-version: 1.0\nsimd-client: bench: a");
+        assert_eq!(parse_attachment(&said, crate::API_VERSION_HEADER), Some("1.0"));
+        assert_eq!(parse_attachment(&said, crate::CLIENT_HEADER), Some("bench: a"));
+        let read = |text| parse_attachment(text, crate::API_VERSION_HEADER);
+        assert_eq!(read("trace: 7\nSimd-Api-Version:9.9\n"), Some("9.9"));
+        assert_eq!(read("simd-api-version: soon"), Some("soon"));
         for text in ["", "1.0", "trace: 7"] {
-            assert_eq!(parse_version_attachment(text), None, "{text}");
+            assert_eq!(parse_attachment(text, crate::API_VERSION_HEADER), None, "{text}");
         }
     }
 

@@ -22,6 +22,12 @@ pub const API_VERSION: ApiVersion = ApiVersion { major: 1, minor: 0 };
 /// The header (gRPC metadata) in which a client says its [`ApiVersion`], as `1.0`.
 pub const API_VERSION_HEADER: &str = "simd-api-version";
 
+/// The header (gRPC metadata) in which a client says who it is, for people to read.
+pub const CLIENT_HEADER: &str = "simd-client";
+
+/// Characters of a client's name; more are cut.
+pub const MAX_CLIENT_NAME: usize = 64;
+
 /// The `domain` of every `google.rpc.ErrorInfo` of simd.
 pub const ERROR_DOMAIN: &str = "simd";
 

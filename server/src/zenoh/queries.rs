@@ -13,14 +13,14 @@ use prost::Message as _;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
 use simd_proto::v1::ErrorReason;
-use simd_proto::{API_VERSION_HEADER, keys};
+use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, keys};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tonic::client::Grpc;
 use tonic::codegen::http::uri::PathAndQuery;
-use tonic::metadata::MetadataValue;
+use tonic::metadata::{MetadataMap, MetadataValue};
 use tonic::service::Routes;
 use tonic::{Code, Request, Status, Streaming};
 use tonic_types::pb;
@@ -117,9 +117,7 @@ impl Calls {
             .ok_or_else(|| Status::unimplemented(format!("`{key}` is no method of simd.v1")))?;
         let payload = query.payload().map(|payload| Bytes::from(payload.to_bytes().into_owned()));
         let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
-        if let Some(version) = said_version(query)? {
-            request.metadata_mut().insert(API_VERSION_HEADER, version);
-        }
+        copy_headers(query, request.metadata_mut())?;
         // Answers may be of any length, as over gRPC: a scene is.
         let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(usize::MAX);
         let never = |error| Status::internal(format!("the services are not ready: {error}"));
@@ -129,14 +127,21 @@ impl Calls {
     }
 }
 
-/// The version in the attachment, as the header of gRPC would have it.
-fn said_version(query: &Query) -> Result<Option<MetadataValue<tonic::metadata::Ascii>>, Status> {
-    let Some(attachment) = query.attachment() else { return Ok(None) };
+/// Copies what the attachment says of the client to where gRPC has it.
+fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status> {
+    let Some(attachment) = query.attachment() else { return Ok(()) };
     let text = attachment.to_bytes();
     let text = String::from_utf8_lossy(&text);
-    let Some(said) = keys::parse_version_attachment(&text) else { return Ok(None) };
-    let refuse = |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is no text"));
-    MetadataValue::try_from(said).map(Some).map_err(refuse)
+    if let Some(said) = keys::parse_attachment(&text, API_VERSION_HEADER) {
+        let refuse =
+            |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is no text"));
+        metadata.insert(API_VERSION_HEADER, MetadataValue::try_from(said).map_err(refuse)?);
+    }
+    // A name that is none is not read, whatever carries it.
+    if let Some(Ok(said)) = keys::parse_attachment(&text, CLIENT_HEADER).map(MetadataValue::try_from) {
+        metadata.insert(CLIENT_HEADER, said);
+    }
+    Ok(())
 }
 
 /// What a query is told: a method's answer, or why there is none.

@@ -12,9 +12,10 @@ use futures_util::{Stream, stream};
 use prost::Message as _;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
-use simd_proto::{API_VERSION_HEADER, ApiVersion, keys};
+use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, keys};
 use tonic::body::Body;
 use tonic::codegen::{Service, http};
+use tonic::metadata::MetadataMap;
 use tonic::server::{Grpc, StreamingService};
 use tonic::{Code, Request, Response, Status, Streaming};
 use tonic_types::pb;
@@ -88,7 +89,7 @@ impl ZenohChannel {
             .get(selector)
             .payload(asked.message)
             .encoding(keys::encoding(&method.request))
-            .attachment(asked.version.map(keys::version_attachment))
+            .attachment((!asked.headers.is_empty()).then(|| &*asked.headers))
             .consolidation(ConsolidationMode::None)
             .express(true)
             .timeout(GIVE_UP);
@@ -106,7 +107,14 @@ type Replies = zenoh::handlers::FifoChannelHandler<Reply>;
 #[derive(Clone, Debug)]
 pub(super) struct Asked {
     pub(super) message: Bytes,
-    pub(super) version: Option<ApiVersion>,
+    /// What it says of the client, as the attachment has it.
+    pub(super) headers: Arc<str>,
+}
+
+/// Of a request's metadata what the daemon reads.
+fn headers(metadata: &MetadataMap) -> Arc<str> {
+    let read = |name| Some((name, metadata.get(name)?.to_str().ok()?));
+    keys::attachment([API_VERSION_HEADER, CLIENT_HEADER].into_iter().filter_map(read)).into()
 }
 
 /// What a reply says.
@@ -173,14 +181,13 @@ impl StreamingService<Bytes> for Call {
     fn call(&mut self, request: Request<Streaming<Bytes>>) -> Self::Future {
         let (channel, method) = (self.channel.clone(), self.method);
         Box::pin(async move {
-            let said = request.metadata().get(API_VERSION_HEADER).and_then(|said| said.to_str().ok());
-            let version = said.and_then(ApiVersion::parse);
+            let headers = headers(request.metadata());
             let mut requests = request.into_inner();
             if method.takes_many {
-                return Ok(Response::new(streams::control(channel, method, requests, version)));
+                return Ok(Response::new(streams::control(channel, method, requests, headers)));
             }
             let message = requests.message().await?.unwrap_or_default();
-            let asked = Asked { message, version };
+            let asked = Asked { message, headers };
             let answers: Answers = match method.path.as_str() {
                 "/simd.v1.JointService/WatchJointStates" => {
                     streams::joint_states(channel, method, asked).await?

@@ -3,12 +3,12 @@
 //! the newest, however long it looked away.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
 use futures_util::stream;
 use prost::Message;
-use simd_proto::ApiVersion;
 use simd_proto::methods::{self, Method};
 use simd_proto::v1::{
     ControlRequest, ControlResponse, ControlWait, JointSelection, NextEventsRequest, NextEventsResponse,
@@ -33,10 +33,10 @@ async fn ask<R: Message, A: Message + Default>(
     channel: &ZenohChannel,
     method: &'static Method,
     request: &R,
-    version: Option<ApiVersion>,
+    headers: &Arc<str>,
 ) -> Result<A, Status> {
     let message = Bytes::from(request.encode_to_vec());
-    let answer = channel.ask(method, Asked { message, version }).await?;
+    let answer = channel.ask(method, Asked { message, headers: headers.clone() }).await?;
     A::decode(answer).map_err(|error| Status::internal(format!("the answer is no message: {error}")))
 }
 
@@ -75,14 +75,14 @@ pub(super) async fn joint_states(
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let next = method("JointService", "NextJointStates")?;
     let watcher =
-        StateWatch { channel, next, version: asked.version, ticks, selections: request.selections, seen: 0 };
+        StateWatch { channel, next, headers: asked.headers, ticks, selections: request.selections, seen: 0 };
     Ok(Box::pin(stream::try_unfold(watcher, StateWatch::next)))
 }
 
 struct StateWatch {
     channel: ZenohChannel,
     next: &'static Method,
-    version: Option<ApiVersion>,
+    headers: Arc<str>,
     ticks: Interval,
     selections: Vec<JointSelection>,
     /// Sequence of the state before.
@@ -98,7 +98,7 @@ impl StateWatch {
                 timeout: PATIENCE.as_secs_f64(),
                 selections: self.selections.clone(),
             };
-            let answer = ask(&self.channel, self.next, &request, self.version).await;
+            let answer = ask(&self.channel, self.next, &request, &self.headers).await;
             let Some(NextJointStatesResponse { states }) = ended(answer)? else { return Ok(None) };
             let sequence = states.as_ref().and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
             if sequence > self.seen {
@@ -116,13 +116,13 @@ pub(super) async fn events(channel: ZenohChannel, asked: Asked) -> Result<Answer
     let WatchEventsRequest { after_sequence } = read(asked.message)?;
     // A number that lies ahead reads nothing but the last number.
     let request = NextEventsRequest { after_sequence: u64::MAX, timeout: 0.0 };
-    let now: NextEventsResponse = ask(&channel, next, &request, asked.version).await?;
+    let now: NextEventsResponse = ask(&channel, next, &request, &asked.headers).await?;
     let after = match after_sequence {
         0 => now.last_sequence,
         after => after.min(now.last_sequence),
     };
     let mut watcher =
-        EventWatch { channel, next, version: asked.version, asking: None, ready: VecDeque::new() };
+        EventWatch { channel, next, headers: asked.headers, asking: None, ready: VecDeque::new() };
     watcher.ask(after);
     Ok(Box::pin(stream::try_unfold(watcher, EventWatch::next)))
 }
@@ -130,7 +130,7 @@ pub(super) async fn events(channel: ZenohChannel, asked: Asked) -> Result<Answer
 struct EventWatch {
     channel: ZenohChannel,
     next: &'static Method,
-    version: Option<ApiVersion>,
+    headers: Arc<str>,
     /// The question for what comes next. It is asked before the reader wants it, so that
     /// a daemon that drains has somebody to tell.
     asking: Option<JoinHandle<Result<NextEventsResponse, Status>>>,
@@ -139,9 +139,9 @@ struct EventWatch {
 
 impl EventWatch {
     fn ask(&mut self, after_sequence: u64) {
-        let (channel, next, version) = (self.channel.clone(), self.next, self.version);
+        let (channel, next, headers) = (self.channel.clone(), self.next, self.headers.clone());
         let request = NextEventsRequest { after_sequence, timeout: PATIENCE.as_secs_f64() };
-        self.asking = Some(tokio::spawn(async move { ask(&channel, next, &request, version).await }));
+        self.asking = Some(tokio::spawn(async move { ask(&channel, next, &request, &headers).await }));
     }
 
     async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
@@ -165,14 +165,14 @@ impl EventWatch {
 /// `WatchParameters`: by `NextParameters`.
 pub(super) async fn parameters(channel: ZenohChannel, asked: Asked) -> Result<Answers, Status> {
     let next = method("ParameterService", "NextParameters")?;
-    let watcher = ParameterWatch { channel, next, version: asked.version, seen: 0 };
+    let watcher = ParameterWatch { channel, next, headers: asked.headers, seen: 0 };
     Ok(Box::pin(stream::try_unfold(watcher, ParameterWatch::next)))
 }
 
 struct ParameterWatch {
     channel: ZenohChannel,
     next: &'static Method,
-    version: Option<ApiVersion>,
+    headers: Arc<str>,
     /// Version of the list before; 0 for none.
     seen: u64,
 }
@@ -182,7 +182,7 @@ impl ParameterWatch {
         loop {
             let timeout = PATIENCE.as_secs_f64();
             let request = NextParametersRequest { after_version: self.seen, timeout };
-            let answer = ask(&self.channel, self.next, &request, self.version).await;
+            let answer = ask(&self.channel, self.next, &request, &self.headers).await;
             let Some(NextParametersResponse { list }) = ended(answer)? else { return Ok(None) };
             let version = list.as_ref().map_or(0, |list| list.version);
             if self.seen != version {
@@ -198,9 +198,9 @@ pub(super) fn control(
     channel: ZenohChannel,
     method: &'static Method,
     requests: Streaming<Bytes>,
-    version: Option<ApiVersion>,
+    headers: Arc<str>,
 ) -> Answers {
-    let control = Control { channel, method, requests, version, selections: Vec::new(), answered: 0 };
+    let control = Control { channel, method, requests, headers, selections: Vec::new(), answered: 0 };
     Box::pin(stream::try_unfold(control, Control::next))
 }
 
@@ -208,7 +208,7 @@ struct Control {
     channel: ZenohChannel,
     method: &'static Method,
     requests: Streaming<Bytes>,
-    version: Option<ApiVersion>,
+    headers: Arc<str>,
     selections: Vec<JointSelection>,
     /// Sequence of the state in the last answer.
     answered: u64,
@@ -230,7 +230,7 @@ impl Control {
             request.timeout = PATIENCE.as_secs_f64();
         }
         loop {
-            let answer = ask(&self.channel, self.method, &request, self.version).await;
+            let answer = ask(&self.channel, self.method, &request, &self.headers).await;
             let Some(answer): Option<ControlResponse> = ended(answer)? else { return Ok(None) };
             let states = answer.states.as_ref();
             let sequence = states.and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
