@@ -1,5 +1,5 @@
 // How the page is built, and served while somebody works on it.
-import { defineConfig } from "vite";
+import { defineConfig } from "vitest/config";
 import { compress } from "./compress.ts";
 
 /** The daemon that `npm run dev` shows. */
@@ -13,6 +13,8 @@ export default defineConfig({
     // Data addresses would need a wider content security policy.
     assetsInlineLimit: 0,
   },
+  // What needs a daemon and a browser is in e2e, with a configuration of its own.
+  test: { include: ["src/**/*.test.ts"] },
   server: {
     proxy: {
       "/simd.v1.": daemon,

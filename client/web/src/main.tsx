@@ -1,8 +1,10 @@
 // Where the page begins: mounts it, and starts to ask the daemon.
 import { render } from "preact";
+import { startLink } from "./daemon/page";
 import { App } from "./panels/App";
 
 const root = document.getElementById("app");
 if (root) {
   render(<App />, root);
+  startLink();
 }
