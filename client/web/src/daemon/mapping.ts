@@ -10,7 +10,7 @@ import type { Parameter as WireParameter } from "../gen/simd/v1/parameter_pb";
 import { PaceMode, SimulationState, type Physics as WirePhysics } from "../gen/simd/v1/simulation_pb";
 import type { WorldStatistics } from "../gen/simd/v1/simulation_pb";
 import type { Finding, LoadReport, Loading } from "../state/report";
-import type { Geometry, Pose, RobotScene, Shape, Vector } from "../state/scene";
+import type { Geometry, Pose, RobotScene, SceneLink, Shape, Vector } from "../state/scene";
 import type { Axis, Client, ContactPoint, Frame, JointValues, Mode, Parameter, Physics, Robot } from "../state/world";
 import type { Simulation } from "../state/world";
 
@@ -94,24 +94,23 @@ export function sceneOf(entity: EntityInfo, layout: JointLayout, scene: WireScen
   return {
     robot: entity.name,
     layoutVersion: entity.layoutVersion,
-    links: entity.links.map((link) => link.name),
-    movable: movableLinks(entity, layout),
-    mass: entity.mass,
+    links: linksOf(entity, layout),
     visuals: scene.visuals.flatMap(shapeOf),
     collisions: scene.collisions.flatMap(shapeOf),
   };
 }
 
-/** A link can move where its base is free or a joint on its way to the root can. */
-function movableLinks(entity: EntityInfo, layout: JointLayout): boolean[] {
+function linksOf(entity: EntityInfo, layout: JointLayout): SceneLink[] {
   const moving = new Set(layout.joints.filter((joint) => joint.velocityCount > 0).map((joint) => joint.childLink));
-  const movable = new Map<string, boolean>();
+  const indices = new Map(entity.links.map((link, index) => [link.name, index]));
+  const links: SceneLink[] = [];
   // Parents come before their children.
-  for (const link of entity.links) {
-    const parent = link.parent === "" ? entity.base !== Base.FIXED : (movable.get(link.parent) ?? false);
-    movable.set(link.name, parent || moving.has(link.name));
+  for (const { name, parent, mass } of entity.links) {
+    const index = indices.get(parent) ?? -1;
+    const carried = links[index]?.movable ?? (index < 0 && entity.base !== Base.FIXED);
+    links.push({ name, parent: index, movable: carried || moving.has(name), mass });
   }
-  return entity.links.map((link) => movable.get(link.name) ?? false);
+  return links;
 }
 
 function shapeOf(shape: WireShape): Shape[] {

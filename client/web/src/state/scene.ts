@@ -27,15 +27,22 @@ export interface Shape {
   color?: readonly [number, number, number, number];
 }
 
+/** One link of a robot. */
+export interface SceneLink {
+  name: string;
+  /** Index of the parent; -1 for the root. */
+  parent: number;
+  /** Whether it can move at all: its base is free, or a joint on the way to the root can. */
+  movable: boolean;
+  /** Kilograms. */
+  mass: number;
+}
+
 /** One robot. */
 export interface RobotScene {
   robot: string;
   layoutVersion: bigint;
-  links: string[];
-  /** Whether a link can move at all, by index. */
-  movable: boolean[];
-  /** Kilograms of all links. */
-  mass: number;
+  links: SceneLink[];
   visuals: Shape[];
   collisions: Shape[];
 }

@@ -1,0 +1,197 @@
+// The picture: drawn when something in it has changed, and not otherwise.
+import { effect } from "@preact/signals";
+import { Color, PCFShadowMap, Scene, WebGLRenderer } from "three";
+import { scenes } from "../state/scene";
+import { collisions, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
+import { frame, type Frame } from "../state/world";
+import { shownTheme } from "../style/theme";
+import { Camera } from "./camera";
+import { ContactMarks } from "./contacts";
+import { Ground } from "./ground";
+import { Hands } from "./hands";
+import { Light } from "./light";
+import { Motion } from "./motion";
+import { PALETTES } from "./palette";
+import { Robots } from "./robots";
+
+/** More pixels than this for one of CSS cost more than they show. */
+const SHARPEST = 2;
+/** Milliseconds after which the shadow follows those who walked away. */
+const SHADOW_INTERVAL = 500;
+const GRAVITY = 9.81;
+
+/** What is drawn on one canvas. */
+export class Stage {
+  readonly camera: Camera;
+  readonly motion = new Motion();
+  readonly robots: Robots;
+  /** Pictures drawn so far. */
+  pictures = 0;
+  /** The newest state that was drawn. */
+  drawn = 0n;
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly ground = new Ground(this.scene);
+  private readonly light = new Light(this.scene);
+  private readonly marks = new ContactMarks();
+  private readonly hands: Hands;
+  private readonly ends: (() => void)[] = [];
+  private request = 0;
+  private dirty = true;
+  private covered = 0;
+  /** A robot or a mesh came that nobody has looked at yet. */
+  private unseen = false;
+
+  /** Throws where the browser cannot draw. */
+  constructor(canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+    this.robots = new Robots(() => this.grown());
+    this.scene.add(this.robots.group, this.marks.group);
+    this.camera = new Camera(canvas, () => this.invalidate());
+    this.hands = new Hands(canvas, this.camera, this.robots, this.motion, () => this.wake());
+    this.scene.add(this.hands.line);
+    this.follow();
+  }
+
+  /** Draws again, soon. */
+  invalidate(): void {
+    this.dirty = true;
+    this.wake();
+  }
+
+  /** Nothing is on its way any more: what is seen is what there is. */
+  isSettled(): boolean {
+    const still = this.camera.isStill() && this.motion.isSettled(performance.now());
+    return this.pictures > 0 && !this.dirty && !this.unseen && still && this.robots.meshes.isComplete();
+  }
+
+  resize(width: number, height: number): void {
+    this.renderer.setPixelRatio(Math.min(SHARPEST, devicePixelRatio));
+    this.renderer.setSize(width, height, false);
+    this.camera.resize(width, height);
+    this.invalidate();
+    // At once: else the old picture is stretched until the next.
+    this.draw(performance.now());
+  }
+
+  dispose(): void {
+    cancelAnimationFrame(this.request);
+    for (const end of this.ends) end();
+    this.hands.dispose();
+    this.robots.dispose();
+    this.marks.dispose();
+    this.ground.dispose();
+    this.light.dispose();
+    this.camera.dispose();
+    this.renderer.dispose();
+  }
+
+  /** Looks whether there is something to draw, soon. */
+  private wake(): void {
+    if (this.request === 0) this.request = requestAnimationFrame((now) => this.tick(now));
+  }
+
+  /** Draws what the state of the page says. */
+  private follow(): void {
+    this.ends.push(
+      effect(() => {
+        this.robots.keep(scenes.value);
+        this.grown();
+      }),
+      effect(() => {
+        if (frame.value) this.take(frame.value);
+      }),
+      effect(() => {
+        this.robots.show({ visuals: visuals.value, collisions: collisions.value, frames: frames.value });
+        this.invalidate();
+      }),
+      effect(() => {
+        scenes.value;
+        this.ground.show(grid.value, !this.robots.hasPlane());
+        this.marks.group.visible = contacts.value;
+        this.invalidate();
+      }),
+      effect(() => {
+        scenes.value;
+        if (this.robots.highlight(hoveredLink.value)) this.invalidate();
+      }),
+      effect(() => {
+        const palette = PALETTES[shownTheme.value];
+        this.scene.background = new Color(palette.background);
+        this.robots.paints.ground.color.set(palette.ground);
+        this.ground.paint(palette);
+        this.light.paint(palette);
+        this.invalidate();
+      }),
+      fitRequest.subscribe(({ robot, count }) => {
+        if (count === 0) return;
+        this.camera.fit(this.robots.bounds(robot), performance.now(), true);
+        this.invalidate();
+      }),
+    );
+  }
+
+  private take(next: Frame): void {
+    this.motion.push(next);
+    if (contacts.value) {
+      this.marks.set(next.contacts, this.robots.bounds().radius, this.weight());
+      this.dirty = true;
+    }
+    this.wake();
+  }
+
+  /** A robot or a mesh has come, or one has gone. */
+  private grown(): void {
+    this.unseen = true;
+    this.invalidate();
+  }
+
+  /** Newtons, of all that can move. */
+  private weight(): number {
+    let mass = 0;
+    for (const { scene } of this.robots.all()) {
+      for (const link of scene.links) mass += link.movable ? link.mass : 0;
+    }
+    return GRAVITY * mass;
+  }
+
+  private tick(at: number): void {
+    this.request = 0;
+    // The time of the picture may be a little before that of the state that it is to show.
+    const now = Math.max(at, performance.now());
+    const moved = this.robots.pose(this.motion, now);
+    if (this.unseen && this.robots.arePosed()) this.look(now);
+    const pulled = this.hands.update();
+    const flying = this.camera.update(now);
+    if (moved || pulled || flying || this.dirty) this.draw(now);
+    else this.reach(now);
+    if (flying || pulled || !this.motion.isSettled(now)) this.wake();
+  }
+
+  /** What came is measured, and looked at unless somebody chose what to see. */
+  private look(now: number): void {
+    this.unseen = false;
+    this.covered = 0;
+    this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
+    if (!this.camera.touched && scenes.peek().size > 0) this.camera.fit(this.robots.bounds(), now, false);
+  }
+
+  private draw(now: number): void {
+    this.dirty = false;
+    if (now - this.covered > SHADOW_INTERVAL) {
+      this.covered = now;
+      this.light.cover(this.robots.bounds());
+    }
+    const { target } = this.camera.controls;
+    this.ground.follow(target.x, target.y, this.camera.distance());
+    this.renderer.render(this.scene, this.camera.camera);
+    this.pictures += 1;
+    this.reach(now);
+  }
+
+  private reach(now: number): void {
+    this.drawn = this.motion.reached(now)?.sequence ?? this.drawn;
+  }
+}
