@@ -32,7 +32,11 @@ export function EmptyWorld(): JSX.Element {
       </OpenFolder>
       <p class="or">or from a shell</p>
       <div class="command">
-        <code data-testid="load-command">{command}</code>
+        <code data-testid="load-command">
+          {command.split(/(?= --)/).map((part) => (
+            <span key={part}>{part.startsWith(" ") ? `\u00a0${part.slice(1)}` : part}</span>
+          ))}
+        </code>
         <button type="button" class="button quiet" aria-label="Copy the line" title="Copy the line" onClick={() => void copy()}>
           {copied.value ? "copied" : <Icon name="copy" />}
         </button>

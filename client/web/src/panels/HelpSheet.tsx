@@ -33,7 +33,7 @@ export function HelpSheet(): JSX.Element | null {
     >
       <div class="help">
         <Keys heading="Keys" rows={SHORTCUTS.map(({ shown, what }) => [shown, what])} />
-        <div>
+        <div class="wide">
           <Keys heading="In the view" rows={GESTURES} />
           <Keys heading="On a joint" rows={FIELDS} />
         </div>

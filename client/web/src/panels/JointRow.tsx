@@ -9,11 +9,11 @@ import { AxisControl } from "./axis-control";
 import { Icon } from "./icons";
 import { follow } from "./live";
 
-/** The modes that people choose from, with their words for them. */
+/** The modes that people choose from, with their words for them: short, to leave the slider its length. */
 const MODES: readonly [Mode, string][] = [
-  ["position", "position"],
-  ["velocity", "velocity"],
-  ["effort", "effort"],
+  ["position", "pos"],
+  ["velocity", "vel"],
+  ["effort", "eff"],
   ["passive", "free"],
   ["hold", "hold"],
 ];
@@ -76,7 +76,7 @@ export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.El
             class="mode"
             data-testid="mode"
             aria-label={`Mode of ${axis.label}`}
-            title="What drives the joint. A change of mode starts from what the joint does, so nothing jerks"
+            title="Position, velocity, effort, free or hold. A change starts from what the joint does, so nothing jerks"
             onChange={(event) => control.current?.changeMode(event.currentTarget.value as Mode)}
           >
             {MODES.map(([value, word]) => (
@@ -207,7 +207,7 @@ function Source({ axis }: { axis: Axis }): JSX.Element | null {
   if (source.value === "") return null;
   return (
     <span class="source" data-testid="source" title={`Its target was last set by ${source.value}`}>
-      {source}
+      by {source}
     </span>
   );
 }

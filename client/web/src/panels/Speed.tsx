@@ -3,7 +3,7 @@ import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { setSpeed } from "../daemon/actions";
 import { toast } from "../state/toasts";
-import { physics, simulation } from "../state/world";
+import { connection, physics, simulation } from "../state/world";
 import { Icon } from "./icons";
 import { shownFactor, readFactor } from "./factor";
 
@@ -78,10 +78,11 @@ function SpeedChoice(): JSX.Element {
 /** "0.62x of 1.00x", in the warning colour where it cannot keep up. */
 function Factor(): JSX.Element {
   const { state, actual, target, behind, overruns, stepDuration } = simulation.value;
-  if (state !== "playing") {
+  const away = connection.value.state !== "live";
+  if (away || state !== "playing") {
     return (
-      <span class="factor idle" data-testid="factor" title="Time stands still">
-        {state}
+      <span class="factor idle" data-testid="factor" title={away ? "The daemon does not answer" : "Time stands still"}>
+        {away ? "–" : state}
       </span>
     );
   }

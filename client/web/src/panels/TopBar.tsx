@@ -87,7 +87,7 @@ function Clock(): JSX.Element {
   return (
     <div class="clock">
       <span class="time" title="Simulated time">
-        t{" "}
+        <span class="time-sign">t </span>
         <span ref={time} data-testid="sim-time">
           –
         </span>{" "}
@@ -110,9 +110,7 @@ function Clients(): JSX.Element | null {
       testId="clients"
       title="Who is connected"
       face={
-        <>
-          <span class="tabular">{all.length}</span> here
-        </>
+        <span>{all.length} here</span>
       }
     >
       {() => (

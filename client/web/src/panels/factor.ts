@@ -12,7 +12,7 @@ export function shownFactor(factor: number): string {
 
 /** Reads "0.25", "0,25x", "max"; a sentence where it cannot be read. */
 export function readFactor(text: string): number | string {
-  const typed = text.trim().toLowerCase().replace(/\s*x$/, "").replace(",", ".");
+  const typed = text.trim().toLowerCase().replace(/([\d.,])\s*x$/, "$1").replace(",", ".");
   if (typed === "max") return Infinity;
   const factor = Number(typed);
   if (typed === "" || Number.isNaN(factor)) return `"${text}" is not a speed: type a number like 0.25, or max.`;

@@ -38,6 +38,7 @@ export class Chart {
     const options: uPlot.Options = {
       width: Math.max(80, host.clientWidth),
       height: Math.max(60, host.clientHeight),
+      padding: [6, 14, 0, 0],
       legend: { show: false },
       scales: { x: { time: false, auto: false }, y: { auto: false } },
       axes: [
