@@ -6,10 +6,11 @@ import { helpOpen, SHORTCUTS } from "./shortcuts";
 /** What the mouse and fingers do in the view. */
 const GESTURES: readonly [string, string][] = [
   ["Drag", "Orbit"],
-  ["Right or shift drag, two fingers", "Pan"],
+  ["Right drag, two fingers", "Pan"],
   ["Wheel, pinch", "Zoom"],
-  ["Double click", "Fit what is clicked"],
-  ["Ctrl drag on a link", "Pull it with a spring, while the world plays"],
+  ["Double click", "Fit the robot, or everything"],
+  ["Click on a robot", "Show its joints"],
+  ["Drag a link", "Pull it with a spring, while playing"],
 ];
 
 /** On a slider or in a number box. */

@@ -22,6 +22,8 @@ const MODES: readonly [Mode, string][] = [
 export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.Element {
   const row = useRef<HTMLDivElement>(null);
   const fill = useRef<HTMLDivElement>(null);
+  const tick = useRef<HTMLDivElement>(null);
+  const zero = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLSpanElement>(null);
   const badge = useRef<HTMLSpanElement>(null);
   const slider = useRef<HTMLInputElement>(null);
@@ -30,10 +32,12 @@ export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.El
   const control = useRef<AxisControl | null>(null);
 
   useEffect(() => {
-    if (!row.current || !fill.current || !readout.current || !badge.current) return undefined;
+    if (!row.current || !fill.current || !tick.current || !zero.current || !readout.current || !badge.current) return undefined;
     const made = new AxisControl(axis, {
       row: row.current,
       fill: fill.current,
+      tick: tick.current,
+      zero: zero.current,
       readout: readout.current,
       badge: badge.current,
       slider: slider.current,
@@ -94,7 +98,10 @@ export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.El
           <div class="rail">
             <div ref={fill} class="fill" data-testid="actual-bar" />
           </div>
-          <div class="marks" />
+          <div class="marks">
+            <div ref={zero} class="zero" />
+            <div ref={tick} class="tick" />
+          </div>
           {axis.actuated && <TargetSlider axis={axis} input={slider} control={control} />}
         </div>
         {axis.actuated && <TargetNumber axis={axis} input={number} control={control} />}

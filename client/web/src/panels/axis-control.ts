@@ -11,6 +11,9 @@ import { fractionOf, nudgeOf, rangeOf, type Range } from "./range";
 export interface RowParts {
   row: HTMLElement;
   fill: HTMLElement;
+  /** Marks as wide as the slider, moved by parts of their own width: moving them lays nothing out. */
+  tick: HTMLElement;
+  zero: HTMLElement;
   readout: HTMLElement;
   badge: HTMLElement;
   slider: HTMLInputElement | null;
@@ -106,8 +109,12 @@ export class AxisControl implements Follower {
     this.once("fill", `translateX(${(Math.min(from, to) * 100).toFixed(2)}%) scaleX(${Math.abs(to - from).toFixed(4)})`, (text) => {
       parts.fill.style.transform = text;
     });
-    this.once("zero", (from * 100).toFixed(2), (text) => parts.row.style.setProperty("--zero", `${text}%`));
-    this.once("actual", (to * 100).toFixed(2), (text) => parts.row.style.setProperty("--actual", `${text}%`));
+    this.once("zero", `translateX(${(from * 100).toFixed(2)}%)`, (text) => {
+      parts.zero.style.transform = text;
+    });
+    this.once("actual", `translateX(${(to * 100).toFixed(2)}%)`, (text) => {
+      parts.tick.style.transform = text;
+    });
     const position = digits(this.present.position, unitOf(this.axis.kind, "position", degrees.peek()));
     const own = `${digits(actual, unit)} ${unit.name}`;
     this.once("readout", quantity === "position" ? own : `at ${position}, ${own}`, (text) => {
@@ -116,6 +123,7 @@ export class AxisControl implements Follower {
     const badge = flags & SATURATED ? "saturated" : flags & (AT_LOWER | AT_UPPER) ? "at limit" : "";
     this.once("badge", badge, (text) => {
       parts.badge.textContent = text;
+      parts.row.toggleAttribute("data-strained", text !== "");
     });
     this.once("mode", mode, (text) => {
       parts.row.dataset["mode"] = text;

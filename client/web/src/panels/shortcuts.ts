@@ -38,8 +38,11 @@ function chooseRobot(key: string): void {
 }
 
 function toFilter(): void {
+  const focus = (): void => document.getElementById("joint-filter")?.focus();
   panelOpen.value = true;
-  requestAnimationFrame(() => document.getElementById("joint-filter")?.focus());
+  // At once where it is there: what is typed next belongs to it.
+  focus();
+  requestAnimationFrame(focus);
 }
 
 /** All keys of the page. */

@@ -70,7 +70,6 @@ export function PlotsDrawer(): JSX.Element {
       <header class="plots-bar">
         <Chips />
         <Picker />
-        <span class="spring" />
         <div class="segments narrow-only" role="group" aria-label="Quantity">
           {QUANTITIES.map((quantity) => (
             <button
@@ -160,19 +159,19 @@ function Tools(): JSX.Element {
   };
   return (
     <div class="plot-tools">
-      {zoom.value && (
-        <button
-          type="button"
-          class="button"
-          data-testid="zoom-out"
-          title="Show the newest again (double click in a plot)"
-          onClick={() => {
-            zoom.value = null;
-          }}
-        >
-          Reset zoom
-        </button>
-      )}
+      <button
+        type="button"
+        class="button sign"
+        data-testid="zoom-out"
+        aria-label="Reset the zoom"
+        title={zoom.value ? "Show the newest again (double click in a plot)" : "Drag in a plot to zoom in"}
+        disabled={zoom.value === null}
+        onClick={() => {
+          zoom.value = null;
+        }}
+      >
+        <Icon name="fit" />
+      </button>
       <select
         aria-label="How much time the plots show"
         title="How much time the plots show"
