@@ -12,6 +12,8 @@ export default defineConfig({
     modulePreload: { polyfill: false },
     // Data addresses would need a wider content security policy.
     assetsInlineLimit: 0,
+    // One file: three is most of it, and needed at once.
+    chunkSizeWarningLimit: 1200,
   },
   // What needs a daemon and a browser is in e2e, with a configuration of its own.
   test: { include: ["src/**/*.test.ts"] },

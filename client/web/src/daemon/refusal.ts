@@ -9,12 +9,6 @@ export function sentenceOf(error: unknown): string {
   return error instanceof Error ? sentence(error.message) : String(error);
 }
 
-/** Whether the daemon is not there, as opposed to there and refusing. */
-export function isLost(error: unknown): boolean {
-  if (!(error instanceof ConnectError)) return isNetworkFailure(error);
-  return !isFromDaemon(error) || error.code === Code.Unavailable;
-}
-
 /** A status that the daemon sent has metadata; what the browser says of a failed fetch has a cause. */
 function isFromDaemon(error: ConnectError): boolean {
   if (error.cause !== undefined || error.rawMessage === "") return false;

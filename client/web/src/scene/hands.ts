@@ -1,5 +1,5 @@
 // What the pointer does in the scene: it lights up links, chooses robots, and pulls.
-import { Line, BufferGeometry, BufferAttribute, LineBasicMaterial, Matrix4, Plane, Quaternion, Vector2, Vector3 } from "three";
+import { Matrix4, Plane, Quaternion, Vector2, Vector3 } from "three";
 import { pushLink, stopPushing } from "../daemon/actions";
 import type { Vector } from "../state/scene";
 import { fit, hoveredLink, selectedRobot } from "../state/view";
@@ -9,10 +9,13 @@ import type { Motion } from "./motion";
 import { PULL } from "./palette";
 import { pick, sightLine, type Hit } from "./pointer";
 import type { Robots } from "./robots";
+import { Rod } from "./rods";
 import { pull, springFor, type Spring } from "./spring";
 
 /** Pixels that a hand trembles by when it clicks. */
 const TREMBLE = 4;
+/** Of the rod, as a part of the distance that it is seen from. */
+const ROD_WIDTH = 0.0022;
 
 /** A link that is held. */
 interface Grip {
@@ -27,7 +30,7 @@ interface Grip {
 /** Listens to the pointer until it is disposed of. */
 export class Hands {
   /** From the point that is held to the pointer. */
-  readonly line = new Line(new BufferGeometry(), new LineBasicMaterial({ color: PULL, depthTest: false, linewidth: 2 }));
+  readonly rod = new Rod(PULL);
   private readonly at = new Vector2();
   private pressed: { x: number; y: number } | null = null;
   private grip: Grip | null = null;
@@ -42,10 +45,6 @@ export class Hands {
     private readonly motion: Motion,
     private readonly wake: () => void,
   ) {
-    this.line.geometry.setAttribute("position", new BufferAttribute(new Float32Array(6), 3));
-    this.line.frustumCulled = false;
-    this.line.renderOrder = 4;
-    this.line.visible = false;
     const { signal } = this.listening;
     // Before the controls of the camera see it: what is pulled does not orbit.
     canvas.addEventListener("pointerdown", (event) => this.press(event), { signal, capture: true });
@@ -72,8 +71,7 @@ export class Hands {
   dispose(): void {
     this.letGo();
     this.listening.abort();
-    this.line.geometry.dispose();
-    this.line.material.dispose();
+    this.rod.dispose();
   }
 
   private press(event: PointerEvent): void {
@@ -132,7 +130,7 @@ export class Hands {
     const { view, link } = this.grip.hit;
     void stopPushing(view.scene.robot, view.scene.links[link]?.name ?? "");
     this.grip = null;
-    this.line.visible = false;
+    this.rod.hide();
     this.canvas.style.cursor = "";
     this.wake();
   }
@@ -163,11 +161,7 @@ export class Hands {
     const force = pull(spring, now, this.velocity(scene.robot, hit.link, point), target.toArray());
     void pushLink(scene.robot, scene.links[hit.link]?.name ?? "", force, point.toArray());
     const shown = point.clone().applyMatrix4(hit.view.worldFromLink(hit.link));
-    const ends = this.line.geometry.getAttribute("position");
-    ends.setXYZ(0, shown.x, shown.y, shown.z);
-    ends.setXYZ(1, target.x, target.y, target.z);
-    ends.needsUpdate = true;
-    this.line.visible = true;
+    this.rod.show(shown, target, ROD_WIDTH * this.camera.distance());
   }
 
   /** Metres per simulated second, of a point of a link, by the last two states. */

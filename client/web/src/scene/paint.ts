@@ -51,10 +51,7 @@ export class Paints {
     let twin = this.lit.get(material);
     if (!twin) {
       twin = material.clone();
-      if (twin instanceof MeshStandardMaterial) {
-        twin.emissive = new Color(HIGHLIGHT);
-        twin.emissiveIntensity = 0.35;
-      }
+      if (twin instanceof MeshStandardMaterial) light(twin);
       this.lit.set(material, twin);
     }
     return twin;
@@ -65,3 +62,18 @@ export class Paints {
     for (const material of [...own, ...this.solids.values(), ...this.lit.values()]) material.dispose();
   }
 }
+
+/** What is dark glows; what is bright, and would not be seen to, is tinted. */
+function light(material: MeshStandardMaterial): void {
+  const { r, g, b } = material.color;
+  const bright = 0.2126 * r + 0.7152 * g + 0.0722 * b > BRIGHT;
+  if (bright) {
+    material.color.lerp(new Color(HIGHLIGHT), 0.4);
+  } else {
+    material.emissive = new Color(0xffffff);
+    material.emissiveIntensity = 0.16;
+  }
+}
+
+/** Luminance from which on a colour is tinted. */
+const BRIGHT = 0.42;

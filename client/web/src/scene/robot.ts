@@ -1,9 +1,10 @@
 // One robot as it is drawn: a group for each link, with its visuals, its colliders and its axes.
-import { AxesHelper, Box3, BoxGeometry, Group, Matrix4, Mesh, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
+import { Box3, BoxGeometry, Group, Matrix4, Mesh, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
 import type { RobotScene, Shape } from "../state/scene";
 import { triangles } from "./geometries";
 import { isUnpainted, type Meshes } from "./meshes";
 import type { Paints } from "./paint";
+import { Triad } from "./rods";
 
 /** What of a robot is shown. */
 export interface Shown {
@@ -23,7 +24,7 @@ export class RobotView {
   private readonly links: Group[];
   private readonly visuals: Group[];
   private readonly collisions: Group[];
-  private readonly axes: AxesHelper[] = [];
+  private readonly axes: Triad[] = [];
   private readonly geometries: BufferGeometry[] = [];
   private readonly acquired: string[] = [];
   private shown: Shown = { visuals: true, collisions: false, frames: false };
@@ -87,19 +88,16 @@ export class RobotView {
     }
     if (shown.frames && this.axes.length === 0) {
       for (const link of this.links) {
-        const axes = new AxesHelper(1);
-        // Axes are within links, and to be seen nevertheless.
-        (axes.material as Material).depthTest = false;
-        axes.renderOrder = 2;
+        const axes = new Triad();
         this.axes.push(axes);
-        link.add(axes);
+        link.add(axes.group);
       }
     }
     for (const layer of this.visuals) layer.visible = shown.visuals;
     for (const layer of this.collisions) layer.visible = shown.collisions;
     for (const axes of this.axes) {
-      axes.visible = shown.frames;
-      axes.scale.setScalar(axisLength);
+      axes.group.visible = shown.frames;
+      axes.group.scale.setScalar(axisLength);
     }
   }
 
@@ -161,7 +159,6 @@ export class RobotView {
     this.gone = true;
     this.group.removeFromParent();
     for (const geometry of this.geometries) geometry.dispose();
-    for (const axes of this.axes) axes.dispose();
     for (const sha256 of this.acquired) this.meshes.release(sha256);
   }
 

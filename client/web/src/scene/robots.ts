@@ -8,7 +8,7 @@ import { Paints } from "./paint";
 import { RobotView, type Shown } from "./robot";
 
 /** Axes of links are this part of their robot's size. */
-const AXIS_SHARE = 0.12;
+const AXIS_SHARE = 0.18;
 
 /** The views of robots, by name. */
 export class Robots {

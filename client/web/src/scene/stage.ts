@@ -51,7 +51,7 @@ export class Stage {
     this.scene.add(this.robots.group, this.marks.group);
     this.camera = new Camera(canvas, () => this.invalidate());
     this.hands = new Hands(canvas, this.camera, this.robots, this.motion, () => this.wake());
-    this.scene.add(this.hands.line);
+    this.scene.add(this.hands.rod.group);
     this.follow();
   }
 
