@@ -1,6 +1,7 @@
 // The side panel: the chosen robot's joints, then the parameters of programs.
 import { computed, signal, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
 import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
 import { reports } from "../state/report";
 import { degrees, fit, selectedRobot } from "../state/view";
@@ -29,7 +30,7 @@ export function JointPanel(): JSX.Element {
       {robots.value.length > 1 && <RobotTabs />}
       {robot && <RobotHeader key={robot.name} robot={robot} />}
       {robot && robot.axes.length > 0 && <JointTools />}
-      <div class="panel-scroll" id="robot-panel">
+      <div class="panel-scroll" id="robot-panel" role={robots.value.length > 1 ? "tabpanel" : undefined} aria-label={robot?.name}>
         {robot && <JointList robot={robot} />}
         <Parameters />
         <OpenFolder class="button quiet open-folder">
@@ -43,15 +44,19 @@ export function JointPanel(): JSX.Element {
 /** One tab a robot. */
 function RobotTabs(): JSX.Element {
   const shown = shownRobot.value?.name;
+  const list = useRef<HTMLDivElement>(null);
+  const selected = (): HTMLElement | null => list.current?.querySelector<HTMLElement>('[aria-selected="true"]') ?? null;
+  useEffect(() => selected()?.scrollIntoView({ block: "nearest", inline: "nearest" }), [shown]);
   const move = (by: number): void => {
     const names = robots.value.map(({ name }) => name);
     const next = names[(names.indexOf(shown ?? "") + by + names.length) % names.length];
     if (next === undefined) return;
     selectedRobot.value = next;
-    requestAnimationFrame(() => document.querySelector<HTMLElement>('.tabs [aria-selected="true"]')?.focus());
+    requestAnimationFrame(() => selected()?.focus());
   };
   return (
     <div
+      ref={list}
       class="tabs"
       role="tablist"
       aria-label="Robots"

@@ -48,9 +48,10 @@ export function Popover({ face, title, label, class: className, testId, children
         id={id}
         popover="auto"
         class="popover"
-        onToggle={(event) => {
-          setOpen((event as unknown as ToggleEvent).newState === "open");
-          requestAnimationFrame(place);
+        onBeforeToggle={(event) => {
+          // Made before it is painted, and placed once it has a size.
+          setOpen(event.newState === "open");
+          if (event.newState === "open") requestAnimationFrame(place);
         }}
       >
         {open && children(() => sheet.current?.hidePopover())}

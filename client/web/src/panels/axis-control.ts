@@ -3,9 +3,10 @@ import { setTarget } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { degrees } from "../state/view";
 import type { Axis, JointValues, Mode } from "../state/world";
+import { Asked } from "./asked";
 import { type Follower, show } from "./live";
 import { digits, parse, quantityOf, unitOf, type Quantity, type Unit } from "./quantity";
-import { fractionOf, nudgeOf, rangeOf, type Range } from "./range";
+import { fractionOf, nudgeOf, rangeOf, turned, type Range } from "./range";
 
 /** The parts of a row that change. A joint that takes no targets has no inputs. */
 export interface RowParts {
@@ -21,29 +22,19 @@ export interface RowParts {
   mode: HTMLSelectElement | null;
 }
 
-/** How long the row shows what was asked for here, until the daemon shows it: milliseconds. */
-const PATIENCE = 1000;
-
 const SATURATED = 1;
 const AT_LOWER = 2;
 const AT_UPPER = 4;
-
-/** A target that was asked for here. */
-interface Asked {
-  mode: Mode;
-  value: number;
-  at: number;
-}
 
 /** Writes an axis to its row, and sends what people do there. */
 export class AxisControl implements Follower {
   readonly robot: string;
   readonly element: HTMLElement;
-  private asked: Asked | null = null;
-  private dragging = false;
+  private readonly asked = new Asked();
   private mode: Mode = "none";
   private target = 0;
   private present: Record<Quantity, number> = { position: 0, velocity: 0, effort: 0 };
+  private quantity: Quantity = "position";
   private range: Range;
   private unit: Unit;
   /** What was written last, so that nothing is written twice. */
@@ -65,39 +56,24 @@ export class AxisControl implements Follower {
     const mode = values.mode[velocityIndex];
     if (position === undefined || mode === undefined) return;
     this.present = { position, velocity: values.velocity[velocityIndex] ?? 0, effort: values.effort[velocityIndex] ?? 0 };
-    this.settle(mode, values.target[velocityIndex] ?? 0);
+    const shown = this.asked.shown({ mode, value: values.target[velocityIndex] ?? 0 }, performance.now());
+    this.mode = shown.mode;
+    // What is not driven has no target: the handle goes along with the joint.
+    this.target = shown.mode === "passive" || shown.mode === "none" ? position : shown.value;
     this.measure();
     this.write(values.flags[velocityIndex] ?? 0);
   }
 
-  /** Takes what was asked for here for as long as the daemon may not know it yet. */
-  private settle(mode: Mode, target: number): void {
-    const { asked } = this;
-    if (asked) {
-      const known = asked.mode === mode && (mode === "passive" || mode === "hold" || Math.abs(asked.value - target) <= 1e-9 * (1 + Math.abs(target)));
-      if (!this.dragging && (known || performance.now() - asked.at > PATIENCE)) this.asked = null;
-    }
-    this.mode = this.asked?.mode ?? mode;
-    this.target = this.asked?.value ?? target;
-    if (this.mode === "passive" || this.mode === "none") this.target = this.present.position;
-  }
-
-  /** The slider's ends for the mode. A joint that turns without end is shown on the turn that it is in. */
+  /** The slider's ends for the mode. */
   private measure(): void {
     const quantity = quantityOf(this.mode);
     this.unit = unitOf(this.axis.kind, quantity, degrees.peek());
     const range = rangeOf(this.axis, quantity);
-    if (quantity === "position" && range.openLower && range.openUpper) {
-      const width = range.upper - range.lower;
-      const old = this.range.upper - this.range.lower === width ? this.range : range;
-      if (this.dragging || (this.target >= old.lower && this.target <= old.upper)) {
-        range.lower = old.lower;
-      } else {
-        range.lower = Math.round(this.target / width) * width - width / 2;
-      }
-      range.upper = range.lower + width;
+    // Ends that jumped while the slider is held would tear it from the hand.
+    if (quantity !== this.quantity || !this.asked.isHeld) {
+      this.range = quantity === "position" ? turned(range, this.target, this.quantity === quantity ? this.range : range) : range;
     }
-    this.range = range;
+    this.quantity = quantity;
   }
 
   private write(flags: number): void {
@@ -145,7 +121,7 @@ export class AxisControl implements Follower {
         slider.max = String(range.upper);
         this.written.delete("slider");
       });
-      if (!this.dragging) this.once("slider", String(this.target), (text) => void (slider.value = text));
+      if (!this.asked.isHeld) this.once("slider", String(this.target), (text) => void (slider.value = text));
       this.once("said", said, (text) => slider.setAttribute("aria-valuetext", text));
     }
     if (number && (document.activeElement !== number || number.dataset["typed"] === undefined)) {
@@ -170,7 +146,7 @@ export class AxisControl implements Follower {
   }
 
   private send(mode: Mode, value: number): void {
-    this.asked = { mode, value, at: performance.now() };
+    this.asked.set({ mode, value }, performance.now());
     void setTarget(this.axis, mode, value);
     show(this);
   }
@@ -185,12 +161,12 @@ export class AxisControl implements Follower {
   }
 
   beginDrag(): void {
-    this.dragging = true;
+    this.asked.hold();
   }
 
   endDrag(): void {
-    this.dragging = false;
-    if (this.asked) this.asked.at = performance.now();
+    this.asked.release(performance.now());
+    this.written.delete("slider");
     show(this);
   }
 

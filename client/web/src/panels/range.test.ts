@@ -1,7 +1,7 @@
 // The ends of sliders, and the steps on them.
 import { expect, test } from "vitest";
 import type { Axis } from "../state/world";
-import { fractionOf, niceStep, nudgeOf, rangeOf } from "./range";
+import { fractionOf, niceStep, nudgeOf, rangeOf, turned } from "./range";
 import { unitOf } from "./quantity";
 
 const axis: Axis = {
@@ -42,4 +42,15 @@ test("an arrow key moves by a round number in the unit that is shown", () => {
   expect(nudgeOf(range, unitOf("angle", "position", true))).toBeCloseTo(Math.PI / 180, 12);
   expect(niceStep(0.0749)).toBeCloseTo(0.05, 12);
   expect(niceStep(0)).toBe(0.01);
+});
+
+test("a joint that turns without end is shown on its turn, which changes only where it leaves it", () => {
+  const first = rangeOf(axis, "position");
+  expect(turned(first, Math.PI, first)).toBe(first);
+  const next = turned(first, 4, first);
+  expect([next.lower, next.upper]).toEqual([Math.PI, 3 * Math.PI]);
+  expect(turned(first, Math.PI + 0.01, next)).toBe(next);
+  expect(turned(first, -40, next).lower).toBeCloseTo(-13 * Math.PI, 9);
+  const limited = rangeOf({ ...axis, lower: -1, upper: 1 }, "position");
+  expect(turned(limited, 40, first)).toBe(limited);
 });

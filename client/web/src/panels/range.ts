@@ -38,6 +38,19 @@ export function rangeOf(axis: Axis, quantity: Quantity): Range {
   return { lower: -sensible, upper: sensible, openLower: true, openUpper: true };
 }
 
+/**
+ * A range with both ends open, moved by whole widths to where `value` is: a joint that turns without end is shown
+ * on the turn that it is in. It stays as it was, `before`, for as long as the value is in it.
+ */
+export function turned(range: Range, value: number, before: Range): Range {
+  if (!range.openLower || !range.openUpper || !Number.isFinite(value)) return range;
+  const width = range.upper - range.lower;
+  const isTurn = before.openLower && before.openUpper && Math.abs(before.upper - before.lower - width) < 1e-6 * width;
+  if (isTurn && value >= before.lower && value <= before.upper) return before;
+  const middle = Math.round(value / width) * width;
+  return { ...range, lower: middle - width / 2, upper: middle + width / 2 };
+}
+
 /** Where a value is on a slider: 0 at its lower end, 1 at its upper. */
 export function fractionOf(value: number, range: Range): number {
   const fraction = (value - range.lower) / (range.upper - range.lower);
