@@ -4,9 +4,12 @@ import { AssetState, Base } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
 import type { Services } from "../daemon/services";
 import { loading, reports } from "../state/report";
+import { scenes } from "../state/scene";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
+import { frame } from "../state/world";
 import { Locator } from "./locator";
+import { nextPlace } from "./place";
 import { sha256 } from "./sha256";
 import { MOUNT, nameOf, Tree } from "./tree";
 import { findUrdfs } from "./urdfs";
@@ -126,7 +129,8 @@ async function upload(
 
 async function spawn(entities: Entities, what: string, source: Source): Promise<SpawnEntityResponse | undefined> {
   // Bolted down: most of what is dropped is an arm, which would fall out of an empty world.
-  const request = { spawn: { source, allowRenaming: true, base: Base.FIXED } };
+  const pose = { position: nextPlace(scenes.value, frame.value) };
+  const request = { spawn: { source, allowRenaming: true, base: Base.FIXED, pose } };
   let spawned: SpawnEntityResponse | undefined;
   for await (const { event } of entities.spawnEntityWithProgress(request)) {
     if (event.case === "progress") loading.value = loadingOf(what, event.value);
@@ -141,7 +145,7 @@ function keepReport(spawned: SpawnEntityResponse | undefined): void {
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
   selectedRobot.value = name;
-  toast("info", report.summary === "" ? `${name} is loaded.` : report.summary);
+  toast("info", `${report.summary === "" ? `${name} is loaded` : report.summary}. Its base is fixed to the world.`);
 }
 
 async function bytesOf(files: Map<string, File>, path: string): Promise<Uint8Array<ArrayBuffer>> {
