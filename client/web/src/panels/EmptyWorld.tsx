@@ -1,6 +1,6 @@
 // What the page says where there is no robot yet: how to load one.
 import { signal } from "@preact/signals";
-import type { JSX } from "preact";
+import { Fragment, type JSX } from "preact";
 import { toast } from "../state/toasts";
 import { loadCommand } from "./endpoint";
 import { Icon } from "./icons";
@@ -33,8 +33,11 @@ export function EmptyWorld(): JSX.Element {
       <p class="or">or from a shell</p>
       <div class="command">
         <code data-testid="load-command">
-          {command.split(/(?= --)/).map((part) => (
-            <span key={part}>{part.startsWith(" ") ? `\u00a0${part.slice(1)}` : part}</span>
+          {command.split(/ (?=--)/).map((part, index) => (
+            <Fragment key={part}>
+              {index > 0 && " "}
+              <span>{part}</span>
+            </Fragment>
           ))}
         </code>
         <button type="button" class="button quiet" aria-label="Copy the line" title="Copy the line" onClick={() => void copy()}>

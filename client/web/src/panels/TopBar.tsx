@@ -15,7 +15,7 @@ export function TopBar(): JSX.Element {
   return (
     <header class="top-bar">
       <div class="brand">
-        <b>simd</b>
+        <h1>simd</h1>
         <span class="daemon" title="Name of the daemon">
           {daemonName}
         </span>
