@@ -88,6 +88,17 @@ export async function loadFiles(files: DroppedFile[]): Promise<void> {
   link().pokeAll();
 }
 
+/** Moves a robot's root up, metres. */
+export async function lift(robot: string, by: number): Promise<void> {
+  await attempt(async () => {
+    const { entities } = services();
+    const { position, orientation } = (await entities.getEntityState({ robot })).pose ?? {};
+    if (!position || !orientation) return;
+    await entities.setEntityState({ robot, pose: { position: { ...position, z: position.z + by }, orientation } });
+  });
+  link().poke();
+}
+
 /** Pushes a link: newtons in world axes, at a point in the link's frame. Ends by itself unless it is renewed. */
 export function pushLink(robot: string, linkName: string, force: Vector, pointInLink: Vector): Promise<void> {
   return pushes.set(`${robot}/${linkName}`, { robot, link: linkName, force, point: pointInLink });

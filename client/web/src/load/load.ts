@@ -3,7 +3,7 @@ import type { DescriptionSource, SpawnEntityResponse } from "../gen/simd/v1/enti
 import { AssetState, Base } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
 import type { Services } from "../daemon/services";
-import { loading, reports } from "../state/report";
+import { loading, reports, unmeasured } from "../state/report";
 import { scenes } from "../state/scene";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
@@ -144,6 +144,7 @@ function keepReport(spawned: SpawnEntityResponse | undefined): void {
   if (!spawned || name === undefined) throw new Error("The daemon ended the loading without saying what became of it.");
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
+  unmeasured.value = new Set(unmeasured.value).add(name);
   selectedRobot.value = name;
   toast("info", `${report.summary === "" ? `${name} is loaded` : report.summary}. Its base is fixed to the world.`);
 }

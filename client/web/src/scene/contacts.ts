@@ -27,7 +27,7 @@ export class ContactMarks {
     }
   }
 
-  /** Marks these contacts. `size` is that of the world in metres, `weight` in newtons makes an arrow of a third of it. */
+  /** Marks these contacts. `size` is that of the world in metres; `weight`, in newtons, has an arrow half as long. */
   set(contacts: ContactPoint[], size: number, weight: number): void {
     const shown = contacts.slice(0, MOST);
     let arrows = 0;
@@ -35,7 +35,7 @@ export class ContactMarks {
       const at = new Vector3(...point);
       const turn = new Quaternion().setFromUnitVectors(Z, new Vector3(...normal).normalize());
       this.dots.setMatrixAt(index, matrix(at, turn, DOT * size, DOT * size));
-      const length = Math.min(LONGEST, (0.33 * normalForce) / Math.max(weight, 1e-9)) * size;
+      const length = Math.min(LONGEST, (0.5 * normalForce) / Math.max(weight, 1e-9)) * size;
       const head = 4 * WIDTH * size;
       if (length < head) return;
       this.shafts.setMatrixAt(arrows, matrix(at, turn, WIDTH * size, length - head));

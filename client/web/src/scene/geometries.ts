@@ -3,7 +3,7 @@ import { BoxGeometry, CapsuleGeometry, CircleGeometry, CylinderGeometry, SphereG
 import type { Geometry } from "../state/scene";
 
 /** Metres from the middle of a plane to its end: it fades into the distance before that. */
-export const PLANE_RADIUS = 60;
+export const PLANE_RADIUS = 200;
 
 /** All but meshes. */
 export type Primitive = Exclude<Geometry, { kind: "mesh" }>;

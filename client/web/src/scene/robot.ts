@@ -2,6 +2,7 @@
 import { Box3, BoxGeometry, Group, Matrix4, Mesh, Quaternion, Vector3, type BufferGeometry, type Material, type Object3D } from "three";
 import type { RobotScene, Shape } from "../state/scene";
 import { triangles } from "./geometries";
+import { hullOf } from "./hull";
 import { isUnpainted, type Meshes } from "./meshes";
 import type { Paints } from "./paint";
 import { Triad } from "./rods";
@@ -190,11 +191,11 @@ export class RobotView {
     if (sha256 !== "") this.acquired.push(sha256);
     const loaded = sha256 === "" ? undefined : await this.meshes.acquire(sha256);
     if (this.gone) return;
-    if (loaded) {
+    if (loaded && look === "collision") {
+      await this.addHull(loaded, at);
+    } else if (loaded) {
       loaded.traverse((object) => {
-        if (!(object instanceof Mesh)) return;
-        if (look === "collision") object.material = this.paints.collision;
-        else if (isUnpainted(object)) object.material = this.paints.solid(shape.color);
+        if (object instanceof Mesh && isUnpainted(object)) object.material = this.paints.solid(shape.color);
       });
       this.finish(loaded, at, look);
     } else {
@@ -205,6 +206,19 @@ export class RobotView {
     }
     if (this.highlighted >= 0) this.light(this.highlighted);
     this.changed();
+  }
+
+  private async addHull(loaded: Object3D, at: Group): Promise<void> {
+    const hull = await hullOf(loaded, at.scale);
+    if (!hull) return;
+    if (this.gone) {
+      hull.dispose();
+      return;
+    }
+    this.geometries.push(hull);
+    // Its corners have the scale already.
+    at.scale.setScalar(1);
+    this.finish(new Mesh(hull, this.paints.collision), at, "collision");
   }
 
   private finish(object: Object3D, at: Group, look: "solid" | "collision"): void {

@@ -1,6 +1,8 @@
 // The picture: drawn when something in it has changed, and not otherwise.
 import { effect } from "@preact/signals";
-import { Color, PCFShadowMap, Scene, WebGLRenderer } from "three";
+import { Color, Fog, PCFShadowMap, Scene, WebGLRenderer } from "three";
+import { lift } from "../daemon/actions";
+import { unmeasured } from "../state/report";
 import { scenes } from "../state/scene";
 import { collisions, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
 import { frame, type Frame } from "../state/world";
@@ -19,6 +21,8 @@ const SHARPEST = 2;
 /** Milliseconds after which the shadow follows those who walked away. */
 const SHADOW_INTERVAL = 500;
 const GRAVITY = 9.81;
+/** Metres that a foot may be below the ground. */
+const SUNK = 1e-3;
 
 /** What is drawn on one canvas. */
 export class Stage {
@@ -31,6 +35,7 @@ export class Stage {
   drawn = 0n;
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
+  private readonly fog = new Fog(0);
   private readonly ground = new Ground(this.scene);
   private readonly light = new Light(this.scene);
   private readonly marks = new ContactMarks();
@@ -48,6 +53,7 @@ export class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.robots = new Robots(() => this.grown());
+    this.scene.fog = this.fog;
     this.scene.add(this.robots.group, this.marks.group);
     this.camera = new Camera(canvas, () => this.invalidate());
     this.hands = new Hands(canvas, this.camera, this.robots, this.motion, () => this.wake());
@@ -120,6 +126,7 @@ export class Stage {
       effect(() => {
         const palette = PALETTES[shownTheme.value];
         this.scene.background = new Color(palette.background);
+        this.fog.color.set(palette.background);
         this.robots.paints.ground.color.set(palette.ground);
         this.ground.paint(palette);
         this.light.paint(palette);
@@ -148,13 +155,10 @@ export class Stage {
     this.invalidate();
   }
 
-  /** Newtons, of all that can move. */
+  /** Newtons, of the heaviest that can move. */
   private weight(): number {
-    let mass = 0;
-    for (const { scene } of this.robots.all()) {
-      for (const link of scene.links) mass += link.movable ? link.mass : 0;
-    }
-    return GRAVITY * mass;
+    const masses = [...this.robots.all()].map(({ scene }) => sum(scene.links.map((link) => (link.movable ? link.mass : 0))));
+    return GRAVITY * Math.max(0, ...masses);
   }
 
   private tick(at: number): void {
@@ -175,7 +179,19 @@ export class Stage {
     this.unseen = false;
     this.covered = 0;
     this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
+    if (this.robots.meshes.isComplete()) this.measure();
     if (!this.camera.touched && scenes.peek().size > 0) this.camera.fit(this.robots.bounds(), now, false);
+  }
+
+  /** Those that this tab loaded are stood on the ground, which their description knows nothing of. */
+  private measure(): void {
+    const waiting = [...unmeasured.peek()].filter((name) => this.robots.get(name));
+    if (waiting.length === 0) return;
+    unmeasured.value = new Set([...unmeasured.peek()].filter((name) => !waiting.includes(name)));
+    for (const name of waiting) {
+      const lowest = this.robots.get(name)?.bounds().min.z ?? 0;
+      if (lowest < -SUNK) void lift(name, -lowest);
+    }
   }
 
   private draw(now: number): void {
@@ -185,7 +201,11 @@ export class Stage {
       this.light.cover(this.robots.bounds());
     }
     const { target } = this.camera.controls;
-    this.ground.follow(target.x, target.y, this.camera.distance());
+    const distance = this.camera.distance();
+    this.ground.follow(target.x, target.y, distance);
+    // The ground ends in the distance, and nobody is to see where.
+    this.fog.near = Math.max(12, 3 * distance);
+    this.fog.far = Math.max(120, 8 * distance);
     this.renderer.render(this.scene, this.camera.camera);
     this.pictures += 1;
     this.reach(now);
@@ -194,4 +214,8 @@ export class Stage {
   private reach(now: number): void {
     this.drawn = this.motion.reached(now)?.sequence ?? this.drawn;
   }
+}
+
+function sum(numbers: number[]): number {
+  return numbers.reduce((total, number) => total + number, 0);
 }

@@ -39,3 +39,5 @@ export interface Loading {
 /** By the robot's name. */
 export const reports = signal<Map<string, LoadReport>>(new Map());
 export const loading = signal<Loading | null>(null);
+/** Robots that this tab loaded and whose lowest point nobody has measured yet: they may be sunk in the ground. */
+export const unmeasured = signal<ReadonlySet<string>>(new Set());
