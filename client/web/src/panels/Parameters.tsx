@@ -12,7 +12,7 @@ export function Parameters(): JSX.Element | null {
   if (parameters.value.length === 0) return null;
   return (
     <section class="parameters" aria-label="Parameters">
-      <h3>Parameters</h3>
+      <h2>Parameters</h2>
       {parameters.value.map((parameter) =>
         parameter.kind === "button" ? (
           <button
