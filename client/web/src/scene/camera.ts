@@ -1,5 +1,5 @@
 // Where the world is looked at from: orbit, pan, zoom, and fitting what is to be seen into the view.
-import { MOUSE, PerspectiveCamera, Sphere, Vector3 } from "three";
+import { MathUtils, MOUSE, PerspectiveCamera, Vector3, type Box3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 /** Degrees, from top to bottom. */
@@ -8,6 +8,8 @@ const FIELD = 38;
 const FIRST_DIRECTION = new Vector3(1, -1.15, 0.62).normalize();
 /** A little room around what is fitted. */
 const MARGIN = 1.12;
+/** Metres. */
+const NEAREST = 0.05;
 /** Milliseconds that a flight takes. */
 const FLIGHT = 260;
 
@@ -44,14 +46,12 @@ export class Camera {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Looks at a sphere from where the camera is, so that all of it is in the view. */
-  fit(sphere: Sphere, now: number, fly: boolean): void {
-    const radius = Math.max(sphere.radius, 0.03);
-    const half = (FIELD / 2) * (Math.PI / 180);
-    const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
-    const distance = (MARGIN * radius) / Math.sin(narrow);
+  /** Looks at a box from the side that the camera is on, as near as all of it is in the view. */
+  fit(box: Box3, now: number, fly: boolean): void {
+    const center = box.getCenter(new Vector3());
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
-    const to = { target: sphere.center.clone(), position: sphere.center.clone().addScaledVector(direction, distance) };
+    const distance = MARGIN * Math.max(NEAREST, distanceToFit(box, direction, FIELD, this.camera.aspect));
+    const to = { target: center, position: center.clone().addScaledVector(direction, distance) };
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (fly && !calm) {
       this.flight = { began: now, from: this.view(), to };
@@ -116,4 +116,26 @@ export class Camera {
 interface View {
   target: Vector3;
   position: Vector3;
+}
+
+/**
+ * How far from the middle of a box a camera has to be, in a direction, that each corner is in its
+ * field: a corner that is x to the side and z towards the camera is where x <= (distance - z) tan(field / 2).
+ */
+export function distanceToFit(box: Box3, direction: Vector3, field: number, aspect: number): number {
+  const up = Math.tan(MathUtils.degToRad(field / 2));
+  const right = new Vector3(0, 0, 1).cross(direction).normalize();
+  const above = direction.clone().cross(right);
+  const half = box.max.clone().sub(box.min).multiplyScalar(0.5);
+  let distance = 0;
+  for (const x of [-half.x, half.x]) {
+    for (const y of [-half.y, half.y]) {
+      for (const z of [-half.z, half.z]) {
+        const corner = new Vector3(x, y, z);
+        const aside = Math.max(Math.abs(corner.dot(right)) / (up * aspect), Math.abs(corner.dot(above)) / up);
+        distance = Math.max(distance, aside + corner.dot(direction));
+      }
+    }
+  }
+  return distance;
 }

@@ -164,7 +164,8 @@ export class RobotView {
   }
 
   private add(shape: Shape, layer: Group | undefined, look: "solid" | "collision"): void {
-    if (!layer) return;
+    // A plane is the ground, which a veil of its collider would tint as far as one sees.
+    if (!layer || (look === "collision" && shape.geometry.kind === "plane")) return;
     const at = new Group();
     const [x, y, z, qx, qy, qz, qw] = shape.linkFromShape;
     at.position.set(x, y, z);
@@ -230,7 +231,7 @@ export class RobotView {
       const endless = mesh.userData["endless"] === true;
       mesh.castShadow = look === "solid" && !endless;
       mesh.receiveShadow = look === "solid";
-      if (look === "collision" && !endless) mesh.add(new Mesh(mesh.geometry, this.paints.wire));
+      if (look === "collision") mesh.add(new Mesh(mesh.geometry, this.paints.wire));
     }
     at.add(object);
   }

@@ -1,5 +1,5 @@
 // All robots as they are drawn, kept to what the daemon says there is.
-import { Box3, Group, Sphere } from "three";
+import { Box3, Group, Sphere, Vector3 } from "three";
 import type { RobotScene } from "../state/scene";
 import type { LinkName } from "../state/view";
 import { Meshes } from "./meshes";
@@ -84,12 +84,17 @@ export class Robots {
   }
 
   /** Around one robot, or all; planes do not count. */
-  bounds(name = ""): Sphere {
+  bounds(name = ""): Box3 {
     const box = new Box3();
     const one = this.views.get(name);
     for (const view of one ? [one] : this.views.values()) box.union(view.bounds());
     // A plane alone is looked at where the world begins.
-    return box.isEmpty() ? new Sphere(undefined, 1) : box.getBoundingSphere(new Sphere());
+    return box.isEmpty() ? new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5)) : box;
+  }
+
+  /** Metres: the radius of what there is. */
+  size(): number {
+    return this.bounds().getBoundingSphere(new Sphere()).radius;
   }
 
   dispose(): void {

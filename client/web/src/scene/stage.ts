@@ -1,6 +1,6 @@
 // The picture: drawn when something in it has changed, and not otherwise.
 import { effect } from "@preact/signals";
-import { Color, Fog, PCFShadowMap, Scene, WebGLRenderer } from "three";
+import { Color, Fog, PCFShadowMap, Scene, Sphere, WebGLRenderer } from "three";
 import { lift } from "../daemon/actions";
 import { unmeasured } from "../state/report";
 import { scenes } from "../state/scene";
@@ -143,7 +143,7 @@ export class Stage {
   private take(next: Frame): void {
     this.motion.push(next);
     if (contacts.value) {
-      this.marks.set(next.contacts, this.robots.bounds().radius, this.weight());
+      this.marks.set(next.contacts, this.robots.size(), this.weight());
       this.dirty = true;
     }
     this.wake();
@@ -198,7 +198,7 @@ export class Stage {
     this.dirty = false;
     if (now - this.covered > SHADOW_INTERVAL) {
       this.covered = now;
-      this.light.cover(this.robots.bounds());
+      this.light.cover(this.robots.bounds().getBoundingSphere(new Sphere()));
     }
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
