@@ -5,9 +5,17 @@ import type { DroppedFile } from "../daemon/actions";
 const MOST = 20_000;
 
 /** All files below what was dropped. Must be called before the drop's handler returns. */
-export function droppedFiles(items: DataTransferItemList): Promise<DroppedFile[]> {
-  const entries = [...items].map((item) => item.webkitGetAsEntry()).filter((entry) => entry !== null);
-  return filesBelow(entries);
+export async function droppedFiles(items: DataTransferItemList): Promise<DroppedFile[]> {
+  const entries: FileSystemEntry[] = [];
+  const files: DroppedFile[] = [];
+  for (const item of items) {
+    const entry = item.webkitGetAsEntry();
+    // What is dragged out of another program may be a file that lies on no disk.
+    const file = entry ? null : item.getAsFile();
+    if (entry) entries.push(entry);
+    if (file) files.push({ path: file.name, file });
+  }
+  return [...files, ...(await filesBelow(entries))];
 }
 
 /** The files of a folder that was chosen in a dialog. */

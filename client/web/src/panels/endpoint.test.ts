@@ -5,6 +5,7 @@ import { loadCommand, shortened } from "./endpoint";
 test("the line names the daemon only where simctl would not find it by itself", () => {
   expect(loadCommand("127.0.0.1:7400")).toBe("simctl robot load path/to/robot.urdf");
   expect(loadCommand("lab:7410")).toBe("simctl robot load path/to/robot.urdf --endpoint lab:7410");
+  expect(loadCommand("lab")).toContain("--endpoint lab:80");
 });
 
 test("three digits count", () => {
