@@ -5,6 +5,7 @@ import { App } from "./panels/App";
 
 const root = document.getElementById("app");
 if (root) {
-  render(<App />, root);
+  // First: the daemon answers while the page is put together.
   startLink();
+  render(<App />, root);
 }

@@ -87,9 +87,10 @@ export class Link {
   }
 
   private async greet(): Promise<void> {
-    const info = await this.services.simulation.getSimulatorInfo({}, { timeoutMs: TIMEOUT });
-    await this.roster.load();
-    await this.surroundings.begin();
+    const ask = () => this.services.simulation.getSimulatorInfo({}, { timeoutMs: TIMEOUT });
+    // One call is enough to find out that a lost daemon is still lost.
+    if (connection.value.state === "lost") await ask();
+    const [info] = await Promise.all([ask(), this.roster.load(), this.surroundings.begin()]);
     this.sequence = 0n;
     this.unchanged = 0;
     this.failures = 0;

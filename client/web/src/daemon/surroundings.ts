@@ -34,10 +34,8 @@ export class Surroundings {
     this.turns = 0;
     this.parametersVersion = 0n;
     this.punctuality = new Punctuality();
-    // Asked for first: what happens during the rest is then not missed.
-    const events = await this.services.events.nextEvents({ afterSequence: LAST }, CALL);
+    const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: LAST }, CALL), this.askPhysics()]);
     this.lastEvent = events.lastSequence;
-    await this.askPhysics();
   }
 
   /** Answers in how many milliseconds the next turn is due. */

@@ -5,7 +5,7 @@ import { lift } from "../daemon/actions";
 import { unmeasured } from "../state/report";
 import { scenes } from "../state/scene";
 import { collisions, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
-import { frame, type Frame } from "../state/world";
+import { connection, frame, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
 import { Camera } from "./camera";
 import { ContactMarks } from "./contacts";
@@ -70,7 +70,8 @@ export class Stage {
   /** Nothing is on its way any more: what is seen is what there is. */
   isSettled(): boolean {
     const still = this.camera.isStill() && this.motion.isSettled(performance.now());
-    return this.pictures > 0 && !this.dirty && !this.unseen && still && this.robots.meshes.isComplete();
+    const complete = this.motion.newest() !== null && this.robots.meshes.isComplete() && !this.unseen;
+    return this.pictures > 0 && !this.dirty && still && complete;
   }
 
   resize(width: number, height: number): void {
@@ -79,7 +80,7 @@ export class Stage {
     this.camera.resize(width, height);
     this.invalidate();
     // At once: else the old picture is stretched until the next.
-    this.draw(performance.now());
+    if (this.pictures > 0) this.draw(performance.now());
   }
 
   dispose(): void {
@@ -124,6 +125,9 @@ export class Stage {
         if (this.robots.highlight(hoveredLink.value)) this.invalidate();
       }),
       effect(() => {
+        if (connection.value.state === "lost") this.wake();
+      }),
+      effect(() => {
         const palette = PALETTES[shownTheme.value];
         this.scene.background = new Color(palette.background);
         this.fog.color.set(palette.background);
@@ -163,6 +167,8 @@ export class Stage {
 
   private tick(at: number): void {
     this.request = 0;
+    // Nothing is known of the world yet: the first picture, which takes longest, is not of an empty one.
+    if (frame.peek() === null && connection.peek().state !== "lost") return;
     // The time of the picture may be a little before that of the state that it is to show.
     const now = Math.max(at, performance.now());
     const moved = this.robots.pose(this.motion, now);
