@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
 import { toast } from "../state/toasts";
-import { loadCommand } from "./endpoint";
+import { loadCommand } from "./load-command";
 import { Icon } from "./icons";
 import { OpenFolder } from "./OpenFolder";
 

@@ -6,13 +6,13 @@ import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
 import { reports } from "../state/report";
 import { degrees, fit, selectedRobot } from "../state/view";
 import { robots, type Axis, type Robot } from "../state/world";
-import { shortened } from "./endpoint";
 import { grouped, matches } from "./groups";
 import { Icon } from "./icons";
 import { JointRow } from "./JointRow";
 import { OpenFolder } from "./OpenFolder";
 import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
+import { shortened } from "./quantity";
 import { openReport } from "./ReportSheet";
 
 /** The robot that the panel shows: the chosen one, or the first that has joints. */

@@ -4,7 +4,7 @@ import { useRef, useState } from "preact/hooks";
 import { pressButton, setParameter } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { parameters, type Parameter } from "../state/world";
-import { shortened } from "./endpoint";
+import { shortened } from "./quantity";
 import { niceStep } from "./range";
 
 /** All of them, in the daemon's order. */

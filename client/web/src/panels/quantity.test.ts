@@ -1,6 +1,6 @@
 // What people may type into a number box, and what they read there.
 import { expect, test } from "vitest";
-import { digits, parse, unitOf } from "./quantity";
+import { digits, parse, shortened, unitOf } from "./quantity";
 
 const rad = unitOf("angle", "position", false);
 const deg = unitOf("angle", "position", true);
@@ -67,4 +67,8 @@ test("what is shown reads back as itself", () => {
     const value = parse(digits(1.234, unit), "angle", "position", unit);
     expect(value).toBeCloseTo(1.234, 3);
   }
+});
+
+test("three digits count where there are no fixed places", () => {
+  expect([4.2134, 0.12345, 1234.5, NaN].map(shortened)).toEqual(["4.21", "0.123", "1230", "–"]);
 });

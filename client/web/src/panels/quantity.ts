@@ -53,6 +53,11 @@ export function digits(value: number, unit: Unit): string {
   return Number(text) === 0 ? (0).toFixed(places) : text;
 }
 
+/** Three digits that count: 12.3, 0.123, 1230. */
+export function shortened(value: number): string {
+  return Number.isFinite(value) ? String(Number(value.toPrecision(3))) : "–";
+}
+
 const NUMBER = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)?\s*\*?\s*(pi|π)?\s*(?:\/\s*(\d+(?:\.\d+)?))?/i;
 
 /**

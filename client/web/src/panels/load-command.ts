@@ -1,4 +1,4 @@
-// Small facts for people: the simctl line that reaches this daemon, numbers without needless digits.
+// The simctl line that loads a robot into this daemon.
 
 /** What simctl takes where nobody says otherwise. */
 const DEFAULT = "127.0.0.1:7400";
@@ -9,9 +9,4 @@ export function loadCommand(host: string): string {
   const address = /:\d+$/.test(host) ? host : `${host}:80`;
   const there = host === DEFAULT || host === "localhost:7400" ? "" : ` --endpoint ${address}`;
   return `simctl robot load path/to/robot.urdf${there}`;
-}
-
-/** Three digits that count: 12.3, 0.123, 1230. */
-export function shortened(value: number): string {
-  return Number.isFinite(value) ? String(Number(value.toPrecision(3))) : "–";
 }
