@@ -9,6 +9,7 @@ import { JointService, NextJointStatesResponseSchema, type NextJointStatesReques
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
 import { scenes } from "../state/scene";
+import { contacts } from "../state/view";
 import { connection, daemonName, frame, robots, simulation } from "../state/world";
 import { Link } from "./link";
 import { servicesOver } from "./services";
@@ -128,6 +129,18 @@ test("what this page changes in a world that rests is seen at once", async () =>
   link.poke();
   await vi.advanceTimersByTimeAsync(1);
   expect(frame.value?.sequence).toBe(world.sequence);
+});
+
+test("contacts of a world that rests come when they are to be shown, also where a call was under way", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  const before = frame.value;
+  link.poke();
+  contacts.value = true;
+  await vi.advanceTimersByTimeAsync(50);
+  contacts.value = false;
+  expect(world.asked.some((request) => request.returnContacts && request.afterSequence === 0n)).toBe(true);
+  expect(frame.value).not.toBe(before);
 });
 
 test("a hidden page asks nothing", async () => {

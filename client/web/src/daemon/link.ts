@@ -29,6 +29,8 @@ export class Link {
   private readonly surroundings: Surroundings;
   private readonly others: Loop;
   private sequence = 0n;
+  /** The next answer is taken as new, whatever it is: it is asked for something else than the one before. */
+  private afresh = true;
   private unchanged = 0;
   private failures = 0;
   private due = 0;
@@ -67,9 +69,8 @@ export class Link {
     if (connection.value.state === "lost") this.states.wake();
   }
 
-  /** The next answer is taken as new, whatever it is. */
   private refresh(): void {
-    this.sequence = 0n;
+    this.afresh = true;
     this.poke();
   }
 
@@ -92,6 +93,7 @@ export class Link {
     if (connection.value.state === "lost") await ask();
     const [info] = await Promise.all([ask(), this.roster.load(), this.surroundings.begin()]);
     this.sequence = 0n;
+    this.afresh = true;
     this.unchanged = 0;
     this.failures = 0;
     batch(() => {
@@ -102,8 +104,10 @@ export class Link {
   }
 
   private async ask(timeout: number): Promise<void> {
+    const { afresh } = this;
+    this.afresh = false;
     const response = await this.services.joints.nextJointStates(
-      { afterSequence: this.sequence, timeout, returnLinkPoses: true, returnContacts: contacts.value },
+      { afterSequence: afresh ? 0n : this.sequence, timeout, returnLinkPoses: true, returnContacts: contacts.value },
       { timeoutMs: TIMEOUT },
     );
     const sequence = response.states?.stamp?.sequence ?? 0n;
@@ -113,7 +117,7 @@ export class Link {
       return;
     }
     void this.roster.see(layoutsOf(response));
-    if (sequence === this.sequence) {
+    if (sequence === this.sequence && !afresh) {
       this.unchanged += 1;
       return;
     }
