@@ -1,6 +1,6 @@
 // Sliders and buttons that programs put up and people move.
 import type { JSX } from "preact";
-import { useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { pressButton, setParameter } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { parameters, type Parameter } from "../state/world";
@@ -38,14 +38,20 @@ const PATIENCE = 1500;
 
 function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const { name, minimum, maximum } = parameter;
-  const [own, setOwn] = useState<{ value: number; at: number } | null>(null);
+  const [own, setOwn] = useState<{ value: number } | null>(null);
   const dragging = useRef(false);
-  const waits = own !== null && (dragging.current || (own.value !== parameter.value && performance.now() - own.at < PATIENCE));
-  const value = waits ? own.value : parameter.value;
+  // What was refused must not stand there until something else about the parameters changes.
+  useEffect(() => {
+    const timer = setTimeout(() => {
+      if (!dragging.current) setOwn(null);
+    }, PATIENCE);
+    return () => clearTimeout(timer);
+  }, [own]);
+  const value = own?.value ?? parameter.value;
   const set = (next: number): void => {
     if (!Number.isFinite(next)) return;
     const within = Math.min(maximum, Math.max(minimum, next));
-    setOwn({ value: within, at: performance.now() });
+    setOwn({ value: within });
     void setParameter(name, within);
   };
   const nudge = (event: KeyboardEvent): void => {
@@ -67,6 +73,7 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   };
   const release = (): void => {
     dragging.current = false;
+    setOwn((last) => last && { ...last });
   };
   return (
     <div class="parameter" data-testid={`parameter-${name}`}>

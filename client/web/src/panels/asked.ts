@@ -2,7 +2,7 @@
 import type { Mode } from "../state/world";
 
 /** How long a row shows what was asked for here where the daemon never shows it: milliseconds. */
-const PATIENCE = 1000;
+export const PATIENCE = 1000;
 
 /** A joint's mode and target. */
 export interface Target {

@@ -3,7 +3,7 @@ import { setTarget } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { degrees } from "../state/view";
 import type { Axis, JointValues, Mode } from "../state/world";
-import { Asked } from "./asked";
+import { Asked, PATIENCE } from "./asked";
 import { type Follower, show } from "./live";
 import { digits, parse, quantityOf, unitOf, type Quantity, type Unit } from "./quantity";
 import { fractionOf, nudgeOf, rangeOf, turned, type Range } from "./range";
@@ -34,6 +34,7 @@ export class AxisControl implements Follower {
   private mode: Mode = "none";
   private target = 0;
   private present: Record<Quantity, number> = { position: 0, velocity: 0, effort: 0 };
+  private lookAgain: ReturnType<typeof setTimeout> | undefined;
   private quantity: Quantity = "position";
   private range: Range;
   private unit: Unit;
@@ -149,6 +150,9 @@ export class AxisControl implements Follower {
     this.asked.set({ mode, value }, performance.now());
     void setTarget(this.axis, mode, value);
     show(this);
+    // What was refused must not stand there until the world moves on: it may be paused.
+    clearTimeout(this.lookAgain);
+    this.lookAgain = setTimeout(() => show(this), PATIENCE + 50);
   }
 
   /** The present value is the new mode's first target, so that nothing jerks. */
