@@ -4,10 +4,10 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 /** Degrees, from top to bottom. */
 const FIELD = 38;
-/** From the front, from the right, from above: a robot looks along x. */
-const FIRST_DIRECTION = new Vector3(1, -1.15, 0.62).normalize();
-/** A little room around what is fitted. */
-const MARGIN = 1.12;
+/** From the front, from its left, from above: a robot looks along x. */
+const FIRST_DIRECTION = new Vector3(1, 1.15, 0.62).normalize();
+/** Room around what is fitted: it is about to move, and buttons lie over the edge. */
+const MARGIN = 1.3;
 /** Metres. */
 const NEAREST = 0.05;
 /** Milliseconds that a flight takes. */

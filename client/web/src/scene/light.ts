@@ -2,8 +2,8 @@
 import { DirectionalLight, HemisphereLight, Vector3, type Scene, type Sphere } from "three";
 import type { Palette } from "./palette";
 
-/** Where the sun stands: high, in front, to the left. */
-const SUN = new Vector3(1.2, -0.9, 2.4).normalize();
+/** Where the sun stands: high, in front, a little to the left. */
+const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
 const SHADOW_PIXELS = 2048;
 
 /** Both lights. */

@@ -63,17 +63,19 @@ export class Paints {
   }
 }
 
-/** What is dark glows; what is bright, and would not be seen to, is tinted. */
+/** What is lit up shines in its own colour, which stays what it was; what is bright already is tinted, and what is dark, too. */
 function light(material: MeshStandardMaterial): void {
+  const accent = new Color(HIGHLIGHT);
   const { r, g, b } = material.color;
-  const bright = 0.2126 * r + 0.7152 * g + 0.0722 * b > BRIGHT;
-  if (bright) {
-    material.color.lerp(new Color(HIGHLIGHT), 0.4);
+  const luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  if (luminance > BRIGHT) {
+    material.color.lerp(accent, 0.4);
   } else {
-    material.emissive = new Color(0xffffff);
-    material.emissiveIntensity = 0.16;
+    material.emissive = luminance < DARK ? accent : material.color.clone();
+    material.emissiveIntensity = luminance < DARK ? 0.25 : 0.45;
   }
 }
 
-/** Luminance from which on a colour is tinted. */
+/** Luminances. */
 const BRIGHT = 0.42;
+const DARK = 0.12;
