@@ -1,0 +1,170 @@
+// The demo robot in a real browser: what is seen is what is simulated.
+
+import { resolve } from "node:path";
+
+import type { Browser, BrowserContext } from "playwright-core";
+import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
+
+import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
+import { type Bounds, bounds, launch, Tab } from "./browser";
+import { Daemon, REPOSITORY } from "./daemon";
+import { corners, moved } from "./mesh";
+
+const MESH = resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL");
+/** The arm is orange: rgb 0.96 0.52 0.12 has a hue of 29 degrees. */
+const ORANGE = [18, 42] as const;
+/** Pixels that a picture may be away from where the daemon's pose puts it. */
+const CLOSE = 5;
+
+let browser: Browser;
+let context: BrowserContext;
+let daemon: Daemon;
+
+beforeAll(async () => {
+  browser = await launch();
+});
+afterAll(async () => {
+  await browser.close();
+});
+beforeEach(async () => {
+  context = await browser.newContext({ viewport: { width: 1280, height: 720 }, acceptDownloads: true });
+  daemon = await Daemon.demo();
+});
+afterEach(async () => {
+  await context.close();
+  await daemon.stop();
+});
+
+/** The box around the arm as the daemon's link pose says it should be seen. */
+async function expected(tab: Tab): Promise<Bounds> {
+  const pose = await daemon.linkPose("bench_arm", "arm");
+  const points = [];
+  const world = (await corners(MESH)).map((corner) => moved(pose, corner));
+  const projected = await tab.page.evaluate((all) => all.map((point) => window.simd.project(point)), world);
+  points.push(...projected);
+  return bounds(points);
+}
+
+/** The picture agrees with the daemon: each side of the box around the arm is close. */
+async function agrees(tab: Tab): Promise<Bounds> {
+  const sequence = (await daemon.joints.getJointStates({})).states?.stamp?.sequence ?? 0n;
+  await tab.caughtUp(sequence);
+  const where = await expected(tab);
+  const around = { left: where.left - 40, right: where.right + 40, top: where.top - 40, bottom: where.bottom + 40 };
+  const { box, pixels } = await tab.seen(around, ...ORANGE);
+  expect(pixels, "pixels of the arm's colour").toBeGreaterThan(300);
+  for (const side of ["left", "right", "top", "bottom"] as const) {
+    expect(Math.abs(box[side] - where[side]), `${side} of ${JSON.stringify({ box, where })}`).toBeLessThan(CLOSE);
+  }
+  return box;
+}
+
+/** Waits until the daemon says that the shoulder is at rest at its target. */
+async function arrived(): Promise<number> {
+  for (;;) {
+    const { position, velocity, target } = await daemon.joint("bench_arm", "shoulder");
+    if (Math.abs(position - target) < 2e-3 && Math.abs(velocity) < 1e-3) return position;
+  }
+}
+
+test("the arm is seen where the daemon says, before and after its slider is dragged", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  const before = await agrees(tab);
+  const slider = tab.page.getByTestId("slider").first();
+  const box = await slider.boundingBox();
+  if (box === null) throw new Error("the slider is not there");
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await tab.page.mouse.move(x, y);
+  await tab.page.mouse.down();
+  await tab.page.mouse.move(x + box.width / 8, y, { steps: 8 });
+  await tab.page.mouse.up();
+  await expect.poll(async () => (await daemon.joint("bench_arm", "shoulder")).target).not.toBe(0);
+  const position = await arrived();
+  // An eighth of a slider that is a turn wide.
+  expect(Math.abs(position)).toBeGreaterThan(0.5);
+  expect(Math.abs(position)).toBeLessThan(1.1);
+  const after = await agrees(tab);
+  expect(Math.max(Math.abs(after.top - before.top), Math.abs(after.bottom - before.bottom))).toBeGreaterThan(30);
+  await tab.picture("bench-arm-moved");
+});
+
+test("pause and step are the daemon's", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  const state = async () => (await daemon.simulation.getSimulationState({})).state;
+  const step = async () => (await daemon.simulation.getSimulationState({})).stamp?.step ?? 0n;
+  await tab.page.getByTestId("play").click();
+  await expect.poll(state).toBe(SimulationState.PAUSED);
+  const before = await step();
+  await tab.page.getByTestId("step").click();
+  await expect.poll(step).toBe(before + 1n);
+  await tab.page.keyboard.press(".");
+  await expect.poll(step).toBe(before + 2n);
+  await tab.page.waitForFunction((least) => (window.simd.frame()?.step ?? 0n) === BigInt(least), String(before + 2n));
+  await tab.page.keyboard.press("Space");
+  await expect.poll(state).toBe(SimulationState.PLAYING);
+  await tab.page.getByTestId("reset").click();
+  await expect.poll(async () => (await daemon.simulation.getSimulationState({})).stamp?.epoch).toBeGreaterThan(0n);
+});
+
+test("a typed value with its unit is the joint's target", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  const number = tab.page.getByTestId("number").first();
+  await number.fill("30 deg");
+  await number.press("Enter");
+  await expect.poll(async () => (await daemon.joint("bench_arm", "shoulder")).target).toBeCloseTo(Math.PI / 6, 6);
+});
+
+test("a change of mode does not jerk: the new target starts from what the joint does", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  await daemon.joints.setJointTargets({
+    robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "position", value: { position: 0.4 } } }] }],
+  });
+  const position = await arrived();
+  await tab.page.waitForFunction((least) => Math.abs((window.simd.frame()?.joints.get("bench_arm")?.position[0] ?? 0) - least) < 1e-3, position);
+  await tab.page.getByTestId("mode").first().selectOption("velocity");
+  await expect.poll(async () => (await daemon.joint("bench_arm", "shoulder")).mode).toBe(3);
+  const { velocity, target } = await daemon.joint("bench_arm", "shoulder");
+  expect(Math.abs(target)).toBeLessThan(0.01);
+  expect(Math.abs(velocity)).toBeLessThan(0.05);
+});
+
+test("what is moved by others moves the slider", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  await daemon.joints.setJointTargets({
+    robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "position", value: { position: -0.8 } } }] }],
+  });
+  await expect.poll(() => tab.page.getByTestId("number").first().inputValue()).toContain("-0.8");
+  await expect.poll(() => tab.page.getByTestId("joint-row-bench_arm/shoulder").textContent()).toContain("test");
+});
+
+test("a plot draws the joint, and its figures can be saved", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  if (!(await tab.page.getByTestId("plot").first().isVisible())) await tab.page.keyboard.press("p");
+  const number = tab.page.getByTestId("number").first();
+  await number.fill("1");
+  await number.press("Enter");
+  await arrived();
+  const drawn = () =>
+    tab.page.evaluate(() => {
+      const canvas = document.querySelector<HTMLCanvasElement>("[data-testid=plot] canvas");
+      const context = canvas?.getContext("2d");
+      if (canvas == null || context == null) return 0;
+      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+      const colours = new Set<number>();
+      for (let at = 0; at < data.length; at += 4) {
+        if ((data[at + 3] ?? 0) > 200) colours.add(((data[at] ?? 0) << 16) | ((data[at + 1] ?? 0) << 8) | (data[at + 2] ?? 0));
+      }
+      return colours.size;
+    });
+  await expect.poll(drawn).toBeGreaterThan(3);
+  await tab.picture("plot");
+  const [download] = await Promise.all([tab.page.waitForEvent("download"), tab.page.getByTestId("csv").first().click()]);
+  const chunks = [];
+  for await (const chunk of await download.createReadStream()) chunks.push(chunk as Buffer);
+  const rows = Buffer.concat(chunks).toString("utf8").trim().split("\n");
+  expect(rows[0]).toMatch(/^"?sim_time/);
+  expect(rows[0]).toContain("shoulder.position");
+  expect(rows.length).toBeGreaterThan(20);
+  const last = (rows.at(-1) ?? "").split(",").map(Number);
+  expect(last[1]).toBeCloseTo(1, 1);
+});

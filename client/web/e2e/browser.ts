@@ -1,0 +1,121 @@
+// Debian's Chromium without a window, drawing in software, and what tests ask of its pages.
+
+import { existsSync } from "node:fs";
+import { mkdir } from "node:fs/promises";
+import { resolve } from "node:path";
+
+import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
+
+import { REPOSITORY } from "./daemon";
+
+const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+
+/** Where pictures go; git ignores it. */
+export const PICTURES = resolve(REPOSITORY, "target/screenshots");
+
+/** A browser that asks no other host anything by itself. */
+export async function launch(): Promise<Browser> {
+  const executablePath = EXECUTABLES.find((path) => path !== undefined && existsSync(path));
+  if (executablePath === undefined) throw new Error("there is no Chromium: `apt-get install chromium`, or name one in CHROMIUM");
+  const args = [
+    "--no-sandbox",
+    "--enable-unsafe-swiftshader",
+    "--use-angle=swiftshader",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--no-first-run",
+  ];
+  return chromium.launch({ executablePath, args, headless: true });
+}
+
+/** A page on a daemon, with what it asked for and what it complained about. */
+export class Tab {
+  readonly requests: URL[] = [];
+  readonly complaints: string[] = [];
+
+  private constructor(readonly page: Page) {
+    page.on("request", (request) => this.requests.push(new URL(request.url())));
+    page.on("console", (message) => {
+      if (message.type() === "error" || message.type() === "warning") this.complaints.push(message.text());
+    });
+    page.on("pageerror", (error) => this.complaints.push(String(error)));
+  }
+
+  /** Opens one and waits until it shows what the daemon simulates. */
+  static async open(context: BrowserContext, url: string): Promise<Tab> {
+    const tab = new Tab(await context.newPage());
+    await tab.page.goto(url);
+    await tab.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
+    return tab;
+  }
+
+  /** Where a point of the world is on the page, in CSS pixels. */
+  project(point: number[]): Promise<{ x: number; y: number }> {
+    return this.page.evaluate((at) => window.simd.project(at as [number, number, number]), point);
+  }
+
+  /** Waits until the page draws a state at least as new as what the daemon says now. */
+  async caughtUp(sequence: bigint): Promise<void> {
+    await this.page.waitForFunction((least) => window.simd.drawn() >= BigInt(least), sequence.toString());
+  }
+
+  /** The box around what is seen of a hue, in degrees from red to yellow, within an area; and how many pixels that is. */
+  async seen(area: Bounds, from: number, to: number): Promise<{ box: Bounds; pixels: number }> {
+    const png = (await this.page.screenshot()).toString("base64");
+    return this.page.evaluate(
+      async ({ png, area, from, to }) => {
+        const bytes = Uint8Array.from(atob(png), (letter) => letter.charCodeAt(0));
+        const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+        const drawing = new OffscreenCanvas(image.width, image.height).getContext("2d");
+        if (drawing === null) throw new Error("no canvas");
+        drawing.drawImage(image, 0, 0);
+        const { data } = drawing.getImageData(0, 0, image.width, image.height);
+        const box = { left: Infinity, right: -Infinity, top: Infinity, bottom: -Infinity };
+        let pixels = 0;
+        for (let y = Math.max(0, Math.ceil(area.top)); y < Math.min(image.height, area.bottom); y += 1) {
+          for (let x = Math.max(0, Math.ceil(area.left)); x < Math.min(image.width, area.right); x += 1) {
+            const [red = 0, green = 0, blue = 0] = data.subarray(4 * (y * image.width + x));
+            const grey = Math.min(green, blue);
+            if (red < 40 || red < green || (red - grey) / red < 0.5) continue;
+            const hue = (60 * (green - blue)) / (red - grey);
+            if (hue < from || hue > to) continue;
+            pixels += 1;
+            box.left = Math.min(box.left, x);
+            box.right = Math.max(box.right, x + 1);
+            box.top = Math.min(box.top, y);
+            box.bottom = Math.max(box.bottom, y + 1);
+          }
+        }
+        return { box, pixels };
+      },
+      { png, area, from, to },
+    );
+  }
+
+  /** Keeps a picture for people to look at. */
+  async picture(name: string): Promise<void> {
+    await mkdir(PICTURES, { recursive: true });
+    await this.page.screenshot({ path: resolve(PICTURES, `${name}.png`) });
+  }
+}
+
+/** The smallest box around points or pixels. */
+export interface Bounds {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+}
+
+export function bounds(points: Iterable<{ x: number; y: number }>): Bounds {
+  const box = { left: Infinity, right: -Infinity, top: Infinity, bottom: -Infinity };
+  for (const { x, y } of points) {
+    box.left = Math.min(box.left, x);
+    box.right = Math.max(box.right, x);
+    box.top = Math.min(box.top, y);
+    box.bottom = Math.max(box.bottom, y);
+  }
+  return box;
+}

@@ -1,0 +1,117 @@
+// The real daemon as a process, on a free port of loopback, and clients that ask it what is true.
+
+import { type ChildProcess, spawn } from "node:child_process";
+import { once } from "node:events";
+import { existsSync } from "node:fs";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { resolve } from "node:path";
+import { createInterface } from "node:readline";
+
+import { createClient, type Interceptor } from "@connectrpc/connect";
+import { createGrpcWebTransport } from "@connectrpc/connect-web";
+
+import { API_VERSION } from "../src/daemon/version";
+import { ContactService } from "../src/gen/simd/v1/contact_pb";
+import { EntityService } from "../src/gen/simd/v1/entity_pb";
+import { JointService } from "../src/gen/simd/v1/joint_pb";
+import { ParameterService } from "../src/gen/simd/v1/parameter_pb";
+import { SimulationService } from "../src/gen/simd/v1/simulation_pb";
+
+/** The folder that the paths in the README begin at. */
+export const REPOSITORY = resolve(import.meta.dirname, "../../..");
+
+const BINARY = process.env.SIMD_BINARY ?? resolve(REPOSITORY, "target/debug/simd");
+
+const sayVersion: Interceptor = (next) => (request) => {
+  request.header.set("simd-api-version", API_VERSION);
+  request.header.set("simd-client", "test");
+  return next(request);
+};
+
+/** A daemon. Dispose of it with `stop` or `kill`. */
+export class Daemon {
+  readonly simulation;
+  readonly joints;
+  readonly entities;
+  readonly parameters;
+  readonly contacts;
+
+  private constructor(
+    /** `http://127.0.0.1:PORT`. */
+    readonly url: string,
+    private readonly child: ChildProcess,
+    private readonly home: string,
+  ) {
+    const transport = createGrpcWebTransport({ baseUrl: url, interceptors: [sayVersion] });
+    this.simulation = createClient(SimulationService, transport);
+    this.joints = createClient(JointService, transport);
+    this.entities = createClient(EntityService, transport);
+    this.parameters = createClient(ParameterService, transport);
+    this.contacts = createClient(ContactService, transport);
+  }
+
+  /** Starts one with these flags, and waits until it says where it listens. */
+  static async start(flags: string[], listen = "127.0.0.1:0"): Promise<Daemon> {
+    if (!existsSync(BINARY)) throw new Error(`there is no ${BINARY}: \`make build\` builds it`);
+    const home = await mkdtemp(`${tmpdir()}/simd-e2e-`);
+    const all = ["--listen", listen, "--zenoh", "off", "--log", "warn", ...flags];
+    const child = spawn(BINARY, all, {
+      cwd: REPOSITORY,
+      env: { ...process.env, HOME: home, XDG_CONFIG_HOME: home },
+      stdio: ["ignore", "pipe", "inherit"],
+    });
+    const lines = createInterface({ input: child.stdout });
+    const said = await Promise.race([once(lines, "line"), once(child, "exit").then(() => [])]);
+    const url = /is listening on (http:\/\/\S+)/.exec(String(said[0]))?.[1];
+    if (url === undefined) throw new Error(`the daemon does not say where it listens, but ${said[0]}`);
+    return new Daemon(url, child, home);
+  }
+
+  /** The demo robot's daemon. */
+  static demo(...flags: string[]): Promise<Daemon> {
+    return Daemon.start(["--config", "tests/assets/demo.toml", ...flags]);
+  }
+
+  /** Ends it in good order. */
+  async stop(): Promise<void> {
+    await this.end("SIGTERM");
+  }
+
+  /** Ends it as a power cut would. */
+  async kill(): Promise<void> {
+    await this.end("SIGKILL");
+  }
+
+  private async end(signal: NodeJS.Signals): Promise<void> {
+    if (this.child.exitCode === null && this.child.signalCode === null) {
+      const gone = once(this.child, "exit");
+      this.child.kill(signal);
+      await gone;
+    }
+    await rm(this.home, { recursive: true, force: true });
+  }
+
+  /** Where a robot's link is: world_from_link as x y z and the quaternion x y z w. */
+  async linkPose(robot: string, link: string): Promise<number[]> {
+    const { entity } = await this.entities.getEntityInfo({ robot });
+    const place = entity?.links.findIndex((one) => one.name === link) ?? -1;
+    const { robots } = await this.entities.getLinkPoses({ robots: [robot] });
+    const pose = robots[0]?.poses.slice(7 * place, 7 * place + 7) ?? [];
+    if (place < 0 || pose.length !== 7) throw new Error(`${robot} has no link ${link}`);
+    return pose;
+  }
+
+  /** A joint with one axis, as it is now. */
+  async joint(robot: string, joint: string): Promise<{ position: number; velocity: number; target: number; mode: number }> {
+    const selections = [{ robot, joints: [joint] }];
+    const state = (await this.joints.getJointStates({ selections })).states?.robots[0];
+    const value = (values: number[] | undefined): number => values?.[0] ?? Number.NaN;
+    return {
+      position: value(state?.position),
+      velocity: value(state?.velocity),
+      target: value(state?.target),
+      mode: state?.mode[0] ?? 0,
+    };
+  }
+}

@@ -1,0 +1,7 @@
+// Tests against a real daemon in a real browser; one after the other, since both cores are busy with each.
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  root: import.meta.dirname,
+  test: { include: ["*.test.ts"], fileParallelism: false, testTimeout: 120_000, hookTimeout: 60_000 },
+});

@@ -1,0 +1,243 @@
+// The link against a daemon that is a few functions: what it asks for, how often, and how it gets over a loss.
+import { create } from "@bufbuild/protobuf";
+import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { ClientService } from "../gen/simd/v1/client_pb";
+import { EntityService } from "../gen/simd/v1/entity_pb";
+import { EventService } from "../gen/simd/v1/event_pb";
+import { JointService, NextJointStatesResponseSchema, type NextJointStatesRequest } from "../gen/simd/v1/joint_pb";
+import { ParameterService } from "../gen/simd/v1/parameter_pb";
+import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { scenes } from "../state/scene";
+import { contacts } from "../state/view";
+import { connection, daemonName, frame, robots, simulation } from "../state/world";
+import { Link } from "./link";
+import { servicesOver } from "./services";
+
+/** A world whose states the test publishes. */
+class World {
+  alive = true;
+  sequence = 1n;
+  /** Layout versions by name. */
+  robots = new Map([["arm", 1n]]);
+  /** While playing, each state is a new one. */
+  playing = false;
+  readonly calls: string[] = [];
+  readonly asked: NextJointStatesRequest[] = [];
+
+  count(name: string): number {
+    return this.calls.filter((call) => call === name).length;
+  }
+
+  private heard(name: string): void {
+    this.calls.push(name);
+    if (!this.alive) throw new ConnectError("HTTP 502", Code.Unavailable);
+  }
+
+  readonly services = servicesOver(
+    createRouterTransport(({ service }) => {
+      service(SimulationService, {
+        getSimulatorInfo: () => (this.heard("info"), { name: "lab" }),
+        getWorldStatistics: () => (this.heard("statistics"), { statistics: { state: 2, targetRealTimeFactor: 1, realTimeFactor: 1 } }),
+        getPhysics: () => (this.heard("physics"), { physics: { timeStep: 0.001 } }),
+      });
+      service(EntityService, {
+        listEntities: () => (this.heard("entities"), { entities: [...this.robots].map(([name, layoutVersion]) => ({ name, layoutVersion, links: [{ name: "base" }] })) }),
+        getScene: ({ robots }) => (this.heard("scene"), { robots: robots.map((robot) => ({ robot, layoutVersion: this.robots.get(robot) ?? 0n })) }),
+      });
+      service(JointService, {
+        getJointLayout: ({ robot }) => (this.heard("layout"), { layout: { robot, layoutVersion: this.robots.get(robot) ?? 0n } }),
+        nextJointStates: (request) => {
+          this.heard("states");
+          this.asked.push(request);
+          if (this.playing) this.sequence += 1n;
+          return create(NextJointStatesResponseSchema, {
+            states: { stamp: { sequence: this.sequence }, robots: [...this.robots].map(([robot, layoutVersion]) => ({ robot, layoutVersion })) },
+          });
+        },
+      });
+      service(ParameterService, { nextParameters: () => (this.heard("parameters"), { list: { version: 1n } }) });
+      service(EventService, { nextEvents: () => (this.heard("events"), {}) });
+      service(ClientService, { listClients: () => (this.heard("clients"), {}) });
+    }),
+  );
+}
+
+let world: World;
+let link: Link;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  connection.value = { state: "connecting", reason: "", retryAt: 0 };
+  robots.value = [];
+  scenes.value = new Map();
+  frame.value = null;
+  world = new World();
+  link = new Link(world.services);
+});
+
+afterEach(() => {
+  link.setVisible(false);
+  vi.useRealTimers();
+});
+
+test("a daemon that answers is live, with its robots and their state", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(100);
+  expect(connection.value.state).toBe("live");
+  expect(daemonName.value).toBe("lab");
+  expect(robots.value.map((robot) => robot.name)).toEqual(["arm"]);
+  expect([...scenes.value.keys()]).toEqual(["arm"]);
+  expect([...(frame.value?.joints.keys() ?? [])]).toEqual(["arm"]);
+});
+
+test("a world that plays is asked at most sixty times a second", async () => {
+  world.playing = true;
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  const before = world.count("states");
+  await vi.advanceTimersByTimeAsync(2000);
+  const rate = (world.count("states") - before) / 2;
+  expect(rate).toBeLessThanOrEqual(61);
+  expect(rate).toBeGreaterThan(50);
+  expect(world.asked.at(-1)).toMatchObject({ timeout: 0.02, returnLinkPoses: true, returnContacts: false });
+});
+
+test("a world that rests is asked four times a second, and no call waits for it", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  const before = world.count("states");
+  await vi.advanceTimersByTimeAsync(5000);
+  expect(world.count("states") - before).toBe(20);
+  expect(world.asked.at(-1)?.timeout).toBeLessThanOrEqual(0.001);
+});
+
+test("a world that rested is followed at once when it moves again", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  world.playing = true;
+  await vi.advanceTimersByTimeAsync(250);
+  const before = world.count("states");
+  await vi.advanceTimersByTimeAsync(500);
+  expect(world.count("states") - before).toBeGreaterThan(25);
+});
+
+test("what this page changes in a world that rests is seen at once", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  world.sequence += 1n;
+  link.poke();
+  await vi.advanceTimersByTimeAsync(1);
+  expect(frame.value?.sequence).toBe(world.sequence);
+});
+
+test("contacts of a world that rests come when they are to be shown, also where a call was under way", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(2000);
+  const before = frame.value;
+  link.poke();
+  contacts.value = true;
+  await vi.advanceTimersByTimeAsync(50);
+  contacts.value = false;
+  expect(world.asked.some((request) => request.returnContacts && request.afterSequence === 0n)).toBe(true);
+  expect(frame.value).not.toBe(before);
+});
+
+test("a hidden page asks nothing", async () => {
+  world.playing = true;
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  link.setVisible(false);
+  await vi.advanceTimersByTimeAsync(100);
+  const before = world.calls.length;
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(world.calls.length).toBe(before);
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(50);
+  expect(world.calls.length).toBeGreaterThan(before);
+});
+
+test("scenes and layouts are asked for only when a robot or a layout comes or goes", async () => {
+  world.playing = true;
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(3000);
+  expect([world.count("entities"), world.count("scene"), world.count("layout")]).toEqual([1, 1, 1]);
+  world.robots.set("leg", 2n);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect([world.count("entities"), world.count("scene"), world.count("layout")]).toEqual([2, 2, 2]);
+  expect(robots.value.map((robot) => robot.name)).toEqual(["arm", "leg"]);
+  const kept = scenes.value.get("leg");
+  world.robots.set("arm", 3n);
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(robots.value[0]?.layoutVersion).toBe(3n);
+  expect(scenes.value.get("leg")).toBe(kept);
+  world.robots.delete("arm");
+  await vi.advanceTimersByTimeAsync(1000);
+  expect(robots.value.map((robot) => robot.name)).toEqual(["leg"]);
+  expect(world.count("layout")).toBe(3);
+});
+
+test("what surrounds the robots is asked for slowly", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  const before = ["statistics", "parameters", "clients"].map((name) => world.count(name));
+  await vi.advanceTimersByTimeAsync(10_000);
+  const after = ["statistics", "parameters", "clients"].map((name, index) => world.count(name) - (before[index] ?? 0));
+  expect(after).toEqual([20, 20, 10]);
+  expect(simulation.value.state).toBe("playing");
+});
+
+test("a lost daemon is told, tried again ever more seldom, and its last picture kept", async () => {
+  world.playing = true;
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  world.alive = false;
+  const last = frame.value;
+  await vi.advanceTimersByTimeAsync(100);
+  expect(connection.value).toMatchObject({ state: "lost", reason: "The daemon does not answer." });
+  expect(connection.value.retryAt).toBeGreaterThan(performance.now());
+  await vi.advanceTimersByTimeAsync(30_000);
+  const before = world.calls.length;
+  await vi.advanceTimersByTimeAsync(50_000);
+  expect(world.calls.length - before).toBe(10);
+  expect(robots.value.length).toBe(1);
+  expect(frame.value?.sequence).toBeGreaterThanOrEqual(last?.sequence ?? 0n);
+});
+
+test("a daemon that comes back with other robots and smaller numbers is shown as it is", async () => {
+  world.playing = true;
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  world.alive = false;
+  await vi.advanceTimersByTimeAsync(1000);
+  world.alive = true;
+  world.sequence = 1n;
+  // The same version as the arm had, which says nothing: the daemon counts from one again.
+  world.robots = new Map([["dog", 1n]]);
+  await vi.advanceTimersByTimeAsync(6000);
+  expect(connection.value.state).toBe("live");
+  expect(robots.value.map((robot) => robot.name)).toEqual(["dog"]);
+  expect([...(frame.value?.joints.keys() ?? [])]).toEqual(["dog"]);
+});
+
+test("a daemon that was replaced between two calls is noticed by its smaller numbers", async () => {
+  world.playing = true;
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  world.sequence = 1n;
+  const before = world.count("info");
+  await vi.advanceTimersByTimeAsync(500);
+  expect(world.count("info")).toBe(before + 1);
+  expect(connection.value.state).toBe("live");
+});
+
+test("whoever asks for it has a lost daemon tried at once", async () => {
+  link.setVisible(true);
+  await vi.advanceTimersByTimeAsync(1000);
+  world.alive = false;
+  await vi.advanceTimersByTimeAsync(20_000);
+  world.alive = true;
+  link.retry();
+  await vi.advanceTimersByTimeAsync(20);
+  expect(connection.value.state).toBe("live");
+});

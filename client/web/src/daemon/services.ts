@@ -1,0 +1,73 @@
+// The daemon's services as this page calls them: gRPC-Web, binary, at the address that the page came from.
+import { createClient, type Client, type Interceptor, type Transport } from "@connectrpc/connect";
+import { createGrpcWebTransport } from "@connectrpc/connect-web";
+import { ClientService } from "../gen/simd/v1/client_pb";
+import { EntityService } from "../gen/simd/v1/entity_pb";
+import { EventService } from "../gen/simd/v1/event_pb";
+import { JointService } from "../gen/simd/v1/joint_pb";
+import { ParameterService } from "../gen/simd/v1/parameter_pb";
+import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { countRequest } from "./traffic";
+import { API_VERSION } from "./version";
+
+/** One client for each service. */
+export interface Services {
+  clients: Client<typeof ClientService>;
+  entities: Client<typeof EntityService>;
+  events: Client<typeof EventService>;
+  joints: Client<typeof JointService>;
+  parameters: Client<typeof ParameterService>;
+  simulation: Client<typeof SimulationService>;
+}
+
+/** Clients over any transport; tests have one of their own. */
+export function servicesOver(transport: Transport): Services {
+  return {
+    clients: createClient(ClientService, transport),
+    entities: createClient(EntityService, transport),
+    events: createClient(EventService, transport),
+    joints: createClient(JointService, transport),
+    parameters: createClient(ParameterService, transport),
+    simulation: createClient(SimulationService, transport),
+  };
+}
+
+let ours: Services | undefined;
+
+/** The clients of this page. */
+export function services(): Services {
+  ours ??= servicesOver(
+    createGrpcWebTransport({ baseUrl: location.origin, useBinaryFormat: true, interceptors: [identify(tabName())] }),
+  );
+  return ours;
+}
+
+/** Says with each call who we are and which version we speak. */
+function identify(name: string): Interceptor {
+  return (next) => (request) => {
+    request.header.set("simd-api-version", API_VERSION);
+    request.header.set("simd-client", name);
+    countRequest();
+    return next(request);
+  };
+}
+
+/** `viewer-` and four hexadecimal digits, kept as long as the tab. */
+export function tabName(): string {
+  const key = "simd.client";
+  try {
+    const kept = sessionStorage.getItem(key);
+    if (kept && /^viewer-[0-9a-f]{4}$/.test(kept)) return kept;
+    const made = makeName();
+    sessionStorage.setItem(key, made);
+    return made;
+  } catch {
+    // Storage may be forbidden; then the name lasts until the page is loaded again.
+    return makeName();
+  }
+}
+
+function makeName(): string {
+  const [number = 0] = crypto.getRandomValues(new Uint16Array(1));
+  return `viewer-${number.toString(16).padStart(4, "0")}`;
+}

@@ -1,0 +1,160 @@
+// Brings dropped robots into the world: finds their files, sends what the daemon lacks, spawns.
+import type { DescriptionSource, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
+import { AssetState, Base } from "../gen/simd/v1/entity_pb";
+import { loadingOf, reportOf } from "../daemon/mapping";
+import type { Services } from "../daemon/services";
+import { loading, reports, unmeasured } from "../state/report";
+import { scenes } from "../state/scene";
+import { toast } from "../state/toasts";
+import { selectedRobot } from "../state/view";
+import { frame } from "../state/world";
+import { Locator } from "./locator";
+import { nextPlace } from "./place";
+import { sha256 } from "./sha256";
+import { MOUNT, nameOf, Tree } from "./tree";
+import { findUrdfs } from "./urdfs";
+import { placesForReport } from "./why";
+
+/** A dropped file and where in what was dropped it was. */
+export interface DroppedFile {
+  path: string;
+  file: File;
+}
+
+/** Of one message: far below the daemon's limit, and large enough that round trips do not matter. */
+const PART_BYTES = 1024 * 1024;
+
+type Entities = Services["entities"];
+type Source = Pick<DescriptionSource, "assets"> & {
+  source: { case: "description"; value: string };
+  missing: Record<string, { places: string[] }>;
+};
+
+/** Loads each URDF among the files. Rejects with the daemon's refusal, or with a sentence of its own. */
+export async function loadDropped(entities: Entities, dropped: DroppedFile[]): Promise<void> {
+  const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
+  const urdfs = findUrdfs([...files.keys()]);
+  const tree = new Tree(files.keys(), await manifestsOf(files));
+  try {
+    for (const urdf of urdfs) await load(entities, files, tree, urdf);
+  } finally {
+    loading.value = null;
+  }
+}
+
+async function manifestsOf(files: Map<string, File>): Promise<Map<string, string>> {
+  const manifests = [...files].filter(([path]) => nameOf(path) === "package.xml");
+  return new Map(await Promise.all(manifests.map(async ([path, file]) => [path, await file.text()] as const)));
+}
+
+async function load(entities: Entities, files: Map<string, File>, tree: Tree, urdf: string): Promise<void> {
+  loading.value = { what: nameOf(urdf), phase: "reading", done: 0, total: 0, item: "" };
+  const bytes = await bytesOf(files, urdf);
+  const prepared = await entities.prepareDescription({ urdf: bytes });
+  const what = prepared.name;
+  const found = await find(files, new Locator(tree, urdf), prepared.assets.map((asset) => asset.uri));
+  const lacking = await lackingOf(entities, bytes, found.hashes);
+  await upload(entities, files, what, found, lacking);
+  const spawned = await spawn(entities, what, {
+    source: { case: "description", value: prepared.description },
+    assets: found.hashes,
+    missing: found.missing,
+  });
+  keepReport(spawned);
+}
+
+/** What was found for a robot's URIs. */
+interface Found {
+  /** By URI. */
+  hashes: Record<string, string>;
+  /** By hash. */
+  paths: Map<string, string>;
+  /** By URI. */
+  missing: Record<string, { places: string[] }>;
+}
+
+async function find(files: Map<string, File>, locator: Locator, uris: string[]): Promise<Found> {
+  const found: Found = { hashes: {}, paths: new Map(), missing: {} };
+  // A visual and its collision shape often share a file.
+  const known = new Map<string, string>();
+  for (const uri of uris) {
+    const answer = locator.find(uri);
+    if ("why" in answer) {
+      const places = placesForReport(uri, answer).map((place) => place.replace(`${MOUNT}/`, ""));
+      found.missing[uri] = { places };
+      continue;
+    }
+    const { path } = answer;
+    const hash = known.get(path) ?? (await sha256(await bytesOf(files, path)));
+    known.set(path, hash);
+    found.paths.set(hash, path);
+    found.hashes[uri] = hash;
+  }
+  return found;
+}
+
+/** Hashes of the files that the daemon does not have. */
+async function lackingOf(
+  entities: Entities,
+  urdf: Uint8Array<ArrayBuffer>,
+  assets: Record<string, string>,
+): Promise<Set<string>> {
+  if (Object.keys(assets).length === 0) return new Set();
+  const { assets: required } = await entities.prepareDescription({ urdf, assets });
+  const lacking = required.filter((asset) => asset.state === AssetState.LACKING);
+  return new Set(lacking.flatMap((asset) => assets[asset.uri] ?? []));
+}
+
+async function upload(
+  entities: Entities,
+  files: Map<string, File>,
+  what: string,
+  found: Found,
+  lacking: Set<string>,
+): Promise<void> {
+  const parts = [...lacking].map((hash) => ({ hash, path: found.paths.get(hash) ?? "" }));
+  const total = parts.reduce((sum, { path }) => sum + (files.get(path)?.size ?? 0), 0);
+  let sent = 0;
+  for (const { hash, path } of parts) {
+    const bytes = await bytesOf(files, path);
+    for (let offset = 0; offset === 0 || offset < bytes.length; offset += PART_BYTES) {
+      loading.value = { what, phase: "uploading", done: sent, total, item: nameOf(path) };
+      const data = bytes.subarray(offset, offset + PART_BYTES);
+      const [totalBytes, at] = [BigInt(bytes.length), BigInt(offset)];
+      await entities.uploadAsset({ sha256: hash, totalBytes, offset: at, data });
+      sent += data.length;
+    }
+  }
+}
+
+async function spawn(entities: Entities, what: string, source: Source): Promise<SpawnEntityResponse | undefined> {
+  // Bolted down: most of what is dropped is an arm, which would fall out of an empty world.
+  const pose = { position: nextPlace(scenes.value, frame.value) };
+  const request = { spawn: { source, allowRenaming: true, base: Base.FIXED, pose } };
+  let spawned: SpawnEntityResponse | undefined;
+  for await (const { event } of entities.spawnEntityWithProgress(request)) {
+    if (event.case === "progress") loading.value = loadingOf(what, event.value);
+    if (event.case === "spawned") spawned = event.value;
+  }
+  return spawned;
+}
+
+function keepReport(spawned: SpawnEntityResponse | undefined): void {
+  const name = spawned?.entity?.name;
+  if (!spawned || name === undefined) throw new Error("The daemon ended the loading without saying what became of it.");
+  const report = reportOf(name, spawned.report);
+  reports.value = new Map(reports.value).set(name, report);
+  unmeasured.value = new Set(unmeasured.value).add(name);
+  selectedRobot.value = name;
+  toast("info", `${report.summary === "" ? `${name} is loaded` : report.summary}. Its base is fixed to the world.`);
+}
+
+async function bytesOf(files: Map<string, File>, path: string): Promise<Uint8Array<ArrayBuffer>> {
+  const file = files.get(path);
+  if (!file) throw new Error(`${path} was not dropped.`);
+  try {
+    return new Uint8Array(await file.arrayBuffer());
+  } catch {
+    throw new Error(`${file.name} cannot be read: was it moved, or changed since it was dropped?`);
+  }
+}

@@ -1,0 +1,61 @@
+// The page finds dropped files as every other client finds them on a disk: the shared vectors say how.
+import { expect, test } from "vitest";
+import cases from "../../../assets/vectors/paths.json";
+import { Locator } from "./locator";
+import { MOUNT, Tree } from "./tree";
+import { placesForReport } from "./why";
+
+interface Case {
+  name: string;
+  files: Record<string, string>;
+  urdf: string;
+  links?: unknown;
+  packages?: unknown;
+  ros_package_path?: unknown;
+  ament_prefix_path?: unknown;
+  root?: unknown;
+  find: { uri: string; path?: string; why?: string }[];
+}
+
+/** A page has neither symbolic links, nor a package map, nor variables of ROS, nor a root. */
+const ofPages = (cases as unknown as Case[]).filter(
+  (each) => !each.links && !each.packages && !each.ros_package_path && !each.ament_prefix_path && !each.root,
+);
+
+function treeOf(files: Record<string, string>): Tree {
+  const mounted = Object.entries(files).map(([path, text]) => [`${MOUNT}/${path}`, text] as const);
+  const manifests = new Map(mounted.filter(([path]) => path.endsWith("/package.xml")));
+  return new Tree(
+    mounted.map(([path]) => path),
+    manifests,
+  );
+}
+
+test("most of the shared cases are about what a page has", () => {
+  expect(ofPages.length).toBeGreaterThanOrEqual(7);
+});
+
+for (const each of ofPages) {
+  test(each.name, () => {
+    const locator = new Locator(treeOf(each.files), `${MOUNT}/${each.urdf}`);
+    for (const { uri, path, why } of each.find) {
+      const found = locator.find(uri.replaceAll("{tree}", MOUNT));
+      const expected = path === undefined ? { why } : { path: `${MOUNT}/${path}` };
+      expect("path" in found ? found : { why: found.why }, uri).toEqual(expected);
+    }
+  });
+}
+
+test("files that were dropped without a folder are found beside the urdf", () => {
+  const locator = new Locator(treeOf({ "arm.urdf": "", "a.stl": "" }), `${MOUNT}/arm.urdf`);
+  expect(locator.find("a.stl")).toEqual({ path: `${MOUNT}/a.stl` });
+});
+
+test("the report of a missing file says where it was looked for, and of a refused one why", () => {
+  const locator = new Locator(treeOf({ "arm/urdf/arm.urdf": "", "arm/notes.txt": "" }), `${MOUNT}/arm/urdf/arm.urdf`);
+  const missing = locator.find("package://arm/a.stl");
+  const refused = locator.find("package://arm/notes.txt");
+  if ("path" in missing || "path" in refused) throw new Error("nothing of it is there");
+  expect(placesForReport("package://arm/a.stl", missing)).toContain(`${MOUNT}/arm/a.stl`);
+  expect(placesForReport("package://arm/notes.txt", refused).at(-1)).toContain("not a mesh or an image");
+});

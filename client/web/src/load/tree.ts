@@ -1,0 +1,77 @@
+// Dropped files as a tree of folders: what is in it, and which packages its manifests name.
+
+/** Where dropped files are mounted: what was dropped lies in some folder, whose name nobody tells a page. */
+export const MOUNT = "/dropped";
+
+/** A tree that can be asked for paths, all of them absolute. */
+export class Tree {
+  private readonly files = new Set<string>();
+  private readonly children = new Map<string, Set<string>>([["/", new Set()]]);
+  private readonly manifests = new Map<string, string>();
+
+  /** Of paths below `MOUNT`, and the text of each `package.xml` by its path. */
+  constructor(paths: Iterable<string>, manifests: ReadonlyMap<string, string>) {
+    for (const path of paths) this.add(path);
+    for (const [path, text] of manifests) {
+      const name = manifestName(text);
+      if (name !== undefined) this.manifests.set(parent(path), name);
+    }
+  }
+
+  private add(path: string): void {
+    this.files.add(path);
+    for (let at = path; at !== "/"; at = parent(at)) {
+      const folder = parent(at);
+      const inside = this.children.get(folder) ?? new Set();
+      inside.add(at.slice(at.lastIndexOf("/") + 1));
+      this.children.set(folder, inside);
+    }
+  }
+
+  isFile(path: string): boolean {
+    return this.files.has(path);
+  }
+
+  isFolder(path: string): boolean {
+    return this.children.has(path);
+  }
+
+  exists(path: string): boolean {
+    return this.isFile(path) || this.isFolder(path);
+  }
+
+  namesIn(folder: string): string[] {
+    return [...(this.children.get(folder) ?? [])];
+  }
+
+  /** `<name>` of the folder's `package.xml`. */
+  manifestOf(folder: string): string | undefined {
+    return this.manifests.get(folder);
+  }
+}
+
+/** `<name>` in the text of a manifest: no more is needed of it. */
+function manifestName(text: string): string | undefined {
+  return /<name>([^]*?)<\/name>/.exec(text)?.[1]?.trim();
+}
+
+export function parent(path: string): string {
+  return path.slice(0, path.lastIndexOf("/")) || "/";
+}
+
+export function nameOf(path: string): string {
+  return path.slice(path.lastIndexOf("/") + 1);
+}
+
+/** The steps of a path, as a disk takes them: without `.` and doubled slashes. */
+export function steps(path: string): string[] {
+  return path.split("/").filter((step) => step !== "" && step !== ".");
+}
+
+export function isWithin(path: string, folder: string): boolean {
+  return path === folder || path.startsWith(folder === "/" ? "/" : `${folder}/`);
+}
+
+export function join(folder: string, step: string): string {
+  return folder === "/" ? `/${step}` : `${folder}/${step}`;
+}

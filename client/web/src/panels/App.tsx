@@ -1,0 +1,76 @@
+// The page: the bar, the world, and the panels around it.
+import "../style/tokens.css";
+import "../style/base.css";
+import "../style/layout.css";
+import "../style/top-bar.css";
+import "../style/robots.css";
+import "../style/joints.css";
+import "../style/sliders.css";
+import "../style/plots.css";
+import "../style/overlays.css";
+import "../style/theme";
+import { effect, useComputed } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect } from "preact/hooks";
+import { PlotsDrawer } from "../plots/PlotsDrawer";
+import { Viewport } from "../scene/Viewport";
+import { loading } from "../state/report";
+import { panelOpen, plotsOpen } from "../state/view";
+import { connection, frame, parameters, robots } from "../state/world";
+import { Banner } from "./Banner";
+import { DropOverlay } from "./DropOverlay";
+import { EmptyWorld } from "./EmptyWorld";
+import { HelpSheet } from "./HelpSheet";
+import { JointPanel } from "./JointPanel";
+import { LoadProgress } from "./LoadProgress";
+import { ReportSheet } from "./ReportSheet";
+import { listen } from "./shortcuts";
+import { Toasts } from "./Toasts";
+import { TopBar } from "./TopBar";
+import { ViewToggles } from "./ViewToggles";
+
+/** All of it. */
+export function App(): JSX.Element {
+  useEffect(listen, []);
+  useEffect(keepOneOnPhones, []);
+  const state = useComputed(() => connection.value.state).value;
+  const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null).value;
+  /** There is nothing to put into the panel. */
+  const bare = useComputed(() => robots.value.length === 0 && parameters.value.length === 0).value;
+  return (
+    <div class="app" data-connection={state}>
+      <TopBar />
+      <main class="view" aria-label="The world">
+        <Viewport />
+        <Banner />
+        <LoadProgress />
+        {empty && <EmptyWorld />}
+        <ViewToggles />
+        <Toasts />
+      </main>
+      {panelOpen.value && !bare && (
+        <aside class="panel" aria-label="Joints and parameters" data-testid="panel">
+          <JointPanel />
+        </aside>
+      )}
+      {plotsOpen.value && <PlotsDrawer />}
+      <ReportSheet />
+      <HelpSheet />
+      <DropOverlay />
+    </div>
+  );
+}
+
+/** A phone has no room for plots and panel at once: the one that was opened last stays. */
+function keepOneOnPhones(): () => void {
+  const narrow = matchMedia("(max-width: 760px)");
+  let before = { plots: plotsOpen.peek(), panel: panelOpen.peek() };
+  return effect(() => {
+    const now = { plots: plotsOpen.value, panel: panelOpen.value };
+    if (narrow.matches && now.plots && now.panel) {
+      if (before.plots) plotsOpen.value = false;
+      else panelOpen.value = false;
+    }
+    before = { plots: plotsOpen.peek(), panel: panelOpen.peek() };
+  });
+}

@@ -1,0 +1,32 @@
+// Says that the daemon is away, why, and when it is tried again.
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect } from "preact/hooks";
+import { connection } from "../state/world";
+import { Icon } from "./icons";
+
+const now = signal(performance.now());
+
+/** Only there while the connection is lost. */
+export function Banner(): JSX.Element | null {
+  const { state, reason, retryAt } = connection.value;
+  const lost = state === "lost";
+  useEffect(() => {
+    if (!lost) return undefined;
+    now.value = performance.now();
+    const timer = setInterval(() => {
+      now.value = performance.now();
+    }, 200);
+    return () => clearInterval(timer);
+  }, [lost]);
+  if (!lost) return null;
+  const seconds = Math.max(0, Math.ceil((retryAt - now.value) / 1000));
+  return (
+    <div class="banner" role="alert" data-testid="banner">
+      <Icon name="warning" />
+      <p>
+        <b>The daemon does not answer.</b> {reason} <span aria-hidden="true">{seconds > 0 ? `Trying again in ${seconds} s.` : "Trying again …"}</span>
+      </p>
+    </div>
+  );
+}

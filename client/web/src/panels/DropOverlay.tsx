@@ -1,0 +1,56 @@
+// Takes files that are dropped anywhere on the page, and says so while they are held over it.
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect } from "preact/hooks";
+import { loadFiles } from "../daemon/actions";
+import { toast } from "../state/toasts";
+import { droppedFiles } from "./dropped";
+import { Icon } from "./icons";
+
+const held = signal(false);
+
+/** Invisible until files are over the page. */
+export function DropOverlay(): JSX.Element | null {
+  useEffect(() => {
+    // Entering a child leaves its parent: only as many leaves as enters are out.
+    let inside = 0;
+    const carries = (event: DragEvent): boolean => event.dataTransfer?.types.includes("Files") ?? false;
+    const over = (event: DragEvent): void => {
+      if (carries(event)) event.preventDefault();
+    };
+    const enter = (event: DragEvent): void => {
+      if (!carries(event)) return;
+      inside += 1;
+      held.value = true;
+    };
+    const leave = (event: DragEvent): void => {
+      if (!carries(event)) return;
+      inside = Math.max(0, inside - 1);
+      held.value = inside > 0;
+    };
+    const drop = (event: DragEvent): void => {
+      inside = 0;
+      held.value = false;
+      if (!carries(event) || !event.dataTransfer) return;
+      event.preventDefault();
+      droppedFiles(event.dataTransfer.items).then(loadFiles, (problem: unknown) => {
+        toast("error", `The dropped files could not be read: ${problem instanceof Error ? problem.message : String(problem)}.`);
+      });
+    };
+    const handlers = { dragover: over, dragenter: enter, dragleave: leave, drop } as const;
+    for (const [name, handler] of Object.entries(handlers)) addEventListener(name as "drop", handler);
+    return () => {
+      for (const [name, handler] of Object.entries(handlers)) removeEventListener(name as "drop", handler);
+    };
+  }, []);
+  if (!held.value) return null;
+  return (
+    <div class="drop-overlay" data-testid="drop-overlay">
+      <div>
+        <Icon name="folder" />
+        <p>Drop to load the robot</p>
+        <p class="hint">Its folder, with the URDF and its meshes</p>
+      </div>
+    </div>
+  );
+}

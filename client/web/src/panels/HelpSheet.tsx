@@ -1,0 +1,62 @@
+// All keys and gestures on one sheet.
+import type { JSX } from "preact";
+import { Sheet } from "./Sheet";
+import { helpOpen, SHORTCUTS } from "./shortcuts";
+
+/** What the mouse and fingers do in the view. */
+const GESTURES: readonly [string, string][] = [
+  ["Drag", "Orbit"],
+  ["Right drag, two fingers", "Pan"],
+  ["Wheel, pinch", "Zoom"],
+  ["Double click", "Fit the robot, or everything"],
+  ["Click on a robot", "Show its joints"],
+  ["Drag a link", "Pull it with a spring, while playing"],
+];
+
+/** On a slider or in a number box. */
+const FIELDS: readonly [string, string][] = [
+  ["Arrow keys", "Nudge the target"],
+  ["Shift + arrow keys", "Nudge ten times as far"],
+  ["90 deg, pi/2, 5 cm", "Typed with or without a unit, Enter takes it"],
+  ["Escape", "Leave the field as it was; close what is open"],
+];
+
+/** There while it is open. */
+export function HelpSheet(): JSX.Element | null {
+  if (!helpOpen.value) return null;
+  return (
+    <Sheet
+      title="Keys and gestures"
+      testId="help-sheet"
+      onClose={() => {
+        helpOpen.value = false;
+      }}
+    >
+      <div class="help">
+        <Keys heading="Keys" rows={SHORTCUTS.map(({ shown, what }) => [shown, what])} />
+        <div class="wide">
+          <Keys heading="In the view" rows={GESTURES} />
+          <Keys heading="On a joint" rows={FIELDS} />
+        </div>
+      </div>
+    </Sheet>
+  );
+}
+
+function Keys({ heading, rows }: { heading: string; rows: readonly (readonly [string, string])[] }): JSX.Element {
+  return (
+    <section>
+      <h3>{heading}</h3>
+      <dl>
+        {rows.map(([key, what]) => (
+          <div key={key}>
+            <dt>
+              <kbd>{key}</kbd>
+            </dt>
+            <dd>{what}</dd>
+          </div>
+        ))}
+      </dl>
+    </section>
+  );
+}

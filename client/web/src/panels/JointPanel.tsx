@@ -1,0 +1,233 @@
+// The side panel: the chosen robot's joints, then the parameters of programs.
+import { computed, signal, useComputed } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
+import { reports } from "../state/report";
+import { degrees, fit, selectedRobot } from "../state/view";
+import { robots, type Axis, type Robot } from "../state/world";
+import { grouped, matches } from "./groups";
+import { Icon } from "./icons";
+import { JointRow } from "./JointRow";
+import { OpenFolder } from "./OpenFolder";
+import { Parameters } from "./Parameters";
+import { Popover } from "./Popover";
+import { shortened } from "./quantity";
+import { openReport } from "./ReportSheet";
+
+/** The robot that the panel shows: the chosen one, or the first that has joints. */
+export const shownRobot = computed<Robot | undefined>(
+  () => robots.value.find(({ name }) => name === selectedRobot.value) ?? robots.value.find(({ axes }) => axes.length > 0) ?? robots.value[0],
+);
+
+const filter = signal("");
+
+/** The panel. */
+export function JointPanel(): JSX.Element {
+  const robot = shownRobot.value;
+  return (
+    <div class="panel-body">
+      {robots.value.length > 1 && <RobotTabs />}
+      {robot && <RobotHeader key={robot.name} robot={robot} />}
+      {robot && robot.axes.length > 0 && <JointTools />}
+      <div class="panel-scroll" id="robot-panel" role={robots.value.length > 1 ? "tabpanel" : undefined} aria-label={robot?.name}>
+        {robot && <JointList robot={robot} />}
+        <Parameters />
+        <OpenFolder class="button quiet open-folder">
+          <Icon name="folder" /> Load a robot
+        </OpenFolder>
+      </div>
+    </div>
+  );
+}
+
+/** One tab a robot. */
+function RobotTabs(): JSX.Element {
+  const shown = shownRobot.value?.name;
+  const list = useRef<HTMLDivElement>(null);
+  const selected = (): HTMLElement | null => list.current?.querySelector<HTMLElement>('[aria-selected="true"]') ?? null;
+  useEffect(() => selected()?.scrollIntoView({ block: "nearest", inline: "nearest" }), [shown]);
+  const move = (by: number): void => {
+    const names = robots.value.map(({ name }) => name);
+    const next = names[(names.indexOf(shown ?? "") + by + names.length) % names.length];
+    if (next === undefined) return;
+    selectedRobot.value = next;
+    requestAnimationFrame(() => selected()?.focus());
+  };
+  return (
+    <div
+      ref={list}
+      class="tabs"
+      role="tablist"
+      aria-label="Robots"
+      onKeyDown={(event) => {
+        if (event.key === "ArrowRight") move(1);
+        if (event.key === "ArrowLeft") move(-1);
+      }}
+    >
+      {robots.value.map(({ name }, index) => (
+        <button
+          key={name}
+          type="button"
+          role="tab"
+          class="tab"
+          data-testid={`robot-${name}`}
+          aria-selected={name === shown}
+          aria-controls="robot-panel"
+          tabIndex={name === shown ? 0 : -1}
+          title={index < 9 ? `Show ${name} (${index + 1})` : `Show ${name}`}
+          onClick={() => {
+            selectedRobot.value = name;
+          }}
+        >
+          {name}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+/** What the robot is, and what can be done to all of it. */
+function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
+  const { name, model, mass, axes, disabledReason } = robot;
+  const report = reports.value.get(name);
+  const doubts = report?.findings.filter(({ severity }) => severity !== "info").length ?? 0;
+  const about = [model === name ? "" : model, `${axes.length} ${axes.length === 1 ? "axis" : "axes"}`, mass > 0 ? `${shortened(mass)} kg` : ""];
+  return (
+    <header class="robot">
+      <div class="robot-line">
+        {report ? (
+          <button type="button" class="robot-name link" data-testid="report" title="What was made of its description" onClick={() => openReport(name)}>
+            {name}
+            {doubts > 0 && <span class="count">{doubts}</span>}
+          </button>
+        ) : (
+          <h2 class="robot-name" title={name}>
+            {name}
+          </h2>
+        )}
+        <button type="button" class="button quiet" aria-label={`Look at ${name}`} title={`Look at ${name}`} onClick={() => fit(name)}>
+          <Icon name="fit" />
+        </button>
+        {axes.some(({ actuated }) => actuated) && (
+          <>
+            <button type="button" class="button" data-testid="hold-all" title="All joints hold where they are" onClick={() => void holdAll(name)}>
+              Hold all
+            </button>
+            <button type="button" class="button" data-testid="free-all" title="No joint is driven" onClick={() => void freeAll(name)}>
+              Free
+            </button>
+          </>
+        )}
+        <Popover class="button quiet" face={<Icon name="remove" />} label={`Remove ${name}`} title={`Take ${name} out of the world`} testId="remove">
+          {(close) => (
+            <div class="ask">
+              <p>
+                Take <b>{name}</b> out of the world, for everybody who is connected?
+              </p>
+              <button
+                type="button"
+                class="button danger"
+                onClick={() => {
+                  close();
+                  void deleteRobot(name);
+                }}
+              >
+                Remove it
+              </button>
+            </div>
+          )}
+        </Popover>
+      </div>
+      <p class="about">{about.filter((part) => part !== "").join(" · ")}</p>
+      {disabledReason !== "" && (
+        <p class="disabled" role="status">
+          <Icon name="warning" /> Out of the simulation: {disabledReason}
+        </p>
+      )}
+    </header>
+  );
+}
+
+/** What narrows the list, and the unit of angles. */
+function JointTools(): JSX.Element {
+  return (
+    <div class="joint-tools">
+      <input
+        type="search"
+        class="filter"
+        id="joint-filter"
+        data-testid="filter"
+        placeholder="Filter joints"
+        aria-label="Filter joints"
+        title="Show only joints with these words in their names (/)"
+        autocomplete="off"
+        spellcheck={false}
+        value={filter}
+        onInput={(event) => {
+          filter.value = event.currentTarget.value;
+        }}
+        onKeyDown={(event) => {
+          if (event.key !== "Escape") return;
+          filter.value = "";
+          event.currentTarget.blur();
+        }}
+      />
+      <div class="segments" role="group" aria-label="Unit of angles">
+        {(["rad", "deg"] as const).map((unit) => (
+          <button
+            key={unit}
+            type="button"
+            data-testid={unit}
+            aria-pressed={degrees.value === (unit === "deg")}
+            title={unit === "deg" ? "Show angles in degrees" : "Show angles in radians"}
+            onClick={() => {
+              degrees.value = unit === "deg";
+            }}
+          >
+            {unit}
+          </button>
+        ))}
+      </div>
+    </div>
+  );
+}
+
+/** The rows, under headings where there are many. */
+function JointList({ robot }: { robot: Robot }): JSX.Element {
+  const groups = useComputed(() => {
+    const { axes } = shownRobot.value ?? robot;
+    return grouped<Axis>(
+      axes.filter(({ label }) => matches(label, filter.value)),
+      ({ label }) => label,
+    );
+  });
+  if (robot.axes.length === 0) return <p class="hint">{robot.name} has no joints that move.</p>;
+  if (groups.value.every(({ rows }) => rows.length === 0)) {
+    return <p class="hint">No joint of {robot.name} has “{filter}” in its name.</p>;
+  }
+  return (
+    <>
+      {groups.value.map(({ heading, rows }) =>
+        heading === "" ? (
+          <section key="" class="limb">
+            {rows.map(({ item, label }) => (
+              <JointRow key={item.key} axis={item} label={label} />
+            ))}
+          </section>
+        ) : (
+          <details key={heading} class="limb" open>
+            <summary>
+              <Icon name="chevron" />
+              {heading}
+              <span class="limb-count">{rows.length}</span>
+            </summary>
+            {rows.map(({ item, label }) => (
+              <JointRow key={item.key} axis={item} label={label} />
+            ))}
+          </details>
+        ),
+      )}
+    </>
+  );
+}

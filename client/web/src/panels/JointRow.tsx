@@ -1,0 +1,240 @@
+// A joint in the panel: its name, what it does, and the means to move it.
+import { useComputed, useSignalEffect } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { chosen, colourOf, togglePlot } from "../plots/chosen";
+import { degrees, hoveredLink } from "../state/view";
+import { clients, targetSources, type Axis, type Mode } from "../state/world";
+import { AxisControl } from "./axis-control";
+import { Icon } from "./icons";
+import { follow } from "./live";
+
+/** The modes that people choose from, with their words for them: short, to leave the slider its length. */
+const MODES: readonly [Mode, string][] = [
+  ["position", "pos"],
+  ["velocity", "vel"],
+  ["effort", "eff"],
+  ["passive", "free"],
+  ["hold", "hold"],
+];
+
+/** A row; `label` is what is left of its name under a heading. */
+export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.Element {
+  const row = useRef<HTMLDivElement>(null);
+  const fill = useRef<HTMLDivElement>(null);
+  const tick = useRef<HTMLDivElement>(null);
+  const zero = useRef<HTMLDivElement>(null);
+  const readout = useRef<HTMLSpanElement>(null);
+  const badge = useRef<HTMLSpanElement>(null);
+  const slider = useRef<HTMLInputElement>(null);
+  const number = useRef<HTMLInputElement>(null);
+  const mode = useRef<HTMLSelectElement>(null);
+  const control = useRef<AxisControl | null>(null);
+
+  useEffect(() => {
+    if (!row.current || !fill.current || !tick.current || !zero.current || !readout.current || !badge.current) return undefined;
+    const made = new AxisControl(axis, {
+      row: row.current,
+      fill: fill.current,
+      tick: tick.current,
+      zero: zero.current,
+      readout: readout.current,
+      badge: badge.current,
+      slider: slider.current,
+      number: number.current,
+      mode: mode.current,
+    });
+    control.current = made;
+    return follow(made);
+  }, [axis]);
+  useSignalEffect(() => {
+    void degrees.value;
+    control.current?.refresh();
+  });
+  useSignalEffect(() => {
+    const lit = hoveredLink.value;
+    row.current?.toggleAttribute("data-lit", lit?.robot === axis.robot && lit.link === axis.childLink);
+  });
+  const light = (): void => {
+    hoveredLink.value = { robot: axis.robot, link: axis.childLink };
+  };
+  const unlight = (): void => {
+    hoveredLink.value = null;
+  };
+
+  return (
+    <div ref={row} class="joint" data-testid={`joint-row-${axis.key}`} onPointerEnter={light} onPointerLeave={unlight}>
+      <div class="joint-line">
+        <PlotSwitch axis={axis} />
+        <span class="joint-name" title={axis.label}>
+          {label}
+        </span>
+        <Source axis={axis} />
+        <span ref={badge} class="badge" data-testid="badge" />
+        <span ref={readout} class="readout" data-testid="actual" />
+      </div>
+      <div class="joint-line">
+        {axis.actuated ? (
+          <select
+            ref={mode}
+            class="mode"
+            data-testid="mode"
+            aria-label={`Mode of ${axis.label}`}
+            title="Position, velocity, effort, free or hold. A change starts from what the joint does, so nothing jerks"
+            onChange={(event) => control.current?.changeMode(event.currentTarget.value as Mode)}
+          >
+            {MODES.map(([value, word]) => (
+              <option key={value} value={value}>
+                {word}
+              </option>
+            ))}
+          </select>
+        ) : (
+          <span class="follows" title={axis.mimics ? `Follows ${axis.mimics}` : "Has no actuator"}>
+            {axis.mimics ? `follows ${axis.mimics}` : "no actuator"}
+          </span>
+        )}
+        <div class="slider">
+          <div class="rail">
+            <div ref={fill} class="fill" data-testid="actual-bar" />
+          </div>
+          <div class="marks">
+            <div ref={zero} class="zero" />
+            <div ref={tick} class="tick" />
+          </div>
+          {axis.actuated && <TargetSlider axis={axis} input={slider} control={control} />}
+        </div>
+        {axis.actuated && <TargetNumber axis={axis} input={number} control={control} />}
+      </div>
+    </div>
+  );
+}
+
+interface Part {
+  axis: Axis;
+  input: { current: HTMLInputElement | null };
+  control: { current: AxisControl | null };
+}
+
+/** The target, to drag. */
+function TargetSlider({ axis, input, control }: Part): JSX.Element {
+  const release = (): void => control.current?.endDrag();
+  return (
+    <input
+      ref={input}
+      type="range"
+      step="any"
+      data-testid="slider"
+      aria-label={`Target of ${axis.label}`}
+      title="Drag, or arrow keys; shift for ten times as far"
+      onInput={(event) => control.current?.drag(event.currentTarget.valueAsNumber)}
+      onPointerDown={() => control.current?.beginDrag()}
+      onPointerUp={release}
+      onPointerCancel={release}
+      onLostPointerCapture={release}
+      onKeyDown={(event) => {
+        const direction = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+        if (direction === undefined || event.ctrlKey || event.altKey || event.metaKey) return;
+        event.preventDefault();
+        control.current?.nudge(event.shiftKey ? 10 * direction : direction);
+      }}
+    />
+  );
+}
+
+/** The target, to type. */
+function TargetNumber({ axis, input, control }: Part): JSX.Element {
+  const take = (box: HTMLInputElement): void => {
+    if (box.dataset["typed"] === undefined) return;
+    const taken = control.current?.type(box.value) ?? false;
+    box.setAttribute("aria-invalid", String(!taken));
+    if (taken) forget(box);
+  };
+  const forget = (box: HTMLInputElement): void => {
+    delete box.dataset["typed"];
+    box.removeAttribute("aria-invalid");
+    control.current?.refresh();
+  };
+  return (
+    <input
+      ref={input}
+      class="number"
+      type="text"
+      inputMode="text"
+      spellcheck={false}
+      autocomplete="off"
+      data-testid="number"
+      aria-label={`Target of ${axis.label}, with its unit`}
+      title="Type a target, with a unit if you like: 90 deg, 0.2 rad, 5 cm. Arrow keys nudge, shift for ten times as far"
+      onFocus={(event) => event.currentTarget.select()}
+      onInput={(event) => {
+        event.currentTarget.dataset["typed"] = "";
+      }}
+      onBlur={(event) => {
+        const box = event.currentTarget;
+        take(box);
+        // What could not be read is not left standing where the target should be.
+        if (box.dataset["typed"] !== undefined) forget(box);
+      }}
+      onKeyDown={(event) => {
+        const box = event.currentTarget;
+        const direction = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+        if (event.key === "Enter") {
+          take(box);
+          box.select();
+        } else if (event.key === "Escape") {
+          event.stopPropagation();
+          forget(box);
+          box.blur();
+        } else if (direction !== undefined) {
+          event.preventDefault();
+          take(box);
+          control.current?.nudge(event.shiftKey ? 10 * direction : direction);
+        }
+      }}
+    />
+  );
+}
+
+/** Who set the joint's target last, and who holds a claim on it. */
+function Source({ axis }: { axis: Axis }): JSX.Element | null {
+  const source = useComputed(() => {
+    const name = targetSources.value.get(`${axis.robot}/${axis.joint}`) ?? "";
+    const own = name !== "" && clients.value.some((client) => client.isCaller && client.name === name);
+    return own ? "you" : name;
+  });
+  if (axis.claimedBy !== "") {
+    return (
+      <span class="source claimed" data-testid="claimed" title={`${axis.claimedBy} has claimed this joint: others cannot set its target`}>
+        <Icon name="lock" />
+        {axis.claimedBy}
+      </span>
+    );
+  }
+  if (source.value === "") return null;
+  return (
+    <span class="source" data-testid="source" title={`Its target was last set by ${source.value}`}>
+      by {source}
+    </span>
+  );
+}
+
+/** Puts the joint into the plots, or takes it out; shows its colour there. */
+function PlotSwitch({ axis }: { axis: Axis }): JSX.Element {
+  const plotted = useComputed(() => chosen.value.has(axis.key));
+  const colour = useComputed(() => colourOf(axis.key));
+  return (
+    <button
+      type="button"
+      class="plot-switch"
+      data-testid="plot-joint"
+      aria-pressed={plotted.value}
+      aria-label={`Plot ${axis.label}`}
+      title={plotted.value ? "Take out of the plots" : "Plot this joint"}
+      data-series={colour.value}
+      onClick={() => togglePlot(axis)}
+    >
+      {plotted.value ? <span class="swatch" /> : <Icon name="plus" />}
+    </button>
+  );
+}

@@ -1,0 +1,40 @@
+// A button that opens a robot's folder: what dropping does, for hands without a mouse.
+import type { ComponentChildren, JSX } from "preact";
+import { useRef } from "preact/hooks";
+import { loadFiles } from "../daemon/actions";
+import { chosenFiles } from "./dropped";
+
+/** The button. */
+export function OpenFolder({ children, class: className }: { children: ComponentChildren; class?: string }): JSX.Element {
+  const input = useRef<HTMLInputElement>(null);
+  return (
+    <>
+      <button
+        type="button"
+        class={className ?? "button"}
+        data-testid="open-folder"
+        title="Load a robot: choose the folder with its URDF and meshes, or drop it on the page"
+        onClick={() => input.current?.click()}
+      >
+        {children}
+      </button>
+      <input
+        ref={(element) => {
+          input.current = element;
+          // A folder with all that is in it; there is no standard property for it.
+          element?.setAttribute("webkitdirectory", "");
+        }}
+        type="file"
+        multiple
+        hidden
+        data-testid="folder-input"
+        aria-label="Folder of a robot"
+        onChange={(event) => {
+          const { files } = event.currentTarget;
+          if (files && files.length > 0) void loadFiles(chosenFiles(files));
+          event.currentTarget.value = "";
+        }}
+      />
+    </>
+  );
+}

@@ -1,0 +1,122 @@
+// Sliders and buttons that programs put up and people move.
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { pressButton, setParameter } from "../daemon/actions";
+import { toast } from "../state/toasts";
+import { parameters, type Parameter } from "../state/world";
+import { shortened } from "./quantity";
+import { niceStep } from "./range";
+
+/** All of them, in the daemon's order. */
+export function Parameters(): JSX.Element | null {
+  if (parameters.value.length === 0) return null;
+  return (
+    <section class="parameters" aria-label="Parameters">
+      <h2>Parameters</h2>
+      {parameters.value.map((parameter) =>
+        parameter.kind === "button" ? (
+          <button
+            key={parameter.name}
+            type="button"
+            class="button parameter-button"
+            data-testid={`parameter-${parameter.name}`}
+            title={`Pressed ${parameter.presses} times`}
+            onClick={() => void pressButton(parameter.name)}
+          >
+            {parameter.name}
+          </button>
+        ) : (
+          <ParameterSlider key={parameter.name} parameter={parameter} />
+        ),
+      )}
+    </section>
+  );
+}
+
+/** How long the slider shows what was set here, until the daemon shows it: milliseconds. */
+const PATIENCE = 1500;
+
+function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
+  const { name, minimum, maximum } = parameter;
+  const [own, setOwn] = useState<{ value: number } | null>(null);
+  const dragging = useRef(false);
+  // What was refused must not stand there until something else about the parameters changes.
+  useEffect(() => {
+    const timer = setTimeout(() => {
+      if (!dragging.current) setOwn(null);
+    }, PATIENCE);
+    return () => clearTimeout(timer);
+  }, [own]);
+  const value = own?.value ?? parameter.value;
+  const set = (next: number): void => {
+    if (!Number.isFinite(next)) return;
+    const within = Math.min(maximum, Math.max(minimum, next));
+    setOwn({ value: within });
+    void setParameter(name, within);
+  };
+  const nudge = (event: KeyboardEvent): void => {
+    const direction = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1 }[event.key];
+    if (direction === undefined) return;
+    // In the box the arrows to the sides move the caret.
+    if (direction !== 0 && event.currentTarget instanceof HTMLInputElement && event.currentTarget.type === "text" && /Left|Right/.test(event.key)) return;
+    event.preventDefault();
+    const step = niceStep((maximum - minimum) / 200);
+    set(Math.round((value + direction * step * (event.shiftKey ? 10 : 1)) / step) * step);
+  };
+  const type = (box: HTMLInputElement): void => {
+    // What is shown is rounded: left as it is, it asks for nothing.
+    if (box.value === shortened(value)) return;
+    const typed = Number(box.value.replace(",", "."));
+    if (box.value.trim() === "" || !Number.isFinite(typed)) toast("error", `${name}: "${box.value}" is not a number.`);
+    else set(typed);
+    box.value = shortened(value);
+  };
+  const release = (): void => {
+    dragging.current = false;
+    setOwn((last) => last && { ...last });
+  };
+  return (
+    <div class="parameter" data-testid={`parameter-${name}`}>
+      <span class="joint-name" title={name}>
+        {name}
+      </span>
+      <div class="joint-line">
+        <span class="bound">{shortened(minimum)}</span>
+        <div class="slider plain">
+          <div class="rail" />
+          <input
+            type="range"
+            min={minimum}
+            max={maximum}
+            step="any"
+            value={value}
+            data-testid="parameter-slider"
+            aria-label={name}
+            onPointerDown={() => {
+              dragging.current = true;
+            }}
+            onPointerUp={release}
+            onPointerCancel={release}
+            onInput={(event) => set(event.currentTarget.valueAsNumber)}
+            onKeyDown={nudge}
+          />
+        </div>
+        <span class="bound">{shortened(maximum)}</span>
+        <input
+          class="number"
+          type="text"
+          inputMode="decimal"
+          data-testid="parameter-number"
+          aria-label={`${name}, as a number`}
+          value={shortened(value)}
+          onFocus={(event) => event.currentTarget.select()}
+          onBlur={(event) => type(event.currentTarget)}
+          onKeyDown={(event) => {
+            if (event.key === "Enter") type(event.currentTarget);
+            else nudge(event);
+          }}
+        />
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,42 @@
+// A dialog over the page: the browser keeps the focus in it, and Escape closes it.
+import type { ComponentChildren, JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { Icon } from "./icons";
+
+interface Properties {
+  title: string;
+  testId: string;
+  onClose: () => void;
+  children: ComponentChildren;
+}
+
+/** Open for as long as it is there. */
+export function Sheet({ title, testId, onClose, children }: Properties): JSX.Element {
+  const dialog = useRef<HTMLDialogElement>(null);
+  useEffect(() => {
+    dialog.current?.showModal();
+  }, []);
+  return (
+    <dialog
+      ref={dialog}
+      class="sheet"
+      aria-label={title}
+      data-testid={testId}
+      onClose={onClose}
+      onClick={(event) => {
+        // The backdrop belongs to the dialog; what is inside lies in the frame.
+        if (event.target === dialog.current) dialog.current?.close();
+      }}
+    >
+      <div class="sheet-frame">
+        <header>
+          <h2>{title}</h2>
+          <button type="button" class="button quiet" aria-label="Close" title="Close (Escape)" onClick={() => dialog.current?.close()}>
+            <Icon name="close" />
+          </button>
+        </header>
+        <div class="sheet-body">{children}</div>
+      </div>
+    </dialog>
+  );
+}

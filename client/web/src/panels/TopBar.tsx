@@ -1,0 +1,207 @@
+// The bar on top: is it alive, does it run, does it keep up, who else is here.
+import { useComputed, useSignalEffect } from "@preact/signals";
+import type { JSX } from "preact";
+import { useRef } from "preact/hooks";
+import { reset, step } from "../daemon/actions";
+import { panelOpen, plotsOpen, theme, type Theme } from "../state/view";
+import { clients, connection, daemonName, frame, physics, simulation } from "../state/world";
+import { Icon, type IconName } from "./icons";
+import { Popover } from "./Popover";
+import { helpOpen, playOrPause } from "./shortcuts";
+import { Speed } from "./Speed";
+
+/** The bar. */
+export function TopBar(): JSX.Element {
+  return (
+    <header class="top-bar">
+      <div class="brand">
+        <h1>simd</h1>
+        <span class="daemon" title="Name of the daemon">
+          {daemonName}
+        </span>
+      </div>
+      <Transport />
+      <Speed />
+      <Clock />
+      <span class="spring" />
+      <Clients />
+      <ConnectionState />
+      <PageButtons />
+    </header>
+  );
+}
+
+/** Play and pause, step, reset. */
+function Transport(): JSX.Element {
+  const playing = useComputed(() => simulation.value.state === "playing").value;
+  const away = useComputed(() => connection.value.state !== "live").value;
+  return (
+    <div class="transport" role="group" aria-label="Time">
+      <button
+        type="button"
+        class="button sign primary"
+        data-testid="play"
+        aria-label={playing ? "Pause" : "Play"}
+        title={playing ? "Pause (Space)" : "Play (Space)"}
+        disabled={away}
+        onClick={playOrPause}
+      >
+        <Icon name={playing ? "pause" : "play"} />
+      </button>
+      <button
+        type="button"
+        class="button sign"
+        data-testid="step"
+        aria-label="Single step"
+        title={playing ? "Pause, and do one step (.)" : "One step (.)"}
+        disabled={away}
+        onClick={() => void step(1)}
+      >
+        <Icon name="step" />
+      </button>
+      <button type="button" class="button sign" data-testid="reset" aria-label="Reset" title="Reset time and robots (Backspace)" disabled={away} onClick={() => void reset()}>
+        <Icon name="reset" />
+      </button>
+    </div>
+  );
+}
+
+/** Simulated time, and how many steps a simulated second has. */
+function Clock(): JSX.Element {
+  const time = useRef<HTMLSpanElement>(null);
+  useSignalEffect(() => {
+    const now = frame.value?.simTime;
+    const text = now === undefined ? "–" : now.toFixed(3);
+    if (time.current && time.current.textContent !== text) time.current.textContent = text;
+  });
+  const rate = useComputed(() => {
+    const settings = physics.value;
+    return settings ? `${Number((1 / settings.timeStep).toPrecision(4))} Hz` : "";
+  });
+  const detail = useComputed(() => {
+    const settings = physics.value;
+    if (!settings) return "";
+    const busy = simulation.value.stepDuration;
+    return `Steps of ${Number((settings.timeStep * 1e3).toPrecision(4))} ms${settings.substeps > 1 ? `, each in ${settings.substeps} parts` : ""}${busy > 0 ? `; one takes ${(busy * 1e3).toPrecision(2)} ms to compute` : ""}`;
+  });
+  return (
+    <div class="clock">
+      <span class="time" title="Simulated time">
+        <span class="time-sign">t </span>
+        <span ref={time} data-testid="sim-time">
+          –
+        </span>{" "}
+        s
+      </span>
+      <span class="rate" title={detail} data-testid="step-rate">
+        {rate}
+      </span>
+    </div>
+  );
+}
+
+/** How many are here, and who. */
+function Clients(): JSX.Element | null {
+  const all = clients.value;
+  if (all.length === 0) return null;
+  return (
+    <Popover
+      class="button quiet"
+      testId="clients"
+      title="Who is connected"
+      face={
+        <span>{all.length} here</span>
+      }
+    >
+      {() => (
+        <ul class="clients" data-testid="client-list">
+          {clients.value.map(({ name, idle, isCaller, transport }) => (
+            <li key={`${name} ${transport}`}>
+              <b>{name}</b>
+              <span>{isCaller ? "you" : idle < 1 ? "now" : `${Math.round(idle)} s ago`}</span>
+              <span class="hint">{transport}</span>
+            </li>
+          ))}
+        </ul>
+      )}
+    </Popover>
+  );
+}
+
+const STATES = { connecting: "connecting", live: "live", lost: "lost" } as const;
+
+/** Whether the daemon answers. */
+function ConnectionState(): JSX.Element {
+  const { state, reason } = connection.value;
+  return (
+    <span class={`connection ${state}`} role="status" data-testid="connection" title={reason || (state === "live" ? "The daemon answers" : "")}>
+      <span class="dot" />
+      {STATES[state]}
+    </span>
+  );
+}
+
+const THEMES: readonly Theme[] = ["system", "light", "dark"];
+
+/** What is about the page itself. */
+function PageButtons(): JSX.Element {
+  const next = THEMES[(THEMES.indexOf(theme.value) + 1) % THEMES.length] ?? "system";
+  const name: IconName = theme.value;
+  return (
+    <div class="page-buttons" role="group" aria-label="Page">
+      <button
+        type="button"
+        class="button quiet sign"
+        data-testid="theme"
+        aria-label={`Colours: ${theme.value}`}
+        title={`Colours: ${theme.value}. Press for ${next}`}
+        onClick={() => {
+          theme.value = next;
+        }}
+      >
+        <Icon name={name} />
+      </button>
+      <Switch value={plotsOpen} icon="plots" testId="plots-toggle" label="Plots" shortcut="P" />
+      <Switch value={panelOpen} icon="panel" testId="panel-toggle" label="Side panel" shortcut="B" />
+      <button
+        type="button"
+        class="button quiet sign"
+        data-testid="help"
+        aria-label="Help"
+        title="Keys and gestures (?)"
+        onClick={() => {
+          helpOpen.value = true;
+        }}
+      >
+        ?
+      </button>
+    </div>
+  );
+}
+
+interface SwitchProperties {
+  value: { value: boolean };
+  icon: IconName;
+  testId: string;
+  label: string;
+  shortcut: string;
+}
+
+/** A button that is on or off. */
+export function Switch({ value, icon, testId, label, shortcut }: SwitchProperties): JSX.Element {
+  return (
+    <button
+      type="button"
+      class="button quiet sign"
+      data-testid={testId}
+      aria-label={label}
+      aria-pressed={value.value}
+      title={`${label} (${shortcut})`}
+      onClick={() => {
+        value.value = !value.value;
+      }}
+    >
+      <Icon name={icon} />
+    </button>
+  );
+}

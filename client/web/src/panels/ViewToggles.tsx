@@ -1,0 +1,41 @@
+// What is drawn of the world: switches over the view.
+import type { JSX } from "preact";
+import { collisions, contacts, fit, frames, grid, visuals } from "../state/view";
+import { Icon, type IconName } from "./icons";
+
+const TOGGLES = [
+  { value: visuals, icon: "visuals", label: "visual", shortcut: "V", what: "What robots look like" },
+  { value: collisions, icon: "collisions", label: "collision", shortcut: "C", what: "What robots touch with" },
+  { value: frames, icon: "frames", label: "frames", shortcut: "J", what: "Frames of links: red x, green y, blue z" },
+  { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
+  { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
+] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
+
+/** The switches, and the button that fits everything into the view. */
+export function ViewToggles(): JSX.Element {
+  return (
+    <div class="view-toggles" role="group" aria-label="What is drawn">
+      {TOGGLES.map(({ value, icon, label, shortcut, what }) => (
+        <button
+          key={label}
+          type="button"
+          class="toggle"
+          data-testid={`toggle-${label}`}
+          aria-pressed={value.value}
+          aria-label={label}
+          title={`${what} (${shortcut})`}
+          onClick={() => {
+            value.value = !value.value;
+          }}
+        >
+          <Icon name={icon} />
+          <span class="toggle-text">{label}</span>
+        </button>
+      ))}
+      <button type="button" class="toggle" data-testid="fit" aria-label="fit" title="Fit everything into the view (F)" onClick={() => fit()}>
+        <Icon name="fit" />
+        <span class="toggle-text">fit</span>
+      </button>
+    </div>
+  );
+}

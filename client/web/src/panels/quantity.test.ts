@@ -1,0 +1,74 @@
+// What people may type into a number box, and what they read there.
+import { expect, test } from "vitest";
+import { digits, parse, shortened, unitOf } from "./quantity";
+
+const rad = unitOf("angle", "position", false);
+const deg = unitOf("angle", "position", true);
+const metre = unitOf("length", "position", true);
+
+test("a number without a unit is in the unit that is shown", () => {
+  expect(parse("0.5", "angle", "position", rad)).toBe(0.5);
+  expect(parse("90", "angle", "position", deg)).toBeCloseTo(Math.PI / 2, 12);
+  expect(parse("0.5", "length", "position", metre)).toBe(0.5);
+});
+
+test("a typed unit holds whatever is shown", () => {
+  for (const [text, value] of [
+    ["90 deg", Math.PI / 2],
+    ["90°", Math.PI / 2],
+    ["-45deg", -Math.PI / 4],
+    ["0.2 rad", 0.2],
+    ["200 mrad", 0.2],
+    [".25 turn", Math.PI / 2],
+    ["1e-1 RAD", 0.1],
+    ["0,2 rad", 0.2],
+    ["−1 rad", -1],
+  ] as const) {
+    expect(parse(text, "angle", "position", rad), text).toBeCloseTo(value, 12);
+    expect(parse(text, "angle", "position", deg), text).toBeCloseTo(value, 12);
+  }
+  expect(parse("5 cm", "length", "position", metre)).toBeCloseTo(0.05, 12);
+  expect(parse("100 mm", "length", "position", metre)).toBeCloseTo(0.1, 12);
+  expect(parse("30 rpm", "angle", "velocity", rad)).toBeCloseTo(Math.PI, 12);
+  expect(parse("90 deg/s", "angle", "velocity", rad)).toBeCloseTo(Math.PI / 2, 12);
+  expect(parse("2 N m", "angle", "effort", rad)).toBe(2);
+  expect(parse("2 nm", "angle", "effort", rad)).toBe(2);
+  expect(parse("3N", "length", "effort", metre)).toBe(3);
+});
+
+test("parts of pi are radians, also where degrees are shown", () => {
+  for (const [text, value] of [
+    ["pi", Math.PI],
+    ["-pi/2", -Math.PI / 2],
+    ["2pi/3", (2 * Math.PI) / 3],
+    ["0.5 * π", Math.PI / 2],
+    ["pi/4 rad", Math.PI / 4],
+  ] as const) {
+    expect(parse(text, "angle", "position", deg), text).toBeCloseTo(value, 12);
+  }
+});
+
+test("what does not fit is answered with a sentence that says what does", () => {
+  expect(parse("5 kg", "angle", "position", rad)).toMatch(/"kg" does not fit here.*rad, deg/);
+  expect(parse("5 deg", "length", "position", metre)).toMatch(/"deg" does not fit.*m, cm, mm/);
+  expect(parse("5 rad", "angle", "velocity", rad)).toMatch(/"rad" does not fit.*rad\/s/);
+  for (const text of ["", "abc", "deg", "--1", "1/0"]) expect(typeof parse(text, "angle", "position", rad), text).toBe("string");
+});
+
+test("what is shown has fixed places, and no negative zero", () => {
+  expect(digits(-0.0001, rad)).toBe("0.000");
+  expect(digits(Math.PI / 2, deg)).toBe("90.00");
+  expect(digits(0.5, rad)).toBe("0.500");
+  expect(digits(NaN, rad)).toBe("–");
+});
+
+test("what is shown reads back as itself", () => {
+  for (const unit of [rad, deg]) {
+    const value = parse(digits(1.234, unit), "angle", "position", unit);
+    expect(value).toBeCloseTo(1.234, 3);
+  }
+});
+
+test("three digits count where there are no fixed places", () => {
+  expect([4.2134, 0.12345, 1234.5, NaN].map(shortened)).toEqual(["4.21", "0.123", "1230", "–"]);
+});

@@ -1,0 +1,256 @@
+// The drawer with the plots: position, velocity and effort of chosen joints, with their targets.
+import "uplot/dist/uPlot.min.css";
+import { computed, effect, signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { Icon } from "../panels/icons";
+import { shownRobot } from "../panels/JointPanel";
+import { unitOf, type Quantity } from "../panels/quantity";
+import { shownTheme } from "../style/theme";
+import { degrees, plotsOpen } from "../state/view";
+import { daemonName, frame, robots } from "../state/world";
+import { Chart, type Line } from "./chart";
+import { addPlot, axisOf, chosen, MOST_PLOTTED, removePlot } from "./chosen";
+import { asCsv, save } from "./export";
+import { recording, SPAN } from "./recorder";
+import type { Samples } from "./samples";
+import { following, type Extent } from "./visible";
+
+const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
+/** Draws no oftener than so many milliseconds: more is not seen. */
+const INTERVAL = 50;
+
+const span = signal(10);
+const zoom = signal<Extent | null>(null);
+/** What is shown while paused: the recording goes on. */
+const held = signal<Samples | null>(null);
+/** On a narrow page, the one that is shown. */
+const front = signal<Quantity>("position");
+
+/** Chosen axes that are there. */
+const shown = computed<Line[]>(() =>
+  [...chosen.value].flatMap(([key, slot]) => {
+    const axis = axisOf(key);
+    return axis ? [{ axis, slot }] : [];
+  }),
+);
+
+const charts = new Set<Chart>();
+let drawn = 0;
+let waiting: number | undefined;
+
+function draw(): void {
+  waiting = undefined;
+  drawn = performance.now();
+  const samples = held.peek() ?? recording;
+  const range = zoom.peek() ?? following(samples.times(), span.peek());
+  for (const chart of charts) chart.draw(samples, range, degrees.peek());
+}
+
+/** Draws soon. */
+function ask(): void {
+  if (waiting !== undefined) return;
+  waiting = setTimeout(() => requestAnimationFrame(draw), Math.max(0, INTERVAL - (performance.now() - drawn))) as unknown as number;
+}
+
+/** The drawer, while it is open. */
+export function PlotsDrawer(): JSX.Element {
+  useEffect(() => {
+    // Somebody who opens the plots wants to see something.
+    if (shown.peek().length === 0) shownRobot.peek()?.axes.slice(0, 3).forEach(({ key }) => addPlot(key));
+    return effect(() => {
+      void [zoom.value, span.value, held.value, degrees.value];
+      // What is held stands still.
+      if (held.value === null) void frame.value;
+      ask();
+    });
+  }, []);
+  return (
+    <section class="plots" aria-label="Plots" data-testid="plots">
+      <header class="plots-bar">
+        <Chips />
+        <Picker />
+        <div class="segments narrow-only" role="group" aria-label="Quantity">
+          {QUANTITIES.map((quantity) => (
+            <button
+              key={quantity}
+              type="button"
+              aria-pressed={front.value === quantity}
+              onClick={() => {
+                front.value = quantity;
+                requestAnimationFrame(ask);
+              }}
+            >
+              {quantity}
+            </button>
+          ))}
+        </div>
+        <Tools />
+      </header>
+      <div class="charts" data-front={front}>
+        {QUANTITIES.map((quantity) => (
+          <Plot key={quantity} quantity={quantity} />
+        ))}
+      </div>
+    </section>
+  );
+}
+
+/** The plotted joints, with their colours. */
+function Chips(): JSX.Element {
+  const several = robots.value.length > 1;
+  return (
+    <ul class="chips" aria-label="Plotted joints">
+      {shown.value.map(({ axis, slot }) => (
+        <li key={axis.key} class="chip" data-series={slot}>
+          <span class="swatch" />
+          <span class="chip-name" title={axis.key}>
+            {several ? `${axis.robot}/${axis.label}` : axis.label}
+          </span>
+          <button type="button" aria-label={`Take ${axis.label} out of the plots`} title="Take out of the plots" onClick={() => removePlot(axis.key)}>
+            <Icon name="close" />
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** Adds a joint. */
+function Picker(): JSX.Element | null {
+  const left = robots.value.map((robot) => ({ robot, axes: robot.axes.filter(({ key }) => !chosen.value.has(key)) })).filter(({ axes }) => axes.length > 0);
+  if (left.length === 0 || shown.value.length >= MOST_PLOTTED) return null;
+  return (
+    <select
+      class="picker"
+      data-testid="plot-picker"
+      aria-label="Plot another joint"
+      title="Plot another joint"
+      value=""
+      onChange={(event) => {
+        addPlot(event.currentTarget.value);
+        event.currentTarget.value = "";
+      }}
+    >
+      <option value="">+ joint</option>
+      {left.map(({ robot, axes }) => (
+        <optgroup key={robot.name} label={robot.name}>
+          {axes.map(({ key, label }) => (
+            <option key={key} value={key}>
+              {label}
+            </option>
+          ))}
+        </optgroup>
+      ))}
+    </select>
+  );
+}
+
+/** Span, pause, zoom, file. */
+function Tools(): JSX.Element {
+  const paused = held.value !== null;
+  const flip = (): void => {
+    held.value = paused ? null : recording.copy();
+    if (paused) zoom.value = null;
+  };
+  const exportAll = (): void => {
+    const axes = shown.peek().map(({ axis }) => axis);
+    save(`${daemonName.peek() || "simd"}-joints.csv`, asCsv(held.peek() ?? recording, axes));
+  };
+  return (
+    <div class="plot-tools">
+      <button
+        type="button"
+        class="button sign"
+        data-testid="zoom-out"
+        aria-label="Reset the zoom"
+        title={zoom.value ? "Show the newest again (double click in a plot)" : "Drag in a plot to zoom in"}
+        disabled={zoom.value === null}
+        onClick={() => {
+          zoom.value = null;
+        }}
+      >
+        <Icon name="fit" />
+      </button>
+      <select
+        aria-label="How much time the plots show"
+        title="How much time the plots show"
+        data-testid="plot-span"
+        value={String(span.value)}
+        onChange={(event) => {
+          span.value = Number(event.currentTarget.value);
+          zoom.value = null;
+        }}
+      >
+        {[2, 5, 10, 30, SPAN].map((seconds) => (
+          <option key={seconds} value={String(seconds)}>
+            {seconds} s
+          </option>
+        ))}
+      </select>
+      <button
+        type="button"
+        class="button sign"
+        data-testid="plot-pause"
+        aria-pressed={paused}
+        aria-label={paused ? "Go on" : "Pause the plots"}
+        title={paused ? "Go on" : "Pause the plots; drag in one to zoom, double click to come back"}
+        onClick={flip}
+      >
+        <Icon name={paused ? "play" : "pause"} />
+      </button>
+      <button
+        type="button"
+        class="button"
+        data-testid="csv"
+        title={`Save what was recorded, at most the last ${SPAN} s, as comma-separated values`}
+        disabled={shown.value.length === 0}
+        onClick={exportAll}
+      >
+        <Icon name="download" /> CSV
+      </button>
+      <button
+        type="button"
+        class="button quiet sign"
+        aria-label="Close the plots"
+        title="Close the plots (P)"
+        onClick={() => {
+          plotsOpen.value = false;
+        }}
+      >
+        <Icon name="close" />
+      </button>
+    </div>
+  );
+}
+
+/** One plot. */
+function Plot({ quantity }: { quantity: Quantity }): JSX.Element {
+  const host = useRef<HTMLDivElement>(null);
+  const readout = useRef<HTMLDivElement>(null);
+  const theme = shownTheme.value;
+  const current = shown.value;
+  useEffect(() => {
+    if (!host.current || !readout.current) return undefined;
+    const chart = new Chart(host.current, readout.current, quantity, current, (range) => {
+      zoom.value = range;
+    });
+    charts.add(chart);
+    ask();
+    return () => {
+      charts.delete(chart);
+      chart.destroy();
+    };
+  }, [current, theme, quantity]);
+  const units = [...new Set(current.map(({ axis }) => unitOf(axis.kind, quantity, degrees.value).name))];
+  return (
+    <figure class="plot" data-testid="plot" data-quantity={quantity}>
+      <figcaption>
+        {quantity} <span class="hint">{units.join(", ")}</span>
+      </figcaption>
+      <div ref={host} class="plot-host" data-testid={`plot-${quantity}`} />
+      <div ref={readout} class="plot-readout" hidden />
+      {current.length === 0 && <p class="plot-empty">Press + on a joint to plot it.</p>}
+    </figure>
+  );
+}

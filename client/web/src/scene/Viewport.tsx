@@ -1,0 +1,51 @@
+// The world, drawn: a canvas that fills its parent.
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { hook } from "./hook";
+import { Stage } from "./stage";
+
+/** Why nothing can be drawn; empty where it can. */
+const problem = signal("");
+
+/** Shows the world and lets people look around in it, choose robots and pull on links. */
+export function Viewport(): JSX.Element {
+  const holder = useRef<HTMLDivElement>(null);
+  const canvas = useRef<HTMLCanvasElement>(null);
+  useEffect(() => (holder.current && canvas.current ? begin(holder.current, canvas.current) : undefined), []);
+  return (
+    <div class="viewport" ref={holder} style={{ position: "absolute", inset: 0, overflow: "hidden" }}>
+      <canvas
+        ref={canvas}
+        data-testid="viewport"
+        aria-label="The simulated world. Drag to orbit, drag with the right button to pan, scroll to zoom, double-click to fit."
+        style={{ display: "block", width: "100%", height: "100%", touchAction: "none", outline: "none" }}
+      />
+      {problem.value !== "" && <p class="viewport-problem">{problem.value}</p>}
+    </div>
+  );
+}
+
+function begin(holder: HTMLDivElement, canvas: HTMLCanvasElement): (() => void) | undefined {
+  let stage: Stage;
+  try {
+    stage = new Stage(canvas);
+  } catch {
+    problem.value = "This browser cannot draw in three dimensions: WebGL 2 is missing or switched off. Everything else on this page works.";
+    return undefined;
+  }
+  problem.value = "";
+  const fill = () => stage.resize(holder.clientWidth, holder.clientHeight);
+  const size = new ResizeObserver(fill);
+  size.observe(holder);
+  fill();
+  const redraw = () => stage.invalidate();
+  canvas.addEventListener("webglcontextrestored", redraw);
+  const unhook = hook(stage, canvas);
+  return () => {
+    size.disconnect();
+    canvas.removeEventListener("webglcontextrestored", redraw);
+    unhook();
+    stage.dispose();
+  };
+}

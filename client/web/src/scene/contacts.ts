@@ -1,0 +1,73 @@
+// Where links touch, and how hard: a dot at each contact, and an arrow as long as the force is large.
+import { ConeGeometry, CylinderGeometry, Group, InstancedMesh, Matrix4, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
+import type { ContactPoint } from "../state/world";
+import { CONTACT } from "./palette";
+
+/** More than this nobody tells apart. */
+const MOST = 400;
+/** Sizes, as parts of the size of what is seen. */
+const DOT = 0.012;
+const LONGEST = 0.7;
+const WIDTH = 0.006;
+
+/** The marks of all contacts. */
+export class ContactMarks {
+  readonly group = new Group();
+  private readonly material = new MeshBasicMaterial({ color: CONTACT, depthTest: false, transparent: true });
+  private readonly dots = new InstancedMesh(new SphereGeometry(1, 12, 8), this.material, MOST);
+  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 10)), this.material, MOST);
+  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 14)), this.material, MOST);
+
+  constructor() {
+    for (const marks of this.all()) {
+      marks.frustumCulled = false;
+      marks.renderOrder = 3;
+      marks.count = 0;
+      this.group.add(marks);
+    }
+  }
+
+  /** Marks these contacts. `size` is that of the world in metres; `weight`, in newtons, has an arrow half as long. */
+  set(contacts: ContactPoint[], size: number, weight: number): void {
+    const shown = contacts.slice(0, MOST);
+    let arrows = 0;
+    shown.forEach(({ point, normal, normalForce }, index) => {
+      const at = new Vector3(...point);
+      const turn = new Quaternion().setFromUnitVectors(Z, new Vector3(...normal).normalize());
+      this.dots.setMatrixAt(index, matrix(at, turn, DOT * size, DOT * size));
+      const length = Math.min(LONGEST, (0.5 * normalForce) / Math.max(weight, 1e-9)) * size;
+      const head = 4 * WIDTH * size;
+      if (length < head) return;
+      this.shafts.setMatrixAt(arrows, matrix(at, turn, WIDTH * size, length - head));
+      const tip = at.clone().addScaledVector(Z.clone().applyQuaternion(turn), length - head);
+      this.heads.setMatrixAt(arrows, matrix(tip, turn, 2.2 * WIDTH * size, head));
+      arrows += 1;
+    });
+    this.dots.count = shown.length;
+    this.shafts.count = this.heads.count = arrows;
+    for (const marks of this.all()) marks.instanceMatrix.needsUpdate = true;
+  }
+
+  dispose(): void {
+    for (const marks of this.all()) {
+      marks.geometry.dispose();
+      marks.dispose();
+    }
+    this.material.dispose();
+  }
+
+  private all(): InstancedMesh[] {
+    return [this.dots, this.shafts, this.heads];
+  }
+}
+
+const Z = new Vector3(0, 0, 1);
+
+/** From its middle along y to its foot along z. */
+function along<T extends CylinderGeometry>(geometry: T): T {
+  return geometry.translate(0, 0.5, 0).rotateX(Math.PI / 2);
+}
+
+function matrix(at: Vector3, turn: Quaternion, width: number, length: number): Matrix4 {
+  return new Matrix4().compose(at, turn, new Vector3(width, width, length));
+}

@@ -1,0 +1,95 @@
+// What robots stand over: lines a metre apart that fade into the distance, and their shadow.
+import { Color, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, type Object3D } from "three";
+import type { Palette } from "./palette";
+
+/** Metres from the middle to the end; the lines are gone before. */
+const REACH = 200;
+
+const VERTEX = /* glsl */ `
+varying vec3 world;
+void main() {
+  vec4 at = modelMatrix * vec4(position, 1.0);
+  world = at.xyz;
+  gl_Position = projectionMatrix * viewMatrix * at;
+}`;
+
+/** Lines as wide as a pixel whatever the distance, by the derivative of the place. */
+const FRAGMENT = /* glsl */ `
+uniform vec3 colour;
+uniform vec2 middle;
+uniform float fade;
+varying vec3 world;
+
+float lines(float spacing) {
+  vec2 at = world.xy / spacing;
+  vec2 width = fwidth(at);
+  vec2 near = abs(fract(at - 0.5) - 0.5) / width;
+  // Where they come closer than a few pixels they would flicker.
+  float clear = 1.0 - smoothstep(0.12, 0.5, max(width.x, width.y));
+  return (1.0 - min(min(near.x, near.y), 1.0)) * clear;
+}
+
+float axis(float at) {
+  return 1.0 - min(abs(at) / fwidth(at), 1.0);
+}
+
+void main() {
+  float far = 1.0 - smoothstep(0.25, 1.0, distance(world.xy, middle) / fade);
+  float strength = max(0.55 * lines(1.0), 0.22 * lines(0.1)) * far;
+  float x = axis(world.y) * far;
+  float y = axis(world.x) * far;
+  vec3 shown = mix(mix(colour, vec3(0.85, 0.28, 0.25), x), vec3(0.28, 0.62, 0.3), y);
+  gl_FragColor = vec4(shown, max(strength, 0.6 * max(x, y)));
+  if (gl_FragColor.a < 0.003) discard;
+  #include <colorspace_fragment>
+}`;
+
+/** The lines and the shadow; neither is anything that the daemon simulates. */
+export class Ground {
+  private readonly lines: ShaderMaterial;
+  private readonly shade = new ShadowMaterial();
+  private readonly plane = new PlaneGeometry(2 * REACH, 2 * REACH);
+  private readonly grid: Mesh;
+  private readonly shadow: Mesh;
+
+  constructor(parent: Object3D) {
+    this.lines = new ShaderMaterial({
+      uniforms: { colour: { value: new Color() }, middle: { value: [0, 0] }, fade: { value: 10 } },
+      vertexShader: VERTEX,
+      fragmentShader: FRAGMENT,
+      transparent: true,
+      depthWrite: false,
+      side: 2,
+    });
+    this.shade.depthWrite = false;
+    this.grid = new Mesh(this.plane, this.lines);
+    this.grid.renderOrder = 1;
+    this.shadow = new Mesh(this.plane, this.shade);
+    this.shadow.receiveShadow = true;
+    parent.add(this.shadow, this.grid);
+  }
+
+  paint(palette: Palette): void {
+    (this.lines.uniforms["colour"]?.value as Color).set(palette.grid);
+    this.shade.opacity = palette.shadow;
+  }
+
+  /** Planes of the world have shadows of their own. */
+  show(grid: boolean, shadow: boolean): void {
+    this.grid.visible = grid;
+    this.shadow.visible = shadow;
+  }
+
+  /** Lets the lines fade around what is looked at, farther away where it is looked at from afar. */
+  follow(x: number, y: number, distance: number): void {
+    const { middle, fade } = this.lines.uniforms;
+    if (middle) middle.value = [x, y];
+    if (fade) fade.value = Math.min(REACH, Math.max(4, 5 * distance));
+  }
+
+  dispose(): void {
+    this.plane.dispose();
+    this.lines.dispose();
+    this.shade.dispose();
+  }
+}

@@ -1,0 +1,70 @@
+// What tests, and the curious, can ask this page: `window.simd`.
+import { Vector3 } from "three";
+import { requestCount } from "../daemon/traffic";
+import { fit } from "../state/view";
+import { frame, type Frame } from "../state/world";
+import type { Stage } from "./stage";
+
+/** `window.simd`. */
+export interface Hook {
+  /** Where a point of the world, in metres, is on the page, in CSS pixels. */
+  project(point: readonly [number, number, number]): { x: number; y: number };
+  /** The newest state. */
+  frame(): Frame | null;
+  /** The sequence of the newest state that is drawn. */
+  drawn(): bigint;
+  /** All that was asked for is drawn: meshes have come, nothing is on its way. */
+  settled(): boolean;
+  /** Puts the camera somewhere, or says where it is: metres. */
+  camera: {
+    position(): [number, number, number];
+    target(): [number, number, number];
+    look(position: readonly [number, number, number], target: readonly [number, number, number]): void;
+    fit(robot?: string): void;
+  };
+  stats: {
+    /** Since the page was loaded. */
+    pictures(): number;
+    requests(): number;
+    /** States that arrived. */
+    frames(): number;
+  };
+}
+
+declare global {
+  interface Window {
+    simd: Hook;
+  }
+}
+
+/** Puts up the hook for a stage. Answers how to take it down. */
+export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
+  let frames = 0;
+  const { camera, controls } = stage.camera;
+  window.simd = {
+    project(point) {
+      camera.updateMatrixWorld();
+      const at = new Vector3(...point).project(camera);
+      const box = canvas.getBoundingClientRect();
+      return { x: box.left + ((at.x + 1) / 2) * box.width, y: box.top + ((1 - at.y) / 2) * box.height };
+    },
+    frame: () => frame.peek(),
+    drawn: () => stage.drawn,
+    settled: () => stage.isSettled(),
+    camera: {
+      position: () => camera.position.toArray(),
+      target: () => controls.target.toArray(),
+      look(position, target) {
+        stage.camera.touched = true;
+        camera.position.set(...position);
+        controls.target.set(...target);
+        stage.invalidate();
+      },
+      fit: (robot = "") => fit(robot),
+    },
+    stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
+  };
+  return frame.subscribe(() => {
+    frames += 1;
+  });
+}

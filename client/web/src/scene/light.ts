@@ -1,0 +1,50 @@
+// Light from the sky and from one sun, whose soft shadow covers what there is.
+import { DirectionalLight, HemisphereLight, Vector3, type Scene, type Sphere } from "three";
+import type { Palette } from "./palette";
+
+/** Where the sun stands: high, in front, a little to the left. */
+const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
+const SHADOW_PIXELS = 2048;
+
+/** Both lights. */
+export class Light {
+  private readonly sky = new HemisphereLight();
+  private readonly sun = new DirectionalLight();
+
+  constructor(scene: Scene) {
+    // The light from above comes along z here, not along y.
+    this.sky.position.set(0, 0, 1);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
+    this.sun.shadow.radius = 3;
+    this.sun.shadow.normalBias = 0.01;
+    scene.add(this.sky, this.sun, this.sun.target);
+  }
+
+  paint(palette: Palette): void {
+    this.sky.color.set(palette.sky);
+    this.sky.groundColor.set(palette.earth);
+    this.sky.intensity = palette.skyIntensity;
+    this.sun.intensity = palette.sunIntensity;
+  }
+
+  /** Lets the shadow be as sharp as can be for what lies within. */
+  cover({ center, radius }: Sphere): void {
+    const reach = Math.max(0.2, 1.6 * radius);
+    const { camera } = this.sun.shadow;
+    this.sun.target.position.copy(center);
+    this.sun.position.copy(center).addScaledVector(SUN, 2 * reach);
+    camera.left = camera.bottom = -reach;
+    camera.right = camera.top = reach;
+    camera.near = 0.01 * reach;
+    camera.far = 5 * reach;
+    this.sun.shadow.bias = -0.0004 * reach;
+    this.sun.shadow.normalBias = 0.004 * reach;
+    camera.updateProjectionMatrix();
+  }
+
+  dispose(): void {
+    this.sun.dispose();
+    this.sky.dispose();
+  }
+}

@@ -1,0 +1,49 @@
+// The colours of the scene, light and dark.
+
+/** One theme's colours, as numbers 0xRRGGBB. */
+export interface Palette {
+  background: number;
+  /** Of planes. */
+  ground: number;
+  /** Of lines on the ground. */
+  grid: number;
+  /** How much of the light a shadow takes, 0 to 1. */
+  shadow: number;
+  sky: number;
+  /** Light that comes back from below. */
+  earth: number;
+  skyIntensity: number;
+  sunIntensity: number;
+}
+
+export const PALETTES: Record<"light" | "dark", Palette> = {
+  light: {
+    background: 0xeceff3,
+    ground: 0xdfe3e8,
+    grid: 0x8792a2,
+    shadow: 0.22,
+    sky: 0xffffff,
+    earth: 0xb9bec6,
+    skyIntensity: 1.9,
+    sunIntensity: 2.1,
+  },
+  dark: {
+    background: 0x14171c,
+    ground: 0x20242b,
+    grid: 0x6c7788,
+    shadow: 0.5,
+    sky: 0xdfe8f5,
+    earth: 0x3c424d,
+    skyIntensity: 1.5,
+    sunIntensity: 2.2,
+  },
+};
+
+/** Of shapes to which nobody gave a colour. */
+export const UNCOLOURED = 0xa3adba;
+/** Of what is under the pointer, added to its own. */
+export const HIGHLIGHT = 0x2f7fd6;
+export const COLLISION = 0x2fae74;
+export const MISSING = 0xd9822b;
+export const PULL = 0x2f7fd6;
+export const CONTACT = 0xd94f3d;

@@ -1,0 +1,44 @@
+// What is under the pointer.
+import { Raycaster, Vector2, type Camera, type Object3D, type Vector3 } from "three";
+import type { RobotView } from "./robot";
+
+/** A link that is pointed at. */
+export interface Hit {
+  view: RobotView;
+  /** Index of the link. */
+  link: number;
+  /** World axes. */
+  point: Vector3;
+}
+
+const raycaster = new Raycaster();
+
+/** The line of sight through a place of the canvas; x and y from -1 to 1, y up. */
+export function sightLine(at: Vector2, camera: Camera): Raycaster {
+  raycaster.setFromCamera(at, camera);
+  return raycaster;
+}
+
+/** The link nearest to the eye. */
+export function pick(at: Vector2, camera: Camera, views: Iterable<RobotView>): Hit | undefined {
+  const ray = sightLine(at, camera);
+  let nearest: Hit | undefined;
+  let distance = Infinity;
+  for (const view of views) {
+    const [first] = ray.intersectObjects(view.targets(), true);
+    if (!first || first.distance >= distance) continue;
+    const link = linkOf(first.object);
+    if (link === undefined) continue;
+    distance = first.distance;
+    nearest = { view, link, point: first.point };
+  }
+  return nearest;
+}
+
+function linkOf(object: Object3D): number | undefined {
+  for (let at: Object3D | null = object; at; at = at.parent) {
+    const link: unknown = at.userData["link"];
+    if (typeof link === "number") return link;
+  }
+  return undefined;
+}

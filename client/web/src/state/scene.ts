@@ -1,0 +1,51 @@
+// What is to be drawn of each robot: its links with their shapes, as the daemon flattened them.
+import { signal } from "@preact/signals";
+
+/** A rigid transform: x y z, then the quaternion x y z w. */
+export type Pose = readonly [number, number, number, number, number, number, number];
+
+export type Vector = readonly [number, number, number];
+
+/** Metres. Cylinders and capsules are about z. */
+export type Geometry =
+  | { kind: "box"; size: Vector }
+  | { kind: "sphere"; radius: number }
+  | { kind: "cylinder"; radius: number; length: number }
+  /** `length` without the caps. */
+  | { kind: "capsule"; radius: number; length: number }
+  | { kind: "plane"; normal: Vector }
+  /** `sha256` is empty where nobody found the file. */
+  | { kind: "mesh"; sha256: string; uri: string; scale: Vector };
+
+/** One shape of a link. */
+export interface Shape {
+  /** Index into `Robot.links`. */
+  link: number;
+  linkFromShape: Pose;
+  geometry: Geometry;
+  /** Red, green, blue, alpha, each 0 to 1; absent where the file says none. */
+  color?: readonly [number, number, number, number];
+}
+
+/** One link of a robot. */
+export interface SceneLink {
+  name: string;
+  /** Index of the parent; -1 for the root. */
+  parent: number;
+  /** Whether it can move at all: its base is free, or a joint on the way to the root can. */
+  movable: boolean;
+  /** Kilograms. */
+  mass: number;
+}
+
+/** One robot. */
+export interface RobotScene {
+  robot: string;
+  layoutVersion: bigint;
+  links: SceneLink[];
+  visuals: Shape[];
+  collisions: Shape[];
+}
+
+/** By the robot's name. */
+export const scenes = signal<Map<string, RobotScene>>(new Map());

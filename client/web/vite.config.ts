@@ -1,0 +1,26 @@
+// How the page is built, and served while somebody works on it.
+import { defineConfig } from "vitest/config";
+import { compress } from "./compress.ts";
+
+/** The daemon that `npm run dev` shows. */
+const daemon = process.env["SIMD_URL"] ?? "http://127.0.0.1:7400";
+
+export default defineConfig({
+  plugins: [compress()],
+  build: {
+    target: "es2023",
+    modulePreload: { polyfill: false },
+    // Data addresses would need a wider content security policy.
+    assetsInlineLimit: 0,
+    // One file: three is most of it, and needed at once.
+    chunkSizeWarningLimit: 1200,
+  },
+  // What needs a daemon and a browser is in e2e, with a configuration of its own.
+  test: { include: ["src/**/*.test.ts"] },
+  server: {
+    proxy: {
+      "/simd.v1.": daemon,
+      "/meshes": daemon,
+    },
+  },
+});
