@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test test-python test-data build lint nextest bench truth fuzz reference clean
+.PHONY: demo web viewer test test-python test-web chromium test-data build lint nextest bench truth fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -18,15 +18,37 @@ demo: build
 	  'Ctrl-C here stops the daemon.' ''
 	@exec $(BIN)/simd --name demo --config tests/assets/demo.toml
 
-build:
+build: viewer
 	$(CARGO) build --locked -p simd-server -p simd-cli
+
+# The viewer, which becomes part of the daemon's binary: built where its sources changed.
+web: client/web/dist/index.html
+
+WEB_SOURCES := $(shell find client/web -type f -not -path '*/node_modules/*' -not -path '*/dist/*' \
+  -not -path '*/src/gen/*' -not -path '*/e2e/*' 2>/dev/null) $(wildcard proto/simd/v1/*.proto)
+
+client/web/dist/index.html: client/web/node_modules/.package-lock.json $(WEB_SOURCES)
+	cd client/web && npm run build --silent
+
+client/web/node_modules/.package-lock.json: client/web/package-lock.json
+	cd client/web && npm ci --ignore-scripts --no-audit --no-fund --silent
+	@touch $@
+
+# The same where it can be: a daemon without the viewer has a page of tables in its place.
+viewer:
+	@if command -v npm >/dev/null 2>&1; then \
+	  $(MAKE) --no-print-directory web; \
+	else \
+	  echo 'npm is not there, so the daemon is built without its viewer: install Node 20 and run make again.'; \
+	fi
 
 # Installs what the tests need, and runs every suite. The binaries are built with the tests, not
 # by `build`: packages chosen otherwise have other features, and all would be built twice.
-test: lint nextest test-data
+test: web lint nextest test-data
 	$(CARGO) build --locked --workspace --bins --tests
 	$(CARGO) nextest run --locked --workspace
 	$(MAKE) --no-print-directory test-python
+	$(MAKE) --no-print-directory test-web
 
 # The Python client as it is installed, against the daemon that was built.
 test-python: target/python-venv/installed
@@ -41,6 +63,16 @@ target/python-venv/installed: client/python/requirements.txt $(PYTHON_CLIENT)
 	target/python-venv/bin/pip install --quiet --disable-pip-version-check -r client/python/requirements.txt
 	target/python-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
 	@touch $@
+
+# The page's own tests, then the page that the daemon serves, in a real browser. Pictures go to target/screenshots.
+test-web: web chromium test-data
+	cd client/web && npm test --silent
+	cd client/web && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" npm run e2e --silent
+
+# Debian's own, which has no version to pin: its security team replaces it in place.
+chromium:
+	@command -v chromium >/dev/null 2>&1 || test -n "$$CHROMIUM" || \
+	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
 
 # Robots that others made, for the suites: never committed.
 test-data: target/test-venv/installed
