@@ -3,8 +3,8 @@
 import type { RobotScene, Vector } from "../state/scene";
 import type { Mode } from "../state/world";
 
-/** Per second squared, at the most: one metre pulls with this acceleration, about four times that of gravity. */
-const STIFFNESS = 40;
+/** Per second squared, at the most: one metre pulls with this acceleration, about six times that of gravity. */
+const STIFFNESS = 60;
 /** Per second, at the most. */
 const DAMPING = 5;
 /** Metres per second squared, of the mass that is pulled. */
