@@ -31,6 +31,8 @@ pub struct Config {
     pub listen: SocketAddr,
     /// How it is reached over Zenoh.
     pub zenoh: Zenoh,
+    /// Names under which browsers may ask for the daemon, beside addresses and `localhost`.
+    pub allow_hosts: Vec<String>,
     /// Allows an address that others can reach.
     pub insecure: bool,
     /// Ends when stdin does, so that a program's own daemon does not outlive it.
@@ -90,6 +92,7 @@ impl Default for Config {
             name: simd_proto::keys::DEFAULT_NAME.into(),
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
             zenoh: Zenoh::default(),
+            allow_hosts: Vec::new(),
             insecure: false,
             until_stdin_closes: false,
             log: "info".into(),
@@ -185,6 +188,17 @@ impl Config {
             )
         })?;
         self.log = log;
+        Ok(())
+    }
+
+    fn add_allowed_host(&mut self, name: String) -> Result<(), String> {
+        let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-' | b'_');
+        if name.is_empty() || !name.bytes().all(is_part) {
+            return Err(format!(
+                "allowed host is {name:?}; it must be a name like lab.example, without a port"
+            ));
+        }
+        self.allow_hosts.push(name);
         Ok(())
     }
 

@@ -9,7 +9,7 @@ mod signals;
 mod tests;
 
 use std::io::Write as _;
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -22,6 +22,7 @@ use tokio::task::JoinHandle;
 use crate::config::{Config, Robot};
 use crate::driver;
 use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use crate::http;
 use crate::loading::Loader;
 use crate::zenoh;
 use signals::Signals;
@@ -116,6 +117,8 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         false => None,
     };
 
+    let page =
+        http::Settings { bundle: http::Bundle::embedded(), hosts: http::Hosts::new(&config.allow_hosts) };
     let limits = config.limits;
     let world = Simulation::new(
         config.physics,
@@ -146,7 +149,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
             return Err(error);
         }
     };
-    let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener));
+    let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener, page));
     Ok(Running { handle, address, zenoh, server })
 }
 
@@ -223,8 +226,20 @@ impl Running {
     }
 }
 
-/// Runs a daemon as the process: says on stdout when it is ready, in one line,
-/// and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
+/// The line that says where people look. An address that stands for all is none for a browser.
+fn viewer(address: SocketAddr) -> String {
+    let ip = match address.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
+        ip => ip,
+    };
+    let place = SocketAddr::new(ip, address.port());
+    let lack = if http::Bundle::is_built() { "" } else { " (tables alone: built without Node)" };
+    format!("viewer: http://{place}/{lack}")
+}
+
+/// Runs a daemon as the process: says on stdout when it is ready, in one line, and where the
+/// viewer is in another, and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
 ///
 /// # Errors
 /// See [`Error`]; its exit code is the process's.
@@ -243,6 +258,7 @@ pub async fn run(config: Config) -> Result<(), Error> {
     // Whoever closed stdout does not want the line.
     let mut stdout = std::io::stdout().lock();
     let _ = writeln!(stdout, "simd {name} is listening on {}", places.join(" and "))
+        .and_then(|()| writeln!(stdout, "{}", viewer(running.address)))
         .and_then(|()| stdout.flush());
     drop(stdout);
 

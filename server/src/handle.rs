@@ -2,12 +2,14 @@
 //!
 //! * Here: commands and questions to the driver, states, events, the end.
 //! * `claims`: claims on joints and their leases.
+//! * `clients`: who is here, and whose targets joints have.
 //! * `once`: answers to retries.
 //! * `parameters`: sliders and buttons.
 //! * Bringing robots in is in [`crate::loading`].
 
 mod call_error;
 mod claims;
+mod clients;
 mod event_log;
 mod info;
 mod once;
@@ -21,12 +23,14 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
-use simd_core::simulation::command::{PhysicsChange, SetTargets};
+use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
 use simd_core::{Answer, Command, PhysicsSettings, Query};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
 pub use call_error::CallError;
+pub(crate) use clients::UnderWay;
+pub use clients::{Aim, Caller, Client, TargetSource, Transport};
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub use info::{DaemonInfo, Limits};
@@ -37,6 +41,7 @@ pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, V
 use crate::driver::{self, Event, ReplyTo};
 use crate::loading::Loader;
 use claims::Leases;
+use clients::Clients;
 use once::Answers;
 use parameters::Parameters;
 
@@ -52,6 +57,7 @@ struct Inner {
     loader: Loader,
     answers: Answers,
     leases: Leases,
+    clients: Arc<Clients>,
     parameters: Parameters,
     info: DaemonInfo,
     draining: CancellationToken,
@@ -60,9 +66,11 @@ struct Inner {
 impl SimHandle {
     /// A handle on a driver that was started.
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
-        let (answers, leases, draining) = Default::default();
+        let (answers, leases, clients, draining) = Default::default();
         let parameters = Parameters::new(info.limits.parameters);
-        Self { inner: Arc::new(Inner { driver, loader, answers, leases, parameters, info, draining }) }
+        Self {
+            inner: Arc::new(Inner { driver, loader, answers, leases, clients, parameters, info, draining }),
+        }
     }
 
     /// Changes the world.
@@ -75,7 +83,16 @@ impl SimHandle {
         {
             self.renew(claim);
         }
-        self.ask(|reply| Event::Command { command, reply }).await
+        let puts_targets_back = match &command {
+            Command::Reset(scope) => scope.state || *scope == ResetScope::default(),
+            Command::RestoreSnapshot { .. } => true,
+            _ => false,
+        };
+        let done = self.ask(|reply| Event::Command { command, reply }).await?;
+        if puts_targets_back {
+            self.forget_targets();
+        }
+        Ok(done)
     }
 
     /// Asks the world what a state does not show.
@@ -91,7 +108,11 @@ impl SimHandle {
     /// # Errors
     /// Where the mailbox is full.
     pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
-        self.ask(|reply| Event::SetState { state, reply }).await
+        let done = self.ask(|reply| Event::SetState { state, reply }).await?;
+        if state == RunState::Stopped {
+            self.forget_targets();
+        }
+        Ok(done)
     }
 
     /// Does steps as fast as possible, and answers when they are done. Dropping

@@ -6,7 +6,7 @@
 //! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
 //! * [`convert`]: wire types to core types and back.
 //! * [`service`]: the services of `simd.v1`, once for every transport.
-//! * [`grpc`], [`zenoh`]: the front-ends.
+//! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
 //! * [`daemon`]: all of it put together, from start to drain.
 
@@ -16,6 +16,7 @@ pub mod daemon;
 pub mod driver;
 pub mod grpc;
 pub mod handle;
+pub mod http;
 pub mod loading;
 pub mod service;
 pub mod zenoh;

@@ -4,8 +4,10 @@
 //! physics can get wrong is tested once, over gRPC: `control`, `others_robots`.
 #![cfg(test)]
 
+mod clients;
 mod control;
 mod hostile;
+mod http;
 mod kinematics;
 mod limits;
 mod lockstep;
@@ -14,6 +16,7 @@ mod parameters;
 mod refusals;
 mod robots;
 mod streams;
+mod viewing;
 mod world;
 mod zenoh;
 

@@ -248,7 +248,7 @@ fn what_sleeps_wakes_when_something_changes() {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        persistent: true,
+        lasts: Lasts::UntilCleared,
     };
     apply(&mut world, Command::ApplyWrench(push));
     moved(&mut world, "a wrench");

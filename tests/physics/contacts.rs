@@ -1,7 +1,7 @@
 //! Contacts held against closed forms: sliding, sticking, rolling, bouncing, weight and momentum.
 
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::simulation::command::{LinkWrench, Spawn};
+use simd_core::simulation::command::{Lasts, LinkWrench, Spawn};
 use simd_core::{Command, Simulation};
 use simd_tests::scenes::*;
 
@@ -16,7 +16,7 @@ pub(crate) fn keep_awake(world: &mut Simulation, robot: &str) {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        persistent: true,
+        lasts: Lasts::UntilCleared,
     };
     apply(world, Command::ApplyWrench(push));
 }

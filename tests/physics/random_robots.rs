@@ -149,7 +149,7 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
             torque: vector(rng, 1.0),
             in_link_axes: rng.bool(),
             point: vector(rng, 0.1),
-            persistent: rng.bool(),
+            lasts: [Lasts::NextStep, Lasts::For(0.02), Lasts::UntilCleared][rng.usize(..3)],
         }),
         2 => Command::SetJointProperties {
             robot,

@@ -8,7 +8,7 @@ use simd_core::dynamics::reactions::{Motion, joint_reactions};
 use simd_core::dynamics::spatial::Spatial;
 use simd_core::dynamics::tree::Freedom;
 use simd_core::dynamics::{Articulation, Axis, Tree};
-use simd_core::simulation::command::{LinkWrench, Spawn};
+use simd_core::simulation::command::{Lasts, LinkWrench, Spawn};
 use simd_core::{Answer, Command, Query, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
@@ -171,7 +171,7 @@ fn joints_of_a_falling_robot_carry_nothing_until_it_is_pushed() {
             torque: DVec3::ZERO,
             in_link_axes: true,
             point: DVec3::ZERO,
-            persistent: false,
+            lasts: Lasts::NextStep,
         }),
     );
     world.step();

@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use simd_client::{Client, proto};
 use simd_server::config::{Config, Zenoh};
 use simd_server::daemon::{self, Running};
-use simd_server::handle::RunState;
+use simd_server::handle::{RunState, Transport};
 use simd_server::service;
 
 /// How a client reaches the daemon: what holds over one holds over all.
@@ -89,7 +89,7 @@ impl Daemon {
 #[allow(clippy::panic, reason = "the test has failed")]
 async fn another(via: Via, running: &Running) -> Client {
     let endpoint = match via {
-        Via::Handle => return Client::within(service::routes(&running.handle)),
+        Via::Handle => return Client::within(service::routes(&running.handle, Transport::Handle)),
         Via::Grpc => running.address.to_string(),
         Via::Zenoh => running.locators().first().cloned().unwrap_or_default(),
     };

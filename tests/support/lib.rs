@@ -1,6 +1,7 @@
 //! What the suites share.
 
 pub mod daemon;
+pub mod http;
 pub mod network;
 pub mod process;
 pub mod pybullet_data;

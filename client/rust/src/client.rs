@@ -1,14 +1,14 @@
 //! A connection to a daemon, and how every call goes through it.
 
-use std::{convert::Infallible, future::Future, sync::Arc, time::Duration};
+use std::{convert::Infallible, ffi::OsStr, future::Future, path::Path, sync::Arc, time::Duration};
 
 use simd_proto::{
-    API_VERSION, API_VERSION_HEADER,
+    API_VERSION, API_VERSION_HEADER, CLIENT_HEADER,
     v1::{
-        contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
-        event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
-        kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
-        simulation_service_client::SimulationServiceClient,
+        client_service_client::ClientServiceClient, contact_service_client::ContactServiceClient,
+        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
+        joint_service_client::JointServiceClient, kinematics_service_client::KinematicsServiceClient,
+        parameter_service_client::ParameterServiceClient, simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{
@@ -36,7 +36,8 @@ const MAX_ANSWER_BYTES: usize = 64 * 1024 * 1024;
 /// is made again by itself after it broke.
 #[derive(Clone, Debug)]
 pub struct Client {
-    channel: InterceptedService<Channel, SayVersion>,
+    bare: Channel,
+    channel: Speaking,
     endpoint: Arc<str>,
     timeout: Duration,
 }
@@ -117,7 +118,16 @@ impl Client {
     }
 
     pub(crate) fn over(channel: Channel, endpoint: Arc<str>, timeout: Duration) -> Self {
-        Self { channel: InterceptedService::new(channel, SayVersion::new()), endpoint, timeout }
+        let speaking = InterceptedService::new(channel.clone(), SayWho::new());
+        Self { bare: channel, channel: speaking, endpoint, timeout }
+    }
+
+    /// The same connection under another name, which viewers show: printable ASCII, of which 64 characters count. A client that is not named has the name of
+    /// its program's file.
+    #[must_use]
+    pub fn with_name(self, name: &str) -> Self {
+        let who = SayWho { client: MetadataValue::try_from(name).ok(), ..SayWho::new() };
+        Self { channel: InterceptedService::new(self.bare.clone(), who), ..self }
     }
 
     /// As it was given to [`connect`](Self::connect).
@@ -137,31 +147,35 @@ impl Client {
         self
     }
 
-    pub(crate) fn simulation(&self) -> SimulationServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn simulation(&self) -> SimulationServiceClient<Speaking> {
         SimulationServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn contact(&self) -> ContactServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn who(&self) -> ClientServiceClient<Speaking> {
+        ClientServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn contact(&self) -> ContactServiceClient<Speaking> {
         ContactServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn entity(&self) -> EntityServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn entity(&self) -> EntityServiceClient<Speaking> {
         EntityServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn joint(&self) -> JointServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn joint(&self) -> JointServiceClient<Speaking> {
         JointServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn event(&self) -> EventServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn event(&self) -> EventServiceClient<Speaking> {
         EventServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn kinematics(&self) -> KinematicsServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn kinematics(&self) -> KinematicsServiceClient<Speaking> {
         KinematicsServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn parameter(&self) -> ParameterServiceClient<InterceptedService<Channel, SayVersion>> {
+    pub(crate) fn parameter(&self) -> ParameterServiceClient<Speaking> {
         ParameterServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
@@ -200,20 +214,35 @@ pub(crate) fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
     field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
 }
 
-/// Adds the client's version to each call, so that the daemon can say which side is older.
-#[derive(Clone, Debug)]
-pub(crate) struct SayVersion(Option<MetadataValue<Ascii>>);
+/// Calls that say who calls.
+pub(crate) type Speaking = InterceptedService<Channel, SayWho>;
 
-impl SayVersion {
+/// Adds the client's version and name to each call, so that the daemon can say which side is
+/// older, and who is here.
+#[derive(Clone, Debug)]
+pub(crate) struct SayWho {
+    version: Option<MetadataValue<Ascii>>,
+    client: Option<MetadataValue<Ascii>>,
+}
+
+impl SayWho {
     fn new() -> Self {
-        Self(MetadataValue::try_from(API_VERSION.to_string()).ok())
+        let program = std::env::current_exe().ok();
+        let program = program.as_deref().and_then(Path::file_stem).and_then(OsStr::to_str);
+        Self {
+            version: MetadataValue::try_from(API_VERSION.to_string()).ok(),
+            client: program.and_then(|program| MetadataValue::try_from(program).ok()),
+        }
     }
 }
 
-impl Interceptor for SayVersion {
+impl Interceptor for SayWho {
     fn call(&mut self, mut request: Request<()>) -> Result<Request<()>, Status> {
-        if let Some(version) = &self.0 {
-            request.metadata_mut().insert(API_VERSION_HEADER, version.clone());
+        let said = [(API_VERSION_HEADER, &self.version), (CLIENT_HEADER, &self.client)];
+        for (header, value) in said {
+            if let Some(value) = value {
+                request.metadata_mut().insert(header, value.clone());
+            }
         }
         Ok(request)
     }

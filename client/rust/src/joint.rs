@@ -5,8 +5,9 @@ use std::time::Duration;
 use simd_proto::v1::{
     ClaimJointsRequest, ClampedTarget, GetJointLayoutRequest, GetJointStatesRequest, JointLayout,
     JointProperties, JointReset, JointSelection, JointStates, JointTarget, NextJointStatesRequest,
-    ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest, SetJointTargetsRequest,
-    SetJointTargetsResponse, Stamp, WatchJointStatesRequest, WatchJointStatesResponse,
+    NextJointStatesResponse, ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest,
+    SetJointTargetsRequest, SetJointTargetsResponse, Stamp, WatchJointStatesRequest,
+    WatchJointStatesResponse,
 };
 use tonic::Streaming;
 
@@ -149,9 +150,20 @@ impl Client {
         selections: Vec<JointSelection>,
     ) -> Result<JointStates, Error> {
         let timeout = wait.as_secs_f64();
-        let request = NextJointStatesRequest { after_sequence, timeout, selections };
-        let answer = self.unary_for(wall_seconds(timeout), self.joint().next_joint_states(request)).await?;
-        present(answer.states, "states")
+        let request = NextJointStatesRequest { after_sequence, timeout, selections, ..Default::default() };
+        present(self.next_joint_states(request).await?.states, "states")
+    }
+
+    /// The same with all that the schema offers: link poses and contacts of the same moment.
+    ///
+    /// # Errors
+    /// As [`next_states`](Self::next_states).
+    pub async fn next_joint_states(
+        &self,
+        request: NextJointStatesRequest,
+    ) -> Result<NextJointStatesResponse, Error> {
+        let wait = wall_seconds(request.timeout);
+        self.unary_for(wait, self.joint().next_joint_states(request)).await
     }
 
     /// States at a rate per wall second; 0 is the daemon's own. A slow reader reads

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`.
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`, `clients`.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -27,6 +27,7 @@
 
 mod channel;
 mod client;
+mod clients;
 mod contact;
 mod control;
 mod endpoint;

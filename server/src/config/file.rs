@@ -18,6 +18,8 @@ use crate::handle::Limits;
 pub(super) struct File {
     name: Option<String>,
     listen: Option<SocketAddr>,
+    #[serde(default)]
+    allow_hosts: Vec<String>,
     insecure: Option<bool>,
     log: Option<String>,
     #[serde(default)]
@@ -145,6 +147,9 @@ impl File {
             config.pause();
         }
         config.insecure |= self.insecure.unwrap_or(false);
+        for name in self.allow_hosts {
+            config.add_allowed_host(name)?;
+        }
         for root in self.asset_roots {
             config.add_asset_root(folder.join(root))?;
         }

@@ -13,14 +13,14 @@ use super::{Config, ConfigError, Robot};
 
 /// A robot physics daemon without a screen.
 ///
-/// It owns one world of robots, steps it in real time, and serves it over gRPC and Zenoh.
+/// It owns one world of robots, steps it in real time, and serves it over gRPC, to browsers and over Zenoh.
 #[derive(Debug, Parser)]
 #[command(name = "simd", version, after_help = AFTER_HELP, disable_help_subcommand = true)]
 pub(super) struct Flags {
     /// Reads this configuration file (TOML) first; flags beat it
     #[arg(long, value_name = "PATH")]
     pub(super) config: Option<PathBuf>,
-    /// Where to serve gRPC; port 0 takes a free one [default: 127.0.0.1:7400]
+    /// Where to serve gRPC and the viewer; port 0 takes a free one [default: 127.0.0.1:7400]
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub(super) listen: Option<SocketAddr>,
     /// Where to listen for Zenoh, or off; port 0 takes a free one. Repeatable [default:
@@ -42,6 +42,10 @@ pub(super) struct Flags {
     /// Clients may name robots on this disk that lie below this folder. Repeatable
     #[arg(long, value_name = "FOLDER")]
     asset_root: Vec<PathBuf>,
+    /// Browsers may ask for the daemon under this name too, beside its addresses and localhost.
+    /// Repeatable
+    #[arg(long, value_name = "NAME")]
+    allow_host: Vec<String>,
     /// Does not play until it is told to
     #[arg(long)]
     paused: bool,
@@ -74,6 +78,7 @@ const AFTER_HELP: &str = "\
 Configuration file (all keys are optional; relative paths begin at its folder):
   name = \"simd\"
   listen = \"127.0.0.1:7400\"
+  allow_hosts = [\"lab.example\"]   # names for browsers, beside addresses and localhost
   insecure = false
   log = \"info\"
   asset_roots = [\"/srv/robots\"]
@@ -159,6 +164,9 @@ impl Flags {
         }
         config.insecure |= self.insecure;
         config.until_stdin_closes = self.until_stdin_closes;
+        for name in self.allow_host {
+            config.add_allowed_host(name)?;
+        }
         for folder in self.asset_root {
             config.add_asset_root(folder)?;
         }

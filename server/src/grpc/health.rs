@@ -32,6 +32,7 @@ impl HealthService {
             <v1::simulation_service_server::SimulationServiceServer<()> as NamedService>::NAME,
             <v1::entity_service_server::EntityServiceServer<()> as NamedService>::NAME,
             <v1::joint_service_server::JointServiceServer<()> as NamedService>::NAME,
+            <v1::client_service_server::ClientServiceServer<()> as NamedService>::NAME,
             <v1::event_service_server::EventServiceServer<()> as NamedService>::NAME,
         ];
         let serving =

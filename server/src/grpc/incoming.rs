@@ -10,24 +10,30 @@ use std::time::Duration;
 use futures_util::stream;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio::time::Sleep;
+use tokio::time::{Instant, Sleep};
 use tokio_stream::{Stream, StreamExt as _};
 use tonic::transport::server::Connected;
 
 /// How long nothing is accepted after an error: most, such as too many open
 /// files, are still there at once, and tonic would try again without a pause.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-/// Length of what each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is
-/// for keepalive to find out whether somebody is there.
-const PREFACE_BYTES: usize = 24;
+/// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
+/// find out whether somebody is there.
+const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 
 /// What connections are held to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Connections at one time; more wait in the kernel's backlog.
     pub(super) connections: usize,
-    /// How long after it was accepted a connection may take to send its preface, in wall time.
+    /// How long after it was accepted a connection may take to say which HTTP it speaks, in wall time.
     pub(super) preface: Duration,
+    /// Connections of HTTP/1.1 at one time, which are among the others; more are closed. Browsers
+    /// keep theirs, six each, and must not keep programs out.
+    pub(super) http1: usize,
+    /// How long nothing may go over a connection of HTTP/1.1 in either direction. Between two
+    /// requests hyper waits for 30 s.
+    pub(super) http1_silence: Duration,
 }
 
 /// Accepts from `source` within limits. Errors of accepting are logged and not passed on.
@@ -39,12 +45,13 @@ where
     S: Stream<Item = io::Result<T>> + Unpin,
 {
     let places = Arc::new(Semaphore::new(limits.connections));
+    let http1 = Arc::new(Semaphore::new(limits.http1));
     stream::unfold(source, move |mut source| {
-        let places = Arc::clone(&places);
+        let (places, http1) = (Arc::clone(&places), Arc::clone(&http1));
         async move {
             let place = places.acquire_owned().await.ok()?;
             let io = accept(&mut source).await?;
-            Some((Ok(Connection::new(io, place, limits.preface)), source))
+            Some((Ok(Connection::new(io, place, http1, limits)), source))
         }
     })
 }
@@ -73,23 +80,84 @@ where
 #[derive(Debug)]
 pub(super) struct Connection<T> {
     io: T,
-    /// None once the preface has come.
-    opening: Option<Opening>,
+    speaks: Speaks,
     /// Dropped after `io`, so that there are never more connections than places.
     _place: OwnedSemaphorePermit,
 }
 
-/// What a connection still owes.
+/// What is known of the other side.
 #[derive(Debug)]
-struct Opening {
-    missing_bytes: usize,
-    deadline: Pin<Box<Sleep>>,
+enum Speaks {
+    /// It sent so many bytes of the preface.
+    Opening { sent: usize, deadline: Pin<Box<Sleep>>, http1: Arc<Semaphore>, silence: Duration },
+    /// HTTP/2: it began as that must.
+    Http2,
+    /// Anything else, which is served as HTTP/1.1.
+    Http1 { deadline: Pin<Box<Sleep>>, silence: Duration, _place: OwnedSemaphorePermit },
 }
 
 impl<T> Connection<T> {
-    fn new(io: T, place: OwnedSemaphorePermit, preface: Duration) -> Self {
-        let deadline = Box::pin(tokio::time::sleep(preface));
-        Self { io, opening: Some(Opening { missing_bytes: PREFACE_BYTES, deadline }), _place: place }
+    fn new(io: T, place: OwnedSemaphorePermit, http1: Arc<Semaphore>, limits: Limits) -> Self {
+        let deadline = Box::pin(tokio::time::sleep(limits.preface));
+        let speaks = Speaks::Opening { sent: 0, deadline, http1, silence: limits.http1_silence };
+        Self { io, speaks, _place: place }
+    }
+}
+
+impl Speaks {
+    /// Looks at the next bytes of the other side.
+    fn heard(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let Self::Opening { sent, http1, silence, .. } = self else {
+            self.moved();
+            return Ok(());
+        };
+        let missing = PREFACE.get(*sent..).unwrap_or_default();
+        let compared = bytes.len().min(missing.len());
+        if bytes.get(..compared) == missing.get(..compared) {
+            *sent += compared;
+            if compared == missing.len() {
+                *self = Self::Http2;
+            }
+            return Ok(());
+        }
+        let full = |_| io::Error::other("too many connections of HTTP/1.1");
+        let place = Arc::clone(http1).try_acquire_owned().map_err(full)?;
+        let silence = *silence;
+        *self = Self::Http1 { deadline: Box::pin(tokio::time::sleep(silence)), silence, _place: place };
+        Ok(())
+    }
+
+    /// Something went over the connection.
+    fn moved(&mut self) {
+        if let Self::Http1 { deadline, silence, .. } = self {
+            deadline.as_mut().reset(Instant::now() + *silence);
+        }
+    }
+
+    /// Whether nothing came or went for too long.
+    fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
+        let (deadline, sentence) = match self {
+            Self::Http2 => return Ok(()),
+            Self::Opening { deadline, .. } => (deadline, "nobody said which HTTP it is"),
+            Self::Http1 { deadline, .. } => (deadline, "nothing came or went for too long"),
+        };
+        match deadline.as_mut().poll(context) {
+            Poll::Pending => Ok(()),
+            Poll::Ready(()) => Err(io::Error::new(io::ErrorKind::TimedOut, sentence)),
+        }
+    }
+
+    /// The result of writing, after a look at the time.
+    fn wrote(
+        &mut self,
+        polled: Poll<io::Result<usize>>,
+        context: &mut Context<'_>,
+    ) -> Poll<io::Result<usize>> {
+        match polled {
+            Poll::Ready(_) => self.moved(),
+            Poll::Pending => self.check(context)?,
+        }
+        polled
     }
 }
 
@@ -99,17 +167,12 @@ impl<T: AsyncRead + Unpin> AsyncRead for Connection<T> {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
+        let Self { io, speaks, .. } = &mut *self;
         let before = buffer.filled().len();
-        let polled = Pin::new(&mut self.io).poll_read(context, buffer);
-        let Some(opening) = &mut self.opening else { return polled };
-        if polled.is_pending() {
-            let late = || Err(io::Error::new(io::ErrorKind::TimedOut, "no HTTP/2 preface came"));
-            return opening.deadline.as_mut().poll(context).map(|()| late());
-        }
-        let read = buffer.filled().len().saturating_sub(before);
-        opening.missing_bytes = opening.missing_bytes.saturating_sub(read);
-        if opening.missing_bytes == 0 {
-            self.opening = None;
+        let polled = Pin::new(io).poll_read(context, buffer);
+        match polled {
+            Poll::Pending => speaks.check(context)?,
+            Poll::Ready(_) => speaks.heard(buffer.filled().get(before..).unwrap_or_default())?,
         }
         polled
     }
@@ -121,7 +184,9 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.io).poll_write(context, bytes)
+        let Self { io, speaks, .. } = &mut *self;
+        let polled = Pin::new(io).poll_write(context, bytes);
+        speaks.wrote(polled, context)
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -137,7 +202,9 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
         context: &mut Context<'_>,
         slices: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.io).poll_write_vectored(context, slices)
+        let Self { io, speaks, .. } = &mut *self;
+        let polled = Pin::new(io).poll_write_vectored(context, slices);
+        speaks.wrote(polled, context)
     }
 
     fn is_write_vectored(&self) -> bool {

@@ -1,4 +1,5 @@
-//! The gRPC front-end: the services over HTTP/2, on one port with health and reflection.
+//! The gRPC front-end: the services over HTTP/2, on one port with health and reflection, and
+//! beside them what browsers get.
 //!
 //! * `incoming`: which connections are served.
 //! * `health`: whether the daemon serves.
@@ -18,6 +19,8 @@ use tonic_health::pb::health_server::HealthServer;
 
 use self::incoming::incoming;
 use crate::SimHandle;
+use crate::handle::Transport;
+use crate::http;
 use crate::service::routes;
 
 /// How long streams and calls may take to end once the daemon drains.
@@ -26,8 +29,13 @@ const DRAIN_GRACE: Duration = Duration::from_secs(2);
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// Connections at one time, which is well below the 1024 files that a process may
-/// usually open; and how long one may take to begin.
-const CONNECTIONS: incoming::Limits = incoming::Limits { connections: 512, preface: Duration::from_secs(5) };
+/// usually open; how long one may take to begin; and how many of them may be browsers'.
+const CONNECTIONS: incoming::Limits = incoming::Limits {
+    connections: 512,
+    preface: Duration::from_secs(5),
+    http1: 192,
+    http1_silence: Duration::from_secs(600),
+};
 /// Calls of one connection that are worked on at once; more are refused. Streams
 /// count until they have begun.
 const CALLS_PER_CONNECTION: usize = 1024;
@@ -39,10 +47,15 @@ const STREAMS_PER_CONNECTION: u32 = 2048;
 ///
 /// # Errors
 /// Where the server itself fails; a connection that fails is that client's alone.
-pub async fn serve(handle: SimHandle, listener: TcpListener) -> Result<(), tonic::transport::Error> {
+pub async fn serve(
+    handle: SimHandle,
+    listener: TcpListener,
+    page: http::Settings,
+) -> Result<(), tonic::transport::Error> {
     let accepted =
         TcpIncoming::from(listener).with_nodelay(Some(true)).with_keepalive(Some(KEEPALIVE_INTERVAL));
     let incoming = incoming(accepted, CONNECTIONS);
+    let services = with_reflection(with_health(routes(&handle, Transport::Grpc), &handle));
     // There is no timeout here, since it would cut streams; and windows are left
     // as they are, since small ones make h2 drop connections that carry small states.
     let server = Server::builder()
@@ -51,7 +64,8 @@ pub async fn serve(handle: SimHandle, listener: TcpListener) -> Result<(), tonic
         .max_concurrent_streams(Some(STREAMS_PER_CONNECTION))
         .concurrency_limit_per_connection(CALLS_PER_CONNECTION)
         .load_shed(true)
-        .add_routes(with_reflection(with_health(routes(&handle), &handle)));
+        .accept_http1(true)
+        .add_routes(http::beside(services.into_axum_router(), &handle, page).into());
     let draining = handle.draining();
     let deadline = async {
         draining.cancelled().await;

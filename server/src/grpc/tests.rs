@@ -45,7 +45,7 @@ impl Daemon {
         handle.command(spawn("arm", &[])).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
-        let server = tokio::spawn(super::serve(handle.clone(), listener));
+        let server = tokio::spawn(super::serve(handle.clone(), listener, Default::default()));
         let channel = Endpoint::from_shared(format!("http://{address}")).unwrap().connect().await.unwrap();
         Self { handle, address, channel, server }
     }

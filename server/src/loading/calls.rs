@@ -9,7 +9,7 @@ use bytes::Bytes;
 use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
-use simd_model::robot::Sha256;
+use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::wire_name;
 use tokio::sync::watch;
 
@@ -254,6 +254,38 @@ impl SimHandle {
     /// A file that was uploaded or that a robot uses.
     pub fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
         self.loader().lock().store.get(sha256).map(Bytes::from_owner)
+    }
+
+    /// Does what takes long with the mesh of a file, off the threads that others wait for;
+    /// `None` where no robot uses it.
+    ///
+    /// # Errors
+    /// Where too much waits for its turn already.
+    pub(crate) async fn with_mesh<T: Send + 'static>(
+        &self,
+        sha256: &Sha256,
+        work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
+    ) -> Result<Option<T>, CallError> {
+        let Some(mesh) = self.loader().decoded.find(sha256) else { return Ok(None) };
+        self.loader().off_thread(move || work(&mesh)).await.map(Some)
+    }
+
+    /// The text of a robot's description with other file names of its meshes; `None` where it is
+    /// not kept.
+    ///
+    /// # Errors
+    /// Where too much waits for its turn already.
+    pub(crate) async fn description_with(
+        &self,
+        robot: &str,
+        address: impl Fn(&str) -> Option<String> + Send + 'static,
+    ) -> Result<Option<String>, CallError> {
+        let Some(urdf) = self.description_of(robot).and_then(|sha256| self.asset(&sha256)) else {
+            return Ok(None);
+        };
+        let limits = self.loader().limits.reading;
+        let text = self.loader().off_thread(move || simd_model::readdress(&urdf, &limits, &address)).await?;
+        text.map(Some).map_err(refused)
     }
 
     async fn make(&self, origin: Origin, making: Making, reporter: Reporter) -> Result<Made, CallError> {

@@ -46,6 +46,14 @@ impl Decoded {
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(key)?.upgrade()
     }
 
+    /// The mesh of a file that a robot uses, whichever format it was read as.
+    pub(super) fn find(&self, sha256: &Sha256) -> Option<Arc<MeshAsset>> {
+        let meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+        let alike = meshes.iter().filter(|((content, _format), _)| content == sha256);
+        let live = alike.filter_map(|((_, format), mesh)| Some((format, mesh.upgrade()?)));
+        live.min_by(|a, b| a.0.cmp(b.0)).map(|(_format, mesh)| mesh)
+    }
+
     /// Keeps a mesh in mind that was just read; the error is what all would come to.
     fn admit(&self, key: Key, mesh: MeshAsset) -> Result<Arc<MeshAsset>, u64> {
         let mut meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);

@@ -22,13 +22,15 @@ use crate::SimHandle;
 use crate::convert::from_proto::joint::set_targets;
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{BadField, Selection, to_proto};
-use crate::handle::{CallError, Done, Published, RunState};
+use crate::handle::{Aim, CallError, Caller, Done, Published, RunState};
 
 /// One controller's stream.
 #[derive(Debug)]
 pub(super) struct Control {
     handle: SimHandle,
     draining: CancellationToken,
+    /// Who controls, where it said so.
+    caller: Option<Caller>,
     requests: Streaming<v1::ControlRequest>,
     /// What to answer with, from request to request.
     selection: Selection,
@@ -42,9 +44,21 @@ pub(super) struct Control {
 const PATIENCE: Duration = Duration::from_secs(1);
 
 impl Control {
-    pub(super) fn new(handle: SimHandle, requests: Streaming<v1::ControlRequest>) -> Self {
+    pub(super) fn new(
+        handle: SimHandle,
+        caller: Option<Caller>,
+        requests: Streaming<v1::ControlRequest>,
+    ) -> Self {
         let draining = handle.draining();
-        Self { handle, draining, requests, selection: Selection::default(), answered: 0, refused: None }
+        Self {
+            handle,
+            draining,
+            caller,
+            requests,
+            selection: Selection::default(),
+            answered: 0,
+            refused: None,
+        }
     }
 
     /// Takes one request and answers it. Ends with the requests, or when the daemon drains.
@@ -97,7 +111,9 @@ impl Control {
                 self.handle.renew(claim);
             }
         } else {
+            let aim = Aim::of(&targets);
             let done = self.handle.command(Command::SetTargets(targets)).await?;
+            self.handle.note_targets(self.caller.as_ref(), aim);
             after = after.max(self.before_shown(&done));
             clamped = match done.applied.reply {
                 Reply::Targets { clamped } => to_proto::joint::clamped(clamped),

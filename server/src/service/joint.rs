@@ -1,6 +1,7 @@
 //! The joint service: what joints are, what they do, what they are asked to do.
 
 use futures_util::stream;
+use simd_core::simulation::snapshot::ContactState;
 use simd_core::{Command, Reply};
 use simd_proto::v1::{self, joint_service_server::JointService};
 use tokio::time::{Interval, MissedTickBehavior, interval};
@@ -10,8 +11,10 @@ use super::control::Control;
 use super::{BoxStream, command_once, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
+use crate::convert::to_proto::contact::contact_state;
+use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
-use crate::handle::CallError;
+use crate::handle::{Aim, CallError, Caller};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -51,14 +54,17 @@ impl JointService for Service {
         &self,
         request: Request<v1::SetJointTargetsRequest>,
     ) -> Result<Response<v1::SetJointTargetsResponse>, Status> {
+        let caller = request.extensions().get::<Caller>().cloned();
         let request = request.into_inner();
         let request_id = request.request_id.clone();
         let targets = from_proto::set_joint_targets(request)?;
+        let aim = Aim::of(&targets);
         // Here and not by the command alone: a retry that is answered from memory renews too.
         if let Some(claim) = &targets.claim {
             self.handle.renew(claim);
         }
         let done = command_once(&self.handle, &request_id, Command::SetTargets(targets)).await?;
+        self.handle.note_targets(caller.as_ref(), aim);
         let stamp = Some(stamp::done(&done));
         match done.applied.reply {
             Reply::Targets { clamped } => {
@@ -122,7 +128,8 @@ impl JointService for Service {
         &self,
         request: Request<Streaming<v1::ControlRequest>>,
     ) -> Result<Response<Self::ControlStream>, Status> {
-        let control = Control::new(self.handle.clone(), request.into_inner());
+        let caller = request.extensions().get::<Caller>().cloned();
+        let control = Control::new(self.handle.clone(), caller, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
     }
 
@@ -132,12 +139,26 @@ impl JointService for Service {
     ) -> Result<Response<v1::NextJointStatesResponse>, Status> {
         let request = request.into_inner();
         let timeout = from_proto_state::next_timeout(request.timeout)?;
+        let all = request.selections.is_empty();
         let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
         // A name that is not there is refused at once and not after a wait.
         selection.resolve(&self.handle.newest().snapshot.world).map_err(CallError::World)?;
         let state = self.handle.newer_than(request.after_sequence, Some(timeout)).await?;
         let states = selection.states(&state).map_err(CallError::World)?;
-        Ok(Response::new(v1::NextJointStatesResponse { states: Some(states) }))
+        let snapshot = &state.snapshot;
+        let places = || states.robots.iter().filter_map(|of| snapshot.entity(&of.robot));
+        let mut link_poses = Vec::new();
+        if request.return_link_poses {
+            link_poses.extend(places().map(|(place, entity)| entity_link_poses(snapshot, place, entity)));
+        }
+        let mut contacts = Vec::new();
+        if request.return_contacts {
+            let wanted: Vec<usize> = places().map(|(place, _entity)| place).collect();
+            let is_wanted =
+                |contact: &&ContactState| all || contact.robots.iter().any(|r| wanted.contains(r));
+            contacts.extend(snapshot.contacts.iter().filter(is_wanted).map(|c| contact_state(snapshot, c)));
+        }
+        Ok(Response::new(v1::NextJointStatesResponse { states: Some(states), link_poses, contacts }))
     }
 
     type WatchJointStatesStream = BoxStream<v1::WatchJointStatesResponse>;

@@ -1,14 +1,17 @@
 //! The services of `simd.v1`, once for every transport: a request is parsed by `convert`, done by
 //! [`SimHandle`], and answered by `convert`.
 //!
-//! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`]: one file a
-//!   service.
+//! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
+//!   [`client`]: one file a service.
+//! * [`callers`]: who calls.
 //! * [`control`]: the stream that controllers use.
 //! * `spawning`: the stream of those who wait for a robot.
 //! * [`status`]: why a call is refused.
 //! * [`transport`]: reasons for what tonic itself refuses.
 //! * [`version`]: which clients are served.
 
+pub mod callers;
+pub mod client;
 pub mod contact;
 pub mod control;
 pub mod entity;
@@ -28,6 +31,7 @@ use std::sync::Arc;
 use simd_core::simulation::query::JointStatus;
 use simd_core::simulation::snapshot::EntityLayout;
 use simd_core::{Answer, Command, Error, Query};
+use simd_proto::v1::client_service_server::ClientServiceServer;
 use simd_proto::v1::contact_service_server::ContactServiceServer;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
 use simd_proto::v1::event_service_server::EventServiceServer;
@@ -39,10 +43,11 @@ use tokio_stream::Stream;
 use tonic::Status;
 use tonic::service::Routes;
 
+use self::callers::Noted;
 use self::transport::Reasoned;
 use self::version::Versioned;
 use crate::SimHandle;
-use crate::handle::{CallError, Done, Published};
+use crate::handle::{CallError, Done, Published, Transport};
 
 /// How often a layout is asked for again where a reload comes between question and answer.
 const LAYOUT_ATTEMPTS: usize = 3;
@@ -50,10 +55,12 @@ const LAYOUT_ATTEMPTS: usize = 3;
 /// The answers of a stream.
 pub(crate) type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
 
-/// All services. Each front-end serves these, and has no call of its own.
-pub fn routes(handle: &SimHandle) -> Routes {
+/// All services. Each front-end serves these to calls that come its way, and has no call of its own.
+pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX);
+    let checked = Checked { handle, transport };
     let simulation = simulation::Service::new(handle.clone());
+    let client = client::Service::new(handle.clone());
     let contact = contact::Service::new(handle.clone());
     let entity = entity::Service::new(handle.clone());
     let joint = joint::Service::new(handle.clone());
@@ -61,18 +68,31 @@ pub fn routes(handle: &SimHandle) -> Routes {
     let parameter = parameter::Service::new(handle.clone());
     let kinematics = kinematics::Service::new(handle.clone());
     Routes::default()
-        .add_service(checked(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)))
-        .add_service(checked(ContactServiceServer::new(contact).max_decoding_message_size(limit)))
-        .add_service(checked(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
-        .add_service(checked(JointServiceServer::new(joint).max_decoding_message_size(limit)))
-        .add_service(checked(EventServiceServer::new(event).max_decoding_message_size(limit)))
-        .add_service(checked(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
-        .add_service(checked(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)))
+        .add_service(
+            checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
+        )
+        .add_service(checked.service(ClientServiceServer::new(client).max_decoding_message_size(limit)))
+        .add_service(checked.service(ContactServiceServer::new(contact).max_decoding_message_size(limit)))
+        .add_service(checked.service(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
+        .add_service(checked.service(JointServiceServer::new(joint).max_decoding_message_size(limit)))
+        .add_service(checked.service(EventServiceServer::new(event).max_decoding_message_size(limit)))
+        .add_service(checked.service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
+        .add_service(
+            checked.service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)),
+        )
 }
 
-/// For clients of a fitting version, and with a reason for each refusal.
-fn checked<S>(service: S) -> Versioned<Reasoned<S>> {
-    Versioned(Reasoned(service))
+/// What each service is wrapped in.
+struct Checked<'h> {
+    handle: &'h SimHandle,
+    transport: Transport,
+}
+
+impl Checked<'_> {
+    /// For clients of a fitting version, which are noted, and with a reason for each refusal.
+    fn service<S>(&self, service: S) -> Versioned<Reasoned<Noted<S>>> {
+        Versioned(Reasoned(Noted { service, handle: self.handle.clone(), transport: self.transport }))
+    }
 }
 
 /// Does a command once for each request id.

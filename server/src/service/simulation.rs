@@ -10,7 +10,7 @@ use super::{command_once, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
-use crate::handle::CallError;
+use crate::handle::{Aim, CallError, Caller};
 
 /// Serves `simd.v1.SimulationService`.
 #[derive(Clone, Debug)]
@@ -67,6 +67,7 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::StepSimulationRequest>,
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
+        let caller = request.extensions().get::<Caller>().cloned();
         let mut request = request.into_inner();
         let request_id = std::mem::take(&mut request.request_id);
         let Steps { steps, targets, claim, mut selection, with_links } = from_proto::steps(request)?;
@@ -80,7 +81,11 @@ impl SimulationService for Service {
             if let Some(selection) = &mut selection {
                 selection.resolve(&handle.newest().snapshot.world)?;
             }
+            let aim = targets.as_ref().map(Aim::of);
             let stepped = handle.step_with(targets, steps).await?;
+            if let Some(aim) = aim {
+                handle.note_targets(caller.as_ref(), aim);
+            }
             let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
             let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
             let snapshot = &stepped.state.snapshot;

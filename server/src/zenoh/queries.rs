@@ -29,7 +29,7 @@ use zenoh::{Session, Wait as _};
 
 use super::{Error, sending};
 use crate::SimHandle;
-use crate::handle::CallError;
+use crate::handle::{CallError, Transport};
 use crate::service::routes;
 use crate::service::status::Explained;
 use crate::service::transport::with_reason;
@@ -54,7 +54,7 @@ pub(super) async fn serve(
     answers: &TaskTracker,
 ) -> Result<Queryable<()>, Error> {
     let calls = Arc::new(Calls {
-        routes: routes(handle),
+        routes: routes(handle, Transport::Zenoh),
         draining: handle.draining(),
         under_way: Arc::new(Semaphore::new(UNDER_WAY)),
         refusals: Arc::new(Semaphore::new(REFUSALS)),

@@ -11,7 +11,7 @@ use std::time::Duration;
 use futures_util::StreamExt as _;
 use prost::Message as _;
 use simd_core::Command;
-use simd_proto::{keys, v1};
+use simd_proto::{CLIENT_HEADER, keys, v1};
 use tokio::sync::mpsc;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_stream::wrappers::ReceiverStream;
@@ -22,6 +22,7 @@ use zenoh::bytes::ZBytes;
 use super::Error;
 use crate::SimHandle;
 use crate::convert::from_proto::joint::set_joint_targets;
+use crate::handle::{Aim, Caller, Transport};
 
 /// Messages that wait to be read.
 const WAITING: usize = 256;
@@ -29,6 +30,9 @@ const WAITING: usize = 256;
 const UNDER_WAY: usize = 64;
 /// How often refusals are logged.
 const REPORT: Duration = Duration::from_secs(1);
+
+/// Targets, and what goes with them.
+type Sent = (ZBytes, Option<ZBytes>);
 
 /// Takes targets from now on.
 pub(super) async fn serve(
@@ -41,7 +45,8 @@ pub(super) async fn serve(
     let lost = Arc::new(AtomicU64::new(0));
     let counted = lost.clone();
     let subscriber = session.declare_subscriber(keys::joint_targets(name)).callback(move |sample| {
-        if sender.try_send(sample.payload().clone()).is_err() {
+        let waiting = (sample.payload().clone(), sample.attachment().cloned());
+        if sender.try_send(waiting).is_err() {
             counted.fetch_add(1, Ordering::Relaxed);
         }
     });
@@ -50,10 +55,10 @@ pub(super) async fn serve(
     Ok(())
 }
 
-async fn take(handle: SimHandle, receiver: mpsc::Receiver<ZBytes>, lost: Arc<AtomicU64>) {
+async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, lost: Arc<AtomicU64>) {
     let mut refusals = Refusals::new(lost);
     // Polled in the order in which they came, so that they enter the mailbox in that order.
-    let mut results = ReceiverStream::new(receiver).map(|payload| set(&handle, payload)).buffered(UNDER_WAY);
+    let mut results = ReceiverStream::new(receiver).map(|sent| set(&handle, sent)).buffered(UNDER_WAY);
     loop {
         tokio::select! {
             result = results.next() => match result {
@@ -66,11 +71,25 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<ZBytes>, lost: Arc<Ato
     }
 }
 
-async fn set(handle: &SimHandle, payload: ZBytes) -> Result<(), String> {
+async fn set(handle: &SimHandle, (payload, attachment): Sent) -> Result<(), String> {
     let request = v1::SetJointTargetsRequest::decode(&*payload.to_bytes())
         .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
     let targets = set_joint_targets(request).map_err(|error| error.to_string())?;
-    handle.command(Command::SetTargets(targets)).await.map(drop).map_err(|error| error.to_string())
+    let aim = Aim::of(&targets);
+    handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
+    let caller = attachment.and_then(|attachment| caller(&attachment.to_bytes()));
+    if let Some(caller) = &caller {
+        // It is here, though nobody answers it.
+        drop(handle.begin_call(caller.clone()));
+    }
+    handle.note_targets(caller.as_ref(), aim);
+    Ok(())
+}
+
+/// Who publishes, by the attachment.
+fn caller(attachment: &[u8]) -> Option<Caller> {
+    let text = String::from_utf8_lossy(attachment);
+    Caller::said(keys::parse_attachment(&text, CLIENT_HEADER)?, Transport::Zenoh)
 }
 
 /// What was refused since it was last logged.

@@ -97,9 +97,10 @@ impl StateWatch {
                 after_sequence: self.seen,
                 timeout: PATIENCE.as_secs_f64(),
                 selections: self.selections.clone(),
+                ..NextJointStatesRequest::default()
             };
             let answer = ask(&self.channel, self.next, &request, &self.headers).await;
-            let Some(NextJointStatesResponse { states }) = ended(answer)? else { return Ok(None) };
+            let Some(NextJointStatesResponse { states, .. }) = ended(answer)? else { return Ok(None) };
             let sequence = states.as_ref().and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
             if sequence > self.seen {
                 self.seen = sequence;

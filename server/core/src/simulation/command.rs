@@ -213,8 +213,25 @@ pub struct LinkWrench {
     pub in_link_axes: bool,
     /// Where the force acts, in the link's frame, metres.
     pub point: DVec3,
-    /// Until replaced or, by a wrench of zero, cleared; else for the next step only.
-    pub persistent: bool,
+    /// For how long.
+    pub lasts: Lasts,
+}
+
+/// Simulated seconds that [`Lasts::For`] may say.
+pub const LONGEST_PUSH: f64 = 3600.0;
+
+/// For how long a link is pushed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Lasts {
+    /// For the next step, together with all others of it.
+    #[default]
+    NextStep,
+    /// For so many simulated seconds, to the nearest step and for one at least: in the place of
+    /// the last one of this kind on the link, and of what is there until it is cleared, which acts
+    /// again afterwards. A wrench of zero ends it at once.
+    For(f64),
+    /// Until replaced or, by a wrench of zero, cleared. Ends what is there for a time.
+    UntilCleared,
 }
 
 /// New physics settings; `None` leaves one as it is.

@@ -48,7 +48,7 @@ pub(super) struct Entity {
     pub claims: Vec<Option<Arc<Claim>>>,
     /// Pushes on links.
     pub pushes: Vec<Push>,
-    /// Those that acted for the last step alone.
+    /// Those that acted for the last step and are over.
     pub passed: Vec<Push>,
     /// The state before the present step, to go back to if it is not finite.
     last_good: (Vec<f64>, Vec<f64>),
@@ -123,7 +123,7 @@ impl Entity {
 
     /// Keeps the state, to go back to if a step spoils it.
     pub(super) fn begin_step(&mut self) {
-        self.passed.clear();
+        self.begin_pushes();
         if self.is_awake() {
             self.last_good.0.clear();
             self.last_good.0.extend_from_slice(self.body.positions());
@@ -148,16 +148,13 @@ impl Entity {
         }
     }
 
-    /// Ends a step: passing pushes are over. A state that is not finite is put back and
+    /// Ends a step of so many seconds: passing pushes are over. A state that is not finite is put back and
     /// the robot disabled; says why.
-    pub(super) fn end_step(&mut self) -> Option<Arc<str>> {
+    pub(super) fn end_step(&mut self, time_step: f64) -> Option<Arc<str>> {
         if !self.is_active() {
             return None;
         }
-        if self.pushes.iter().any(|push| !push.persistent) {
-            self.passed.extend(self.pushes.extract_if(.., |push| !push.persistent));
-            self.push_links();
-        }
+        self.end_pushes(time_step);
         if self.asleep || self.body.is_finite() {
             return None;
         }

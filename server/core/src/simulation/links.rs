@@ -9,6 +9,7 @@ use super::command::LinkProperties;
 use super::entity::Entity;
 use super::error::Error;
 use super::query::{Answer, ContactReport, RayReport};
+use super::snapshot::ContactState;
 use super::{Reply, Simulation};
 use crate::collision::{RobotColliders, Shapes, Surface, rays};
 
@@ -63,25 +64,40 @@ impl Simulation {
             let entity = &self.entities[robot];
             (entity.name.clone(), entity.model.links[link].name.clone())
         };
-        let contacts = self.contacts.list.iter();
+        let contacts = self.contact_states();
         let contacts = contacts.filter(|contact| only.is_none_or(|only| contact.robots.contains(&only)));
         let reports = contacts.map(|contact| {
-            let touch = &contact.touch;
-            let (first, second) =
-                (of(contact.robots[0], touch.links[0]), of(contact.robots[1], touch.links[1]));
-            let force = contact.total / self.settings.time_step;
-            let normal_force = force.dot(touch.normal);
+            let ContactState { robots, links, point, normal, depth, normal_force, friction_force } = contact;
+            let (first, second) = (of(robots[0], links[0]), of(robots[1], links[1]));
             ContactReport {
                 robots: [first.0, second.0],
                 links: [first.1, second.1],
+                point,
+                normal,
+                depth,
+                normal_force,
+                friction_force,
+            }
+        });
+        Ok(Answer::Contacts(reports.collect()))
+    }
+
+    /// What touches, as the last step had it.
+    pub(super) fn contact_states(&self) -> impl Iterator<Item = ContactState> {
+        self.contacts.list.iter().map(|contact| {
+            let touch = &contact.touch;
+            let force = contact.total / self.settings.time_step;
+            let normal_force = force.dot(touch.normal);
+            ContactState {
+                robots: contact.robots,
+                links: touch.links,
                 point: touch.point,
                 normal: touch.normal,
                 depth: -touch.distance,
                 normal_force,
                 friction_force: force - touch.normal * normal_force,
             }
-        });
-        Ok(Answer::Contacts(reports.collect()))
+        })
     }
 
     pub(super) fn cast_rays(&self, asked: &[[DVec3; 2]]) -> Result<Answer, Error> {

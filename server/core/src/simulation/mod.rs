@@ -152,6 +152,7 @@ impl Simulation {
                 hasher.write_u64(surface.restitution.to_bits());
             }
             entity.body.hash_into(&mut hasher);
+            entity.pushes.iter().for_each(|push| push.hash_into(&mut hasher));
         }
         self.contacts.hash_into(&mut hasher);
         hasher.finish()
@@ -192,6 +193,8 @@ impl Simulation {
             snapshot.roots.push(RootState { pose, linear, angular, disabled: entity.disabled.clone() });
             entity.observe(snapshot);
         }
+        snapshot.contacts.clear();
+        snapshot.contacts.extend(self.contact_states());
     }
 
     /// Where the colliders of a robot are, in the order of its shapes: where its links are now.

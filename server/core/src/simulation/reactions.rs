@@ -23,8 +23,8 @@ impl Simulation {
         let to_base = body.base().rotation.inverse();
         let poses = tree.link_poses(body.root_pose(), &body.positions()[tree.root_positions()..]);
 
-        let pushes = entity.pushes.iter().chain(&entity.passed).map(|push| {
-            let Push { link, force, torque, in_link_axes, point, persistent: _ } = *push;
+        let pushes = entity.pushes.iter().filter(|push| !push.waits).chain(&entity.passed).map(|push| {
+            let Push { link, force, torque, in_link_axes, point, .. } = *push;
             let turn = to_base * poses[link].rotation;
             let turned = |v: DVec3| if in_link_axes { turn * v } else { to_base * v };
             let (force, torque) = (turned(force), turned(torque));

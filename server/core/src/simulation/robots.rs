@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 
-use super::command::{LinkWrench, Reload, Spawn, Touches};
+use super::command::{LONGEST_PUSH, Lasts, LinkWrench, Reload, Spawn, Touches};
 use super::entity::{Entity, Push, follow};
 use super::error::Error;
 use super::targets::{finite_value, moderate_value};
@@ -179,10 +179,19 @@ impl Simulation {
     pub(super) fn apply_wrench(&mut self, wrench: &LinkWrench) -> Result<Reply, Error> {
         let entity = self.entity_mut(&wrench.robot)?;
         let link = entity.link(&wrench.link)?;
-        let LinkWrench { force, torque, in_link_axes, point, persistent, .. } = *wrench;
+        let LinkWrench { force, torque, in_link_axes, point, lasts, .. } = *wrench;
         let size = force.length() + torque.length() + point.length();
         finite_value(|| format!("the wrench on link {:?}", wrench.link), size)?;
-        entity.push(Push { link, force, torque, in_link_axes, point, persistent });
+        if let Lasts::For(seconds) = lasts
+            && !(0.0..=LONGEST_PUSH).contains(&seconds)
+        {
+            return Err(Error::InvalidValue {
+                element: format!("the duration of the wrench on link {:?}", wrench.link),
+                value: seconds.to_string(),
+                expected: format!("it must be 0 to {LONGEST_PUSH} seconds"),
+            });
+        }
+        entity.push(Push { link, force, torque, in_link_axes, point, lasts, waits: false });
         entity.push_links();
         let place = self.place(&wrench.robot)?;
         self.wake_around(place);

@@ -43,6 +43,27 @@ pub struct Snapshot {
     pub modes: Vec<Mode>,
     /// Aligned with `velocities`.
     pub flags: Vec<Flags>,
+    /// What touches, as the last step had it, in an order that is the same for equal states.
+    pub contacts: Vec<ContactState>,
+}
+
+/// A point where two links touch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactState {
+    /// Places of the two robots in [`WorldLayout::entities`].
+    pub robots: [usize; 2],
+    /// Of each robot's link in its model.
+    pub links: [usize; 2],
+    /// World, in the middle between the surfaces, metres.
+    pub point: DVec3,
+    /// From the first link to the second, of unit length, world.
+    pub normal: DVec3,
+    /// How far the two overlap, metres; negative where they are about to touch.
+    pub depth: f64,
+    /// Mean force over the last step with which the first pushes the second along the normal, N.
+    pub normal_force: f64,
+    /// Mean force of friction on the second over the last step, across the normal, world, N.
+    pub friction_force: DVec3,
 }
 
 /// Which robots there are. Replaced as a whole when that changes.

@@ -40,7 +40,7 @@ impl Simulation {
         }
         for place in 0..self.entities.len() {
             let entity = &mut self.entities[place];
-            if let Some(reason) = entity.end_step() {
+            if let Some(reason) = entity.end_step(time_step) {
                 let (robot, reason) = (entity.name.clone(), reason.to_string());
                 self.contacts.forget(place);
                 self.happened(EventKind::EntityDisabled { robot, reason });

@@ -19,6 +19,7 @@ mod meshes;
 mod mimic;
 mod numbers;
 mod prescan;
+mod rewrite;
 mod scale;
 mod surface;
 #[cfg(test)]
@@ -38,6 +39,7 @@ use deadline::Deadline;
 use findings::{Findings, Refusal};
 
 pub use meshes::other_case;
+pub use rewrite::readdress;
 
 /// A file that a description names.
 #[derive(Clone, Debug)]

@@ -155,15 +155,19 @@ fn node_default<'a>(node: Node<'a, '_>) -> Option<&'a str> {
     node.document().root_element().default_namespace()
 }
 
-/// The name and the mesh URIs.
-pub(super) fn description(root: Node) -> Description {
-    let mut seen = HashSet::new();
-    let asset_uris = root
-        .children()
+/// What names mesh files, in the order of the text.
+pub(super) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a, 'input>> {
+    root.children()
         .filter(|node| is(*node, "link"))
         .flat_map(|link| link.children().filter(|node| is(*node, "visual") || is(*node, "collision")))
         .flat_map(|shape| shape.children().filter(|node| is(*node, "geometry")))
         .flat_map(|geometry| geometry.children().filter(|node| is(*node, "mesh")))
+}
+
+/// The name and the mesh URIs.
+pub(super) fn description(root: Node) -> Description {
+    let mut seen = HashSet::new();
+    let asset_uris = meshes(root)
         .filter_map(|mesh| mesh.attribute("filename"))
         .filter(|uri| !uri.trim().is_empty() && seen.insert(*uri))
         .map(str::to_owned)

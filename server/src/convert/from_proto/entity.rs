@@ -6,7 +6,7 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::Command;
 use simd_core::collision::MeshShapes;
-use simd_core::simulation::command::{LinkWrench, Touches};
+use simd_core::simulation::command::{LONGEST_PUSH, Lasts, LinkWrench, Touches};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -176,6 +176,13 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         v1::WrenchFrame::Unspecified | v1::WrenchFrame::World => false,
         v1::WrenchFrame::Link => true,
     };
+    let at = Path::ROOT.field("duration");
+    let lasts = match (at.within(request.duration, 0.0..=LONGEST_PUSH)?, request.persistent) {
+        (0.0, false) => Lasts::NextStep,
+        (0.0, true) => Lasts::UntilCleared,
+        (seconds, false) => Lasts::For(seconds),
+        (seconds, true) => return Err(at.refuse(seconds, "it must be 0 where the wrench is persistent")),
+    };
     Ok(Command::ApplyWrench(LinkWrench {
         robot: robot(request.robot)?,
         link: Path::ROOT.field("link").name(request.link)?,
@@ -183,7 +190,7 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         torque,
         in_link_axes,
         point: geometry::vector_or_zero(&Path::ROOT.field("point"), request.point)?,
-        persistent: request.persistent,
+        lasts,
     }))
 }
 

@@ -1,10 +1,32 @@
 //! Answers of the contact service, and surfaces of links.
 
+use simd_core::Snapshot;
 use simd_core::collision::Surface;
 use simd_core::simulation::query::{ContactReport, RayReport};
+use simd_core::simulation::snapshot::ContactState;
 use simd_proto::v1;
 
 use super::geometry::vector;
+
+/// A point of a snapshot where two links touch.
+pub fn contact_state(snapshot: &Snapshot, state: &ContactState) -> v1::Contact {
+    let name = |side: usize| {
+        let entity = snapshot.world.entities.get(state.robots[side])?;
+        Some((entity.name.clone(), entity.model.links.get(state.links[side])?.name.clone()))
+    };
+    let ((robot_a, link_a), (robot_b, link_b)) = (name(0).unwrap_or_default(), name(1).unwrap_or_default());
+    v1::Contact {
+        robot_a,
+        link_a,
+        robot_b,
+        link_b,
+        point: Some(vector(state.point)),
+        normal: Some(vector(state.normal)),
+        depth: state.depth,
+        normal_force: state.normal_force,
+        friction_force: Some(vector(state.friction_force)),
+    }
+}
 
 /// A point where two links touch.
 pub fn contact(report: ContactReport) -> v1::Contact {

@@ -44,8 +44,7 @@ async fn every_stream_ends_with_ok_and_the_server_returns() {
 async fn a_call_that_waits_is_told_that_the_daemon_goes_down() {
     let daemon = Daemon::start(RunState::Paused).await;
     let newest = daemon.handle.newest().sequence;
-    let request =
-        v1::NextJointStatesRequest { after_sequence: newest, timeout: 60.0, selections: Vec::new() };
+    let request = v1::NextJointStatesRequest { after_sequence: newest, timeout: 60.0, ..Default::default() };
     let mut joints = daemon.joints();
     let (answer, ()) = tokio::join!(joints.next_joint_states(request), async {
         // The call is on its way before the one that this waits for.

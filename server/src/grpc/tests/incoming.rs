@@ -15,7 +15,12 @@ use super::super::incoming::{Connection, Limits, incoming};
 use super::*;
 
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-const LIMITS: Limits = Limits { connections: 2, preface: Duration::from_secs(5) };
+const LIMITS: Limits = Limits {
+    connections: 2,
+    preface: Duration::from_secs(5),
+    http1: 1,
+    http1_silence: Duration::from_secs(600),
+};
 
 /// A client's end of a connection, and the daemon's.
 async fn connection() -> (DuplexStream, Connection<DuplexStream>) {

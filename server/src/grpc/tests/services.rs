@@ -120,6 +120,7 @@ async fn the_next_state_is_newer_or_the_same_after_the_timeout() {
         after_sequence,
         timeout: 1e-3,
         selections: vec![shoulder()],
+        ..Default::default()
     };
     let states = joints.next_joint_states(request(0)).await.unwrap().into_inner().states.unwrap();
     assert_eq!(sequence(&states), newest);

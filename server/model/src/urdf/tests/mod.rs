@@ -5,6 +5,7 @@ mod hostile;
 mod inertials;
 mod joints;
 mod mimics;
+mod rewriting;
 mod robots;
 mod shapes;
 

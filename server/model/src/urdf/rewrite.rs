@@ -1,0 +1,59 @@
+//! A description with other addresses of its meshes, and nothing else changed.
+
+use std::ops::Range;
+
+use super::findings::Findings;
+use super::{Refused, document, prescan};
+use crate::limits::Limits;
+
+/// The description's text with the file name of each mesh for which `address` gives
+/// another one. All else stays as it is, byte for byte, but for what [`describe`](super::describe)
+/// has to mend before it can be read: an XML declaration is blank, since the text is UTF-8 now.
+///
+/// # Errors
+///
+/// As [`describe`](super::describe).
+pub fn readdress(
+    urdf: &[u8],
+    limits: &Limits,
+    address: &dyn Fn(&str) -> Option<String>,
+) -> Result<String, Refused> {
+    let mut findings = Findings::new(limits.findings);
+    let text = document::open(urdf, limits, &mut findings, |root, _| {
+        let names = prescan::meshes(root).filter_map(|mesh| mesh.attribute_node("filename"));
+        let places = names.filter_map(|name| Some((name.range(), address(name.value())?)));
+        let places: Vec<(Range<usize>, String)> = places.collect();
+        Ok(replaced(root.document().input_text(), &places))
+    });
+    text.map_err(|refusal| findings.refused(refusal))
+}
+
+/// The text with whole attributes replaced by file names. They are in the order of the text.
+fn replaced(text: &str, places: &[(Range<usize>, String)]) -> String {
+    let mut written = String::with_capacity(text.len());
+    let mut from = 0;
+    for (range, address) in places {
+        written += text.get(from..range.start).unwrap_or_default();
+        written += &format!("filename=\"{}\"", escaped(address));
+        from = range.end;
+    }
+    written + text.get(from..).unwrap_or_default()
+}
+
+/// As the value of an attribute.
+fn escaped(text: &str) -> String {
+    let mut written = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => written += "&amp;",
+            '<' => written += "&lt;",
+            '>' => written += "&gt;",
+            '"' => written += "&quot;",
+            '\'' => written += "&apos;",
+            // A parser makes spaces of these where they stand for themselves.
+            '\t' | '\n' | '\r' => written += &format!("&#{};", u32::from(character)),
+            _ => written.push(character),
+        }
+    }
+    written
+}

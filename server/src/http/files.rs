@@ -1,0 +1,109 @@
+//! Files by their hash: meshes as glTF, and as they were sent.
+
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Path, State};
+use axum::http::header::{self, HeaderValue};
+use axum::http::{HeaderMap, Response, StatusCode};
+use axum::response::IntoResponse;
+use bytes::Bytes;
+use simd_model::robot::Sha256;
+
+use super::{Page, caching, refused};
+
+/// For what a stranger sent: a browser shows it, if at all, as a document that can do nothing.
+pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors 'none'";
+
+/// `GET /meshes/SHA256.glb`: a mesh that a robot uses, as binary glTF.
+pub(super) async fn mesh(
+    State(page): State<Arc<Page>>,
+    Path(name): Path<String>,
+    asked: HeaderMap,
+) -> Response<Body> {
+    let Some(sha256) = name.strip_suffix(".glb").and_then(Sha256::parse) else {
+        return not_found("the address of a mesh is /meshes/SHA256.glb");
+    };
+    let tag = caching::tag(&format!("{sha256}glb"));
+    if caching::has(&asked, &tag) {
+        return unchanged(tag);
+    }
+    match page.meshes.get(&page.handle, sha256).await {
+        Ok(Some(glb)) => {
+            let gzip = glb.gzip.filter(|_| caching::takes_gzip(&asked));
+            let encoding = gzip.is_some().then_some("gzip");
+            lasting(gzip.unwrap_or(glb.bytes), "model/gltf-binary", encoding, tag)
+        }
+        Ok(None) => not_found("no robot uses a mesh of this hash"),
+        Err(error) => refused(&error),
+    }
+}
+
+/// `GET /assets/SHA256.EXTENSION`: a file as it was sent; else a file of the page.
+pub(super) async fn asset(
+    State(page): State<Arc<Page>>,
+    Path(name): Path<String>,
+    asked: HeaderMap,
+) -> Response<Body> {
+    let (hash, extension) = name.split_once('.').unwrap_or((&name, ""));
+    let Some(sha256) = Sha256::parse(hash) else {
+        let file = page.bundle.answer(&format!("assets/{name}"), &asked);
+        return file.unwrap_or_else(|| not_found("there is no such file"));
+    };
+    let tag = caching::tag(&sha256.to_string());
+    if caching::has(&asked, &tag) {
+        return unchanged(tag);
+    }
+    match page.handle.asset(&sha256) {
+        Some(bytes) => {
+            let mut response = lasting(bytes, media_type(extension), None, tag);
+            let sandbox = HeaderValue::from_static(SANDBOX);
+            response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, sandbox);
+            response
+        }
+        None => not_found("no file of this hash is kept"),
+    }
+}
+
+/// Of what robots are made of. Nothing that a browser would run.
+fn media_type(extension: &str) -> &'static str {
+    match extension.to_ascii_lowercase().as_str() {
+        "stl" => "model/stl",
+        "obj" => "model/obj",
+        "dae" => "model/vnd.collada+xml",
+        "png" => "image/png",
+        "jpg" | "jpeg" => "image/jpeg",
+        _ => "application/octet-stream",
+    }
+}
+
+fn lasting(
+    bytes: Bytes,
+    media_type: &'static str,
+    encoding: Option<&'static str>,
+    tag: HeaderValue,
+) -> Response<Body> {
+    let mut response = unchanged(tag);
+    *response.status_mut() = StatusCode::OK;
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+    if let Some(encoding) = encoding {
+        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));
+    }
+    *response.body_mut() = Body::from(bytes);
+    response
+}
+
+fn unchanged(tag: HeaderValue) -> Response<Body> {
+    let mut response = Response::new(Body::empty());
+    *response.status_mut() = StatusCode::NOT_MODIFIED;
+    let headers = response.headers_mut();
+    headers.insert(header::ETAG, tag);
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(caching::IMMUTABLE));
+    headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
+    response
+}
+
+fn not_found(sentence: &'static str) -> Response<Body> {
+    (StatusCode::NOT_FOUND, format!("{sentence}\n")).into_response()
+}

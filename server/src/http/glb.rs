@@ -1,0 +1,210 @@
+//! A mesh as binary glTF 2.0 (the Khronos specification, chapters 3.6 and 4), for viewers.
+//!
+//! Coordinates are those of the mesh: metres, and the axes of its file, as the physics has
+//! them. Formats that simd reads seldom have normals that can be trusted, so they are made here:
+//! edges that are bent more than [`CREASE`] stay sharp.
+
+use glamx::DVec3;
+use simd_model::robot::MeshAsset;
+
+/// Cosine of the bend between two triangles from which their edge is drawn as one: 35 degrees.
+const CREASE: f64 = 0.82;
+/// Triangles about a corner at the most for which smoothing looks at each pair; about one of more, as the
+/// tip of a fine cone is, each triangle is flat.
+const PAIRED: usize = 64;
+/// Colour of what has none: linear, with alpha.
+const GREY: [f64; 4] = [0.6, 0.6, 0.6, 1.0];
+
+const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
+const VERSION: u32 = 2;
+const JSON: u32 = u32::from_le_bytes(*b"JSON");
+const BIN: u32 = u32::from_le_bytes(*b"BIN\0");
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+
+/// Corners with their normals, and triangles of them.
+#[derive(Default)]
+struct Surface {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+}
+
+/// The file's bytes.
+pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
+    let surface = surface(mesh);
+    let (least, most) = bounds(&surface.positions);
+    let vectors = size_of_val(surface.positions.as_slice());
+    let indices = size_of_val(surface.indices.as_slice());
+    let accessor = |view: usize, component: u32, count: usize, kind: &str| serde_json::json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
+    let mut positions = accessor(0, FLOAT, surface.positions.len(), "VEC3");
+    positions["min"] = serde_json::json!(least);
+    positions["max"] = serde_json::json!(most);
+    let view = |offset: usize, length: usize, target: u32| serde_json::json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target });
+    let json = serde_json::json!({
+        "asset": { "version": "2.0", "generator": "simd" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{
+            "attributes": { "POSITION": 0, "NORMAL": 1 },
+            "indices": 2,
+            "material": 0,
+        }] }],
+        "materials": [{
+            // Shells of one layer are common: both sides are drawn.
+            "doubleSided": true,
+            "pbrMetallicRoughness": {
+                "baseColorFactor": GREY, "metallicFactor": 0.0, "roughnessFactor": 0.8,
+            },
+        }],
+        "accessors": [
+            positions,
+            accessor(1, FLOAT, surface.normals.len(), "VEC3"),
+            accessor(2, UNSIGNED_INT, surface.indices.len(), "SCALAR"),
+        ],
+        "bufferViews": [
+            view(0, vectors, ARRAY_BUFFER),
+            view(vectors, vectors, ARRAY_BUFFER),
+            view(2 * vectors, indices, ELEMENT_ARRAY_BUFFER),
+        ],
+        "buffers": [{ "byteLength": 2 * vectors + indices }],
+    });
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    assemble(&json, &surface, 2 * vectors + indices)
+}
+
+/// Header and chunks. All lengths are multiples of four already.
+fn assemble(json: &[u8], surface: &Surface, bytes: usize) -> Vec<u8> {
+    let length = |bytes: usize| u32::try_from(bytes).unwrap_or(u32::MAX);
+    let total = 12 + 8 + json.len() + 8 + bytes;
+    let mut file = Vec::with_capacity(total);
+    let word = |file: &mut Vec<u8>, word: u32| file.extend_from_slice(&word.to_le_bytes());
+    for value in [MAGIC, VERSION, length(total), length(json.len()), JSON] {
+        word(&mut file, value);
+    }
+    file.extend_from_slice(json);
+    word(&mut file, length(bytes));
+    word(&mut file, BIN);
+    for value in surface.positions.iter().chain(&surface.normals).flatten() {
+        file.extend_from_slice(&value.to_le_bytes());
+    }
+    for index in &surface.indices {
+        file.extend_from_slice(&index.to_le_bytes());
+    }
+    file
+}
+
+/// Smallest and largest of each coordinate.
+fn bounds(positions: &[[f32; 3]]) -> ([f32; 3], [f32; 3]) {
+    let mut bounds = ([f32::MAX; 3], [f32::MIN; 3]);
+    for position in positions {
+        for (axis, value) in position.iter().enumerate() {
+            bounds.0[axis] = bounds.0[axis].min(*value);
+            bounds.1[axis] = bounds.1[axis].max(*value);
+        }
+    }
+    if positions.is_empty() { ([0.0; 3], [0.0; 3]) } else { bounds }
+}
+
+/// Gives each corner a normal: the mean of those triangles about it that are not bent away from
+/// the corner's own, by their areas. A corner with several normals becomes several.
+fn surface(mesh: &MeshAsset) -> Surface {
+    let corner = |index: u32| mesh.vertices.get(index as usize).copied().unwrap_or_default();
+    // Twice the area as its length.
+    let faces: Vec<DVec3> = mesh
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(corner);
+            (b - a).cross(c - a)
+        })
+        .collect();
+    let about = About::new(mesh);
+    let mut surface = Surface { indices: vec![0; 3 * mesh.triangles.len()], ..Surface::default() };
+    let mut known: Vec<(DVec3, u32)> = Vec::new();
+    for (place, vertex) in mesh.vertices.iter().enumerate() {
+        let corners = about.corners(place);
+        known.clear();
+        for &at in corners {
+            let own = faces.get(at as usize / 3).and_then(|area| area.try_normalize());
+            let normal = match own {
+                Some(own) if corners.len() > PAIRED => own,
+                _ => smooth(own, corners, &faces),
+            };
+            let alike = known.iter().find(|(other, _)| other.dot(normal) > 0.9999).map(|(_, index)| *index);
+            let index = alike.unwrap_or_else(|| {
+                let index = u32::try_from(surface.positions.len()).unwrap_or(u32::MAX);
+                surface.positions.push(single(*vertex));
+                surface.normals.push(single(normal));
+                if known.len() < PAIRED {
+                    known.push((normal, index));
+                }
+                index
+            });
+            if let Some(slot) = surface.indices.get_mut(at as usize) {
+                *slot = index;
+            }
+        }
+    }
+    surface
+}
+
+/// The mean of the first triangles about a corner that are not bent away from one of them; of
+/// all where that one has no area.
+fn smooth(own: Option<DVec3>, corners: &[u32], faces: &[DVec3]) -> DVec3 {
+    let areas = corners.iter().take(PAIRED).filter_map(|at| faces.get(*at as usize / 3));
+    let near = areas.filter(|area| own.is_none_or(|own| area.dot(own) > CREASE * area.length()));
+    near.sum::<DVec3>().try_normalize().or(own).unwrap_or(DVec3::Z)
+}
+
+fn single(vector: DVec3) -> [f32; 3] {
+    vector.to_array().map(|value| value as f32)
+}
+
+/// Which corners of triangles are at each vertex, all in one array: triangle `t` has the
+/// corners `3 t`, `3 t + 1` and `3 t + 2`.
+struct About {
+    /// Of each vertex, where its corners end.
+    ends: Vec<usize>,
+    corners: Vec<u32>,
+}
+
+impl About {
+    fn new(mesh: &MeshAsset) -> Self {
+        let mut ends = vec![0; mesh.vertices.len()];
+        for index in mesh.triangles.iter().flatten() {
+            if let Some(count) = ends.get_mut(*index as usize) {
+                *count += 1;
+            }
+        }
+        let mut end = 0;
+        for slot in &mut ends {
+            end += *slot;
+            // Where the vertex's corners begin, moved to their end while they are put in.
+            *slot = end - *slot;
+        }
+        let mut corners = vec![0; end];
+        for (at, index) in (0_u32..).zip(mesh.triangles.iter().flatten()) {
+            if let Some(next) = ends.get_mut(*index as usize) {
+                if let Some(slot) = corners.get_mut(*next) {
+                    *slot = at;
+                }
+                *next += 1;
+            }
+        }
+        Self { ends, corners }
+    }
+
+    fn corners(&self, vertex: usize) -> &[u32] {
+        let begin = vertex.checked_sub(1).and_then(|before| self.ends.get(before)).copied().unwrap_or(0);
+        let end = self.ends.get(vertex).copied().unwrap_or(begin);
+        self.corners.get(begin..end).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests;

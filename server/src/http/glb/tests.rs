@@ -1,0 +1,145 @@
+//! What is written is glTF, and of the mesh.
+
+use simd_model::robot::Sha256;
+
+use super::*;
+
+fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> MeshAsset {
+    MeshAsset {
+        sha256: Sha256::of(b"mesh"),
+        vertices: vertices.iter().map(|vertex| DVec3::from_array(*vertex)).collect(),
+        triangles: triangles.to_vec(),
+    }
+}
+
+/// A cube of side 1 about the origin, with the corners of neighbours shared.
+fn cube() -> MeshAsset {
+    let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| bit as f64 - 0.5);
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles: Vec<[u32; 3]> =
+        sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    mesh(&std::array::from_fn::<_, 8, _>(corner), &triangles)
+}
+
+/// A ball of radius 1 of `rings` times `2 rings` sides.
+fn ball(rings: u32) -> MeshAsset {
+    let (around, turn) = (2 * rings, std::f64::consts::TAU / f64::from(2 * rings));
+    let mut vertices = Vec::new();
+    for i in 0..=rings {
+        let (sin, cos) = if i == rings { (0.0, -1.0) } else { (f64::from(i) * turn).sin_cos() };
+        vertices.extend((0..around).map(|j| {
+            let (y, x) = (f64::from(j) * turn).sin_cos();
+            [sin * x, sin * y, cos]
+        }));
+    }
+    let at = |i: u32, j: u32| i * around + j % around;
+    let square =
+        |i, j| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]];
+    let triangles: Vec<[u32; 3]> =
+        (0..rings).flat_map(|i| (0..around).flat_map(move |j| square(i, j))).collect();
+    mesh(&vertices, &triangles)
+}
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+}
+
+/// The JSON and the binary chunk, where the file's lengths are right.
+fn read(file: &[u8]) -> (serde_json::Value, Vec<u8>) {
+    assert_eq!((word(file, 0), word(file, 4), word(file, 8) as usize), (MAGIC, VERSION, file.len()));
+    let json = word(file, 12) as usize;
+    assert_eq!((word(file, 16), json % 4), (JSON, 0));
+    let bin = 20 + json;
+    assert_eq!(word(file, bin + 4), BIN);
+    let rest = &file[bin + 8..];
+    assert_eq!((word(file, bin) as usize, rest.len() % 4), (rest.len(), 0));
+    (serde_json::from_slice(&file[20..bin]).unwrap(), rest.to_vec())
+}
+
+/// Positions, normals and indices as the accessors say.
+fn contents(file: &[u8]) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>) {
+    let (json, bytes) = read(file);
+    assert_eq!(json["buffers"][0]["byteLength"], bytes.len());
+    let part = |accessor: usize, size: usize| {
+        let accessor = &json["accessors"][accessor];
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let (offset, length) = (view["byteOffset"].as_u64().unwrap(), view["byteLength"].as_u64().unwrap());
+        assert_eq!(accessor["count"].as_u64().unwrap() as usize * size, length as usize);
+        bytes[offset as usize..(offset + length) as usize].to_vec()
+    };
+    let vectors = |accessor| -> Vec<[f32; 3]> {
+        let values = part(accessor, 12);
+        let vector = |at: &[u8]| std::array::from_fn(|i| f32::from_bits(word(at, 4 * i)));
+        values.chunks(12).map(vector).collect()
+    };
+    (vectors(0), vectors(1), part(2, 4).chunks(4).map(|at| word(at, 0)).collect())
+}
+
+/// Each corner of each triangle is where the mesh has it.
+fn agrees(mesh: &MeshAsset) -> (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>) {
+    let file = write(mesh);
+    let (positions, normals, indices) = contents(&file);
+    assert_eq!((positions.len(), indices.len()), (normals.len(), 3 * mesh.triangles.len()));
+    for (index, vertex) in indices.iter().zip(mesh.triangles.iter().flatten()) {
+        assert_eq!(positions[*index as usize], single(mesh.vertices[*vertex as usize]));
+    }
+    for normal in &normals {
+        let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!((length - 1.0).abs() < 1e-5, "{normal:?}");
+    }
+    (positions, normals, indices)
+}
+
+#[test]
+fn a_cube_keeps_its_edges_and_says_its_bounds() {
+    let (positions, normals, indices) = agrees(&cube());
+    // Three normals at each of the eight corners.
+    assert_eq!(positions.len(), 24);
+    for triangle in indices.chunks(3) {
+        let at = triangle.iter().map(|index| normals[*index as usize]);
+        for normal in at {
+            let axes = normal.iter().filter(|x| x.abs() > 0.999).count();
+            assert_eq!(axes, 1, "{normal:?}");
+        }
+    }
+    let (json, _) = read(&write(&cube()));
+    assert_eq!(json["accessors"][0]["min"], serde_json::json!([-0.5, -0.5, -0.5]));
+    assert_eq!(json["accessors"][0]["max"], serde_json::json!([0.5, 0.5, 0.5]));
+}
+
+/// The normal of a ball is its radius: to less than the angle between neighbouring sides.
+#[test]
+fn a_ball_is_smooth() {
+    let ball = ball(24);
+    let (positions, normals, _) = agrees(&ball);
+    assert!(positions.len() <= ball.vertices.len(), "no corner is doubled");
+    for (position, normal) in positions.iter().zip(&normals) {
+        let cosine: f32 = position.iter().zip(normal).map(|(a, b)| a * b).sum();
+        assert!(cosine > (std::f32::consts::PI / 24.0).cos(), "{position:?} {normal:?}");
+    }
+}
+
+#[test]
+fn what_has_no_area_or_too_many_neighbours_has_normals_all_the_same() {
+    agrees(&mesh(&[[0.0; 3], [1.0, 0.0, 0.0]], &[[0, 0, 0], [0, 1, 0], [0, 1, 1]]));
+    // A million triangles about one corner, each pair of which would be too many.
+    let rim = 1_000_000_u32;
+    let point = |i: u32| {
+        let (y, x) = (f64::from(i) * std::f64::consts::TAU / f64::from(rim)).sin_cos();
+        [x, y, -1.0]
+    };
+    let vertices: Vec<[f64; 3]> = std::iter::once([0.0; 3]).chain((0..rim).map(point)).collect();
+    let triangles: Vec<[u32; 3]> = (0..rim).map(|i| [0, 1 + i, 1 + (i + 1) % rim]).collect();
+    let file = write(&mesh(&vertices, &triangles));
+    let (json, _) = read(&file);
+    assert_eq!(json["accessors"][2]["count"], 3 * rim);
+}
+
+#[test]
+fn far_away_and_tiny_is_written_too() {
+    let far = 1e18;
+    let (positions, _, _) =
+        agrees(&mesh(&[[far, 0.0, 0.0], [0.0, far, 0.0], [0.0, 0.0, -far]], &[[0, 1, 2]]));
+    assert!(positions.iter().flatten().all(|value| value.is_finite()));
+    agrees(&mesh(&[[1e-30, 0.0, 0.0], [0.0, 1e-30, 0.0], [0.0; 3]], &[[0, 1, 2]]));
+}

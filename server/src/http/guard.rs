@@ -1,0 +1,205 @@
+//! Who may ask, and what browsers are told to keep to.
+//!
+//! A page of another site must not reach the daemon through the browser of somebody who can: not
+//! by a name that its owner points at 127.0.0.1 (DNS rebinding), which `Host` gives away, and not by
+//! asking across sites, which `Origin` gives away. Programs that speak gRPC are no browsers.
+
+use std::net::IpAddr;
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::header::{self, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, StatusCode, Version};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+use crate::handle::Transport;
+
+/// The page loads and asks its own daemon alone. three.js makes pictures of its own (`blob:`), and
+/// small ones come within style sheets (`data:`).
+const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; font-src 'self' data:; \
+                      object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What every answer to a browser has.
+fn headers() -> [(HeaderName, HeaderValue); 5] {
+    [
+        (header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY)),
+        (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
+        (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
+        (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
+        (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
+    ]
+}
+
+/// Names under which the daemon may be asked for, beside addresses and `localhost`.
+#[derive(Clone, Debug, Default)]
+pub struct Hosts(Arc<[String]>);
+
+impl Hosts {
+    /// These names, as `Host` has them but for the port.
+    pub fn new(names: &[String]) -> Self {
+        Self(names.iter().map(|name| name.to_ascii_lowercase()).collect())
+    }
+
+    /// Whether nobody else can make a browser believe that this is where their page comes from.
+    fn allow(&self, host: &str) -> bool {
+        let name = without_port(host);
+        let address = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
+        address.parse::<IpAddr>().is_ok() || name == "localhost" || self.0.iter().any(|known| known == name)
+    }
+}
+
+/// `name` of `name:port`, `[::1]` of `[::1]:port`.
+fn without_port(host: &str) -> &str {
+    match host.rsplit_once(':') {
+        Some((name, port)) if !port.is_empty() && port.bytes().all(|digit| digit.is_ascii_digit()) => name,
+        _ => host,
+    }
+}
+
+/// Lets a request through, or refuses it with 403 and a sentence.
+pub(super) async fn guard(State(hosts): State<Hosts>, mut request: Request, next: Next) -> Response {
+    let media = request.headers().get(header::CONTENT_TYPE).and_then(|media| media.to_str().ok());
+    let is_web = media.is_some_and(|media| media.starts_with("application/grpc-web"));
+    let is_grpc = !is_web && media.is_some_and(|media| media.starts_with("application/grpc"));
+    let origins = request.headers().contains_key(header::ORIGIN);
+    if is_grpc && request.version() == Version::HTTP_2 && !origins {
+        return next.run(request).await;
+    }
+    let mut response = match check(&request, &hosts) {
+        Ok(()) => {
+            if is_web {
+                request.extensions_mut().insert(Transport::GrpcWeb);
+            }
+            next.run(request).await
+        }
+        Err(sentence) => (StatusCode::FORBIDDEN, sentence).into_response(),
+    };
+    for (name, value) in headers() {
+        // A file that a stranger sent has a stricter one.
+        response.headers_mut().entry(name).or_insert(value);
+    }
+    response
+}
+
+fn check(request: &Request<Body>, hosts: &Hosts) -> Result<(), String> {
+    let host = host(request)?;
+    if !hosts.allow(&host) {
+        let name = without_port(&host);
+        return Err(format!(
+            "the daemon is not asked for as {name:?}: use its address or localhost, or start it with \
+             --allow-host {name}\n"
+        ));
+    }
+    let Some(origin) = single(request.headers(), header::ORIGIN)? else { return Ok(()) };
+    let site = origin.to_ascii_lowercase();
+    let authority = site.strip_prefix("http://").or_else(|| site.strip_prefix("https://"));
+    if authority.is_some_and(|authority| with_port(authority, &site) == with_port(&host, &site)) {
+        return Ok(());
+    }
+    Err(format!("a page of {origin:?} may not ask the daemon at {host:?}\n"))
+}
+
+/// As the client names the daemon, small: `Host`, or what stands for it in HTTP/2.
+fn host(request: &Request<Body>) -> Result<String, String> {
+    let said = single(request.headers(), header::HOST)?;
+    let authority = request.uri().authority().map(|authority| authority.as_str());
+    let host = said.or(authority).filter(|host| !host.is_empty());
+    host.map(str::to_ascii_lowercase).ok_or_else(|| "the request does not say its Host\n".to_owned())
+}
+
+/// A header that may be there once.
+fn single(headers: &HeaderMap, name: HeaderName) -> Result<Option<&str>, String> {
+    let mut values = headers.get_all(&name).iter();
+    let (first, second) = (values.next(), values.next());
+    let text = first.map(|value| value.to_str().map_err(|_| format!("{name} is no text\n"))).transpose()?;
+    if second.is_some() { Err(format!("{name} is there twice\n")) } else { Ok(text) }
+}
+
+/// The port is left out where it is the scheme's own.
+fn with_port(authority: &str, site: &str) -> String {
+    if without_port(authority) != authority {
+        return authority.to_owned();
+    }
+    let port = if site.starts_with("https://") { 443 } else { 80 };
+    format!("{authority}:{port}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(host: &str, origin: Option<&str>) -> Result<(), String> {
+        let mut request = Request::builder().uri("/").header(header::HOST, host);
+        if let Some(origin) = origin {
+            request = request.header(header::ORIGIN, origin);
+        }
+        check(&request.body(Body::empty()).unwrap(), &Hosts::new(&["Lab.example".to_owned()]))
+    }
+
+    #[test]
+    fn addresses_localhost_and_names_that_the_operator_gave_are_served() {
+        for host in [
+            "127.0.0.1:7400",
+            "127.0.0.1",
+            "[::1]:7400",
+            "[::1]",
+            "192.168.0.7:80",
+            "localhost:7400",
+            "LocalHost",
+            "lab.example:7400",
+            "LAB.example",
+        ] {
+            assert_eq!(answer(host, None), Ok(()), "{host}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_a_stranger_can_point_here_is_refused() {
+        for host in [
+            "evil.example",
+            "evil.example:7400",
+            "127.0.0.1.evil.example",
+            "localhost.evil.example",
+            "lab.example.evil",
+            "localhost:7400:1",
+            "127.0.0.1@evil.example",
+            "",
+        ] {
+            assert!(answer(host, None).is_err(), "{host}");
+        }
+        assert!(answer("evil.example:1", None).unwrap_err().contains("--allow-host evil.example"));
+        let nameless = Request::builder().uri("/").body(Body::empty()).unwrap();
+        assert!(check(&nameless, &Hosts::default()).is_err());
+        let twice = Request::builder().uri("/").header("host", "localhost").header("host", "evil.example");
+        assert!(check(&twice.body(Body::empty()).unwrap(), &Hosts::default()).is_err());
+    }
+
+    #[test]
+    fn a_page_asks_where_it_comes_from_and_nowhere_else() {
+        for (host, origin) in [
+            ("127.0.0.1:7400", "http://127.0.0.1:7400"),
+            ("localhost:7400", "http://LOCALHOST:7400"),
+            ("localhost", "http://localhost"),
+            ("localhost:80", "http://localhost"),
+            // Behind a proxy that speaks TLS.
+            ("lab.example", "https://lab.example"),
+            ("lab.example:443", "https://lab.example"),
+        ] {
+            assert_eq!(answer(host, Some(origin)), Ok(()), "{host} {origin}");
+        }
+        for (host, origin) in [
+            ("127.0.0.1:7400", "http://evil.example"),
+            ("127.0.0.1:7400", "http://127.0.0.1:7401"),
+            ("127.0.0.1:7400", "http://localhost:7400"),
+            ("127.0.0.1:7400", "null"),
+            ("127.0.0.1:7400", "file://"),
+            ("127.0.0.1:7400", "127.0.0.1:7400"),
+            ("localhost", "https://localhost:80"),
+            ("evil.example", "http://evil.example"),
+        ] {
+            assert!(answer(host, Some(origin)).is_err(), "{host} {origin}");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The HTTP front-end: the page in the browser and what it shows, beside gRPC on one port.
+//!
+//! * Here: which address is answered by what.
+//! * `guard`: who may ask, and what browsers must keep to.
+//! * `bundle`: the page itself. `fallback` has the one that stands in for it.
+//! * `files`: meshes and files by their hash; `meshes`, `glb`: meshes as glTF.
+//! * `robots`: robots as JSON and as URDF.
+//! * `caching`: what browsers keep.
+//!
+//! It has no call of its own that changes anything: the page speaks gRPC-Web, which becomes a
+//! call of the same services. No path of a request is ever joined to a path of a disk: files are looked up by their
+//! hash, and the page's in a table.
+
+mod bundle;
+mod caching;
+mod files;
+mod glb;
+mod guard;
+mod meshes;
+mod robots;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::{Method, Response, StatusCode, header};
+use axum::middleware;
+use axum::response::IntoResponse;
+use axum::routing::get;
+use tonic::Status;
+use tonic_web::GrpcWebLayer;
+
+pub use self::bundle::Bundle;
+pub use self::guard::Hosts;
+
+use self::meshes::Meshes;
+use crate::SimHandle;
+use crate::handle::CallError;
+
+/// What the front-end serves beside the calls.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// The page.
+    pub bundle: Bundle,
+    /// Names under which the daemon may be asked for.
+    pub hosts: Hosts,
+}
+
+/// What answers are made of.
+#[derive(Debug)]
+struct Page {
+    handle: SimHandle,
+    bundle: Bundle,
+    meshes: Meshes,
+}
+
+/// Puts the page and what it shows beside the services, which browsers call as gRPC-Web.
+pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
+    let Settings { bundle, hosts } = settings;
+    let page = Arc::new(Page { handle: handle.clone(), bundle, meshes: Meshes::default() });
+    Router::new()
+        .route("/meshes/{name}", get(files::mesh))
+        .route("/assets/{*name}", get(files::asset))
+        .route("/robots", get(robots::list))
+        .route("/robots/{robot}/robot.urdf", get(robots::description))
+        .fallback(other)
+        .with_state(page)
+        // On the services alone: elsewhere it refuses what is not gRPC.
+        .merge(services.route_layer(GrpcWebLayer::new()).reset_fallback())
+        .layer(middleware::from_fn_with_state(hosts, guard::guard))
+}
+
+/// A file of the page, or nothing.
+async fn other(State(page): State<Arc<Page>>, request: Request) -> Response<Body> {
+    let media = request.headers().get(header::CONTENT_TYPE);
+    if media.is_some_and(|media| media.as_bytes().starts_with(b"application/grpc")) {
+        let message = format!("there is no service at {}", request.uri().path());
+        return Status::unimplemented(message).into_http();
+    }
+    let path = request.uri().path().strip_prefix('/').unwrap_or_default();
+    let file = page.bundle.answer(path, request.headers());
+    match file.filter(|_| [Method::GET, Method::HEAD].contains(request.method())) {
+        Some(file) => file,
+        None => (StatusCode::NOT_FOUND, "there is nothing at this address\n").into_response(),
+    }
+}
+
+/// A refusal as HTTP has it: that of the robots' files, which are read as robots are.
+fn refused(error: &CallError) -> Response<Body> {
+    let status = match error {
+        CallError::World(_) | CallError::FileNotFound { .. } => StatusCode::NOT_FOUND,
+        CallError::LimitExceeded { .. } | CallError::ShuttingDown => StatusCode::SERVICE_UNAVAILABLE,
+        _ => StatusCode::INTERNAL_SERVER_ERROR,
+    };
+    (status, format!("{error}\n")).into_response()
+}

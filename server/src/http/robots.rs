@@ -1,0 +1,162 @@
+//! Robots as JSON, for pages and tools that do not speak gRPC, and as URDF, for tools that draw it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Path, State};
+use axum::http::{Response, StatusCode, header};
+use axum::response::IntoResponse;
+use serde::Serialize;
+use simd_core::Snapshot;
+use simd_core::simulation::snapshot::{EntityLayout, Mode};
+use simd_model::robot::{Geometry, JointKind};
+
+use super::{Page, caching, files, refused};
+use crate::SimHandle;
+use crate::handle::RunState;
+
+/// `GET /robots`.
+#[derive(Serialize)]
+struct World {
+    /// The daemon's name.
+    name: String,
+    state: &'static str,
+    step: u64,
+    sim_time: f64,
+    robots: Vec<Robot>,
+}
+
+#[derive(Serialize)]
+struct Robot {
+    name: String,
+    joints: Vec<Joint>,
+}
+
+/// Numbers as the schema has them: radians or metres, and all of a joint's.
+#[derive(Serialize)]
+struct Joint {
+    name: String,
+    r#type: &'static str,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    effort: Vec<f64>,
+    target: Vec<f64>,
+    mode: Vec<&'static str>,
+}
+
+/// All robots with their joints, as they are now.
+pub(super) async fn list(State(page): State<Arc<Page>>) -> Response<Body> {
+    let text = match serde_json::to_string(&world(&page.handle)) {
+        Ok(text) => text,
+        Err(error) => return (StatusCode::INTERNAL_SERVER_ERROR, format!("{error}\n")).into_response(),
+    };
+    let kind = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
+    (kind, text).into_response()
+}
+
+fn world(handle: &SimHandle) -> World {
+    let newest = handle.newest();
+    let snapshot = &newest.snapshot;
+    World {
+        name: handle.info().name.clone(),
+        state: match newest.statistics.state {
+            RunState::Playing => "playing",
+            RunState::Paused => "paused",
+            RunState::Stopped => "stopped",
+        },
+        step: snapshot.at.step,
+        sim_time: snapshot.at.sim_time,
+        robots: snapshot.world.entities.iter().map(|entity| robot(snapshot, entity)).collect(),
+    }
+}
+
+fn robot(snapshot: &Snapshot, entity: &EntityLayout) -> Robot {
+    let joints = entity.model.joints.iter().enumerate();
+    let joints = joints.filter(|(_, joint)| joint.kind != JointKind::Fixed).map(|(index, joint)| {
+        let own = entity.joint_velocities.get(index).cloned().unwrap_or_default();
+        let first = entity.velocities.start;
+        let rates = first + own.start..first + own.end;
+        let values = |of: &[f64]| of.get(rates.clone()).unwrap_or_default().to_vec();
+        let positions = entity.joint_positions.get(index).cloned().unwrap_or_default();
+        let first = entity.positions.start;
+        let positions = first + positions.start..first + positions.end;
+        Joint {
+            name: joint.name.clone(),
+            r#type: kind(joint.kind),
+            position: snapshot.positions.get(positions).unwrap_or_default().to_vec(),
+            velocity: values(&snapshot.velocities),
+            effort: values(&snapshot.efforts),
+            target: values(&snapshot.targets),
+            mode: snapshot.modes.get(rates.clone()).unwrap_or_default().iter().copied().map(mode).collect(),
+        }
+    });
+    Robot { name: entity.name.clone(), joints: joints.collect() }
+}
+
+fn kind(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute => "revolute",
+        JointKind::Continuous => "continuous",
+        JointKind::Prismatic => "prismatic",
+        JointKind::Fixed => "fixed",
+        JointKind::Floating => "floating",
+        JointKind::Planar => "planar",
+    }
+}
+
+fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::None => "none",
+        Mode::Passive => "passive",
+        Mode::Position => "position",
+        Mode::Velocity => "velocity",
+        Mode::Effort => "effort",
+        Mode::Hold => "hold",
+    }
+}
+
+/// `GET /robots/NAME/robot.urdf`: the description, with the addresses of its meshes here.
+pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path<String>) -> Response<Body> {
+    let newest = page.handle.newest();
+    let Some((_, entity)) = newest.snapshot.entity(&robot) else {
+        return (StatusCode::NOT_FOUND, "there is no robot of this name\n").into_response();
+    };
+    let meshes = addresses(entity);
+    let address = move |uri: &str| meshes.get(uri.trim()).cloned();
+    match page.handle.description_with(&robot, address).await {
+        Ok(Some(text)) => {
+            let headers = [
+                (header::CONTENT_TYPE, "application/xml; charset=utf-8"),
+                (header::CACHE_CONTROL, caching::CHECKED),
+                (header::CONTENT_SECURITY_POLICY, files::SANDBOX),
+            ];
+            (headers, text).into_response()
+        }
+        Ok(None) => {
+            let sentence = "the description of this robot is no longer kept\n";
+            (StatusCode::NOT_FOUND, sentence).into_response()
+        }
+        Err(error) => refused(&error),
+    }
+}
+
+/// Of the meshes that were found, by how the description names them.
+fn addresses(entity: &EntityLayout) -> BTreeMap<String, String> {
+    let links = || entity.model.links.iter();
+    let visuals = links().flat_map(|link| &link.visuals).map(|visual| &visual.geometry);
+    let collisions = links().flat_map(|link| &link.collisions).map(|collision| &collision.geometry);
+    let address = |geometry: &Geometry| match geometry {
+        Geometry::Mesh { uri, asset: Some(asset), .. } => {
+            let extension = uri.rsplit_once('.').map_or("", |(_, extension)| extension.trim());
+            let is_plain = !extension.is_empty()
+                && extension.len() < 10
+                && extension.bytes().all(|byte| byte.is_ascii_alphanumeric());
+            let ending =
+                if is_plain { format!(".{}", extension.to_ascii_lowercase()) } else { String::new() };
+            Some((uri.trim().to_owned(), format!("/assets/{}{ending}", asset.sha256)))
+        }
+        _ => None,
+    };
+    visuals.chain(collisions).filter_map(address).collect()
+}

@@ -1,0 +1,103 @@
+//! What a viewer lives on: states with poses and contacts of one moment, and a push that
+//! ends by itself.
+
+use simd_client::proto::{self, ErrorReason, NextJointStatesRequest};
+use simd_client::{Client, every_joint};
+use simd_tests::daemon::{Daemon, Via};
+
+use crate::{arm, load_arm};
+
+/// A box that lies on the ground, beside the arm.
+async fn scene(via: Via) -> Daemon {
+    let daemon = arm(via).await;
+    let plane = proto::primitive::Geometry::Plane(proto::PlaneGeometry { normal: None });
+    let size = Some(proto::Vector3 { x: 0.2, y: 0.2, z: 0.2 });
+    let cube = proto::primitive::Geometry::Box(proto::BoxGeometry { size });
+    spawn(&daemon.client, "ground", plane, 0.0, 0.0).await;
+    spawn(&daemon.client, "crate", cube, 1.0, 0.0999).await;
+    daemon
+}
+
+async fn spawn(client: &Client, name: &str, geometry: proto::primitive::Geometry, mass: f64, z: f64) {
+    let primitive = proto::Primitive { geometry: Some(geometry), mass, color: None };
+    let source = proto::description_source::Source::Primitive(primitive);
+    let source = Some(proto::DescriptionSource { source: Some(source), ..Default::default() });
+    let position = Some(proto::Vector3 { x: 3.0, y: 0.0, z });
+    let pose = Some(proto::Pose { position, orientation: None });
+    let request = proto::SpawnEntityRequest { source, name: name.into(), pose, ..Default::default() };
+    client.spawn(request).await.unwrap();
+}
+
+fn all(selections: Vec<proto::JointSelection>) -> NextJointStatesRequest {
+    NextJointStatesRequest {
+        timeout: 0.001,
+        selections,
+        return_link_poses: true,
+        return_contacts: true,
+        ..Default::default()
+    }
+}
+
+async fn states_come_with_poses_and_contacts_of_their_moment(via: Via) {
+    let daemon = scene(via).await;
+    daemon.pass(0.1).await;
+    let seen = daemon.client.next_joint_states(all(Vec::new())).await.unwrap();
+    let states = seen.states.unwrap();
+    assert_eq!(states.stamp.unwrap().step, 100);
+    let robots: Vec<&str> = seen.link_poses.iter().map(|poses| poses.robot.as_str()).collect();
+    assert_eq!(robots, ["arm", "ground", "crate"]);
+    assert_eq!(seen.link_poses, daemon.client.link_poses(&[]).await.unwrap().robots);
+    assert!(!seen.contacts.is_empty());
+    assert_eq!(seen.contacts, daemon.client.contacts(None).await.unwrap());
+    let carried: f64 = seen.contacts.iter().map(|contact| contact.normal_force).sum();
+    assert!((carried - 9.81).abs() < 0.2, "the crate's kilogram: {carried}");
+
+    let some = daemon.client.next_joint_states(all(vec![every_joint("arm")])).await.unwrap();
+    assert_eq!(some.link_poses.len(), 1);
+    assert!(some.contacts.is_empty(), "the arm touches nothing");
+    let some = daemon.client.next_joint_states(all(vec![every_joint("crate")])).await.unwrap();
+    assert_eq!(some.contacts, seen.contacts);
+    let request = NextJointStatesRequest { timeout: 0.001, ..Default::default() };
+    let bare = daemon.client.next_joint_states(request).await.unwrap();
+    assert!(bare.link_poses.is_empty() && bare.contacts.is_empty());
+    // A robot that goes takes its contacts along, also where no step is done.
+    daemon.client.delete_robot("ground").await.unwrap();
+    load_arm(&daemon.client, "late").await;
+    let seen = daemon.client.next_joint_states(all(Vec::new())).await.unwrap();
+    assert_eq!((seen.contacts.len(), seen.link_poses.len()), (0, 3));
+}
+
+/// 2 N on 1 kg for 0.05 s, without weight: 0.1 m/s, and no more of it afterwards.
+async fn a_push_with_a_duration_ends_by_itself(via: Via) {
+    let daemon = scene(via).await;
+    let gravity = Some(proto::Vector3::default());
+    daemon.client.set_physics(proto::SetPhysicsRequest { gravity, ..Default::default() }).await.unwrap();
+    let force = Some(proto::Vector3 { x: 0.0, y: 0.0, z: 2.0 });
+    let link = daemon.client.robot_info("crate").await.unwrap().links[0].name.clone();
+    let push = proto::ApplyLinkWrenchRequest {
+        robot: "crate".into(),
+        link,
+        wrench: Some(proto::Wrench { force, torque: None }),
+        duration: 0.05,
+        ..Default::default()
+    };
+    // Off the ground first, which pushes what overlaps.
+    let position = Some(proto::Vector3 { x: 3.0, y: 0.0, z: 1.0 });
+    let pose = Some(proto::Pose { position, orientation: None });
+    let state = proto::SetEntityStateRequest { robot: "crate".into(), pose, ..Default::default() };
+    daemon.client.set_robot_state(state).await.unwrap();
+    daemon.client.apply_wrench(push.clone()).await.unwrap();
+    for _ in 0..3 {
+        daemon.pass(0.05).await;
+        let twist = daemon.client.robot_state("crate").await.unwrap().twist.unwrap();
+        assert!((twist.linear.unwrap().z - 0.1).abs() < 1e-9, "{twist:?}");
+    }
+    let both = proto::ApplyLinkWrenchRequest { persistent: true, ..push };
+    let refused = daemon.client.apply_wrench(both).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue));
+}
+
+crate::over_every_transport![
+    states_come_with_poses_and_contacts_of_their_moment,
+    a_push_with_a_duration_ends_by_itself,
+];
