@@ -5,6 +5,9 @@ import { compress } from "./compress.ts";
 /** The daemon that `npm run dev` shows. */
 const daemon = process.env["SIMD_URL"] ?? "http://127.0.0.1:7400";
 
+/** The daemon answers only pages that it has served itself, as far as it can see. */
+const proxied = { target: daemon, changeOrigin: true, headers: { origin: daemon } };
+
 export default defineConfig({
   plugins: [compress()],
   build: {
@@ -19,8 +22,8 @@ export default defineConfig({
   test: { include: ["src/**/*.test.ts"] },
   server: {
     proxy: {
-      "/simd.v1.": daemon,
-      "/meshes": daemon,
+      "/simd.v1.": proxied,
+      "/meshes": proxied,
     },
   },
 });

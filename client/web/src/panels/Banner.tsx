@@ -25,7 +25,7 @@ export function Banner(): JSX.Element | null {
     <div class="banner" role="alert" data-testid="banner">
       <Icon name="warning" />
       <p>
-        <b>The daemon does not answer.</b> {reason} <span aria-hidden="true">{seconds > 0 ? `Trying again in ${seconds} s.` : "Trying again …"}</span>
+        <b>{reason || "The daemon does not answer."}</b> <span aria-hidden="true">{seconds > 0 ? `Trying again in ${seconds} s.` : "Trying again …"}</span>
       </p>
     </div>
   );

@@ -1,5 +1,5 @@
 // The side panel: the chosen robot's joints, then the parameters of programs.
-import { computed, signal, useComputed } from "@preact/signals";
+import { signal, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
@@ -14,11 +14,7 @@ import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
 import { shortened } from "./quantity";
 import { openReport } from "./ReportSheet";
-
-/** The robot that the panel shows: the chosen one, or the first that has joints. */
-export const shownRobot = computed<Robot | undefined>(
-  () => robots.value.find(({ name }) => name === selectedRobot.value) ?? robots.value.find(({ axes }) => axes.length > 0) ?? robots.value[0],
-);
+import { shownRobot } from "./shown-robot";
 
 const filter = signal("");
 

@@ -53,7 +53,7 @@ function SpeedChoice(): JSX.Element {
     <select
       data-testid="speed"
       aria-label="Speed, times real time"
-      title="Speed, times real time"
+      title="Speed, times real time; max is as fast as possible"
       value={String(target)}
       onChange={(event) => {
         const { value } = event.currentTarget;
@@ -69,7 +69,7 @@ function SpeedChoice(): JSX.Element {
           {factor}x
         </option>
       ))}
-      <option value="Infinity">as fast as possible</option>
+      <option value="Infinity">max</option>
       <option value={OTHER}>other …</option>
     </select>
   );

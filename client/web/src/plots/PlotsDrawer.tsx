@@ -4,8 +4,8 @@ import { computed, effect, signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { Icon } from "../panels/icons";
-import { shownRobot } from "../panels/JointPanel";
 import { unitOf, type Quantity } from "../panels/quantity";
+import { shownRobot } from "../panels/shown-robot";
 import { shownTheme } from "../style/theme";
 import { degrees, plotsOpen } from "../state/view";
 import { daemonName, frame, robots } from "../state/world";
@@ -53,11 +53,21 @@ function ask(): void {
   waiting = setTimeout(() => requestAnimationFrame(draw), Math.max(0, INTERVAL - (performance.now() - drawn))) as unknown as number;
 }
 
+/** Plots some joints where none is: somebody who opens the plots wants to see something. Once, as soon as there are any. */
+function offer(): () => void {
+  let offered = shown.peek().length > 0;
+  return effect(() => {
+    const axes = shownRobot.value?.axes ?? [];
+    if (offered || axes.length === 0) return;
+    offered = true;
+    for (const { key } of axes.slice(0, 3)) addPlot(key);
+  });
+}
+
 /** The drawer, while it is open. */
 export function PlotsDrawer(): JSX.Element {
+  useEffect(offer, []);
   useEffect(() => {
-    // Somebody who opens the plots wants to see something.
-    if (shown.peek().length === 0) shownRobot.peek()?.axes.slice(0, 3).forEach(({ key }) => addPlot(key));
     return effect(() => {
       void [zoom.value, span.value, held.value, degrees.value];
       // What is held stands still.

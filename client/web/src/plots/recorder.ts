@@ -1,6 +1,7 @@
-// Records the plotted joints from each state of the world, in memory, for as long as they are plotted.
-import { effect } from "@preact/signals";
+// Records joints from each state of the world, in memory: those that are plotted, and those that may be next.
+import { computed, effect } from "@preact/signals";
 import type { Quantity } from "../panels/quantity";
+import { shownRobot } from "../panels/shown-robot";
 import { frame, robots, type Axis, type Frame, type Mode } from "../state/world";
 import { chosen } from "./chosen";
 import { Samples } from "./samples";
@@ -9,6 +10,9 @@ import { Samples } from "./samples";
 export const SPAN = 60;
 /** Of a world that plays slowly that many states, and not the whole span. */
 const MOST = 40_000;
+
+/** Of so many joints that are shown but not plotted: who plots one wants to see what it has just done. */
+const SHOWN = 40;
 
 /** What is recorded of a joint. */
 export type Recorded = Quantity | "target" | "mode";
@@ -24,18 +28,24 @@ export function columnOf(key: string, part: Recorded): string {
 /** What was recorded until now. */
 export const recording = new Samples(SPAN, MOST);
 
-let columns: { name: string; axis: Axis; part: Recorded }[] = [];
+interface Source {
+  axis: Axis;
+  part: Recorded;
+}
+const sources = computed<Map<string, Source>>(() => {
+  const keys = chosen.value;
+  const plotted = robots.value.flatMap((robot) => robot.axes.filter(({ key }) => keys.has(key)));
+  const axes = new Set([...plotted, ...(shownRobot.value?.axes.slice(0, SHOWN) ?? [])]);
+  return new Map([...axes].flatMap((axis) => PARTS.map((part) => [columnOf(axis.key, part), { axis, part }])));
+});
 let epoch: bigint | null = null;
 
 effect(() => {
-  const keys = chosen.value;
-  const axes = robots.value.flatMap((robot) => robot.axes.filter(({ key }) => keys.has(key)));
-  columns = axes.flatMap((axis) => PARTS.map((part) => ({ name: columnOf(axis.key, part), axis, part })));
-  const wanted = new Set(columns.map(({ name }) => name));
+  const wanted = sources.value;
   for (const name of recording.names) {
     if (!wanted.has(name)) recording.remove(name);
   }
-  for (const name of wanted) recording.add(name);
+  for (const name of wanted.keys()) recording.add(name);
 });
 
 effect(() => {
@@ -47,16 +57,18 @@ effect(() => {
 function record(now: Frame): void {
   if (epoch !== now.epoch) recording.clear();
   epoch = now.epoch;
-  if (columns.length === 0) {
+  const from = sources.peek();
+  if (from.size === 0) {
     recording.clear();
     return;
   }
-  const values = new Map<string, number>();
-  for (const { name, axis, part } of columns) values.set(name, valueOf(now, axis, part));
-  recording.push(now.simTime, (name) => values.get(name) ?? NaN);
+  recording.push(now.simTime, (name) => {
+    const source = from.get(name);
+    return source ? valueOf(now, source) : NaN;
+  });
 }
 
-function valueOf(now: Frame, axis: Axis, part: Recorded): number {
+function valueOf(now: Frame, { axis, part }: Source): number {
   const joints = now.joints.get(axis.robot);
   if (!joints) return NaN;
   switch (part) {

@@ -10,12 +10,17 @@ import { PULL } from "./palette";
 import { pick, sightLine, type Hit } from "./pointer";
 import type { Robots } from "./robots";
 import { Rod } from "./rods";
-import { pull, springFor, type Spring } from "./spring";
+import { pull, springFor } from "./spring";
 
 /** Pixels that a hand trembles by when it clicks. */
 const TREMBLE = 4;
 /** Of the rod, as a part of the distance that it is seen from. */
 const ROD_WIDTH = 0.0022;
+/** Simulated seconds: what a delay is taken for, whatever was measured. */
+const QUICKEST = 0.03;
+const SLOWEST = 1;
+/** Share of each new measurement that is shorter. */
+const SMOOTHING = 0.2;
 
 /** A link that is held. */
 interface Grip {
@@ -24,7 +29,6 @@ interface Grip {
   point: Vector3;
   /** Through the point, parallel to the picture: in it the pointer pulls. */
   plane: Plane;
-  spring: Spring;
 }
 
 /** Listens to the pointer until it is disposed of. */
@@ -35,6 +39,10 @@ export class Hands {
   private pressed: { x: number; y: number } | null = null;
   private grip: Grip | null = null;
   private searching = false;
+  /** Simulated seconds. */
+  private delay = QUICKEST;
+  /** Simulated time of the state that was last answered with a force. */
+  private answered = 0;
   private readonly listening = new AbortController();
 
   /** `wake` is called when the picture may have to change. */
@@ -83,12 +91,12 @@ export class Hands {
     this.camera.controls.enabled = false;
     this.canvas.setPointerCapture(event.pointerId);
     const facing = this.camera.camera.getWorldDirection(new Vector3());
-    const { scene } = hit.view;
+    this.delay = QUICKEST;
+    this.answered = this.motion.newest()?.simTime ?? 0;
     this.grip = {
       hit,
       point: hit.point.clone().applyMatrix4(new Matrix4().copy(hit.view.worldFromLink(hit.link)).invert()),
       plane: new Plane().setFromNormalAndCoplanarPoint(facing, hit.point),
-      spring: springFor(scene, hit.link, (link) => modeOf(scene.robot, link)),
     };
     this.canvas.style.cursor = "grabbing";
     this.wake();
@@ -152,16 +160,28 @@ export class Hands {
     this.canvas.style.cursor = found && simulation.peek().state === "playing" ? "grab" : "";
   }
 
-  private pullOn({ hit, point, plane, spring }: Grip): void {
+  private pullOn({ hit, point, plane }: Grip): void {
     const { scene } = hit.view;
     const target = sightLine(this.at, this.camera.camera).ray.intersectPlane(plane, new Vector3());
     const newest = this.motion.newest();
     const now = newest && placeOf(newest, scene.robot, hit.link, point);
     if (!target || !now) return;
+    this.measureDelay(newest.simTime);
+    const spring = springFor(scene, hit.link, (link) => modeOf(scene.robot, link), this.delay);
     const force = pull(spring, now, this.velocity(scene.robot, hit.link, point), target.toArray());
     void pushLink(scene.robot, scene.links[hit.link]?.name ?? "", force, point.toArray());
     const shown = point.clone().applyMatrix4(hit.view.worldFromLink(hit.link));
     this.rod.show(shown, target, ROD_WIDTH * this.camera.distance());
+  }
+
+  /** From a state to the end of the force that answers it: it came, and lasts until the next state is answered. */
+  private measureDelay(simTime: number): void {
+    const interval = simTime - this.answered;
+    if (interval <= 0) return;
+    this.answered = simTime;
+    const measured = Math.min(SLOWEST, Math.max(QUICKEST, 2 * interval));
+    // Softer at once, stiffer by and by.
+    this.delay = Math.max(measured, this.delay + SMOOTHING * (measured - this.delay));
   }
 
   /** Metres per simulated second, of a point of a link, by the last two states. */

@@ -1,6 +1,6 @@
 // Meshes by the hash of their file: each is fetched once, shared by all that show it, and let go with the last.
 import { Group, Mesh, type BufferGeometry, type Material, type Object3D } from "three";
-import { GLTFLoader, type GLTF } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 
 /** A mesh that somebody shows. */
 interface Kept {
@@ -43,8 +43,7 @@ export class Meshes {
   private async load(sha256: string): Promise<Object3D | undefined> {
     this.loading += 1;
     try {
-      const gltf = await this.loader.loadAsync(`/meshes/${encodeURIComponent(sha256)}.glb`);
-      return named(gltf);
+      return (await this.loader.loadAsync(`/meshes/${encodeURIComponent(sha256)}.glb`)).scene;
     } catch {
       // The daemon no longer has it, or it cannot be read: a marker stands in for it.
       return undefined;
@@ -54,28 +53,10 @@ export class Meshes {
   }
 }
 
-/** Marks what the file gave no colour, so that the robot's description can. */
-const UNPAINTED = "unpainted";
-
+/** Whether the file gave it no colour, so that the robot's description can: the daemon's stand-in has no name. */
 export function isUnpainted(mesh: Mesh): boolean {
-  return mesh.userData[UNPAINTED] === true;
-}
-
-function named(gltf: GLTF): Object3D {
-  const { json, associations } = gltf.parser as unknown as Parsed;
-  gltf.scene.traverse((object) => {
-    if (!(object instanceof Mesh)) return;
-    const at = associations.get(object);
-    const primitive = at?.meshes === undefined ? undefined : json.meshes?.[at.meshes]?.primitives[at.primitives ?? 0];
-    object.userData[UNPAINTED] = primitive?.material === undefined;
-  });
-  return gltf.scene;
-}
-
-/** What of the loader's parser is needed, and is not in its types. */
-interface Parsed {
-  json: { meshes?: { primitives: { material?: number }[] }[] };
-  associations: Map<Object3D, { meshes?: number; primitives?: number }>;
+  const material = mesh.material as Material | Material[];
+  return !Array.isArray(material) && material.name === "";
 }
 
 function dispose(object: Object3D | undefined): void {

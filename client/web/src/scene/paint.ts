@@ -1,5 +1,5 @@
 // Materials, made once for each colour, and their twins that light up under the pointer.
-import { Color, DoubleSide, MeshBasicMaterial, MeshStandardMaterial, SRGBColorSpace, type Material } from "three";
+import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, SRGBColorSpace, type Material } from "three";
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
 
@@ -29,12 +29,13 @@ export class Paints {
     this.ground.polygonOffsetUnits = 1;
   }
 
-  /** Of a colour as the description gives it, or of the one for shapes without. */
-  solid(color: Rgba | undefined): MeshStandardMaterial {
-    const key = color?.join() ?? "";
+  /** Of a colour as the description gives it, or of the one for shapes without. Meshes may be shells of one layer. */
+  solid(color: Rgba | undefined, isShell = false): MeshStandardMaterial {
+    const key = `${color?.join() ?? ""} ${isShell}`;
     let material = this.solids.get(key);
     if (!material) {
-      material = new MeshStandardMaterial({ color: UNCOLOURED, roughness: 0.62, metalness: 0.05 });
+      const side = isShell ? DoubleSide : FrontSide;
+      material = new MeshStandardMaterial({ color: UNCOLOURED, roughness: 0.62, metalness: 0.05, side });
       if (color) {
         const [red, green, blue, alpha] = color;
         material.color = new Color().setRGB(red, green, blue, SRGBColorSpace);

@@ -196,7 +196,7 @@ export class RobotView {
       await this.addHull(loaded, at);
     } else if (loaded) {
       loaded.traverse((object) => {
-        if (object instanceof Mesh && isUnpainted(object)) object.material = this.paints.solid(shape.color);
+        if (object instanceof Mesh && isUnpainted(object)) object.material = this.paints.solid(shape.color, true);
       });
       this.finish(loaded, at, look);
     } else {

@@ -1,17 +1,22 @@
-// The law by which a dragged link follows the pointer: a spring and a damper, as strong as what hangs on it is heavy.
+// The law by which a dragged link follows the pointer: a spring and a damper, as strong as what hangs on it is heavy
+// and as the page is quick.
 import type { RobotScene, Vector } from "../state/scene";
 import type { Mode } from "../state/world";
 
-/** Per second squared: one metre pulls with this acceleration, about four times that of gravity. */
-const STIFFNESS = 40;
-/**
- * Per second. The force is that of a state some 40 ms ago and lasts until the next, so that a damper is
- * stable where its rate times that delay is less than the share of the mass that a point of a
- * link has: a quarter for the end of a rod.
- */
+/** Per second squared, at the most: one metre pulls with this acceleration, about six times that of gravity. */
+const STIFFNESS = 60;
+/** Per second, at the most. */
 const DAMPING = 5;
-/** Metres per second squared, of all the mass that moves along. */
+/** Metres per second squared, of the mass that is pulled. */
 const MOST = 60;
+/**
+ * A force that follows the state by a delay T is stable on a mass m alone while d T / m < pi / 2 and k T < d: the delay takes
+ * k T from the damper. The end of a rod moves as a quarter of its mass, which leaves the first a third of room.
+ */
+const DAMPING_DELAY = 0.25;
+const STIFFNESS_DELAY = 0.4;
+/** Held joints make one body of what they connect, but give way at their limits: no more than so many times what is carried is pulled. */
+const HELD = 4;
 
 /** What a link is pulled with. */
 export interface Spring {
@@ -23,14 +28,19 @@ export interface Spring {
   limit: number;
 }
 
-/** `modeOf` says what the joint does that moves a link; nothing for joints that cannot move. */
-export function springFor(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined): Spring {
+/**
+ * `modeOf` says what the joint does that moves a link; nothing for joints that cannot move. `delay` is how many
+ * simulated seconds pass between a state and the end of the force that answers it.
+ */
+export function springFor(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined, delay: number): Spring {
   const carried = massBelow(scene, link);
-  const moved = massBelow(scene, firstFree(scene, link, modeOf));
-  return { stiffness: STIFFNESS * moved, damping: DAMPING * carried, limit: MOST * moved };
+  const pulled = Math.min(HELD * carried, massBelow(scene, firstFree(scene, link, modeOf)));
+  const damping = Math.min(DAMPING, DAMPING_DELAY / delay);
+  const stiffness = Math.min(STIFFNESS, (STIFFNESS_DELAY * damping) / delay);
+  return { stiffness: stiffness * pulled, damping: damping * carried, limit: MOST * pulled };
 }
 
-/** Held joints make one body of what they connect: up to the first that gives way, all of it is pulled. */
+/** Up to the first joint that gives way, all of it is pulled. */
 function firstFree(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined): number {
   let at = link;
   for (;;) {
