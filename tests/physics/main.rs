@@ -19,5 +19,6 @@ mod reactions;
 mod rows;
 mod scenes;
 mod seven_arm;
+mod snapshot_files;
 mod truth;
 mod world;

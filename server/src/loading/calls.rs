@@ -256,7 +256,12 @@ impl SimHandle {
         self.loader().lock().store.get(sha256).map(Bytes::from_owner)
     }
 
-    async fn make(&self, origin: Origin, making: Making, reporter: Reporter) -> Result<Made, CallError> {
+    pub(super) async fn make(
+        &self,
+        origin: Origin,
+        making: Making,
+        reporter: Reporter,
+    ) -> Result<Made, CallError> {
         let Reading { used, outcome } = self.loader().read(&origin, making, reporter).await?;
         let made = outcome.map_err(refused)?;
         self.loader().keep(&made.model, used, origin, making)?;

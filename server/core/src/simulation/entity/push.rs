@@ -1,5 +1,6 @@
 //! Forces from outside on the links of a robot.
 
+use std::hash::Hasher;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
@@ -8,8 +9,8 @@ use super::Entity;
 use crate::dynamics::spatial::{Placement, Spatial};
 
 /// A force and a torque on a link.
-#[derive(Clone, Debug)]
-pub(in crate::simulation) struct Push {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Push {
     /// Index of the link.
     pub link: usize,
     /// Newtons, at `point`.
@@ -22,6 +23,18 @@ pub(in crate::simulation) struct Push {
     pub point: DVec3,
     /// Until replaced or cleared.
     pub persistent: bool,
+}
+
+impl Push {
+    /// Feeds everything that a step reads to a hasher.
+    pub(in crate::simulation) fn hash_into(&self, hasher: &mut impl Hasher) {
+        let Self { link, force, torque, in_link_axes, point, persistent } = self;
+        hasher.write_usize(*link);
+        hasher.write_u8(u8::from(*in_link_axes) | u8::from(*persistent) << 1);
+        for value in [force, torque, point].into_iter().flat_map(|vector| vector.to_array()) {
+            hasher.write_u64(value.to_bits());
+        }
+    }
 }
 
 impl Entity {
