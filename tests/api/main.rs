@@ -13,6 +13,7 @@ mod others_robots;
 mod parameters;
 mod refusals;
 mod robots;
+mod snapshot_files;
 mod streams;
 mod world;
 mod zenoh;

@@ -22,4 +22,5 @@ mod tests;
 pub use broad::Broad;
 pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Side, Surface};
 pub use narrow::{Narrow, Touch};
+pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};

@@ -8,7 +8,7 @@ use glamx::DVec3;
 use super::entity::Entity;
 use super::links::check_surface;
 use super::world_state::ContactState;
-use crate::collision::{Broad, Narrow, Side, Touch};
+use crate::collision::{Broad, MOST, Narrow, Side, Touch};
 use crate::dynamics::articulation::finite;
 use crate::dynamics::constraint::contact::Contact;
 
@@ -167,6 +167,9 @@ pub(super) fn contacts(robots: &[Entity], states: &[ContactState]) -> Result<Vec
                 return Err("the contacts are not in the order of their robots and colliders".into());
             }
             contact.place = if key(before) == key(&contact) { before.place + 1 } else { 0 };
+        }
+        if contact.place >= MOST {
+            return Err(format!("there are more than {MOST} contacts between two colliders"));
         }
         list.push(contact);
     }

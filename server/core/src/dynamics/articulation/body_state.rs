@@ -21,7 +21,7 @@ pub struct BodyState {
     pub positions: Vec<f64>,
     /// qd.
     pub rates: Vec<f64>,
-    /// The rates before the last step, by rate.
+    /// The rates before the last step, by rate; zero where it was not a step that gave the rates.
     pub rates_before: Vec<f64>,
     /// Whether it was a step that gave it its rates.
     pub has_stepped: bool,
@@ -44,7 +44,8 @@ impl Articulation {
             base: self.base,
             positions: self.positions.clone(),
             rates: self.rates.clone(),
-            rates_before: self.new_rates.clone(),
+            // Where no step gave the rates, what is there means nothing, and may be no number.
+            rates_before: if self.has_stepped { self.new_rates.clone() } else { vec![0.0; self.rates.len()] },
             has_stepped: self.has_stepped,
             axes: self.axes.clone(),
             drives: self.drives.clone(),
