@@ -70,19 +70,9 @@ async fn change(client: &Client) {
     client.set_robot_targets("two", [target]).await.unwrap();
     let properties =
         proto::JointProperties { joint, damping: Some(0.3), friction: Some(0.2), ..Default::default() };
-    let changed = proto::SetJointPropertiesRequest {
-        robot: "two".into(),
-        joints: vec![properties],
-        ..Default::default()
-    };
-    client.set_joint_properties(changed).await.unwrap();
+    client.set_joint_properties("two", vec![properties]).await.unwrap();
     let slippery = proto::LinkProperties { friction: Some(0.05), ..Default::default() };
-    let surfaces = proto::SetLinkPropertiesRequest {
-        robot: "body-0".into(),
-        links: vec![slippery],
-        ..Default::default()
-    };
-    client.set_link_properties(surfaces).await.unwrap();
+    client.set_link_properties("body-0", vec![slippery]).await.unwrap();
     let force = proto::Vector3 { x: 0.0, y: 0.1, z: 20.0 };
     let push = proto::ApplyLinkWrenchRequest {
         robot: "body-3".into(),
