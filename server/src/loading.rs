@@ -6,6 +6,7 @@
 //! * `reading`: from there to a model.
 //! * `progress`: how far that is.
 //! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
+//! * `snapshots`: states of the world out to a file and in from one; [`snapshot_file`]: its bytes.
 //! * Here: what is kept of it all, and which robot came from where.
 
 mod calls;
@@ -14,10 +15,13 @@ mod disk;
 mod partial;
 mod progress;
 mod reading;
+pub mod snapshot_file;
+mod snapshots;
 mod store;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
@@ -119,6 +123,10 @@ impl Loader {
         let Used { description, urdf, files } = used;
         let origin = match origin {
             Origin::Inline { assets, missing, .. } => Origin::Kept { description, assets, missing },
+            Origin::Sent { files, .. } => {
+                let assets = files.into_iter().map(|(uri, file)| (uri, file.sha256)).collect();
+                Origin::Kept { description, assets, missing: BTreeMap::new() }
+            }
             Origin::Kept { .. } | Origin::BelowRoot(_) | Origin::Operator(_) => origin,
         };
         let mut shelf = self.lock();

@@ -15,6 +15,7 @@ mod others_robots;
 mod parameters;
 mod refusals;
 mod robots;
+mod snapshot_files;
 mod streams;
 mod viewing;
 mod world;

@@ -107,6 +107,56 @@ async fn each_refusal_is_a_sentence_and_its_documented_exit_code() {
     assert_snapshot("refusals", transcript.text(), &[(r"from step \d+ \(\d+\.\d+ s\)", "from step # (# s)")]);
 }
 
+/// The daemon that wrote the file is gone when another process reads it. That both ran on alike is shown by
+/// what they export then: an equal world is an equal file.
+#[tokio::test]
+async fn a_world_outlives_its_daemon_in_a_file() {
+    let folder = Home::new();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let lines = |from: &str| {
+        [
+            format!("simctl snapshot restore {from}"),
+            "simctl sim step 700".to_owned(),
+            "simctl joint set two_link 'elbow joint=-0.4'".to_owned(),
+            "simctl sim step 150".to_owned(),
+            "simctl snapshot save later".to_owned(),
+        ]
+    };
+    let mut first = paused().await;
+    let begin = [
+        "simctl robot shape plane --name ground",
+        "simctl robot shape box:0.1,0.2,0.1 --name crate --pose 0.6,0,0.2",
+        "simctl robot load 'tests/assets/Two Link.v2' --fixed",
+        "simctl joint set two_link 'shoulder joint=1.2' 'elbow joint=0.7'",
+        "simctl sim step 250",
+        "simctl snapshot save mark",
+    ];
+    let mut all = Transcript::of(&first, &begin).await.text().to_owned();
+    let exported = json(&first, &["snapshot", "export", "mark", &file("mark")]).await;
+    assert_eq!(exported["bytes"], std::fs::metadata(file("mark")).unwrap().len());
+    for line in lines("mark") {
+        all += Transcript::of(&first, &[line.as_str()]).await.text();
+    }
+    json(&first, &["snapshot", "export", "later", &file("one")]).await;
+    first.kill().await;
+
+    let second = Process::start(["--name", "empty", "--paused"]).await;
+    let imported = json(&second, &["snapshot", "import", &file("mark"), "--name", "mine"]).await;
+    assert_eq!((&imported["name"], &imported["stamp"]["step"]), (&Value::from("mine"), &Value::from(250)));
+    for line in lines("mine") {
+        all += Transcript::of(&second, &[line.as_str()]).await.text();
+    }
+    assert!(!all.contains("exit code"), "{all}");
+    json(&second, &["snapshot", "export", "later", &file("other")]).await;
+    let [one, other] = ["one", "other"].map(|name| std::fs::read(file(name)).unwrap());
+    assert!(one == other, "both worlds are equal to the bit");
+
+    std::fs::write(file("mark"), &one[..one.len() / 2]).unwrap();
+    let refused = second.simctl(["snapshot", "import", &file("mark")]).await;
+    assert_eq!(refused.code, 67);
+    assert!(refused.err.contains("the snapshot's file is damaged"), "{}", refused.err);
+}
+
 #[tokio::test]
 async fn a_configuration_file_names_the_daemon() {
     let daemon = paused().await;

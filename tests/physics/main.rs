@@ -20,5 +20,6 @@ mod reactions;
 mod rows;
 mod scenes;
 mod seven_arm;
+mod snapshot_files;
 mod truth;
 mod world;

@@ -1,5 +1,7 @@
 //! `simctl snapshot`: states of the world to go back to.
 
+use std::path::PathBuf;
+
 use clap::Subcommand;
 use serde::Serialize;
 use simd_client::{Client, proto::SnapshotInfo};
@@ -32,6 +34,21 @@ pub(crate) enum Snapshot {
         /// Which one
         name: String,
     },
+    /// Writes a snapshot and what its robots are made of into a file
+    Export {
+        /// Which one
+        name: String,
+        /// Where to; a file that is there is replaced
+        file: PathBuf,
+    },
+    /// Keeps the snapshot of a file in the daemon's memory; the world stays as it is
+    Import {
+        /// Where from
+        file: PathBuf,
+        /// What it is called here; as where it was exported if left out
+        #[arg(long, default_value = "", hide_default_value = true)]
+        name: String,
+    },
 }
 
 pub(crate) async fn run(command: Snapshot, client: &Client, output: Output) -> anyhow::Result<()> {
@@ -52,6 +69,14 @@ pub(crate) async fn run(command: Snapshot, client: &Client, output: Output) -> a
         Snapshot::Delete { name } => {
             client.delete_snapshot(&name).await?;
             output.one(&Deleted { deleted: name })
+        }
+        Snapshot::Export { name, file } => {
+            let bytes = client.export_snapshot(&name, &file).await?;
+            output.one(&Exported { exported: name, file: file.display().to_string(), bytes })
+        }
+        Snapshot::Import { file, name } => {
+            let imported = SnapshotView::new(client.import_snapshot(&file, &name).await?)?;
+            output.one(&Imported(imported))
         }
     }
 }
@@ -125,5 +150,32 @@ struct Deleted {
 impl View for Deleted {
     fn page(&self) -> Page {
         Page::of_line(format!("deleted {}", self.deleted))
+    }
+}
+
+/// `snapshot export`.
+#[derive(Serialize)]
+struct Exported {
+    exported: String,
+    file: String,
+    bytes: u64,
+}
+
+impl View for Exported {
+    fn page(&self) -> Page {
+        Page::of_line(format!("exported {} to {}: {} bytes", self.exported, self.file, self.bytes))
+    }
+}
+
+/// `snapshot import`.
+#[derive(Serialize)]
+#[serde(transparent)]
+struct Imported(SnapshotView);
+
+impl View for Imported {
+    fn page(&self) -> Page {
+        let Self(SnapshotView { name, stamp, robots }) = self;
+        let robots = count(*robots as usize, "robot");
+        Page::of_line(format!("imported {name}: {robots} at {stamp}; `simctl snapshot restore` goes there"))
     }
 }

@@ -20,7 +20,9 @@ def blocks(paper: Path) -> list[str]:
     return ["\n" * text[: each.start(1)].count("\n") + each.group(1) for each in found]
 
 
-def test_the_blocks_of_the_guide_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_blocks_of_the_guide_run_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.chdir(REPOSITORY)
     said = blocks(GUIDE)
     assert len(said) >= 12
@@ -30,6 +32,7 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(monkeypatch: pytest.Mon
         # On a thread of its own: `asyncio.run` takes away the loop that pytest-asyncio keeps for this one.
         with ThreadPoolExecutor(1) as thread:
             for block in said:
+                block = block.replace("kept.simdsnap", str(tmp_path / "kept.simdsnap"))
                 thread.submit(exec, compile(block, str(GUIDE), "exec"), names).result()
 
 

@@ -51,7 +51,7 @@ def test_a_file_that_changes_while_it_is_sent_is_refused(sim: Simulation, tmp_pa
     file = tmp_path / "a.stl"
     file.write_bytes(b"other")
     with pytest.raises(simd_client.UploadMismatch):
-        sim.run(robots._send(file, "0" * 64))  # pyright: ignore[reportPrivateUsage]
+        sim.run(robots.send(file, "0" * 64))
 
 
 def test_a_text_without_files_is_loaded_in_one_call(sim: Simulation) -> None:

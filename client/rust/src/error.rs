@@ -51,6 +51,14 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
+    /// A file on this disk cannot be written.
+    #[error("cannot write {}: {source}", .path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
     /// A path on this disk stands for no robot.
     #[error(transparent)]
     NoUrdf(#[from] simd_assets::NoUrdf),
@@ -85,6 +93,7 @@ impl Error {
             Self::LayoutChanged { .. } => Some(Code::Aborted),
             Self::Endpoint { .. }
             | Self::File { .. }
+            | Self::Write { .. }
             | Self::NoUrdf(_)
             | Self::Xacro(_)
             | Self::CreditInUse => None,

@@ -16,7 +16,8 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`, `clients`.
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`,
+//!   `clients`; `snapshot` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -40,6 +41,7 @@ mod package;
 mod parameter;
 mod reading;
 mod simulation;
+mod snapshot;
 mod target;
 mod upload;
 mod zenoh;

@@ -85,7 +85,7 @@ impl Client {
     }
 
     /// Sends one file in parts.
-    async fn send(&self, path: &Path, sha256: &str) -> Result<(), Error> {
+    pub(crate) async fn send(&self, path: &Path, sha256: &str) -> Result<(), Error> {
         let unreadable = |source| Error::File { path: path.to_path_buf(), source };
         let total_bytes = std::fs::metadata(path).map_err(unreadable)?.len();
         let mut offset = 0;
@@ -149,14 +149,19 @@ fn places(not_found: NotFound) -> Vec<String> {
 }
 
 /// Lower-case hexadecimal SHA-256 of a file.
-async fn hash_of(path: &Path) -> io::Result<String> {
+pub(crate) async fn hash_of(path: &Path) -> io::Result<String> {
     let path = path.to_path_buf();
     off_the_runtime(move || {
         let mut hasher = Sha256::new();
         io::copy(&mut File::open(path)?, &mut hasher)?;
-        Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+        Ok(hexadecimal(&hasher.finalize()))
     })
     .await
+}
+
+/// In lower case.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 async fn read_part(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
@@ -172,7 +177,7 @@ async fn read_part(path: &Path, offset: u64) -> io::Result<Vec<u8>> {
 }
 
 /// Files may be slow, and a runtime's threads must not wait for them.
-async fn off_the_runtime<T: Send + 'static>(
+pub(crate) async fn off_the_runtime<T: Send + 'static>(
     work: impl FnOnce() -> io::Result<T> + Send + 'static,
 ) -> io::Result<T> {
     tokio::task::spawn_blocking(work).await.map_err(io::Error::other)?

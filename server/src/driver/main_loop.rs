@@ -296,6 +296,7 @@ fn changes_the_world_as_a_whole(command: &Command) -> bool {
         | Command::SetEntityState { .. }
         | Command::ApplyWrench(_)
         | Command::SaveSnapshot { .. }
-        | Command::DeleteSnapshot { .. } => false,
+        | Command::DeleteSnapshot { .. }
+        | Command::ImportSnapshot { .. } => false,
     }
 }

@@ -109,6 +109,12 @@ pub enum CallError {
         /// The name.
         name: String,
     },
+    /// A file is no snapshot that can be restored here.
+    #[error("{message}")]
+    InvalidSnapshot {
+        /// What is wrong with it, and with which robot.
+        message: String,
+    },
     /// The daemon goes down.
     #[error("the daemon is shutting down")]
     ShuttingDown,

@@ -288,7 +288,12 @@ impl SimHandle {
         text.map(Some).map_err(refused)
     }
 
-    async fn make(&self, origin: Origin, making: Making, reporter: Reporter) -> Result<Made, CallError> {
+    pub(super) async fn make(
+        &self,
+        origin: Origin,
+        making: Making,
+        reporter: Reporter,
+    ) -> Result<Made, CallError> {
         let Reading { used, outcome } = self.loader().read(&origin, making, reporter).await?;
         let made = outcome.map_err(refused)?;
         self.loader().keep(&made.model, used, origin, making)?;

@@ -25,6 +25,8 @@ pub(super) enum Origin {
     Kept { description: Sha256, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
     /// A description that came with the request.
     Inline { urdf: Bytes, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
+    /// A description and its files.
+    Sent { urdf: Arc<[u8]>, files: BTreeMap<String, Asset> },
     /// A path that a client named.
     BelowRoot(String),
     /// A path that the operator named.
@@ -122,6 +124,10 @@ impl Loader {
                 self.check_description(urdf.len())?;
                 Some((Arc::from(&urdf[..]), self.gather(assets)?, missing.clone()))
             }
+            Origin::Sent { urdf, files } => {
+                self.check_description(urdf.len())?;
+                Some((urdf.clone(), files.clone(), BTreeMap::new()))
+            }
             Origin::BelowRoot(_) | Origin::Operator(_) => None,
         };
         self.off_thread(move || {
@@ -132,7 +138,7 @@ impl Loader {
                 }
                 (None, Origin::BelowRoot(path)) => Material::Disk(roots.find(path)?),
                 (None, Origin::Operator(path)) => Material::Disk(find_for_operator(path)?),
-                (None, Origin::Kept { .. } | Origin::Inline { .. }) => {
+                (None, Origin::Kept { .. } | Origin::Inline { .. } | Origin::Sent { .. }) => {
                     return Err(CallError::Internal { message: "an upload without its bytes".into() });
                 }
             };

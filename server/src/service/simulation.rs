@@ -196,4 +196,26 @@ impl SimulationService for Service {
         command_once(&self.handle, &request.request_id, command).await?;
         Ok(Response::new(v1::DeleteSnapshotResponse {}))
     }
+
+    async fn export_snapshot(
+        &self,
+        request: Request<v1::ExportSnapshotRequest>,
+    ) -> Result<Response<v1::ExportSnapshotResponse>, Status> {
+        let name = from_proto::snapshot_name(request.into_inner().name)?;
+        let (sha256, total_bytes) = self.handle.export_snapshot(name).await?;
+        Ok(Response::new(v1::ExportSnapshotResponse { sha256: sha256.to_string(), total_bytes }))
+    }
+
+    async fn import_snapshot(
+        &self,
+        request: Request<v1::ImportSnapshotRequest>,
+    ) -> Result<Response<v1::ImportSnapshotResponse>, Status> {
+        let request = request.into_inner();
+        let request_id = request.request_id.clone();
+        let (sha256, name) = from_proto::import_snapshot(request)?;
+        let handle = self.handle.clone();
+        let work = async move { handle.import_snapshot(sha256, name).await };
+        let info = self.handle.once(&request_id, work).await?;
+        Ok(Response::new(v1::ImportSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) }))
+    }
 }

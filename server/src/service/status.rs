@@ -73,6 +73,7 @@ fn code(reason: ErrorReason) -> Code {
         ErrorReason::InvalidValue
         | ErrorReason::JointNotActuated
         | ErrorReason::InvalidDescription
+        | ErrorReason::InvalidSnapshot
         | ErrorReason::UploadMismatch => Code::InvalidArgument,
         ErrorReason::TargetBeyondLimit => Code::OutOfRange,
         ErrorReason::DescriptionNotUploaded
@@ -124,6 +125,7 @@ impl From<&CallError> for Explained {
                 new(ErrorReason::ParameterNotFound).with("parameter", name)
             }
             CallError::ParameterExists { name } => new(ErrorReason::ParameterExists).with("parameter", name),
+            CallError::InvalidSnapshot { message: _ } => new(ErrorReason::InvalidSnapshot),
             CallError::ShuttingDown => new(ErrorReason::ShuttingDown),
             CallError::Internal { message: _ } => new(ErrorReason::Internal),
         }

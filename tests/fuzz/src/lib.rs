@@ -3,6 +3,8 @@
 
 #[cfg(feature = "commands")]
 mod commands;
+#[cfg(feature = "commands")]
+mod snapshots;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,6 +15,8 @@ pub use commands::commands;
 use simd_assets::Locator;
 use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
 use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
+#[cfg(feature = "commands")]
+pub use snapshots::snapshots;
 
 /// A target: its name, which is that of its corpus and of its fuzzer, and the function.
 pub type Target = (&'static str, fn(&[u8]));
@@ -27,6 +31,8 @@ pub const TARGETS: &[Target] = &[
     ("xacro", xacro),
     #[cfg(feature = "commands")]
     ("commands", commands::commands),
+    #[cfg(feature = "commands")]
+    ("snapshots", snapshots::snapshots),
 ];
 
 /// Any URI leads to the same file.

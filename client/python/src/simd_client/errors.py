@@ -135,6 +135,10 @@ class SnapshotNotFound(NotFound):
     """No snapshot of that name. Metadata: `snapshot`."""
 
 
+class InvalidSnapshot(Refused):
+    """A file is no snapshot, is damaged, of a newer format, or its robots are read otherwise here."""
+
+
 class PathNotAllowed(Refused):
     """A path on the daemon's disk that is not below one of its asset roots."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
 
@@ -18,7 +19,7 @@ from simd_client.memory import Memory
 from simd_client.method import Method, Reply, Request
 from simd_client.parameters import Parameters
 from simd_client.plan import Plan, ask
-from simd_client.plans import contacts, joints, robots
+from simd_client.plans import contacts, joints, robots, snapshots
 from simd_client.plans import simulation as plans
 from simd_client.plans.contacts import Contact, RayHits
 from simd_client.plans.joints import Selection
@@ -302,6 +303,17 @@ class Simulation(Connection, Primitives[Robot]):
     def restore_snapshot(self, snapshot: str | Snapshot) -> Stamp:
         """Puts the world back to a kept state. Raises `SnapshotNotFound`."""
         return self.run(plans.restore_snapshot(snapshot_name(snapshot)))
+
+    def export_snapshot(self, snapshot: str | Snapshot, path: AnyPath) -> Path:
+        """Writes a kept state, with all that its robots are made of, into a file on this disk; one that is
+        there is replaced. Raises `SnapshotNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
+        return self.run(snapshots.export(snapshot_name(snapshot), path))
+
+    def import_snapshot(self, path: AnyPath, name: str = "") -> Snapshot:
+        """Keeps the state of such a file in the daemon's memory: `restore_snapshot` goes there, and the world
+        then runs equal to the bit to the one that was exported, on the same release and machine. An empty
+        name leaves it the one that it had. Raises `InvalidSnapshot`."""
+        return self.run(snapshots.import_(path, name))
 
     def snapshots(self) -> list[Snapshot]:
         """Those that are kept, oldest first."""

@@ -11,6 +11,7 @@ use simd_model::robot::Material;
 
 use super::Shapes;
 use crate::dynamics::Tree;
+use crate::dynamics::articulation::{pose, sizes};
 
 /// Twice the way that a shape goes in a step at its present rate is looked ahead: what else
 /// happens in the step may make it faster.
@@ -71,6 +72,15 @@ pub struct ColliderPose {
     pub world_from_shape: DPose3,
 }
 
+/// What a collider is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side {
+    /// Index of the link.
+    pub link: usize,
+    /// Index of the body; `None` is the base.
+    pub body: Option<usize>,
+}
+
 /// The colliders of one robot.
 #[derive(Clone, Default)]
 pub struct RobotColliders {
@@ -109,6 +119,12 @@ impl Placed {
     /// The middle of the shape, world.
     pub(super) fn world_middle(&self) -> DVec3 {
         self.world_from_shape.transform_point(self.middle)
+    }
+
+    /// Finds its bounds anew.
+    fn bound(&mut self, shapes: &Shapes) {
+        let shape = &*shapes.parts[self.part].shape;
+        self.bounds = shape.compute_aabb(&self.world_from_shape).loosened(self.margin).into();
     }
 }
 
@@ -242,10 +258,59 @@ impl RobotColliders {
                     placed.margin = slack + LOOK_AHEAD * h * speed;
                 }
             }
-            let shape = &*self.shapes.parts[placed.part].shape;
-            placed.bounds = shape.compute_aabb(&placed.world_from_shape).loosened(placed.margin).into();
+            placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }
+    }
+
+    /// What they are made from.
+    pub fn shapes(&self) -> &Arc<Shapes> {
+        &self.shapes
+    }
+
+    /// Which link and body a collider is of.
+    pub fn side(&self, collider: usize) -> Option<Side> {
+        self.placed.get(collider).map(|placed| Side { link: placed.link, body: placed.body })
+    }
+
+    /// Gives each collider its surface.
+    ///
+    /// # Errors
+    /// Where there are more or fewer, as a fragment of a sentence.
+    pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), String> {
+        self.check_count("surfaces", surfaces.len())?;
+        self.placed.iter_mut().zip(surfaces).for_each(|(placed, surface)| placed.surface = *surface);
+        Ok(())
+    }
+
+    /// Where each was put last, and how far around it contacts are looked for: what a step
+    /// reads of a robot that sleeps, whose colliders stay where the step left them that it fell asleep in.
+    pub fn left(&self) -> Vec<(DPose3, f64)> {
+        self.placed.iter().map(|placed| (placed.world_from_shape, placed.margin)).collect()
+    }
+
+    /// Puts each where it was left.
+    ///
+    /// # Errors
+    /// Where there are more or fewer, and where a number cannot be, as a fragment of a sentence.
+    pub fn leave(&mut self, places: &[(DPose3, f64)]) -> Result<(), String> {
+        self.check_count("places of colliders", places.len())?;
+        for (world_from_shape, margin) in places {
+            pose("the place of a collider", world_from_shape)?;
+            sizes("margins of colliders", [*margin])?;
+        }
+        self.bounds = Bounds::default();
+        for (placed, (world_from_shape, margin)) in self.placed.iter_mut().zip(places) {
+            (placed.world_from_shape, placed.margin) = (*world_from_shape, *margin);
+            placed.bound(&self.shapes);
+            self.bounds = self.bounds.around(placed.bounds);
+        }
+        Ok(())
+    }
+
+    fn check_count(&self, what: &str, there: usize) -> Result<(), String> {
+        let needed = self.placed.len();
+        if there == needed { Ok(()) } else { Err(format!("{there} {what}, where its model has {needed}")) }
     }
 
     /// Where they are, in the order of the shapes.

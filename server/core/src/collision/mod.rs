@@ -20,6 +20,7 @@ mod shapes;
 mod tests;
 
 pub use broad::Broad;
-pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Surface};
+pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Side, Surface};
 pub use narrow::{Narrow, Touch};
+pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};

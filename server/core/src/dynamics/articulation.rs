@@ -1,5 +1,6 @@
 //! The state of one robot, and its step.
 
+mod body_state;
 mod state;
 
 use std::hash::Hasher;
@@ -19,6 +20,9 @@ use super::spatial::{Placement, Spatial};
 use super::tree::{Freedom, Tree};
 use super::work::{Work, Workspace};
 use crate::collision::BodyMotion;
+
+pub use body_state::BodyState;
+pub(crate) use body_state::{finite, pose, sizes};
 
 /// Rounds at the most in which actuators are found to saturate. Each round that
 /// changes something saturates one actuator more, and two are the rule.
@@ -308,7 +312,14 @@ impl Articulation {
             axis.hash_into(hasher);
         }
         for (drive, push) in self.drives.iter().zip(&self.external) {
-            hasher.write_u64(drive.saturated.map_or(0, f64::to_bits));
+            // A law is read again only where its actuator saturated; see `Axis::follow`.
+            hasher.write_u64(drive.saturated.map_or(u64::MAX, f64::to_bits));
+            if drive.saturated.is_some() {
+                let Drive { stiffness, damping, rate, feed_forward, limit, .. } = *drive;
+                for value in [stiffness, damping, rate, feed_forward, limit] {
+                    hasher.write_u64(value.to_bits());
+                }
+            }
             for value in push.angular.to_array().into_iter().chain(push.linear.to_array()) {
                 hasher.write_u64(value.to_bits());
             }

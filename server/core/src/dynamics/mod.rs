@@ -35,6 +35,6 @@ pub mod tree;
 pub mod work;
 
 pub use actuator::{Actuator, Axis, Mode};
-pub use articulation::Articulation;
+pub use articulation::{Articulation, BodyState};
 pub use configuration::Configuration;
 pub use tree::Tree;

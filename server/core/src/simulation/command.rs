@@ -10,6 +10,7 @@ use simd_model::robot::{Limits, Material};
 
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use super::PhysicsSettings;
+use super::saved::Saved;
 use super::snapshot::Moment;
 use crate::collision::Shapes;
 
@@ -91,6 +92,13 @@ pub enum Command {
     DeleteSnapshot {
         /// Its name.
         name: String,
+    },
+    /// Keeps a state that came from elsewhere under a name, replacing one of that name.
+    ImportSnapshot {
+        /// Its name.
+        name: String,
+        /// The state.
+        saved: Saved,
     },
 }
 

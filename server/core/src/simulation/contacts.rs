@@ -6,7 +6,10 @@ use std::hash::Hasher;
 use glamx::DVec3;
 
 use super::entity::Entity;
-use crate::collision::{Broad, Narrow, Touch};
+use super::links::check_surface;
+use super::world_state::ContactState;
+use crate::collision::{Broad, MOST, Narrow, Side, Touch};
+use crate::dynamics::articulation::finite;
 use crate::dynamics::constraint::contact::Contact;
 
 /// A point is the same as before if it has moved on one of the two surfaces by less than this,
@@ -31,7 +34,7 @@ pub(super) struct Contacts {
 const DEEP: f64 = 1e-3;
 
 /// Places of two robots, the earlier first, and of a collider of each.
-pub(super) type Pair = ([usize; 2], [usize; 2]);
+pub type Pair = ([usize; 2], [usize; 2]);
 
 /// What orders contacts.
 fn key(contact: &Contact) -> Pair {
@@ -129,6 +132,68 @@ impl Contacts {
         for index in self.merged.iter().flat_map(|(robots, colliders)| robots.iter().chain(colliders)) {
             hasher.write_usize(*index);
         }
+    }
+}
+
+/// As plain data.
+pub(super) fn contact_state(contact: &Contact) -> ContactState {
+    let Contact { robots, place: _, touch, impulse, total } = *contact;
+    let Touch { colliders, links: _, bodies: _, on, point, normal, distance, surface } = touch;
+    ContactState { robots, colliders, on, point, normal, distance, surface, impulse, total }
+}
+
+/// From plain data; or what is wrong with it, as a sentence.
+pub(super) fn contacts(robots: &[Entity], states: &[ContactState]) -> Result<Vec<Contact>, String> {
+    let mut list: Vec<Contact> = Vec::with_capacity(states.len());
+    for state in states {
+        let ContactState { robots: places, colliders, on, point, normal, distance, surface, impulse, total } =
+            *state;
+        let sides = sides(robots, (places, colliders))?;
+        if sides.iter().all(|side| side.body.is_none()) {
+            return Err("a contact is between what cannot move".into());
+        }
+        let vectors = [on[0], on[1], point, normal, impulse, total];
+        let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([distance]);
+        finite("the contacts have numbers", values)?;
+        if (normal.length_squared() - 1.0).abs() > 1e-6 {
+            return Err("a contact's normal is not of unit length".into());
+        }
+        check_surface(&surface)?;
+        let (links, bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
+        let touch = Touch { colliders, links, bodies, on, point, normal, distance, surface };
+        let mut contact = Contact { robots: places, place: 0, touch, impulse, total };
+        if let Some(before) = list.last() {
+            if key(before) > key(&contact) {
+                return Err("the contacts are not in the order of their robots and colliders".into());
+            }
+            contact.place = if key(before) == key(&contact) { before.place + 1 } else { 0 };
+        }
+        if contact.place >= MOST {
+            return Err(format!("there are more than {MOST} contacts between two colliders"));
+        }
+        list.push(contact);
+    }
+    Ok(list)
+}
+
+/// Whether pairs that are put into each other are pairs of these robots, in order.
+pub(super) fn check_merged(robots: &[Entity], merged: &[Pair]) -> Result<(), String> {
+    if !merged.is_sorted_by(|a, b| a < b) {
+        return Err("the pairs that are put into each other are not in order".into());
+    }
+    merged.iter().try_for_each(|pair| sides(robots, *pair).map(|_sides| ()))
+}
+
+/// What the two sides of a pair are.
+fn sides(robots: &[Entity], (places, colliders): Pair) -> Result<[Side; 2], String> {
+    let side = |i: usize| {
+        let robot = robots.get(places[i]).filter(|robot| robot.is_active());
+        robot.and_then(|robot| robot.colliders.side(colliders[i]))
+    };
+    let ordered = places[0] < places[1] || (places[0] == places[1] && colliders[0] < colliders[1]);
+    match (side(0), side(1)) {
+        (Some(a), Some(b)) if ordered => Ok([a, b]),
+        _ => Err(format!("there is no pair of colliders {colliders:?} of the robots at {places:?}")),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod push;
 
+use std::hash::Hasher;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use glamx::DPose3;
 use simd_model::RobotModel;
 use simd_model::robot::{JointKind, Limits};
 
-pub(super) use self::push::Push;
+pub use self::push::Push;
 use super::command::Touches;
 use super::error::Error;
 use super::snapshot::{Flags, Mode, Snapshot};
@@ -51,7 +52,7 @@ pub(super) struct Entity {
     /// Those that acted for the last step and are over.
     pub passed: Vec<Push>,
     /// The state before the present step, to go back to if it is not finite.
-    last_good: (Vec<f64>, Vec<f64>),
+    pub last_good: (Vec<f64>, Vec<f64>),
 }
 
 impl AsMut<Articulation> for Entity {
@@ -130,6 +131,26 @@ impl Entity {
             self.last_good.1.clear();
             self.last_good.1.extend_from_slice(self.body.rates());
         }
+    }
+
+    /// Feeds everything that a step reads to a hasher.
+    pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
+        hasher.write(self.name.as_bytes());
+        for flag in [self.disabled.is_some(), self.asleep, self.was_put] {
+            hasher.write_u8(flag.into());
+        }
+        let surfaces = self.colliders.surfaces().flat_map(|surface| [surface.friction, surface.restitution]);
+        for value in surfaces.chain([self.still_for]) {
+            hasher.write_u64(value.to_bits());
+        }
+        // Those of one that is awake are put in place by each step.
+        let left = if self.asleep { self.colliders.left() } else { Vec::new() };
+        for (pose, margin) in left {
+            let pose = pose.translation.to_array().into_iter().chain(pose.rotation.to_array());
+            pose.chain([margin]).for_each(|value| hasher.write_u64(value.to_bits()));
+        }
+        self.pushes.iter().chain(&self.passed).for_each(|push| push.hash_into(hasher));
+        self.body.hash_into(hasher);
     }
 
     /// Puts bodies and pushes where they are now, and colliders where there are others. Contacts

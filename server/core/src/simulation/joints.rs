@@ -22,6 +22,9 @@ impl Simulation {
                 Ok(Answer::Joints { layout_version: entity.version, joints })
             }
             Query::Snapshots => Ok(Answer::Snapshots(self.snapshots())),
+            Query::Saved { name } => {
+                self.kept(name).map(|kept| Answer::Saved(kept.info(), kept.saved.clone()))
+            }
             Query::Contacts { robot } => self.contact_reports(robot.as_deref()),
             Query::CastRays { rays } => self.cast_rays(rays),
             Query::Links { robot } => self.link_surfaces(robot),

@@ -142,6 +142,16 @@ impl Simulation {
     }
 }
 
+/// Whether a surface can be; or what is wrong with it, as a fragment of a sentence.
+pub(super) fn check_surface(surface: &Surface) -> Result<(), String> {
+    let Surface { friction, restitution } = *surface;
+    // A description may say more than a request may.
+    if friction >= 0.0 && friction.is_finite() && (0.0..=1.0).contains(&restitution) {
+        return Ok(());
+    }
+    Err(format!("a surface of friction {friction} and restitution {restitution}"))
+}
+
 impl Entity {
     /// Makes the colliders anew, as the robot was asked to touch.
     pub(super) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {

@@ -4,6 +4,7 @@
 //! * `robots`, `links`, `joints`, `targets`, `world`: how commands are applied.
 //! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
 //! * `step`: how they move on; `reactions`: what that asked of joints.
+//! * [`saved`]: states that are kept; [`world_state`]: one of them as plain data.
 //! * [`snapshot`], [`event`]: what it shows.
 
 pub mod command;
@@ -16,6 +17,7 @@ pub mod links;
 pub mod query;
 mod reactions;
 mod robots;
+pub mod saved;
 pub mod settings;
 mod sleep;
 pub mod snapshot;
@@ -24,6 +26,7 @@ mod targets;
 #[cfg(test)]
 mod tests;
 mod world;
+pub mod world_state;
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher as _};
@@ -35,11 +38,12 @@ use entity::{Claim, Entity};
 pub use error::Error;
 pub use event::{Event, EventKind};
 pub use query::{Answer, Query};
+use saved::Kept;
+pub use saved::Saved;
 pub use settings::PhysicsSettings;
 use snapshot::{EntityLayout, RootState, WorldLayout};
 pub use snapshot::{Moment, Snapshot};
 use step::StepMemory;
-use world::Saved;
 
 use crate::collision::ColliderPose;
 
@@ -59,7 +63,7 @@ pub struct Simulation {
     /// By their secrets.
     claims: BTreeMap<String, Arc<Claim>>,
     /// Oldest first.
-    saved: Vec<Saved>,
+    saved: Vec<Kept>,
     /// Of the next robot or model.
     next_version: u64,
     layout: Arc<WorldLayout>,
@@ -120,6 +124,7 @@ impl Simulation {
             Command::SaveSnapshot { name } => self.save(name),
             Command::RestoreSnapshot { name } => self.restore(name),
             Command::DeleteSnapshot { name } => self.forget(name),
+            Command::ImportSnapshot { name, saved } => self.import(name, saved),
         }?;
         Ok(Applied { at: self.now, reply })
     }
@@ -133,27 +138,14 @@ impl Simulation {
     /// equal to the bit, for comparing runs of one build on one machine.
     pub fn fingerprint(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        hasher.write_u64(self.now.step);
-        hasher.write_u64(self.now.sim_time.to_bits());
         let PhysicsSettings { gravity, time_step, substeps } = self.settings;
+        hasher.write_u64(self.now.step);
+        hasher.write_u64(self.time_base.0);
         hasher.write_u32(substeps);
-        for value in gravity.to_array().into_iter().chain([time_step]) {
+        for value in gravity.to_array().into_iter().chain([time_step, self.now.sim_time, self.time_base.1]) {
             hasher.write_u64(value.to_bits());
         }
-        for entity in &self.entities {
-            hasher.write(entity.name.as_bytes());
-            hasher.write_u64(entity.version);
-            hasher.write_u8(entity.disabled.is_some().into());
-            hasher.write_u8(entity.asleep.into());
-            hasher.write_u8(entity.was_put.into());
-            hasher.write_u64(entity.still_for.to_bits());
-            for surface in entity.colliders.surfaces() {
-                hasher.write_u64(surface.friction.to_bits());
-                hasher.write_u64(surface.restitution.to_bits());
-            }
-            entity.body.hash_into(&mut hasher);
-            entity.pushes.iter().for_each(|push| push.hash_into(&mut hasher));
-        }
+        self.entities.iter().for_each(|entity| entity.hash_into(&mut hasher));
         self.contacts.hash_into(&mut hasher);
         hasher.finish()
     }

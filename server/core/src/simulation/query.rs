@@ -4,6 +4,7 @@ use glamx::DVec3;
 use simd_model::robot::Limits;
 
 use super::command::SnapshotInfo;
+use super::saved::Saved;
 use super::snapshot::Mode;
 use crate::collision::Surface;
 
@@ -17,6 +18,11 @@ pub enum Query {
     },
     /// The states that are kept, oldest first.
     Snapshots,
+    /// One of them.
+    Saved {
+        /// Its name.
+        name: String,
+    },
     /// What touches, as the last step had it.
     Contacts {
         /// Only those of this robot.
@@ -52,6 +58,8 @@ pub enum Answer {
     },
     /// To [`Query::Snapshots`].
     Snapshots(Vec<SnapshotInfo>),
+    /// To [`Query::Saved`]: with what is said of it.
+    Saved(SnapshotInfo, Saved),
     /// To [`Query::Contacts`], in the order of the robots.
     Contacts(Vec<ContactReport>),
     /// To [`Query::CastRays`]: one a ray, `None` where it hits nothing.

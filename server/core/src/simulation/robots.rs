@@ -200,8 +200,7 @@ impl Simulation {
 
     /// The name, or with `allow_renaming` the first free one of the name with a number.
     fn free_name(&self, name: &str, allow_renaming: bool) -> Result<String, Error> {
-        let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if name.is_empty() || !name.chars().all(good) {
+        if !is_robot_name(name) {
             return Err(Error::InvalidValue {
                 element: "the name of the robot".into(),
                 value: format!("{name:?}"),
@@ -224,6 +223,11 @@ impl Simulation {
             number += 1;
         }
     }
+}
+
+/// Letters, digits, `_` and `-`, at least one.
+pub(super) fn is_robot_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }
 
 /// Finite, with a rotation of unit length.

@@ -150,7 +150,7 @@ impl Entity {
     }
 
     /// A single free body that nothing pushes.
-    fn may_sleep(&self) -> bool {
+    pub(super) fn may_sleep(&self) -> bool {
         let tree = self.body.tree();
         !tree.fixed_base
             && tree.bodies.len() == 1

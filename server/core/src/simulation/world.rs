@@ -1,25 +1,12 @@
-//! The world as a whole: its physics, its resets, its kept states.
+//! The world as a whole: its physics, its resets, going back to a kept state.
 
 use glamx::DVec3;
 
-use super::command::{PhysicsChange, ResetScope, SnapshotInfo};
-use super::contacts::Pair;
+use super::command::{PhysicsChange, ResetScope};
 use super::entity::Entity;
 use super::error::Error;
-use super::{EventKind, Moment, PhysicsSettings, Reply, Simulation};
-use crate::dynamics::constraint::contact::Contact;
-
-/// A state that is kept.
-#[derive(Clone, Debug)]
-pub(super) struct Saved {
-    name: String,
-    at: Moment,
-    time_base: (u64, f64),
-    settings: PhysicsSettings,
-    entities: Vec<Entity>,
-    contacts: Vec<Contact>,
-    merged: Vec<Pair>,
-}
+use super::saved::State;
+use super::{EventKind, Moment, Reply, Simulation};
 
 /// Seconds that a step may advance.
 pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
@@ -95,37 +82,8 @@ impl Simulation {
         Ok(Reply::Reset { deleted })
     }
 
-    pub(super) fn save(&mut self, name: &str) -> Result<Reply, Error> {
-        let name = if name.is_empty() { self.unused_snapshot_name() } else { name.to_owned() };
-        let limit = self.limits.snapshots;
-        let replaces = self.saved.iter().any(|saved| saved.name == name);
-        if !replaces && self.saved.len() >= limit {
-            return Err(Error::LimitExceeded {
-                what: "the number of snapshots".into(),
-                value: limit as u64 + 1,
-                limit: limit as u64,
-            });
-        }
-        self.saved.retain(|saved| saved.name != name);
-        let mut saved = Saved {
-            name,
-            at: self.now,
-            time_base: self.time_base,
-            settings: self.settings,
-            entities: self.entities.clone(),
-            contacts: self.contacts.list.clone(),
-            merged: self.contacts.merged.clone(),
-        };
-        saved.entities.iter_mut().for_each(|entity| entity.claims.fill(None));
-        let info = saved.info();
-        self.saved.push(saved);
-        Ok(Reply::Snapshot(info))
-    }
-
     pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
-        let saved = self.saved.iter().find(|saved| saved.name == name);
-        let Saved { at, time_base, settings, entities, contacts, merged, .. } =
-            saved.cloned().ok_or_else(|| self.no_snapshot(name))?;
+        let State { at, time_base, settings, entities, contacts, merged } = self.kept(name)?.state();
         (self.contacts.list, self.contacts.merged) = (contacts, merged);
         for old in std::mem::replace(&mut self.entities, entities) {
             // Claims are agreements between clients, not state of the world: who holds one keeps it.
@@ -140,41 +98,9 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn forget(&mut self, name: &str) -> Result<Reply, Error> {
-        let place = self.saved.iter().position(|saved| saved.name == name);
-        self.saved.remove(place.ok_or_else(|| self.no_snapshot(name))?);
-        Ok(Reply::Done)
-    }
-
-    pub(super) fn snapshots(&self) -> Vec<SnapshotInfo> {
-        self.saved.iter().map(Saved::info).collect()
-    }
-
     fn begin_epoch(&mut self, at: Moment, time_base: (u64, f64)) {
         self.now = Moment { epoch: self.now.epoch + 1, ..at };
         self.time_base = time_base;
-    }
-
-    fn no_snapshot(&self, name: &str) -> Error {
-        let known = self.saved.iter().map(|saved| saved.name.clone()).collect();
-        Error::SnapshotNotFound { name: name.to_owned(), known }
-    }
-
-    fn unused_snapshot_name(&self) -> String {
-        let mut number = self.saved.len() + 1;
-        loop {
-            let name = format!("snapshot-{number}");
-            if !self.saved.iter().any(|saved| saved.name == name) {
-                return name;
-            }
-            number += 1;
-        }
-    }
-}
-
-impl Saved {
-    fn info(&self) -> SnapshotInfo {
-        SnapshotInfo { name: self.name.clone(), at: self.at, robots: self.entities.len() }
     }
 }
 

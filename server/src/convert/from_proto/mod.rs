@@ -10,6 +10,7 @@ pub mod kinematics;
 pub mod parameter;
 pub mod primitive;
 pub mod simulation;
+pub mod snapshot_file;
 pub mod state;
 
 #[cfg(test)]

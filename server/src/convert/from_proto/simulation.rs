@@ -1,8 +1,10 @@
 //! Requests of the simulation service.
 
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
+use simd_model::robot::Sha256;
 use simd_proto::v1;
 
+use super::entity::sha256;
 use super::{geometry, joint, state};
 use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
@@ -103,4 +105,10 @@ pub fn snapshot_name(name: String) -> Result<String, BadField> {
 pub fn new_snapshot_name(name: String) -> Result<Option<String>, BadField> {
     let name = Path::ROOT.field("name").short(name)?;
     Ok((!name.is_empty()).then_some(name))
+}
+
+/// The file of a snapshot, and what it is to be called; an empty name leaves it that of the file.
+pub fn import_snapshot(request: v1::ImportSnapshotRequest) -> Result<(Sha256, String), BadField> {
+    let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
+    Ok((digest, Path::ROOT.field("name").short(request.name)?))
 }

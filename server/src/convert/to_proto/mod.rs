@@ -9,6 +9,7 @@ pub mod kinematics;
 pub mod parameter;
 pub mod scene;
 pub mod simulation;
+pub mod snapshot_file;
 pub mod stamp;
 
 #[cfg(test)]

@@ -89,7 +89,7 @@ class _Files:
                 self.missing[uri] = proto.AssetSearch(places=missing.places_for_report())
                 continue
             if path not in known:
-                known[path] = _sha256(path)
+                known[path] = hash_of(path)
             self.hashes[uri] = known[path]
             self.paths[known[path]] = path
 
@@ -111,13 +111,13 @@ def upload(path: AnyPath, packages: Packages | None) -> Plan[proto.DescriptionSo
         prepared = yield from ask(methods.PrepareDescription, request)
         lacking = proto.AssetState.ASSET_STATE_LACKING
         for sha256 in sorted({files.hashes[a.uri] for a in prepared.assets if a.state == lacking}):
-            yield from _send(files.paths[sha256], sha256)
+            yield from send(files.paths[sha256], sha256)
     return proto.DescriptionSource(
         description=prepared.description, assets=files.hashes, missing=files.missing
     )
 
 
-def _send(path: Path, sha256: str) -> Plan[None]:
+def send(path: Path, sha256: str) -> Plan[None]:
     """Sends one file in parts."""
     total = yield from work(lambda: path.stat().st_size)
     offset = 0
@@ -137,7 +137,8 @@ def _part(path: Path, offset: int) -> bytes:
         return file.read(PART_BYTES)
 
 
-def _sha256(path: Path) -> str:
+def hash_of(path: Path) -> str:
+    """The SHA-256 of a file, lower-case hexadecimal."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while part := file.read(PART_BYTES):

@@ -9,10 +9,14 @@ use crate::dynamics::tree::{Freedom, Tree};
 /// The impulses of the last step, by what they were for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Impulses {
-    friction: Vec<f64>,
-    mimic: Vec<f64>,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
+    /// By rate, N m s or N s.
+    pub friction: Vec<f64>,
+    /// By pair of joints.
+    pub mimic: Vec<f64>,
+    /// By rate.
+    pub lower: Vec<f64>,
+    /// By rate.
+    pub upper: Vec<f64>,
 }
 
 impl Impulses {
@@ -29,9 +33,24 @@ impl Impulses {
 
     /// Feeds every impulse to a hasher.
     pub fn hash_into(&self, hasher: &mut impl Hasher) {
-        for list in [&self.friction, &self.mimic, &self.lower, &self.upper] {
-            list.iter().for_each(|impulse| hasher.write_u64(impulse.to_bits()));
-        }
+        self.values().for_each(|impulse| hasher.write_u64(impulse.to_bits()));
+    }
+
+    /// All of them.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        let Self { friction, mimic, lower, upper } = self;
+        [friction, mimic, lower, upper].into_iter().flatten().copied()
+    }
+
+    /// What each list is, how long it is, and how long it is for a tree.
+    pub fn lengths(&self, tree: &Tree) -> [(&'static str, usize, usize); 4] {
+        let (n, pairs) = (tree.velocity_count, tree.mimics.len());
+        [
+            ("impulses of friction", self.friction.len(), n),
+            ("impulses of joints that follow others", self.mimic.len(), pairs),
+            ("impulses of lower limits", self.lower.len(), n),
+            ("impulses of upper limits", self.upper.len(), n),
+        ]
     }
 
     fn slot(&mut self, key: RowKey) -> Option<&mut f64> {

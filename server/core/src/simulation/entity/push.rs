@@ -10,8 +10,8 @@ use crate::dynamics::spatial::{Placement, Spatial};
 use crate::simulation::command::Lasts;
 
 /// A force and a torque on a link.
-#[derive(Clone, Debug)]
-pub(in crate::simulation) struct Push {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Push {
     /// Index of the link.
     pub link: usize,
     /// Newtons, at `point`.
@@ -34,7 +34,7 @@ impl Push {
         matches!(self.lasts, Lasts::For(_))
     }
 
-    /// Feeds it to a hasher.
+    /// Feeds everything that a step reads to a hasher.
     pub(in crate::simulation) fn hash_into(&self, hasher: &mut impl Hasher) {
         let Self { link, force, torque, in_link_axes, point, lasts, waits } = *self;
         hasher.write_usize(link);

@@ -1,0 +1,54 @@
+//! Snapshots out to files on this disk and in from them.
+
+use std::{path::Path, time::Duration};
+
+use sha2::{Digest as _, Sha256};
+use simd_proto::v1::{ExportSnapshotRequest, ImportSnapshotRequest, SnapshotInfo};
+
+use crate::{
+    Client, Error,
+    client::present,
+    upload::{hash_of, hexadecimal, off_the_runtime},
+};
+
+/// How much longer than other calls an export or import may take: all robots of a world are read again.
+const LONGER: Duration = Duration::from_secs(120);
+
+/// The part of `SimulationService` that needs a disk.
+impl Client {
+    /// Writes a snapshot into a file on this disk, replacing what is there: the state with all that its
+    /// robots are made of. Gives its bytes.
+    ///
+    /// # Errors
+    /// `SNAPSHOT_NOT_FOUND`; `LIMIT_EXCEEDED` where the robots' meshes are more than a file may have;
+    /// [`Error::Write`].
+    pub async fn export_snapshot(&self, name: &str, file: impl AsRef<Path>) -> Result<u64, Error> {
+        let request = ExportSnapshotRequest { name: name.to_owned() };
+        let export = self.unary_for(LONGER, self.simulation().export_snapshot(request)).await?;
+        let bytes = self.asset(&export.sha256).await?;
+        if hexadecimal(&Sha256::digest(&bytes)) != export.sha256 {
+            return Err(Error::Answer { reason: "the file does not have the hash that was said".to_owned() });
+        }
+        let path = file.as_ref().to_path_buf();
+        let to = path.clone();
+        let written = off_the_runtime(move || std::fs::write(to, bytes)).await;
+        written.map(|()| export.total_bytes).map_err(|source| Error::Write { path, source })
+    }
+
+    /// Keeps the snapshot of a file on this disk in the daemon's memory, and leaves the world as it is:
+    /// [`restore_snapshot`](Self::restore_snapshot) goes there. An empty name leaves it the one that it
+    /// had; one of that name is replaced.
+    ///
+    /// # Errors
+    /// [`Error::File`]; `INVALID_SNAPSHOT` where the file is none, is damaged or of a newer format, or its
+    /// robots are read otherwise by this daemon; `LIMIT_EXCEEDED`.
+    pub async fn import_snapshot(&self, file: impl AsRef<Path>, name: &str) -> Result<SnapshotInfo, Error> {
+        let path = file.as_ref();
+        let unreadable = |source| Error::File { path: path.to_path_buf(), source };
+        let sha256 = hash_of(path).await.map_err(unreadable)?;
+        self.send(path, &sha256).await?;
+        let request = ImportSnapshotRequest { sha256, name: name.to_owned(), ..Default::default() };
+        let answer = self.unary_for(LONGER, self.simulation().import_snapshot(request)).await?;
+        present(answer.snapshot, "snapshot")
+    }
+}

@@ -1,0 +1,219 @@
+//! The whole state of one robot as plain data, and back from there.
+
+use std::sync::Arc;
+
+use glamx::DPose3;
+use simd_model::robot::Limits;
+
+use super::Articulation;
+use crate::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
+use crate::dynamics::constraint::Impulses;
+use crate::dynamics::spatial::Spatial;
+use crate::dynamics::tree::{Freedom, Tree};
+
+/// All that a robot is between two steps, beside what never changes while it moves. Lengths are
+/// those of its [`Tree`]: positions, and rates with all that is aligned with them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyState {
+    /// World from the base: the root link where it is fixed, else the world itself.
+    pub base: DPose3,
+    /// q.
+    pub positions: Vec<f64>,
+    /// qd.
+    pub rates: Vec<f64>,
+    /// The rates before the last step, by rate; zero where it was not a step that gave the rates.
+    pub rates_before: Vec<f64>,
+    /// Whether it was a step that gave it its rates.
+    pub has_stepped: bool,
+    /// Settings and targets, by rate.
+    pub axes: Vec<Axis>,
+    /// The laws of the last step, by rate.
+    pub drives: Vec<Drive>,
+    /// What the actuators applied over the last step, by rate.
+    pub efforts: Vec<f64>,
+    /// Forces from outside on each body, in its own frame.
+    pub external: Vec<Spatial>,
+    /// Of the rows of joints, for the next step's start.
+    pub impulses: Impulses,
+}
+
+impl Articulation {
+    /// All of it that a step changes or reads.
+    pub fn body_state(&self) -> BodyState {
+        BodyState {
+            base: self.base,
+            positions: self.positions.clone(),
+            rates: self.rates.clone(),
+            // Where no step gave the rates, what is there means nothing, and may be no number.
+            rates_before: if self.has_stepped { self.new_rates.clone() } else { vec![0.0; self.rates.len()] },
+            has_stepped: self.has_stepped,
+            axes: self.axes.clone(),
+            drives: self.drives.clone(),
+            efforts: self.efforts.clone(),
+            external: self.external.clone(),
+            impulses: self.constraints.warm.clone(),
+        }
+    }
+
+    /// A robot in this state.
+    ///
+    /// # Errors
+    /// Where the state is not one of such a tree, or has a number that cannot be: what, as a
+    /// fragment of a sentence.
+    pub fn from_body_state(tree: &Arc<Tree>, state: BodyState) -> Result<Self, String> {
+        state.check(tree)?;
+        let BodyState {
+            base,
+            positions,
+            rates,
+            rates_before,
+            has_stepped,
+            axes,
+            drives,
+            efforts,
+            external,
+            impulses,
+        } = state;
+        let joints = positions.get(tree.root_positions()..).unwrap_or_default();
+        let mut new = Self::new(Arc::clone(tree), base, Vec::new(), joints);
+        new.constraints.warm = impulses;
+        Ok(Self {
+            base,
+            positions,
+            rates,
+            axes,
+            drives,
+            efforts,
+            external,
+            new_rates: rates_before,
+            has_stepped,
+            ..new
+        })
+    }
+}
+
+impl BodyState {
+    fn check(&self, tree: &Tree) -> Result<(), String> {
+        let Self {
+            base,
+            positions,
+            rates,
+            rates_before,
+            has_stepped: _,
+            axes,
+            drives,
+            efforts,
+            external,
+            impulses,
+        } = self;
+        let n = tree.velocity_count;
+        for (what, there, needed) in [
+            ("positions", positions.len(), tree.position_count),
+            ("rates", rates.len(), n),
+            ("rates before the last step", rates_before.len(), n),
+            ("settings of axes", axes.len(), n),
+            ("laws of actuators", drives.len(), n),
+            ("efforts", efforts.len(), n),
+            ("forces from outside", external.len(), tree.bodies.len()),
+        ]
+        .into_iter()
+        .chain(impulses.lengths(tree))
+        {
+            if there != needed {
+                return Err(format!("{there} {what}, where its model has {needed}"));
+            }
+        }
+        for (what, values) in [
+            ("positions", positions),
+            ("rates", rates),
+            ("rates before the last step", rates_before),
+            ("efforts", efforts),
+        ] {
+            finite(what, values.iter().copied())?;
+        }
+        for body in tree.bodies.iter().filter(|body| matches!(body.freedom, Freedom::Free { .. })) {
+            unit("the rotation of a free body", &positions[body.position + 3..body.position + 7])?;
+        }
+        pose("the pose of its base", base)?;
+        if !tree.fixed_base && *base != DPose3::IDENTITY {
+            return Err("a base that is not the world's, though its root is free".into());
+        }
+        let pushes = external.iter().flat_map(|push| [push.angular, push.linear]);
+        finite("forces from outside", pushes.flat_map(|vector| vector.to_array()))?;
+        finite("impulses", impulses.values())?;
+        axes.iter().try_for_each(check_axis)?;
+        drives.iter().try_for_each(check_drive)
+    }
+}
+
+/// Only numbers that a request could have given, or that follow from such.
+fn check_axis(axis: &Axis) -> Result<(), String> {
+    let AxisSettings {
+        damping,
+        friction,
+        armature,
+        limits: Limits { lower, upper, effort, velocity },
+        default_stiffness,
+        default_damping,
+        composite_inertia,
+    } = axis.settings;
+    let Actuator {
+        mode: _,
+        target,
+        rate,
+        stiffness,
+        damping: target_damping,
+        feed_forward,
+        max_effort,
+        max_velocity,
+        setpoint,
+        setpoint_rate,
+    } = axis.actuator;
+    sizes("settings of axes", [damping, friction, armature, default_stiffness, default_damping])?;
+    let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity];
+    sizes("limits and gains of axes", given.into_iter().flatten())?;
+    finite("limits of axes", [lower, upper].into_iter().flatten())?;
+    if lower > upper && upper.is_some() {
+        return Err("limits of axes of which the lower is above the upper".into());
+    }
+    finite("targets of axes", [composite_inertia, target, rate, feed_forward, setpoint, setpoint_rate])
+}
+
+fn check_drive(drive: &Drive) -> Result<(), String> {
+    let Drive { stiffness, damping, position, rate, feed_forward, limit, saturated } = *drive;
+    let values = [stiffness, damping, position, rate, feed_forward];
+    finite("laws of actuators", values.into_iter().chain(saturated))?;
+    // There may be none: it is infinite then.
+    if limit >= 0.0 { Ok(()) } else { Err(format!("laws of actuators with {limit} in them")) }
+}
+
+/// Numbers that are neither NaN nor infinite.
+pub(crate) fn finite(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
+    match values.into_iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("{what} with {value} among them")),
+        None => Ok(()),
+    }
+}
+
+/// Finite numbers, none of them negative.
+pub(crate) fn sizes(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
+    match values.into_iter().find(|value| !(value.is_finite() && *value >= 0.0)) {
+        Some(value) => Err(format!("{what} with {value} among them")),
+        None => Ok(()),
+    }
+}
+
+/// A pose that is finite, with a rotation of unit length.
+pub(crate) fn pose(what: &str, pose: &DPose3) -> Result<(), String> {
+    finite(what, pose.translation.to_array())?;
+    unit(what, &pose.rotation.to_array())
+}
+
+fn unit(what: &str, quaternion: &[f64]) -> Result<(), String> {
+    let square: f64 = quaternion.iter().map(|part| part * part).sum();
+    if (square - 1.0).abs() < 1e-6 {
+        Ok(())
+    } else {
+        Err(format!("{what} with a quaternion that is not of unit length"))
+    }
+}

@@ -1,0 +1,176 @@
+//! Snapshots out to a file and in from one: a state of the world with all that its robots are made of.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use simd_core::simulation::Saved;
+use simd_core::simulation::command::SnapshotInfo;
+use simd_core::{Answer, Command, Query, Reply};
+use simd_model::robot::{Geometry, Sha256};
+use simd_model::{Asset, RobotModel};
+
+use super::Loader;
+use super::progress::Reporter;
+use super::reading::{Made, Origin};
+use super::snapshot_file::{Opened, invalid, open, seal};
+use crate::convert::from_proto::snapshot_file as from_proto;
+use crate::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
+use crate::handle::{CallError, SimHandle};
+
+/// Files by their hash.
+type Files = BTreeMap<Sha256, Arc<[u8]>>;
+
+impl SimHandle {
+    /// Writes a kept state into a file, which is kept as an upload is; gives its hash and size.
+    ///
+    /// # Errors
+    /// Where there is no such state, and where the file would be larger than an upload may be.
+    pub async fn export_snapshot(&self, name: String) -> Result<(Sha256, u64), CallError> {
+        let answer = self.query(Query::Saved { name }).await?;
+        let Answer::Saved(info, saved) = answer else {
+            return Err(CallError::Internal { message: "no snapshot was answered with".into() });
+        };
+        let loader = self.loader();
+        let (recipes, files) = loader.ingredients(&saved)?;
+        let (sha256, file) = loader.off_thread(move || sealed(&info.name, &saved, &recipes, files)).await?;
+        let size = loader.check_file(file.len())?;
+        loader.insert(sha256, file)?;
+        Ok((sha256, size))
+    }
+
+    /// Keeps the state that is in an uploaded file, under this name or, where it is empty, under the
+    /// one that it had.
+    ///
+    /// # Errors
+    /// Where the file is not here, is none or is damaged, and where its robots cannot be read as they were.
+    pub async fn import_snapshot(&self, sha256: Sha256, name: String) -> Result<SnapshotInfo, CallError> {
+        let loader = self.loader();
+        let file = loader.lock().store.get(&sha256);
+        let lacking = || CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() };
+        let file = file.ok_or_else(lacking)?;
+        let robots = usize::try_from(loader.limits.robots).unwrap_or(usize::MAX);
+        let (opened, files) = loader.off_thread(move || unpacked(&file, robots)).await??;
+        let Opened { written_by, content } = opened;
+        let recipes = from_proto::recipes(&content).map_err(|error| invalid(error.to_string()))?;
+        // Robots that are made alike are one model; alone, a thousand balls are read a thousand times.
+        let mut known: BTreeMap<Recipe, from_proto::Made> = BTreeMap::new();
+        let mut made = Vec::with_capacity(recipes.len());
+        for (recipe, robot) in recipes.into_iter().zip(&content.robots) {
+            let one = match known.get(&recipe) {
+                Some(one) => one.clone(),
+                None => self.make_again(&recipe, &files, &robot.name).await?,
+            };
+            known.insert(recipe, one.clone());
+            made.push(one);
+        }
+        let name = if name.is_empty() { content.name.clone() } else { name };
+        let saved = loader.off_thread(move || {
+            let state = from_proto::world_state(content, made).map_err(|error| invalid(error.to_string()))?;
+            Saved::new(state).map_err(|misfit| invalid(format!("the snapshot cannot be: {misfit}")))
+        });
+        let saved = saved.await??;
+        tracing::info!(snapshot = name, "imported a file that simd {written_by} wrote");
+        let done = self.command(Command::ImportSnapshot { name, saved }).await?;
+        match done.applied.reply {
+            Reply::Snapshot(info) => Ok(info),
+            other => Err(CallError::Internal { message: format!("this is no snapshot: {other:?}") }),
+        }
+    }
+
+    async fn make_again(
+        &self,
+        recipe: &Recipe,
+        files: &Files,
+        robot: &str,
+    ) -> Result<from_proto::Made, CallError> {
+        let of_robot = || format!("robot {:?} of the snapshot", robot.chars().take(80).collect::<String>());
+        let find = |sha256: &Sha256| {
+            let lacking = || invalid(format!("{}: the file {sha256} is not in it", of_robot()));
+            files.get(sha256).cloned().ok_or_else(lacking)
+        };
+        let urdf = find(&recipe.description)?;
+        let assets = recipe
+            .assets
+            .iter()
+            .map(|(uri, sha256)| Ok((uri.clone(), Asset { sha256: *sha256, bytes: find(sha256)? })));
+        let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
+        let making = self.loader().making(f64::from_bits(recipe.scale), false, recipe.mesh_shapes);
+        let made = self.make(origin, making, Reporter::default()).await;
+        match made {
+            Ok(Made { model, shapes, report: _ }) => Ok((model, shapes)),
+            Err(error @ (CallError::InvalidDescription { .. } | CallError::InvalidValue { .. })) => {
+                Err(invalid(format!("{} cannot be read: {error}", of_robot())))
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl Loader {
+    /// What the robots of a state are made from, and the files for it.
+    fn ingredients(&self, saved: &Saved) -> Result<(Vec<Recipe>, Files), CallError> {
+        let mut recipes = Vec::new();
+        let mut used = BTreeSet::new();
+        for model in saved.models() {
+            let recipe = self.with_known(model, |known| Recipe {
+                description: known.description,
+                assets: mesh_files(model),
+                scale: known.scale.to_bits(),
+                mesh_shapes: known.mesh_shapes,
+            });
+            let unknown = || format!("it is not known where robot model {:?} came from", model.name);
+            let recipe = recipe.ok_or_else(|| CallError::Internal { message: unknown() })?;
+            used.insert(recipe.description);
+            used.extend(recipe.assets.values());
+            recipes.push(recipe);
+        }
+        let mut files = Files::new();
+        let mut size = 0usize;
+        for sha256 in used {
+            let bytes = self.lock().store.get(&sha256);
+            let gone = || CallError::Internal { message: format!("the file {sha256} of a robot is gone") };
+            let bytes = bytes.ok_or_else(gone)?;
+            size = size.saturating_add(bytes.len());
+            self.check_file(size)?;
+            files.insert(sha256, bytes);
+        }
+        Ok((recipes, files))
+    }
+
+    /// A file that no daemon with these limits would take back is not written.
+    fn check_file(&self, bytes: usize) -> Result<u64, CallError> {
+        let (value, limit) = (bytes as u64, self.limits.asset_bytes);
+        if value <= limit {
+            return Ok(value);
+        }
+        let what = "the size of the snapshot's file, its robots' meshes included, in bytes".into();
+        Err(CallError::LimitExceeded { what, value, limit })
+    }
+}
+
+/// The meshes that a model was made with. Those that were missing or could not be read are
+/// missing again.
+fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
+    let shapes = model.links.iter().flat_map(|link| {
+        let seen = link.visuals.iter().map(|visual| &visual.geometry);
+        seen.chain(link.collisions.iter().map(|collision| &collision.geometry))
+    });
+    let mesh = |geometry: &Geometry| match geometry {
+        Geometry::Mesh { uri, asset: Some(asset), .. } => Some((uri.clone(), asset.sha256)),
+        _ => None,
+    };
+    shapes.filter_map(mesh).collect()
+}
+
+fn sealed(name: &str, saved: &Saved, recipes: &[Recipe], files: Files) -> (Sha256, Arc<[u8]>) {
+    let files = files.into_values().map(|file| file.to_vec()).collect();
+    let file = seal(&snapshot_file(name, &saved.world_state(), recipes, files));
+    (Sha256::of(&file), file.into())
+}
+
+fn unpacked(file: &[u8], robots: usize) -> Result<(Opened, Files), CallError> {
+    let mut opened = open(file, robots)?;
+    let files: Vec<Vec<u8>> = std::mem::take(&mut opened.content.files);
+    let files = files.into_iter().map(|bytes| (Sha256::of(&bytes), Arc::from(bytes)));
+    Ok((opened, files.collect()))
+}

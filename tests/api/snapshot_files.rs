@@ -1,0 +1,212 @@
+//! Snapshots out to a file and into another daemon. An equal world is an equal file: that two worlds are
+//! equal in everything that a step reads is shown by exporting both.
+
+use std::path::{Path, PathBuf};
+
+use simd_client::proto::{self, ErrorReason};
+use simd_client::{Client, Package, Target, joint_target};
+use simd_tests::daemon::{Daemon, Via, fixed};
+use simd_tests::robots::assets;
+
+use crate::{arm, set};
+
+/// A shape, in the world at a place.
+fn shape(name: &str, geometry: proto::primitive::Geometry, [x, y, z]: [f64; 3]) -> proto::SpawnEntityRequest {
+    let primitive = proto::Primitive { geometry: Some(geometry), ..Default::default() };
+    proto::SpawnEntityRequest {
+        source: Some(proto::DescriptionSource {
+            source: Some(proto::description_source::Source::Primitive(primitive)),
+            ..Default::default()
+        }),
+        pose: Some(proto::Pose { position: Some(proto::Vector3 { x, y, z }), orientation: None }),
+        name: name.into(),
+        ..Default::default()
+    }
+}
+
+/// A plane with balls, boxes and capsules that fall on it, and arms with meshes among them: one scaled, one
+/// that touches itself with meshes in parts, one held up in the air by a wrench.
+async fn fill(client: &Client) {
+    use proto::primitive::Geometry;
+    let plane = shape("ground", Geometry::Plane(proto::PlaneGeometry::default()), [0.0; 3]);
+    client.spawn(proto::SpawnEntityRequest { base: proto::Base::Fixed.into(), ..plane }).await.unwrap();
+    for i in 0..4 {
+        let size = 0.04 + 0.01 * f64::from(i);
+        let at = [0.1 * f64::from(i % 2), 0.03 * f64::from(i), 0.1 + 0.2 * f64::from(i)];
+        let sides = proto::Vector3 { x: size, y: 2.0 * size, z: size };
+        let geometry = match i % 3 {
+            0 => Geometry::Box(proto::BoxGeometry { size: Some(sides) }),
+            1 => Geometry::Sphere(proto::SphereGeometry { radius: size }),
+            _ => Geometry::Capsule(proto::CapsuleGeometry { radius: size, length: size }),
+        };
+        client.spawn(shape(&format!("body-{i}"), geometry, at)).await.unwrap();
+    }
+    let package = Package::open(assets().join("Bench_Arm-1.2 rev B")).unwrap();
+    let source = Some(client.upload(&package).await.unwrap());
+    let again = proto::SpawnEntityRequest { source, scale: Some(0.5), ..fixed("small") };
+    client.spawn(again).await.unwrap();
+    let two = proto::SpawnEntityRequest {
+        self_collision: true,
+        mesh_shapes: proto::MeshShapes::Decomposition.into(),
+        ..fixed("two")
+    };
+    client.load(assets().join("Two Link.v2"), two).await.unwrap();
+    let free = proto::SpawnEntityRequest {
+        pose: Some(proto::Pose {
+            position: Some(proto::Vector3 { x: 0.0, y: 2.0, z: 0.4 }),
+            orientation: None,
+        }),
+        name: "free".into(),
+        ..Default::default()
+    };
+    client.load(assets().join("seven_arm"), free).await.unwrap();
+}
+
+/// Settings, surfaces, pushes and targets on their way.
+async fn change(client: &Client) {
+    let layout = client.joint_layout("two").await.unwrap();
+    let joint = layout.joints.iter().find(|joint| joint.name.contains(' ')).unwrap().name.clone();
+    let target = joint_target(joint.clone(), Target::position(0.9));
+    client.set_robot_targets("two", [target]).await.unwrap();
+    let properties =
+        proto::JointProperties { joint, damping: Some(0.3), friction: Some(0.2), ..Default::default() };
+    client.set_joint_properties("two", vec![properties]).await.unwrap();
+    let slippery = proto::LinkProperties { friction: Some(0.05), ..Default::default() };
+    client.set_link_properties("body-0", vec![slippery]).await.unwrap();
+    let force = proto::Vector3 { x: 0.0, y: 0.1, z: 20.0 };
+    let push = proto::ApplyLinkWrenchRequest {
+        robot: "body-3".into(),
+        link: "link".into(),
+        wrench: Some(proto::Wrench { force: Some(force), torque: None }),
+        persistent: true,
+        ..Default::default()
+    };
+    client.apply_wrench(push).await.unwrap();
+}
+
+async fn export(client: &Client, folder: &Path, name: &str) -> (PathBuf, Vec<u8>) {
+    let file = folder.join(format!("{name}.simdsnap"));
+    let size = client.export_snapshot(name, &file).await.unwrap();
+    let bytes = std::fs::read(&file).unwrap();
+    assert_eq!(bytes.len() as u64, size);
+    (file, bytes)
+}
+
+async fn a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits(via: Via) {
+    let folder = tempfile::tempdir().unwrap();
+    let here = Daemon::paused_via(via).await;
+    fill(&here.client).await;
+    here.client.step(1_700).await.unwrap();
+    change(&here.client).await;
+    here.client.step(30).await.unwrap();
+    let saved = here.client.save_snapshot("mark").await.unwrap();
+    let (file, first) = export(&here.client, folder.path(), "mark").await;
+
+    // A world of its own, whose robots have versions of their own.
+    let there = arm(via).await;
+    there.client.step(5).await.unwrap();
+    let imported = there.client.import_snapshot(&file, "").await.unwrap();
+    assert_eq!((imported.name.as_str(), imported.robots), ("mark", saved.robots));
+    assert_eq!(imported.stamp.unwrap().step, 1_730);
+    let robots = |robots: Vec<proto::EntityInfo>| robots.into_iter().map(|it| it.name).collect::<Vec<_>>();
+    assert_eq!(robots(there.client.robots().await.unwrap()), ["arm"], "the world is left as it is");
+    let stamp = there.client.restore_snapshot("mark").await.unwrap();
+    assert_eq!((stamp.step, stamp.epoch), (1_730, 1));
+    let names = robots(here.client.robots().await.unwrap());
+    assert_eq!(robots(there.client.robots().await.unwrap()), names);
+    assert_eq!(
+        export(&there.client, folder.path(), "mark").await.1,
+        first,
+        "what was imported is the same file"
+    );
+
+    for client in [&here.client, &there.client] {
+        client.step(400).await.unwrap();
+        set_small(client).await;
+        client.step(300).await.unwrap();
+        client.save_snapshot("later").await.unwrap();
+    }
+    let later = export(&here.client, folder.path(), "later").await.1;
+    assert_ne!(later, first);
+    assert!(
+        export(&there.client, folder.path(), "later").await.1 == later,
+        "both worlds are equal to the bit"
+    );
+    // The meshes came along, for viewers and for reading the robots anew.
+    let request = proto::ReloadEntityRequest { robot: "two".into(), ..Default::default() };
+    assert_eq!(there.client.reload(request).await.unwrap().removed_joints, Vec::<String>::new());
+}
+
+async fn set_small(client: &Client) {
+    let target = joint_target("shoulder", Target::velocity(-1.0));
+    client.set_robot_targets("small", [target]).await.unwrap();
+}
+
+async fn what_is_no_snapshot_is_refused_and_changes_nothing(via: Via) {
+    let folder = tempfile::tempdir().unwrap();
+    let daemon = arm(via).await;
+    set(&daemon, Target::position(0.5)).await;
+    daemon.pass(0.1).await;
+    daemon.client.save_snapshot("mark").await.unwrap();
+    let (file, bytes) = export(&daemon.client, folder.path(), "mark").await;
+    let import = async |bytes: &[u8]| {
+        std::fs::write(&file, bytes).unwrap();
+        let refused = daemon.client.import_snapshot(&file, "other").await.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InvalidSnapshot), "{refused}");
+        refused.to_string()
+    };
+    let mut flipped = bytes.clone();
+    flipped[bytes.len() / 2] ^= 4;
+    assert!(import(&flipped).await.contains("damaged"));
+    assert!(import(&bytes[..bytes.len() - 1]).await.contains("damaged"));
+    assert!(import(b"<robot name=\"a\"/>").await.contains("no snapshot"));
+    let mut newer = bytes.clone();
+    newer[8] = 9;
+    let sentence = import(&newer).await;
+    assert!(sentence.contains("format 9") && sentence.contains("the daemon is older"), "{sentence}");
+    let kept = daemon.client.snapshots().await.unwrap();
+    assert_eq!(kept.len(), 1);
+    let (_, again) = export(&daemon.client, folder.path(), "mark").await;
+    assert_eq!(again, bytes);
+
+    let unknown = daemon.client.export_snapshot("nothing", &file).await.unwrap_err();
+    assert_eq!(unknown.reason(), Some(ErrorReason::SnapshotNotFound));
+    let missing = daemon.client.import_snapshot(folder.path().join("none"), "").await.unwrap_err();
+    assert!(matches!(missing, simd_client::Error::File { .. }), "{missing}");
+    let nowhere = daemon.client.export_snapshot("mark", folder.path().join("no/folder")).await.unwrap_err();
+    assert!(matches!(nowhere, simd_client::Error::Write { .. }), "{nowhere}");
+}
+
+/// A file is bounded as an upload is, and a daemon for fewer robots refuses it.
+async fn limits_hold_for_snapshots_in_files(via: Via) {
+    let folder = tempfile::tempdir().unwrap();
+    let here = arm(via).await;
+    crate::load_arm(&here.client, "second").await;
+    here.client.save_snapshot("mark").await.unwrap();
+    let (file, bytes) = export(&here.client, folder.path(), "mark").await;
+
+    let small = Daemon::start_via(via, |config| config.limits.robots = 1).await;
+    let refused = small.client.import_snapshot(&file, "").await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
+    let few = Daemon::start_via(via, |config| config.limits.snapshots = 1).await;
+    few.client.save_snapshot("mine").await.unwrap();
+    let refused = few.client.import_snapshot(&file, "").await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
+    let replaced = few.client.import_snapshot(&file, "mine").await.unwrap();
+    assert_eq!((replaced.name.as_str(), replaced.robots), ("mine", 2));
+
+    let limit = bytes.len() as u64 - 1;
+    let tight = Daemon::start_via(via, |config| config.limits.asset_bytes = limit).await;
+    crate::load_arm(&tight.client, "arm").await;
+    crate::load_arm(&tight.client, "second").await;
+    tight.client.save_snapshot("mark").await.unwrap();
+    let refused = tight.client.export_snapshot("mark", &file).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
+    assert!(refused.to_string().contains("the snapshot's file"), "{refused}");
+}
+
+crate::over_every_transport![
+    a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits,
+    what_is_no_snapshot_is_refused_and_changes_nothing,
+    limits_hold_for_snapshots_in_files,
+];

@@ -1,0 +1,201 @@
+//! The corpus of snapshots: what it is made of, and that it is still accepted.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+use prost::Message as _;
+use simd_core::collision::{MeshShapes, Shapes};
+use simd_core::simulation::WorldLimits;
+use simd_core::simulation::command::{
+    JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target, Touches,
+};
+use simd_core::{Answer, Command, PhysicsSettings, Query, Simulation};
+use simd_fuzz_targets::snapshots;
+use simd_model::robot::Sha256;
+use simd_model::{Asset, Assets, ReadOptions};
+use simd_proto::v1;
+use simd_server::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
+
+const PLANE: &str = "<robot name='p'><link name='l'><collision><geometry><plane normal='0 0 1'/></geometry>\
+    </collision></link></robot>";
+const BALL: &str = "<robot name='b'><link name='l'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' \
+    iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry><sphere radius='.1'/></geometry></collision></link>\
+    </robot>";
+const MESH: &str = "<robot name='m'><link name='l'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' \
+    iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry><mesh filename='a.obj'/></geometry></collision>\
+    </link></robot>";
+const PYRAMID: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+/// A joint of each kind.
+const KINDS: &[(&str, &str)] = &[
+    (
+        "revolute",
+        "<limit lower='-1' upper='1' effort='2' velocity='5'/><dynamics friction='.1' damping='.1'/>",
+    ),
+    ("continuous", "<mimic joint='j0' multiplier='2'/>"),
+    ("prismatic", "<limit lower='-1' upper='1' effort='5' velocity='1'/>"),
+    ("planar", ""),
+    ("floating", ""),
+    ("fixed", ""),
+];
+
+fn every_kind() -> String {
+    let link = |i: usize| {
+        format!(
+            "<link name='l{i}'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' iyy='.1' iyz='0' \
+             izz='.1'/></inertial><collision><geometry><box size='.2 .2 .2'/></geometry></collision></link>"
+        )
+    };
+    let joint = |(i, (kind, inside)): (usize, &(&str, &str))| {
+        format!(
+            "<joint name='j{i}' type='{kind}'><origin xyz='.3 0 0'/><parent link='l{i}'/><child link='l{}'/>\
+             <axis xyz='0 1 0'/>{inside}</joint>",
+            i + 1
+        )
+    };
+    let joints = KINDS.iter().enumerate().map(joint);
+    format!("<robot name='k'>{}</robot>", (0..=KINDS.len()).map(link).chain(joints).collect::<String>())
+}
+
+/// A world and what its robots were made from.
+struct Scene {
+    world: Simulation,
+    recipes: Vec<Recipe>,
+    files: BTreeMap<Sha256, Vec<u8>>,
+}
+
+struct Pyramid;
+
+impl Assets for Pyramid {
+    fn find(&self, _uri: &str) -> Result<Asset, Vec<String>> {
+        Ok(Asset { sha256: Sha256::of(PYRAMID), bytes: Arc::from(PYRAMID) })
+    }
+}
+
+impl Scene {
+    fn new() -> Self {
+        let world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 20, snapshots: 2 });
+        Self { world, recipes: Vec::new(), files: BTreeMap::new() }
+    }
+
+    fn add(&mut self, name: &str, urdf: &str, z: f64, fixed: bool) {
+        let options = ReadOptions { scale: 0.5, ..ReadOptions::default() };
+        let (model, _) = simd_model::read(urdf.as_bytes(), &Pyramid, &options).unwrap();
+        let description = Sha256::of(urdf.as_bytes());
+        self.files.insert(description, urdf.into());
+        let mut assets = BTreeMap::new();
+        if urdf == MESH {
+            assets.insert("a.obj".to_owned(), Sha256::of(PYRAMID));
+            self.files.insert(Sha256::of(PYRAMID), PYRAMID.into());
+        }
+        let mesh_shapes = MeshShapes::Hull;
+        self.recipes.push(Recipe { description, assets, scale: options.scale.to_bits(), mesh_shapes });
+        self.apply(Command::Spawn(Box::new(Spawn {
+            name: name.into(),
+            allow_renaming: false,
+            shapes: Arc::new(Shapes::new(&model)),
+            model: Arc::new(model),
+            pose: DPose3::from_translation(DVec3::Z * z),
+            fixed_base: Some(fixed),
+            passive: false,
+            joint_positions: Vec::new(),
+            touches: Touches { itself: true, links: Vec::new() },
+            loaded_at_start: fixed,
+        })));
+    }
+
+    fn apply(&mut self, command: Command) {
+        self.world.apply(&command).unwrap();
+    }
+
+    fn target(&mut self, joint: &str, target: Target) {
+        let joints = vec![JointTarget { joint: joint.into(), axis: 0, target }];
+        let robots = vec![RobotTargets { robot: "kinds".into(), joints, ..Default::default() }];
+        self.apply(Command::SetTargets(SetTargets { robots, ..Default::default() }));
+    }
+
+    fn content(mut self, steps: usize) -> Vec<u8> {
+        (0..steps).for_each(|_| self.world.step());
+        self.apply(Command::SaveSnapshot { name: "it".into() });
+        let kept = self.world.query(&Query::Saved { name: "it".into() }).unwrap();
+        let Answer::Saved(_, saved) = kept else { panic!("{kept:?}") };
+        let files = self.files.into_values().collect();
+        snapshot_file("it", &saved.world_state(), &self.recipes, files).encode_to_vec()
+    }
+}
+
+/// All that the corpus has, by name.
+fn scenes() -> Vec<(&'static str, Vec<u8>)> {
+    let mut rest = Scene::new();
+    rest.add("ground", PLANE, 0.0, true);
+    rest.add("ball", BALL, 0.05, false);
+    let mut meshes = Scene::new();
+    meshes.add("ground", PLANE, 0.0, true);
+    meshes.add("one", MESH, 0.1, false);
+    meshes.add("other", MESH, 0.9, false);
+    let mut kinds = Scene::new();
+    kinds.add("kinds", &every_kind(), 1.0, true);
+    kinds.target("j0", Target::position(0.8));
+    kinds.target("j2", Target::velocity(0.2));
+    for (link, lasts) in [("l5", Lasts::UntilCleared), ("l5", Lasts::For(0.5)), ("l6", Lasts::NextStep)] {
+        kinds.apply(Command::ApplyWrench(LinkWrench {
+            robot: "kinds".into(),
+            link: link.into(),
+            force: DVec3::new(1.0, -0.0, 3.0),
+            torque: DVec3::X,
+            in_link_axes: true,
+            point: DVec3::splat(0.1),
+            lasts,
+        }));
+    }
+    let mut merged = Scene::new();
+    merged.add("kinds", &every_kind(), 0.0, true);
+    merged.add("second", &every_kind(), 0.01, true);
+    merged.add("ball", BALL, 0.5, false);
+    let free = |steps| {
+        let mut free = Scene::new();
+        free.add("ground", PLANE, 0.0, true);
+        free.add("kinds", &every_kind(), 0.2, false);
+        free.content(steps)
+    };
+    vec![
+        ("empty", Scene::new().content(3)),
+        ("asleep", rest.content(2_500)),
+        ("meshes", meshes.content(300)),
+        ("kinds", kinds.content(60)),
+        ("merged", merged.content(40)),
+        ("spawned", free(0)),
+        ("fallen", free(200)),
+    ]
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/snapshots")
+}
+
+/// What the corpus is for is behind the first checks: each of its files must get there.
+#[test]
+fn the_corpus_of_snapshots_is_what_daemons_write() {
+    for (name, content) in scenes() {
+        let kept = fs::read(folder().join(name)).unwrap();
+        let [kept, now] = [&kept, &content].map(|bytes| v1::SnapshotFile::decode(&bytes[..]).unwrap());
+        // The numbers are those of the machine that wrote it.
+        assert_eq!(kept.files, now.files, "{name}");
+        let robots = |file: &v1::SnapshotFile| -> Vec<_> {
+            file.robots.iter().map(|it| (it.name.clone(), it.layout.clone(), it.surfaces.clone())).collect()
+        };
+        assert_eq!(robots(&kept), robots(&now), "{name}: write it anew, see `write_the_corpus`");
+        snapshots(&content);
+    }
+}
+
+/// To be run by hand where the format changes.
+#[test]
+#[ignore = "writes fuzz/corpus/snapshots"]
+fn write_the_corpus() {
+    for (name, content) in scenes() {
+        fs::write(folder().join(name), content).unwrap();
+    }
+}

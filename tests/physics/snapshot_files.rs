@@ -1,0 +1,240 @@
+//! A world that went out to a file and came in elsewhere runs on equal to the bit.
+//!
+//! What is compared is the hash over everything that a step reads, after each step; the tolerance is none.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use fastrand::Rng;
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::collision::{MeshShapes, Shapes};
+use simd_core::simulation::Saved;
+use simd_core::simulation::command::*;
+use simd_core::{Answer, Command, Query, Simulation};
+use simd_model::RobotModel;
+use simd_model::robot::{Limits, Material, Sha256};
+use simd_server::convert::from_proto::snapshot_file as from_proto;
+use simd_server::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
+use simd_server::loading::snapshot_file::{open, seal};
+use simd_tests::robots;
+use simd_tests::scenes::*;
+
+use crate::random_robots;
+
+/// A kept state by way of the bytes of a file; the models are there on the other side, the shapes
+/// are made again.
+fn through_a_file(world: &Simulation, name: &str) -> Saved {
+    let Ok(Answer::Saved(_, saved)) = world.query(&Query::Saved { name: name.into() }) else {
+        panic!("no snapshot {name}")
+    };
+    let state = saved.world_state();
+    let recipe = Recipe {
+        description: Sha256::of(b""),
+        assets: BTreeMap::new(),
+        scale: 1f64.to_bits(),
+        mesh_shapes: MeshShapes::Hull,
+    };
+    let recipes = vec![recipe; state.robots.len()];
+    let file = seal(&snapshot_file(name, &state, &recipes, Vec::new()));
+    let content = open(&file, 1_000).unwrap().content;
+    let made = |model: &Arc<RobotModel>| (Arc::clone(model), Arc::new(Shapes::new(model)));
+    let made = saved.models().map(made).collect();
+    let again = Saved::new(from_proto::world_state(content, made).unwrap()).unwrap();
+    let second = seal(&snapshot_file(name, &again.world_state(), &recipes, Vec::new()));
+    assert_eq!(file, second, "an equal world is an equal file");
+    again
+}
+
+/// Robots with limits, mimic, free and fixed roots; a meshed arm that touches itself; balls, boxes,
+/// cylinders and capsules that fall on a plane among them, two of them put into each other.
+fn scene(rng: &mut Rng) -> Simulation {
+    let mut world = world(1e-3);
+    spawn(
+        &mut world,
+        Spawn { touches: surface(0.7, 0.1), ..robot("ground", &plane(DVec3::Z), at(DVec3::ZERO), true) },
+    );
+    for i in 0..3 {
+        let model = Arc::new(random_robots::robot(rng));
+        let pose = at(DVec3::new(2.0 * f64::from(i), 3.0, 1.0 + rng.f64()));
+        let touches = Touches { itself: rng.bool(), links: Vec::new() };
+        let passive = rng.u8(0..4) == 0;
+        spawn(
+            &mut world,
+            Spawn { passive, touches, ..robot(&format!("robot-{i}"), &model, pose, rng.bool()) },
+        );
+    }
+    let (arm, _) = robots::read("Two Link.v2/urdf/Two Link.v2.urdf");
+    for (name, x) in [("arm", 0.0), ("other-arm", 0.05)] {
+        let touches = Touches { itself: true, links: Vec::new() };
+        let passive = name == "other-arm";
+        spawn(&mut world, Spawn { passive, touches, ..robot(name, &arm, at(DVec3::X * x), true) });
+    }
+    for i in 0..8 {
+        let size = 0.05 + 0.05 * rng.f64();
+        let model = match i % 4 {
+            0 => ball(size, 0.5),
+            1 => cuboid(DVec3::new(size, 1.5 * size, 2.0 * size), 0.5),
+            2 => solid(
+                &[(DPose3::IDENTITY, simd_model::robot::Geometry::Cylinder { radius: size, length: size })],
+                0.5,
+            ),
+            _ => solid(
+                &[(DPose3::IDENTITY, simd_model::robot::Geometry::Capsule { radius: size, length: size })],
+                0.5,
+            ),
+        };
+        let turn = DQuat::from_scaled_axis(DVec3::new(rng.f64(), rng.f64(), rng.f64()) * 3.0);
+        let place = DVec3::new(0.4 * rng.f64() - 0.2, 0.4 * rng.f64() - 0.2, 0.1 + 0.1 * f64::from(i));
+        spawn(&mut world, robot(&format!("body-{i}"), &model, DPose3::from_parts(place, turn), false));
+    }
+    // One that has long been still by the time of the first snapshot.
+    let brick = cuboid(DVec3::splat(0.1), 1.0);
+    spawn(&mut world, robot("brick", &brick, at(DVec3::new(0.0, -1.0, 0.05)), false));
+    world
+}
+
+fn at(place: DVec3) -> DPose3 {
+    DPose3::from_translation(place)
+}
+
+/// Something that a client may ask for. Where it is refused, it is so in both worlds.
+fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
+    let seen = look(world);
+    let entity = &seen.world.entities[rng.usize(..seen.world.entities.len())];
+    let (robot, model) = (entity.name.clone(), &entity.model);
+    let joint = rng.choice(&model.joints).map_or("none".into(), |joint| joint.name.clone());
+    let link = rng.choice(&model.links).map_or("none".into(), |link| link.name.clone());
+    let number = 2.0 * rng.f64() - 1.0;
+    match rng.u8(0..9) {
+        0 | 1 => {
+            let target = match rng.u8(0..5) {
+                0 => Target::velocity(number),
+                1 => Target::Effort(number),
+                2 => Target::Hold,
+                3 => Target::Position {
+                    position: number,
+                    velocity: 0.1,
+                    stiffness: Some(50.0),
+                    damping: None,
+                    feed_forward: 0.1,
+                    max_effort: Some(0.5),
+                    max_velocity: Some(0.3),
+                },
+                _ => Target::position(number),
+            };
+            let joints = vec![JointTarget { joint, axis: 0, target }];
+            let robots = vec![RobotTargets { robot, joints, ..Default::default() }];
+            Command::SetTargets(SetTargets { robots, ..Default::default() })
+        }
+        2 => {
+            let properties = JointProperties {
+                joint,
+                damping: Some(0.1 + number.abs()),
+                friction: Some(number.abs()),
+                armature: Some(0.01),
+                limits: rng.bool().then_some(Limits {
+                    lower: Some(-1.0),
+                    upper: None,
+                    effort: Some(3.0),
+                    velocity: Some(1.0),
+                }),
+                default_gains: None,
+            };
+            Command::SetJointProperties { robot, joints: vec![properties] }
+        }
+        3 => {
+            let material = Material { friction: Some(number.abs()), restitution: None };
+            Command::SetLinkProperties { robot, links: vec![LinkProperties { link, material }] }
+        }
+        4 => Command::ApplyWrench(LinkWrench {
+            robot,
+            link,
+            force: DVec3::new(number, -0.0, 5.0 * number),
+            torque: DVec3::ZERO,
+            in_link_axes: rng.bool(),
+            point: DVec3::splat(0.01),
+            lasts: [Lasts::NextStep, Lasts::For(0.05 * rng.f64()), Lasts::UntilCleared][rng.usize(0..3)],
+        }),
+        5 => Command::SetPhysics(PhysicsChange {
+            gravity: Some(DVec3::new(-0.0, 0.3 * number, -9.81)),
+            time_step: rng.bool().then_some(5e-4 + 1e-3 * number.abs()),
+            substeps: Some(rng.u32(1..3)),
+        }),
+        6 => Command::ResetJoints { robots: vec![RobotReset { robot, joints: Vec::new() }] },
+        7 => {
+            let pose = DVec3::new(number, number, 0.5);
+            Command::SetEntityState { robot, pose: Some(at(pose)), twist: None }
+        }
+        _ => Command::Reset(ResetScope {
+            state: rng.u8(0..4) == 0,
+            ..ResetScope { time: true, ..Default::default() }
+        }),
+    }
+}
+
+/// Saved at random steps, with what clients ask for before and after: at each step on the imported world
+/// is equal to the one that it came from, also after commands, which both get, and after a reset.
+#[test]
+fn an_imported_world_runs_on_to_the_bit() {
+    let (mut slept, mut touched, mut pushed, mut merged, mut saturated) = (0, 0, 0, 0, 0);
+    for seed in 0..6 {
+        let rng = &mut Rng::with_seed(seed);
+        let mut world = scene(rng);
+        for round in 0..4 {
+            for _ in 0..rng.usize(1..8) {
+                let _either_way = world.apply(&random_command(rng, &world));
+                (0..rng.usize(1..300)).for_each(|_| world.step());
+            }
+            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            let saved = through_a_file(&world, "here");
+            let state = saved.world_state();
+            slept += state.robots.iter().filter(|robot| robot.asleep.is_some()).count();
+            pushed += state.robots.iter().map(|robot| robot.pushes.len()).sum::<usize>();
+            let drives = state.robots.iter().flat_map(|robot| &robot.body.drives);
+            saturated += drives.filter(|drive| drive.saturated.is_some()).count();
+            touched += state.contacts.len();
+            merged += state.merged.len();
+
+            let mut other = simd_tests::scenes::world(2e-3);
+            spawn(&mut other, robot("another", &ball(0.1, 1.0), DPose3::IDENTITY, false));
+            other.step();
+            apply(&mut other, Command::ImportSnapshot { name: "there".into(), saved });
+            apply(&mut other, Command::RestoreSnapshot { name: "there".into() });
+            assert_eq!(other.fingerprint(), world.fingerprint(), "seed {seed}, round {round}: at once");
+            for part in 0..4 {
+                for step in 0..rng.usize(1..200) {
+                    world.step();
+                    other.step();
+                    let place = format!("seed {seed}, round {round}, part {part}, step {step}");
+                    assert_eq!(other.fingerprint(), world.fingerprint(), "{place}");
+                }
+                let command = random_command(rng, &world);
+                assert_eq!(world.apply(&command).is_ok(), other.apply(&command).is_ok(), "{command:?}");
+            }
+        }
+    }
+    println!("{slept} slept, {touched} touched, {pushed} pushed, {merged} merged, {saturated} saturated");
+    assert!(slept > 5 && touched > 100 && pushed > 5 && merged > 0 && saturated > 5);
+}
+
+/// Versions name layouts that clients remember: none may come twice.
+#[test]
+fn imported_robots_have_versions_of_their_own() {
+    let mut world = stack(1e-3);
+    apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+    let saved = through_a_file(&world, "here");
+    let mut other = stack(1e-3);
+    let versions = |world: &Simulation| -> Vec<u64> {
+        world.layout().entities.iter().map(|entity| entity.version).collect()
+    };
+    let before = versions(&other);
+    apply(&mut other, Command::ImportSnapshot { name: "there".into(), saved });
+    apply(&mut other, Command::RestoreSnapshot { name: "there".into() });
+    let after = versions(&other);
+    assert!(before.iter().all(|version| !after.contains(version)), "{before:?} and {after:?}");
+    apply(&mut other, Command::RestoreSnapshot { name: "there".into() });
+    assert_eq!(versions(&other), after, "the same robots again");
+    spawn(&mut other, robot("last", &ball(0.1, 1.0), at(DVec3::X * 9.0), false));
+    let last = *versions(&other).last().unwrap();
+    assert!(!after.contains(&last) && !before.contains(&last));
+}
