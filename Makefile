@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo test test-python test-data build lint nextest bench truth fuzz reference clean
+.PHONY: demo web viewer test test-python test-data build lint nextest bench truth fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -20,6 +20,24 @@ demo: build
 
 build:
 	$(CARGO) build --locked -p simd-server -p simd-cli
+
+# The viewer, which becomes part of the daemon's binary: built where its sources changed.
+web: client/web/dist/index.html
+
+WEB_SOURCES := $(shell find client/web -type f -not -path '*/node_modules/*' -not -path '*/dist/*' \
+  -not -path '*/src/gen/*' 2>/dev/null) $(wildcard proto/simd/v1/*.proto)
+
+client/web/dist/index.html: $(WEB_SOURCES)
+	cd client/web && npm ci --ignore-scripts --no-audit --no-fund --silent && npm run build
+	@touch $@
+
+# The same where it can be: a daemon without the viewer has a page of tables in its place.
+viewer:
+	@if command -v npm >/dev/null 2>&1; then \
+	  $(MAKE) --no-print-directory web; \
+	else \
+	  echo 'npm is not there, so the daemon is built without its viewer: install Node 20 and run make again.'; \
+	fi
 
 # Installs what the tests need, and runs every suite. The binaries are built with the tests, not
 # by `build`: packages chosen otherwise have other features, and all would be built twice.
