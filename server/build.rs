@@ -8,7 +8,7 @@ const VIEWER: &str = "../client/web/dist";
 /// Set to 1, a build without the viewer fails.
 const REQUIRED: &str = "SIMD_REQUIRE_VIEWER";
 
-fn main() {
+fn main() -> Result<(), String> {
     println!("cargo:rerun-if-env-changed={REQUIRED}");
     let viewer = Path::new(VIEWER);
     // Cargo would build anew each time for a folder that is not there.
@@ -18,10 +18,10 @@ fn main() {
     }
     let is_required = std::env::var(REQUIRED).is_ok_and(|said| said == "1");
     if is_required && !viewer.join("index.html").is_file() {
-        eprintln!(
+        return Err(format!(
             "{REQUIRED} is 1, and {VIEWER}/index.html is not there: build the viewer first, with `make web` (it \
              needs Node 20)"
-        );
-        std::process::exit(1);
+        ));
     }
+    Ok(())
 }

@@ -24,7 +24,8 @@ async fn spawn(client: &Client, name: &str, geometry: proto::primitive::Geometry
     let source = Some(proto::DescriptionSource { source: Some(source), ..Default::default() });
     let position = Some(proto::Vector3 { x: 3.0, y: 0.0, z });
     let pose = Some(proto::Pose { position, orientation: None });
-    let request = proto::SpawnEntityRequest { source, name: name.into(), pose, ..Default::default() };
+    let base = if mass > 0.0 { proto::Base::Free } else { proto::Base::Fixed }.into();
+    let request = proto::SpawnEntityRequest { source, name: name.into(), pose, base, ..Default::default() };
     client.spawn(request).await.unwrap();
 }
 

@@ -83,12 +83,20 @@ async fn targets_are_taken_without_an_answer_and_bad_ones_do_no_harm() {
     publisher.put("no message").await.unwrap();
     publisher.put(target("nobody", 0.1).encode_to_vec()).await.unwrap();
     for i in 1..=100 {
-        publisher.put(target("arm", f64::from(i) * 1e-3).encode_to_vec()).await.unwrap();
+        let put = publisher.put(target("arm", f64::from(i) * 1e-3).encode_to_vec());
+        put.attachment("simd-client: publisher").await.unwrap();
     }
     // In order: the last one holds in the end.
     let mut control = daemon.client.control(Default::default()).await.unwrap();
     let last = async { while control.next().await.unwrap().accepted().unwrap().robots[0].target != [0.1] {} };
     soon("the last target", last).await;
+    // Who published is known, soon after its targets hold.
+    let named = async {
+        while daemon.client.clients().await.unwrap().targets.iter().all(|from| from.client != "publisher") {}
+    };
+    soon("who set the target", named).await;
+    let listed = daemon.client.clients().await.unwrap().clients;
+    assert!(listed.iter().any(|client| client.name == "publisher" && client.transport == "zenoh"));
     assert!(matches!(target("arm", 0.0).robots[0].joints[0].target, Some(wire::Target::Position(_))));
 }
 

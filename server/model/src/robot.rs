@@ -129,6 +129,17 @@ pub struct MeshAsset {
     pub vertices: Vec<DVec3>,
     /// Corners of each triangle, as indices into `vertices`, each in range.
     pub triangles: Vec<[u32; 3]>,
+    /// Where the file gives colours: in order, each up to the next. The physics knows none.
+    pub paints: Vec<Paint>,
+}
+
+/// The colour of some triangles of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paint {
+    /// Index of the first of them.
+    pub first: usize,
+    /// Red, green and blue, 0 to 1, as screens have them (sRGB); absent where the file says none.
+    pub color: Option<[f64; 3]>,
 }
 
 /// A connection of two links.

@@ -12,8 +12,10 @@ const CREASE: f64 = 0.82;
 /// Triangles about a corner at the most for which smoothing looks at each pair; about one of more, as the
 /// tip of a fine cone is, each triangle is flat.
 const PAIRED: usize = 64;
-/// Colour of what has none: linear, with alpha.
-const GREY: [f64; 4] = [0.6, 0.6, 0.6, 1.0];
+/// Colour of what has none, as screens have it.
+const GREY: [f64; 3] = [0.8; 3];
+/// Different colours of one mesh; what goes beyond is grey.
+const MOST_COLORS: usize = 64;
 
 const MAGIC: u32 = u32::from_le_bytes(*b"glTF");
 const VERSION: u32 = 2;
@@ -36,35 +38,37 @@ struct Surface {
 pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     let surface = surface(mesh);
     let (least, most) = bounds(&surface.positions);
+    let (groups, ordered) = by_color(mesh, &surface.indices);
+    let surface = Surface { indices: ordered, ..surface };
     let vectors = size_of_val(surface.positions.as_slice());
     let indices = size_of_val(surface.indices.as_slice());
     let accessor = |view: usize, component: u32, count: usize, kind: &str| serde_json::json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
     let mut positions = accessor(0, FLOAT, surface.positions.len(), "VEC3");
     positions["min"] = serde_json::json!(least);
     positions["max"] = serde_json::json!(most);
+    let mut accessors = vec![positions, accessor(1, FLOAT, surface.normals.len(), "VEC3")];
+    let (mut primitives, mut materials, mut first) = (Vec::new(), Vec::new(), 0);
+    for Group { color, count } in groups {
+        primitives.push(serde_json::json!({
+            "attributes": { "POSITION": 0, "NORMAL": 1 },
+            "indices": accessors.len(),
+            "material": materials.len(),
+        }));
+        let mut indices = accessor(2, UNSIGNED_INT, count, "SCALAR");
+        indices["byteOffset"] = serde_json::json!(size_of::<u32>() * first);
+        accessors.push(indices);
+        materials.push(material(color));
+        first += count;
+    }
     let view = |offset: usize, length: usize, target: u32| serde_json::json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "target": target });
     let json = serde_json::json!({
         "asset": { "version": "2.0", "generator": "simd" },
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
         "nodes": [{ "mesh": 0 }],
-        "meshes": [{ "primitives": [{
-            "attributes": { "POSITION": 0, "NORMAL": 1 },
-            "indices": 2,
-            "material": 0,
-        }] }],
-        "materials": [{
-            // Shells of one layer are common: both sides are drawn.
-            "doubleSided": true,
-            "pbrMetallicRoughness": {
-                "baseColorFactor": GREY, "metallicFactor": 0.0, "roughnessFactor": 0.8,
-            },
-        }],
-        "accessors": [
-            positions,
-            accessor(1, FLOAT, surface.normals.len(), "VEC3"),
-            accessor(2, UNSIGNED_INT, surface.indices.len(), "SCALAR"),
-        ],
+        "meshes": [{ "primitives": primitives }],
+        "materials": materials,
+        "accessors": accessors,
         "bufferViews": [
             view(0, vectors, ARRAY_BUFFER),
             view(vectors, vectors, ARRAY_BUFFER),
@@ -75,6 +79,53 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     let mut json = json.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
     assemble(&json, &surface, 2 * vectors + indices)
+}
+
+/// Dull, and of this colour.
+fn material(color: [f64; 3]) -> serde_json::Value {
+    let [red, green, blue] = color.map(linear);
+    serde_json::json!({
+        // Shells of one layer are common: both sides are drawn.
+        "doubleSided": true,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [red, green, blue, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8,
+        },
+    })
+}
+
+/// A part of a colour as light adds up, of what screens have (IEC 61966-2-1): glTF has it so.
+fn linear(part: f64) -> f64 {
+    if part <= 0.04045 { part / 12.92 } else { ((part + 0.055) / 1.055).powf(2.4) }
+}
+
+/// Indices of one colour.
+struct Group {
+    color: [f64; 3],
+    count: usize,
+}
+
+/// The colours in the order of their first use, and the triangles' indices in the order of colours.
+fn by_color(mesh: &MeshAsset, indices: &[u32]) -> (Vec<Group>, Vec<u32>) {
+    let mut parts: Vec<(Vec<u32>, [f64; 3])> = Vec::new();
+    let mut add = |from: usize, to: usize, color: Option<[f64; 3]>| {
+        let Some(own) = indices.get(3 * from..3 * to).filter(|own| !own.is_empty()) else { return };
+        let mut color = color.unwrap_or(GREY);
+        if parts.len() >= MOST_COLORS && !parts.iter().any(|(_, known)| *known == color) {
+            color = GREY;
+        }
+        match parts.iter_mut().find(|(_, known)| *known == color) {
+            Some((all, _)) => all.extend_from_slice(own),
+            None => parts.push((own.to_vec(), color)),
+        }
+    };
+    let mut from = (0, None);
+    for paint in &mesh.paints {
+        add(from.0, paint.first, from.1);
+        from = (paint.first, paint.color);
+    }
+    add(from.0, mesh.triangles.len(), from.1);
+    let groups = parts.iter().map(|(own, color)| Group { color: *color, count: own.len() }).collect();
+    (groups, parts.into_iter().flat_map(|(own, _)| own).collect())
 }
 
 /// Header and chunks. All lengths are multiples of four already.

@@ -153,6 +153,7 @@ mod tests {
             sha256: Sha256::of(&[n]),
             vertices: vec![DVec3::ZERO; 40],
             triangles: vec![[0, 1, 2]; 20],
+            paints: Vec::new(),
         }
     }
 

@@ -21,6 +21,7 @@ fn cube() -> Arc<MeshAsset> {
         sha256: Sha256([0; 32]),
         vertices: corners.collect(),
         triangles: vec![[0, 1, 2], [4, 5, 6]],
+        paints: Vec::new(),
     })
 }
 
@@ -156,8 +157,14 @@ fn a_flat_mesh_and_one_without_points_are_no_trouble() {
         sha256: Sha256([1; 32]),
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         triangles: vec![[0, 1, 2]],
+        paints: Vec::new(),
     };
-    let empty = MeshAsset { sha256: Sha256([2; 32]), vertices: Vec::new(), triangles: Vec::new() };
+    let empty = MeshAsset {
+        sha256: Sha256([2; 32]),
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+        paints: Vec::new(),
+    };
     for (mesh, shapes) in [(flat, 4), (empty, 3)] {
         let asset = Some(Arc::new(mesh));
         let geometry = Geometry::Mesh { uri: "m.stl".into(), scale: DVec3::ONE, asset };
@@ -175,7 +182,12 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
         DVec3::new(across * turn.cos(), across * turn.sin(), z)
     };
     let vertices: Vec<DVec3> = (0..20_000).map(corner).collect();
-    let asset = Arc::new(MeshAsset { sha256: Sha256([3; 32]), vertices, triangles: vec![[0, 1, 2]] });
+    let asset = Arc::new(MeshAsset {
+        sha256: Sha256([3; 32]),
+        vertices,
+        triangles: vec![[0, 1, 2]],
+        paints: Vec::new(),
+    });
     let geometry = Geometry::Mesh { uri: "ball.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
     let mut model = robot();
     model.links[2].collisions = vec![collision(DVec3::ZERO, geometry); 100];
@@ -231,6 +243,7 @@ fn a_mesh_is_taken_apart_where_that_is_asked_for() {
         sha256: Sha256([7; 32]),
         vertices,
         triangles: below.chain(above).chain(walls).collect(),
+        paints: Vec::new(),
     });
     let mut model = robot();
     let mesh = Geometry::Mesh { uri: "corner.stl".into(), scale: DVec3::ONE, asset: Some(asset) };

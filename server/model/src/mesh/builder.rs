@@ -4,18 +4,24 @@ use glamx::DVec3;
 
 use super::Triangles;
 use crate::limits;
+use crate::robot::Paint;
 
 /// Corners and triangles so far.
 #[derive(Default)]
 pub(super) struct Builder {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    paints: Vec<Paint>,
 }
 
 impl Builder {
     /// With room for so many.
     pub(super) fn with_capacity(corners: usize, triangles: usize) -> Self {
-        Self { vertices: Vec::with_capacity(corners), triangles: Vec::with_capacity(triangles) }
+        Self {
+            vertices: Vec::with_capacity(corners),
+            triangles: Vec::with_capacity(triangles),
+            paints: Vec::new(),
+        }
     }
 
     /// Adds a corner and gives its index.
@@ -42,10 +48,30 @@ impl Builder {
         Ok(())
     }
 
+    /// How many triangles there are.
+    pub(super) fn triangles(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The triangles from here on have this colour.
+    pub(super) fn paint(&mut self, color: Option<[f64; 3]>) {
+        let first = self.triangles.len();
+        // What was painted and is empty is forgotten, so that there are no more than triangles.
+        self.paints.pop_if(|paint| paint.first == first);
+        if self.paints.last().map_or(color.is_some(), |last| last.color != color) {
+            self.paints.push(Paint { first, color });
+        }
+    }
+
+    /// What was painted, which [`Builder::finish`] does not give.
+    pub(super) fn take_paints(&mut self) -> Vec<Paint> {
+        std::mem::take(&mut self.paints)
+    }
+
     /// What there is, without corners that no triangle uses: they would be part of its hull.
     pub(super) fn pruned(self) -> Result<Triangles, String> {
         const UNUSED: u32 = u32::MAX;
-        let Self { mut vertices, mut triangles } = self;
+        let Self { mut vertices, mut triangles, .. } = self;
         let mut places = vec![UNUSED; vertices.len()];
         for corner in triangles.iter().flatten() {
             let place = places.get_mut(*corner as usize);

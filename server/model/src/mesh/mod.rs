@@ -10,22 +10,30 @@ pub(crate) mod tests;
 use glamx::DVec3;
 
 use crate::limits;
+use crate::robot::Paint;
 
 /// Corners, and triangles as indices into them.
 pub(crate) type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
-/// Reads a mesh file, or says in a fragment of a sentence why not.
-pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
+/// Reads a mesh file and its colours, or says in a fragment of a sentence why not.
+pub(crate) fn read(uri: &str, bytes: &[u8]) -> Result<(Triangles, Vec<Paint>), String> {
     if bytes.len() > limits::MESH_BYTES {
         return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::MESH_BYTES));
     }
     match format(uri).as_str() {
-        "stl" => stl::parse(bytes),
-        "obj" => obj::parse(bytes),
+        "stl" => Ok((stl::parse(bytes)?, Vec::new())),
+        // Its colours are in another file, which is never opened.
+        "obj" => Ok((obj::parse(bytes)?, Vec::new())),
         "dae" => collada::parse(bytes),
         "" => Err("only .stl, .obj and .dae files are read".to_owned()),
         other => Err(format!(".{other} files are not read; convert it to STL, OBJ or COLLADA")),
     }
+}
+
+/// A mesh file without its colours.
+#[cfg(test)]
+pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
+    read(uri, bytes).map(|(triangles, _paints)| triangles)
 }
 
 /// What a file is read as: the extension of its name, small; empty where it has none.

@@ -88,6 +88,59 @@ async fn a_connection_that_began_may_be_silent() {
     assert_eq!(receive(&mut connection).await.unwrap(), 5);
 }
 
+/// Whatever is no preface is HTTP/1.1, be it only at its last byte.
+#[tokio::test(start_paused = true)]
+async fn a_connection_of_http_1_ends_where_nothing_goes_over_it_for_long() {
+    for begin in [b"GET / HTTP/1.1\r\n".as_slice(), b"P", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\r"] {
+        let (mut client, mut connection) = connection().await;
+        send(&mut client, begin).await;
+        assert_eq!(receive(&mut connection).await.unwrap(), begin.len());
+        if begin == b"P" {
+            send(&mut client, b"OST").await;
+            receive(&mut connection).await.unwrap();
+        }
+        let start = Instant::now();
+        tokio::time::advance(LIMITS.http1_silence / 2).await;
+        // What is written is no silence.
+        poll_fn(|context| Pin::new(&mut connection).poll_write(context, b"x")).await.unwrap();
+        assert_eq!(receive(&mut connection).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert!(start.elapsed() >= LIMITS.http1_silence * 3 / 2, "{:?}", start.elapsed());
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn browsers_leave_room_for_programs() {
+    let pipes = [(); 2].map(|()| tokio::io::duplex(64));
+    let (mut clients, servers): (Vec<_>, Vec<_>) = pipes.into_iter().unzip();
+    let mut incoming = pin!(incoming(tokio_stream::iter(servers.into_iter().map(Ok)), LIMITS));
+    let Ok(mut first) = incoming.next().await.unwrap();
+    let Ok(mut second) = incoming.next().await.unwrap();
+    for client in &mut clients {
+        send(client, b"GET /").await;
+    }
+    receive(&mut first).await.unwrap();
+    let refused = receive(&mut second).await.unwrap_err().to_string();
+    assert!(refused.contains("too many"), "{refused}");
+}
+
+/// A browser keeps its connection; hyper ends it.
+#[tokio::test]
+async fn the_daemon_closes_a_connection_of_http_1_that_is_kept_for_nothing() {
+    let daemon = Daemon::start(RunState::Paused).await;
+    let browser = TcpStream::connect(daemon.address).await.unwrap();
+    browser.writable().await.unwrap();
+    browser.try_write(b"GET /robots HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+    browser.readable().await.unwrap();
+    let mut answer = [0; 12];
+    browser.try_read(&mut answer).unwrap();
+    assert_eq!(&answer, b"HTTP/1.1 200");
+    let mut program = daemon.simulation();
+    program.get_physics(v1::GetPhysicsRequest {}).await.unwrap();
+    tokio::time::pause();
+    timeout(Duration::from_secs(120), closed(&browser)).await.unwrap();
+    program.get_physics(v1::GetPhysicsRequest {}).await.unwrap();
+}
+
 #[tokio::test]
 async fn the_daemon_closes_a_silent_connection_and_serves_on() {
     let daemon = Daemon::start(RunState::Paused).await;

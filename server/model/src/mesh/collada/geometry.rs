@@ -12,17 +12,31 @@ use crate::mesh::Triangles;
 use crate::mesh::builder::{Builder, Fan};
 
 /// A geometry in its own frame and the file's unit.
-pub(super) struct Geometry(Triangles);
+pub(super) struct Geometry<'a> {
+    mesh: Triangles,
+    /// Where triangles begin that have another material, and what the geometry calls it.
+    parts: Vec<(usize, Option<&'a str>)>,
+}
 
-impl Geometry {
-    /// Adds it to a mesh.
-    pub(super) fn add(&self, mesh_from_geometry: DMat4, mesh: &mut Builder) -> Result<(), String> {
-        let Self((vertices, triangles)) = self;
+impl<'a> Geometry<'a> {
+    /// Adds it to a mesh, each material in its colour.
+    pub(super) fn add(
+        &self,
+        mesh_from_geometry: DMat4,
+        color: &mut dyn FnMut(&'a str) -> Option<[f64; 3]>,
+        mesh: &mut Builder,
+    ) -> Result<(), String> {
+        let Self { mesh: (vertices, triangles), parts } = self;
         let first = u32::try_from(mesh.corners()).map_err(|_| "it has too many corners")?;
         for vertex in vertices {
             mesh.corner(mesh_from_geometry.transform_point3(*vertex))?;
         }
-        for triangle in triangles {
+        let mut parts = parts.iter().peekable();
+        mesh.paint(None);
+        for (number, triangle) in triangles.iter().enumerate() {
+            if let Some((_, material)) = parts.next_if(|(begin, _)| *begin == number) {
+                mesh.paint(material.and_then(&mut *color));
+            }
             mesh.triangle(triangle.map(|corner| first.saturating_add(corner)))?;
         }
         Ok(())
@@ -32,7 +46,7 @@ impl Geometry {
 /// Those that were read so far.
 pub(super) struct Geometries<'f, 'a> {
     file: &'f File<'a>,
-    read: HashMap<NodeId, Rc<Geometry>>,
+    read: HashMap<NodeId, Rc<Geometry<'a>>>,
     /// Of `read`, all together.
     corners: usize,
     triangles: usize,
@@ -55,16 +69,21 @@ impl<'f, 'a> Geometries<'f, 'a> {
     }
 
     /// A geometry, read once. One without triangles, for instance of lines, is empty.
-    pub(super) fn get(&mut self, node: Node<'a, 'a>) -> Result<Rc<Geometry>, String> {
+    pub(super) fn get(&mut self, node: Node<'a, 'a>) -> Result<Rc<Geometry<'a>>, String> {
         if let Some(known) = self.read.get(&node.id()) {
             return Ok(known.clone());
         }
         let mut mesh = Builder::default();
         // Where the corners of a source begin, and how many they are.
         let mut sources = HashMap::new();
+        let mut parts = Vec::new();
         for faces in children(node, "mesh").flat_map(|mesh| mesh.children()) {
             if let Some(kind) = Kind::of(faces) {
+                let begin = mesh.triangles();
                 self.faces(faces, kind, &mut sources, &mut mesh)?;
+                if mesh.triangles() > begin {
+                    parts.push((begin, faces.attribute("material")));
+                }
             }
         }
         let read = mesh.pruned()?;
@@ -74,7 +93,7 @@ impl<'f, 'a> Geometries<'f, 'a> {
             let (corners, triangles) = (limits::MESH_VERTICES, limits::MESH_TRIANGLES);
             return Err(format!("it has more than {corners} corners or {triangles} triangles"));
         }
-        let read = Rc::new(Geometry(read));
+        let read = Rc::new(Geometry { mesh: read, parts });
         self.read.insert(node.id(), read.clone());
         Ok(read)
     }

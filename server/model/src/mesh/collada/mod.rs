@@ -3,6 +3,7 @@
 //! * `xml`: the document, guarded.
 //! * `scene`: nodes, where they stand, and what they show.
 //! * `geometry`: corners and faces.
+//! * `material`: colours.
 //!
 //! No library is used: those that there are hang, abort or take gigabytes on files of a few
 //! hundred bytes. Nothing here recurses, and nothing is allocated that the file's own bytes
@@ -13,6 +14,7 @@
 //! (rviz issue 1045, gazebo-classic issue 1305).
 
 mod geometry;
+mod material;
 mod scene;
 #[cfg(test)]
 mod tests;
@@ -20,9 +22,10 @@ mod xml;
 
 use super::Triangles;
 use crate::limits;
+use crate::robot::Paint;
 
-/// Reads the scene of a file.
-pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
+/// Reads the scene of a file, and its colours.
+pub(super) fn parse(bytes: &[u8]) -> Result<(Triangles, Vec<Paint>), String> {
     if bytes.len() > limits::COLLADA_BYTES {
         let (size, cap) = (bytes.len(), limits::COLLADA_BYTES);
         return Err(format!("it has {size} bytes; the most for COLLADA is {cap}"));
@@ -30,5 +33,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Triangles, String> {
     let text = xml::decode(bytes)?;
     let document = xml::parse(&text)?;
     let file = xml::File::new(&document)?;
-    scene::read(&file)?.finish()
+    let mut mesh = scene::read(&file)?;
+    let paints = mesh.take_paints();
+    Ok((mesh.finish()?, paints))
 }

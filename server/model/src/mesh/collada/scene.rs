@@ -8,6 +8,7 @@ use glamx::{DMat4, DQuat, DVec3};
 use roxmltree::Node;
 
 use super::geometry::{Geometries, Geometry};
+use super::material::Materials;
 use super::xml::{File, at, child, children, is, number, numbers};
 use crate::limits;
 use crate::mesh::builder::Builder;
@@ -25,6 +26,7 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
     let metres_from_file = DMat4::from_scale(DVec3::splat(unit(file.root)?));
     let mut mesh = Builder::default();
     let mut geometries = Geometries::new(file);
+    let mut materials = Materials::new(file);
     let named = child(file.root, "scene").and_then(|scene| child(scene, "instance_visual_scene"));
     let scene = match named {
         Some(instance) => Some(file.follow(instance, "url", "visual_scene")?),
@@ -33,7 +35,7 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
     let Some(scene) = scene else {
         let all = children(file.root, "library_geometries").flat_map(|all| children(all, "geometry"));
         for node in all {
-            geometries.get(node)?.add(metres_from_file, &mut mesh)?;
+            geometries.get(node)?.add(metres_from_file, &mut |_| None, &mut mesh)?;
         }
         return Ok(mesh);
     };
@@ -53,7 +55,8 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
             match shown.tag_name().name() {
                 "instance_geometry" => {
                     let geometry = geometries.get(file.follow(shown, "url", "geometry")?)?;
-                    geometry.add(metres_from_file * file_from_node.clone()?, &mut mesh)?;
+                    let mut color = materials.bound_in(shown);
+                    geometry.add(metres_from_file * file_from_node.clone()?, &mut color, &mut mesh)?;
                 }
                 "instance_controller" => {
                     let controller = file.follow(shown, "url", "controller")?;
@@ -61,7 +64,8 @@ pub(super) fn read<'a>(file: &File<'a>) -> Result<Builder, String> {
                         Entry::Occupied(known) => known.into_mut(),
                         Entry::Vacant(new) => new.insert(skin(file, controller, &mut geometries)?),
                     };
-                    geometry.add(metres_from_file * *file_from_skin, &mut mesh)?;
+                    let mut color = materials.bound_in(shown);
+                    geometry.add(metres_from_file * *file_from_skin, &mut color, &mut mesh)?;
                 }
                 "instance_node" => {
                     let node = file.follow(shown, "url", "node")?;
@@ -144,7 +148,7 @@ fn skin<'a>(
     file: &File<'a>,
     controller: Node<'a, 'a>,
     geometries: &mut Geometries<'_, 'a>,
-) -> Result<(Rc<Geometry>, DMat4), String> {
+) -> Result<(Rc<Geometry<'a>>, DMat4), String> {
     let Some(skin) = child(controller, "skin") else {
         return Err(at(controller, "a controller without <skin> is not supported"));
     };

@@ -286,3 +286,50 @@ fn no_cut_file_is_read_in_part() {
         assert!(parse(&good[..end]).is_err(), "{end}");
     }
 }
+
+/// Two triangles of two materials, of which the scene binds one to red and one to a texture.
+#[test]
+fn triangles_have_the_colours_of_their_materials() {
+    let faces = |material: &str, p: &str| {
+        format!(
+            r##"<triangles material="{material}" count="1"><input semantic="VERTEX" source="#v" offset="0"/>
+            <p>{p}</p></triangles>"##
+        )
+    };
+    let effect = |id: &str, diffuse: &str| {
+        format!(
+            r##"<effect id="{id}"><profile_COMMON><technique><lambert><diffuse>{diffuse}</diffuse></lambert>
+            </technique></profile_COMMON></effect>"##
+        )
+    };
+    let bind = |symbol: &str, target: &str| {
+        format!(r##"<instance_material symbol="{symbol}" target="#{target}"/>"##)
+    };
+    let geometry = square(&(faces("skin", "0 1 2") + &faces("none", "0 1 3") + &faces("eye", "0 2 3")));
+    let libraries = format!(
+        r##"{geometry}</library_geometries><library_effects>{}{}</library_effects><library_materials>
+        <material id="m1"><instance_effect url="#e1"/></material><material id="m2"><instance_effect url="#e2"/>
+        </material></library_materials><library_geometries>"##,
+        effect("e1", "<color>1 0.5 -3 1</color>"),
+        effect("e2", "<texture/>"),
+    );
+    let node = |bound: String| {
+        format!(
+            r##"<node><instance_geometry url="#g"><bind_material><technique_common>{bound}
+            </technique_common></bind_material></instance_geometry></node>"##
+        )
+    };
+    let nodes = node(bind("skin", "m1") + &bind("eye", "m2")) + &node(bind("eye", "m1")) + INSTANCE;
+    let text = file("", &libraries, &nodes);
+    let ((_, triangles), paints) = crate::mesh::read("a.dae", text.as_bytes()).unwrap();
+    assert_eq!(triangles.len(), 9);
+    let red = Some([1.0, 0.5, 0.0]);
+    let painted: Vec<_> = paints.iter().map(|paint| (paint.first, paint.color)).collect();
+    assert_eq!(painted, [(0, red), (1, None), (5, red), (6, None)]);
+    // What leads nowhere is no colour, and no reason to refuse the rest.
+    for (from, to) in [("#m1", "#lost"), ("1 0.5 -3 1", "1 0.5"), ("url=\"#e1\"", ""), ("#e1", "#e2")] {
+        let broken = text.replace(from, to);
+        let (_, paints) = crate::mesh::read("a.dae", broken.as_bytes()).unwrap();
+        assert!(paints.iter().all(|paint| paint.color.is_none()), "{from}");
+    }
+}
