@@ -32,7 +32,9 @@ pub const TARGETS: &[Target] = &[
     #[cfg(feature = "commands")]
     ("commands", commands::commands),
     #[cfg(feature = "commands")]
-    ("snapshots", snapshots::snapshots),
+    ("snapshots", |bytes| {
+        snapshots::snapshots(bytes);
+    }),
 ];
 
 /// Any URI leads to the same file.

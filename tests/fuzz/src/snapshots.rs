@@ -20,19 +20,25 @@ const ROBOTS: usize = 20;
 const STEPS: usize = 20;
 
 /// A file is refused in a sentence, or gives a world that can be gone to, stepped and written again,
-/// and whose positions and rates stay numbers.
-pub fn snapshots(bytes: &[u8]) {
+/// and whose positions and rates stay numbers. Says whether it was stepped.
+pub fn snapshots(bytes: &[u8]) -> bool {
     // As a file it is no snapshot, or a whole one.
     drop(open(bytes, ROBOTS));
     let file = match open(&seal_encoded(bytes), ROBOTS) {
         Ok(opened) => opened.content,
-        Err(refused) => return assert!(!refused.to_string().is_empty(), "a refusal says why"),
+        Err(refused) => {
+            assert!(!refused.to_string().is_empty(), "a refusal says why");
+            return false;
+        }
     };
-    let Ok(recipes) = recipes(&file) else { return };
-    let Some(state) = state(file, &recipes) else { return };
+    let Ok(recipes) = recipes(&file) else { return false };
+    let Some(state) = state(file, &recipes) else { return false };
     let saved = match Saved::new(state) {
         Ok(saved) => saved,
-        Err(misfit) => return assert!(!misfit.to_string().is_empty(), "a refusal says why"),
+        Err(misfit) => {
+            assert!(!misfit.to_string().is_empty(), "a refusal says why");
+            return false;
+        }
     };
     check_again(&saved, &recipes);
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: ROBOTS, snapshots: 2 });
@@ -50,6 +56,7 @@ pub fn snapshots(bytes: &[u8]) {
         assert!(numbers.into_iter().all(|value| value.is_finite()), "positions and rates are numbers");
         assert!(seen.roots.iter().all(|root| root.pose.is_finite()), "and so are places");
     }
+    true
 }
 
 /// What is accepted is written and accepted once more.
