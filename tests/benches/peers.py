@@ -30,8 +30,10 @@ from worker import Worker  # noqa: E402
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
 BATCH = 0.008
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
-CONTACT_ENGINES = ["MuJoCo", "PyBullet"]
-"""Of the scenes with contact."""
+CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
+"""Of the scenes with contact, all awake."""
+ASLEEP = {"simd": "simd, may sleep", "MuJoCo": "MuJoCo, may sleep"}
+"""Of the piles, where what is still may sleep."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
 
@@ -48,8 +50,9 @@ PyBullet  {pybullet}, DIRECT, one stepSimulation a step called from Python. POSI
 rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed links merged; ForceBased motors of simd's
           gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
 Contact:  another table. Friction 0.8, no restitution, no contacts within a robot, nobody sleeps. It is timed after it
-          has settled, from the same state each round. MuJoCo: pyramidal cones, its default solver, for the
-          spheres conjugate gradients.
+          has settled, from the same state each round. simd: circular cones, its defaults. MuJoCo: pyramidal cones, its
+          default solver, for the spheres conjugate gradients, which take it the least time. Piles once more, where what
+          is still may sleep: simd's default, MuJoCo's flag `sleep`; PyBullet has none for what it spawns by default.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
           humanoid; `implicitfast` has kv in the actuator too, and holds simd's gains.
 """
@@ -135,7 +138,11 @@ class ContactCase(Case):
     def __init__(self, worker, place, scene):
         self.name, self.scene = scene.name, scene
         scene.joints = worker.joints(place) if scene.urdf else []
-        self.engines = {"MuJoCo": contacts_mujoco.engine(scene), "PyBullet": contacts_pybullet.engine(scene)}
+        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": contacts_mujoco.engine(scene),
+                        "PyBullet": contacts_pybullet.engine(scene)}
+        if scene.things:
+            self.engines[ASLEEP["simd"]] = worker.engine("asleep", place)
+            self.engines[ASLEEP["MuJoCo"]] = contacts_mujoco.engine(scene, sleep=True)
         self.start()
 
 
@@ -182,6 +189,9 @@ def show_contacts(of_contacts, cases):
     print(figures.table(of_contacts, CONTACT_ENGINES, "us_per_step"))
     print("\nratio to MuJoCo's time")
     print(figures.table(of_contacts, [name for name in CONTACT_ENGINES if name != figures.BASE], f"to_{figures.BASE}"))
+    print("\nwhere what is still may sleep, microseconds a step")
+    piles = {name: found for name, found in of_contacts.items() if ASLEEP["simd"] in found}
+    print(figures.table(piles, list(ASLEEP.values()), "us_per_step"))
     for case in cases:
         for engine, error in case.errors.items():
             verdict = "" if error <= case.scene.drift else ": it does not stand, and the figure does not count"

@@ -56,8 +56,9 @@ class ContactScene:
 
     def request(self):
         """As the worker reads it."""
-        return {"urdf": str(self.urdf or ""), "free": True, "copies": 1, "pose": self.pose, "height": self.height,
-                "friction": FRICTION, "settle": self.settle, "things": [asdict(thing) for thing in self.things]}
+        contact = {"height": self.height, "friction": FRICTION, "settle": self.settle, "heap": self.heap,
+                   "things": [asdict(thing) for thing in self.things]}
+        return {"urdf": str(self.urdf or ""), "free": True, "copies": 1, "pose": self.pose, "contact": contact}
 
 
 def contact_scenes(folder):
