@@ -33,7 +33,7 @@ BATCH = 0.008
 CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
 """Of the scenes with contact, all awake."""
 ASLEEP = {"simd": "simd, may sleep", "MuJoCo": "MuJoCo, may sleep"}
-"""Of the piles, where what is still may sleep."""
+"""Of the stack, where what is still may sleep."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
 
@@ -140,7 +140,7 @@ class ContactCase(Case):
         scene.joints = worker.joints(place) if scene.urdf else []
         self.engines = {"simd": worker.engine("simd", place), "MuJoCo": contacts_mujoco.engine(scene),
                         "PyBullet": contacts_pybullet.engine(scene)}
-        if scene.things:
+        if scene.things and not scene.heap:
             self.engines[ASLEEP["simd"]] = worker.engine("asleep", place)
             self.engines[ASLEEP["MuJoCo"]] = contacts_mujoco.engine(scene, sleep=True)
         self.start()
