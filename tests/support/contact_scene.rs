@@ -181,7 +181,8 @@ impl Thing {
             let [x, y, z] = place.map(f64::from);
             let layer = f64::from(place[2] % 3);
             let shift = DVec3::new(self.shift[0] * layer, self.shift[1] * layer, 0.0);
-            let at = DPose3::from_translation(DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift);
+            let at =
+                DPose3::from_translation(DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift);
             let name = if nx * ny * nz == 1 { self.name.clone() } else { format!("{}-{i}", self.name) };
             let touches = scenes::surface(self.friction, self.restitution);
             let fixed = self.mass == 0.0;

@@ -24,6 +24,8 @@ from scenes import scenes  # noqa: E402
 
 LOOK = 0.004
 """Seconds from view to view."""
+LOOK_AT_MANY = 0.02
+"""The same where there are many bodies."""
 
 ABOVE = """\
 # Scenes with contact
@@ -48,7 +50,7 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = [scene for scene in scenes() if options.only in scene.name]
 
-    every = [round(LOOK / scene.time_step) for scene in chosen]
+    every = [round((LOOK_AT_MANY if len(scene.free()) > 100 else LOOK) / scene.time_step) for scene in chosen]
     requests = [{"scene": scene.request(), "every": n} for scene, n in zip(chosen, every)]
     answers = in_simd.ask(REPOSITORY, options.out, requests)
     results = []
