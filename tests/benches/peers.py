@@ -28,7 +28,7 @@ import scenes as contact  # noqa: E402
 from worker import Worker  # noqa: E402
 
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
-BATCH = 0.008
+BATCH = 0.004
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
 CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
 """Of the scenes with contact, all awake."""
@@ -51,8 +51,8 @@ rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed li
           gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
 Contact:  another table. Friction 0.8, no restitution, no contacts within a robot, nobody sleeps. It is timed after it
           has settled, from the same state each round. simd: circular cones, its defaults. MuJoCo: pyramidal cones, its
-          default solver, for the spheres conjugate gradients, which take it the least time. Piles once more, where what
-          is still may sleep: simd's default, MuJoCo's flag `sleep`; PyBullet has none for what it spawns by default.
+          default solver, for the spheres conjugate gradients, which take it the least time. The stack once more,
+          where what is still may sleep: simd's default, MuJoCo's flag `sleep`. The heap is timed as it settles.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
           humanoid; `implicitfast` has kv in the actuator too, and holds simd's gains.
 """
@@ -64,6 +64,7 @@ def main():
     arguments.add_argument("--chain-rounds", type=int, default=30, help="of the chains")
     arguments.add_argument("--contact-rounds", type=int, default=15, help="of the scenes with contact; 0 for none")
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
+    arguments.add_argument("--contact", default="", help="only scenes with contact whose name contains this")
     options = arguments.parse_args()
     folder = options.out / "robots"
     folder.mkdir(parents=True, exist_ok=True)
@@ -72,6 +73,7 @@ def main():
     chains = robots.chains(folder, LENGTHS)
     scenes = table + chains
     touching = contact.contact_scenes(folder) if options.contact_rounds else []
+    touching = [scene for scene in touching if options.contact in scene.name]
     worker = Worker(build_worker(), scenes + touching, folder)
     load = os.getloadavg()
     cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]

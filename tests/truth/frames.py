@@ -26,7 +26,8 @@ class Drawing:
             data.qpos[first[:, None] + [0, 1, 2]] = view.roots[:, :3]
             data.qpos[first[:, None] + [4, 5, 6, 3]] = view.roots[:, 3:7]
         mujoco.mj_kinematics(compiled, data)
-        for geom in np.argsort(data.geom_xpos[:, 3 - sum(self.axes)]):
+        # What is fixed lies behind, and then what is farther away.
+        for geom in np.lexsort((data.geom_xpos[:, 1 - self.axes[0]], compiled.geom_bodyid > 0)):
             at, turn = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
             kind, size = compiled.geom_type[geom], compiled.geom_size[geom]
             fixed = compiled.geom_bodyid[geom] == 0
