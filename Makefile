@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo web viewer test test-python test-web chromium test-data build lint nextest bench truth fuzz reference clean
+.PHONY: demo web viewer test test-python test-web chromium test-data build lint nextest bench truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -103,6 +103,10 @@ bench: build
 truth: test-data target/reference-venv/installed
 	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/report.py
 
+# Scenes with contact in simd beside MuJoCo: a picture of each and a table in target/scenes.
+scenes: test-data target/reference-venv/installed
+	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/scenes_report.py
+
 # Fuzzes each target for FUZZ_SECONDS. What it finds is in fuzz/artifacts; a find that is mended
 # goes into fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
 FUZZ_SECONDS ?= 60
@@ -122,6 +126,7 @@ reference: target/reference-venv/installed
 	target/reference-venv/bin/python tests/reference/make_reference.py
 	target/reference-venv/bin/python tests/reference/make_truth.py
 	target/reference-venv/bin/python tests/reference/make_kinematics.py
+	target/reference-venv/bin/python tests/reference/make_scenes.py
 
 target/reference-venv/installed: tests/reference/requirements.txt
 	python3 -m venv target/reference-venv

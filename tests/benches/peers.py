@@ -28,10 +28,12 @@ import scenes as contact  # noqa: E402
 from worker import Worker  # noqa: E402
 
 ENGINES = ["simd", "MuJoCo", "PyBullet", "rapier"]
-BATCH = 0.008
+BATCH = 0.004
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
-CONTACT_ENGINES = ["MuJoCo", "PyBullet"]
-"""Of the scenes with contact."""
+CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
+"""Of the scenes with contact, all awake."""
+ASLEEP = {"simd": "simd, may sleep", "MuJoCo": "MuJoCo, may sleep"}
+"""Of the stack, where what is still may sleep."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
 """Joints of the chains."""
 
@@ -48,8 +50,9 @@ PyBullet  {pybullet}, DIRECT, one stepSimulation a step called from Python. POSI
 rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed links merged; ForceBased motors of simd's
           gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
 Contact:  another table. Friction 0.8, no restitution, no contacts within a robot, nobody sleeps. It is timed after it
-          has settled, from the same state each round. MuJoCo: pyramidal cones, its default solver, for the
-          spheres conjugate gradients.
+          has settled, from the same state each round. simd: circular cones, its defaults. MuJoCo: pyramidal cones, its
+          default solver, for the spheres conjugate gradients, which take it the least time. The stack once more,
+          where what is still may sleep: simd's default, MuJoCo's flag `sleep`. The heap is timed as it settles.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
           humanoid; `implicitfast` has kv in the actuator too, and holds simd's gains.
 """
@@ -61,6 +64,7 @@ def main():
     arguments.add_argument("--chain-rounds", type=int, default=30, help="of the chains")
     arguments.add_argument("--contact-rounds", type=int, default=15, help="of the scenes with contact; 0 for none")
     arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "bench")
+    arguments.add_argument("--contact", default="", help="only scenes with contact whose name contains this")
     options = arguments.parse_args()
     folder = options.out / "robots"
     folder.mkdir(parents=True, exist_ok=True)
@@ -69,6 +73,7 @@ def main():
     chains = robots.chains(folder, LENGTHS)
     scenes = table + chains
     touching = contact.contact_scenes(folder) if options.contact_rounds else []
+    touching = [scene for scene in touching if options.contact in scene.name]
     worker = Worker(build_worker(), scenes + touching, folder)
     load = os.getloadavg()
     cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]
@@ -135,7 +140,11 @@ class ContactCase(Case):
     def __init__(self, worker, place, scene):
         self.name, self.scene = scene.name, scene
         scene.joints = worker.joints(place) if scene.urdf else []
-        self.engines = {"MuJoCo": contacts_mujoco.engine(scene), "PyBullet": contacts_pybullet.engine(scene)}
+        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": contacts_mujoco.engine(scene),
+                        "PyBullet": contacts_pybullet.engine(scene)}
+        if scene.things and not scene.heap:
+            self.engines[ASLEEP["simd"]] = worker.engine("asleep", place)
+            self.engines[ASLEEP["MuJoCo"]] = contacts_mujoco.engine(scene, sleep=True)
         self.start()
 
 
@@ -182,6 +191,9 @@ def show_contacts(of_contacts, cases):
     print(figures.table(of_contacts, CONTACT_ENGINES, "us_per_step"))
     print("\nratio to MuJoCo's time")
     print(figures.table(of_contacts, [name for name in CONTACT_ENGINES if name != figures.BASE], f"to_{figures.BASE}"))
+    print("\nwhere what is still may sleep, microseconds a step")
+    piles = {name: found for name, found in of_contacts.items() if ASLEEP["simd"] in found}
+    print(figures.table(piles, list(ASLEEP.values()), "us_per_step"))
     for case in cases:
         for engine, error in case.errors.items():
             verdict = "" if error <= case.scene.drift else ": it does not stand, and the figure does not count"

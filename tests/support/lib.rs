@@ -1,5 +1,7 @@
 //! What the suites share.
 
+pub mod contact_figures;
+pub mod contact_scene;
 pub mod daemon;
 pub mod http;
 pub mod network;

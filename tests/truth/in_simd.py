@@ -11,15 +11,17 @@ CARGO = os.environ.get("CARGO", "cargo")
 
 def run(repository, folder, asks):
     """Views of each (case, time step, instants), as exact.py has them."""
+    requests = [{"case": case.request(), "time_step": h, "instants": instants} for case, h, instants in asks]
+    return [[(np.array(view["joints"]), view["root"] and np.array(view["root"])) for view in views]
+            for views in ask(repository, folder, requests)]
+
+
+def ask(repository, folder, requests):
+    """The answer to each request, which `tests/truth/main.rs` says the kinds of."""
     listing = folder / "asks.json"
-    listing.write_text(json.dumps([
-        {"case": case.request(), "time_step": h, "instants": instants} for case, h, instants in asks]))
-    answers = subprocess.run([build(repository), str(listing)], stdout=subprocess.PIPE, check=True).stdout.splitlines()
-    out = []
-    for answer in answers:
-        views = json.loads(answer)
-        out.append([(np.array(view["joints"]), view["root"] and np.array(view["root"])) for view in views])
-    return out
+    listing.write_text(json.dumps(requests))
+    answers = subprocess.run([build(repository), str(listing)], stdout=subprocess.PIPE, check=True).stdout
+    return [json.loads(answer) for answer in answers.splitlines()]
 
 
 def build(repository):

@@ -1,4 +1,5 @@
-//! What `tests/truth/report.py` asks of simd: where the robots of a list of cases are at some instants.
+//! What `tests/truth` asks of simd: where the robots of a list of cases are at some instants, and how scenes
+//! with contact go on.
 //!
 //! The argument is a file with a list of [`Ask`]s. The answer is a line of JSON for each.
 
@@ -6,15 +7,26 @@ use std::error::Error;
 use std::io::Write as _;
 
 use serde::Deserialize;
+use simd_tests::contact_scene::Scene;
 use simd_tests::truth::Case;
 
 #[derive(Deserialize)]
-struct Ask {
-    case: Case,
-    /// Seconds.
-    time_step: f64,
-    /// Seconds, multiples of the time step.
-    instants: Vec<f64>,
+#[serde(untagged)]
+enum Ask {
+    /// Of a case without contact.
+    At {
+        case: Case,
+        /// Seconds.
+        time_step: f64,
+        /// Seconds, multiples of the time step.
+        instants: Vec<f64>,
+    },
+    /// Of a scene with contact.
+    Over {
+        scene: Scene,
+        /// Steps from view to view.
+        every: u64,
+    },
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -24,7 +36,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let asks: Vec<Ask> = serde_json::from_slice(&std::fs::read(path)?)?;
     let mut out = std::io::stdout().lock();
     for ask in asks {
-        serde_json::to_writer(&mut out, &ask.case.run(ask.time_step, &ask.instants))?;
+        match ask {
+            Ask::At { case, time_step, instants } => {
+                serde_json::to_writer(&mut out, &case.run(time_step, &instants))?;
+            }
+            Ask::Over { scene, every } => serde_json::to_writer(&mut out, &scene.run(every))?,
+        }
         writeln!(out)?;
     }
     Ok(())

@@ -53,9 +53,11 @@ def touch(geom, kinds):
     geom.friction[0] = FRICTION
 
 
-def engine(scene):
+def engine(scene, sleep=False):
     """From a number of steps to seconds and how far a body is from its place."""
     compiled = model(scene)
+    if sleep:
+        compiled.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     data, settled = mujoco.MjData(compiled), mujoco.MjData(compiled)
     for joint in scene.joints:
         data.qpos[compiled.joint(PREFIX + joint["name"]).qposadr[0]] = joint["position"]

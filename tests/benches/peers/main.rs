@@ -5,6 +5,7 @@
 //! answered with a line of JSON: how long 2000 steps of scene 3 took. `joints 3` is answered with
 //! what each of its joints holds, by which gains.
 
+mod contacts_simd;
 mod in_rapier;
 mod in_simd;
 mod scene;
@@ -55,8 +56,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn build(engine: &str, scene: &Scene) -> Box<dyn World> {
-    match engine {
-        "simd" => Box::new(in_simd::Simd::new(scene)),
+    match (engine, &scene.contact) {
+        ("simd", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, false)),
+        ("asleep", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, true)),
+        ("simd", None) => Box::new(in_simd::Simd::new(scene)),
         _ => Box::new(in_rapier::Rapier::new(scene)),
     }
 }

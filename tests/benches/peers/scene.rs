@@ -17,7 +17,7 @@ pub(crate) const TIME_STEP: f64 = 1e-3;
 /// A robot, how it is put down, how often.
 #[derive(Deserialize)]
 pub(crate) struct Scene {
-    urdf: String,
+    pub(crate) urdf: String,
     /// Its root link can move.
     pub(crate) free: bool,
     /// Robots in the world, 3 m apart.
@@ -25,6 +25,35 @@ pub(crate) struct Scene {
     /// What joints hold instead of a bent position; those that it does not name, zero.
     #[serde(default)]
     pose: Option<BTreeMap<String, f64>>,
+    /// Where it touches something.
+    pub(crate) contact: Option<Contact>,
+}
+
+/// What a scene with contact has besides.
+#[derive(Deserialize)]
+pub(crate) struct Contact {
+    /// Of the robot's root link above level ground, metres.
+    pub(crate) height: f64,
+    /// Between any two things.
+    pub(crate) friction: f64,
+    /// Seconds until it stands or lies still.
+    pub(crate) settle: f64,
+    /// Things may end up elsewhere than where they start.
+    pub(crate) heap: bool,
+    pub(crate) things: Vec<Thing>,
+}
+
+/// A free body, or a fixed one where it has no mass.
+#[derive(Deserialize)]
+pub(crate) struct Thing {
+    /// `box` or `sphere`.
+    pub(crate) shape: String,
+    /// Edges of a box, or the radius of a sphere, metres.
+    pub(crate) size: Vec<f64>,
+    /// Its centre, world.
+    pub(crate) at: [f64; 3],
+    /// kg.
+    pub(crate) mass: f64,
 }
 
 /// What a joint of one axis holds, and how.

@@ -17,6 +17,10 @@ FRICTION = 0.8
 """Between any two things. Restitution is zero."""
 
 
+SETTLED = 3.0
+"""Seconds after which what stands hardly moves, in every simulator."""
+
+
 @dataclass
 class Thing:
     """A free body, or a fixed one where it has no mass."""
@@ -36,7 +40,8 @@ class ContactScene:
 
     name: str
     settle: float
-    """Seconds until it lies or stands still: what is timed comes after."""
+    """Seconds until it lies or stands still: what is timed comes after. A heap still settles: to wait for its rest takes
+    minutes in each simulator."""
     drift: float
     """How far anything may be from where it started, or where it is a heap, from where it lay, m: else it has fallen,
     and the figure is not one of standing."""
@@ -56,8 +61,9 @@ class ContactScene:
 
     def request(self):
         """As the worker reads it."""
-        return {"urdf": str(self.urdf or ""), "free": True, "copies": 1, "pose": self.pose, "height": self.height,
-                "friction": FRICTION, "settle": self.settle, "things": [asdict(thing) for thing in self.things]}
+        contact = {"height": self.height, "friction": FRICTION, "settle": self.settle, "heap": self.heap,
+                   "things": [asdict(thing) for thing in self.things]}
+        return {"urdf": str(self.urdf or ""), "free": True, "copies": 1, "pose": self.pose, "contact": contact}
 
 
 def contact_scenes(folder):
@@ -67,7 +73,7 @@ def contact_scenes(folder):
     return [
         standing("A1 standing", a1, crouched, folder),
         standing("humanoid standing", ASSETS / "humanoid/urdf/humanoid.urdf", {}, folder),
-        ContactScene("stack of 10 boxes", 1.0, 5e-3, things=stack(10)),
+        ContactScene("stack of 10 boxes", SETTLED, 5e-3, things=stack(10)),
         ContactScene("1000 spheres in a box", 1.0, 2e-2, things=heap(10, 0.05), heap=True),
     ]
 
@@ -75,7 +81,7 @@ def contact_scenes(folder):
 def standing(name, urdf, pose, folder):
     shaped = folder / f"shaped_{urdf.name}"
     shaped.write_text(re.sub(r"<visual\b.*?</visual>", "", urdf.read_text(), flags=re.S))
-    return ContactScene(name, 1.0, 5e-3, urdf, shaped, pose, height(shaped, pose))
+    return ContactScene(name, SETTLED, 5e-3, urdf, shaped, pose, height(shaped, pose))
 
 
 def stack(count):

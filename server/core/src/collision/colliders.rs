@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::bounding_volume::{Aabb, BoundingVolume as _};
+use parry3d_f64::bounding_volume::BoundingVolume as _;
 use parry3d_f64::shape::{Shape, ShapeType};
 use simd_model::robot::Material;
 
@@ -124,7 +124,7 @@ impl Placed {
     /// Finds its bounds anew.
     fn bound(&mut self, shapes: &Shapes) {
         let shape = &*shapes.parts[self.part].shape;
-        self.bounds = shape.compute_aabb(&self.world_from_shape).loosened(self.margin).into();
+        self.bounds = Bounds::of(shape, &self.world_from_shape, self.margin);
     }
 }
 
@@ -142,6 +142,20 @@ impl Default for Bounds {
 }
 
 impl Bounds {
+    /// Around a shape and this far from it.
+    fn of(shape: &dyn Shape, world_from_shape: &DPose3, margin: f64) -> Self {
+        if let Some(cylinder) = shape.as_cylinder() {
+            // parry would ask for the farthest point six times.
+            let axis = world_from_shape.rotation * DVec3::Y;
+            let across = (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt);
+            let half = axis.abs() * cylinder.half_height + across * cylinder.radius + DVec3::splat(margin);
+            let middle = world_from_shape.translation;
+            return Self { least: middle - half, most: middle + half };
+        }
+        let aabb = shape.compute_aabb(world_from_shape).loosened(margin);
+        Self { least: aabb.mins, most: aabb.maxs }
+    }
+
     fn around(self, other: Self) -> Self {
         Self { least: self.least.min(other.least), most: self.most.max(other.most) }
     }
@@ -149,12 +163,6 @@ impl Bounds {
     /// Whether the two overlap.
     pub(super) fn meets(&self, other: &Self) -> bool {
         self.least.cmple(other.most).all() && other.least.cmple(self.most).all()
-    }
-}
-
-impl From<Aabb> for Bounds {
-    fn from(aabb: Aabb) -> Self {
-        Self { least: aabb.mins, most: aabb.maxs }
     }
 }
 
@@ -243,6 +251,8 @@ impl RobotColliders {
         }
         self.base = Some(base);
         self.bounds = Bounds::default();
+        // Shapes of one body mostly come one after the other.
+        let mut last: Option<(usize, BodyMotion)> = None;
         for placed in &mut self.placed {
             match placed.body {
                 None if still => {}
@@ -251,7 +261,10 @@ impl RobotColliders {
                     placed.margin = 0.0;
                 }
                 Some(place) => {
-                    let BodyMotion { pose, linear, angular } = body(place);
+                    let known = last.filter(|(of, _)| *of == place).map(|(_, motion)| motion);
+                    let motion = known.unwrap_or_else(|| body(place));
+                    last = Some((place, motion));
+                    let BodyMotion { pose, linear, angular } = motion;
                     placed.world_from_shape = pose * placed.body_from_shape;
                     let arm = placed.world_middle() - pose.translation;
                     let speed = (linear + angular.cross(arm)).length() + angular.length() * placed.radius;

@@ -239,17 +239,14 @@ impl Articulation {
         Spatial::new(arm.cross(direction), direction)
     }
 
-    /// Writes J and M^-1 J' for an impulse on a body about its origin, in the base's axes.
-    pub(super) fn wrench_row(
-        &mut self,
-        body: usize,
-        wrench: Spatial,
-        jacobian: &mut [f64],
-        response: &mut [f64],
-    ) {
-        let force = (body, wrench);
-        project(&self.tree, &self.positions, &self.work.bodies, force, jacobian);
-        respond_to_force(&self.tree, &self.positions, force, &mut self.work, response);
+    /// Writes J for an impulse on a body about its origin, in the base's axes.
+    pub(super) fn wrench_row(&self, body: usize, wrench: Spatial, jacobian: &mut [f64]) {
+        project(&self.tree, &self.positions, &self.work.bodies, (body, wrench), jacobian);
+    }
+
+    /// Writes M^-1 J' for the same.
+    pub(super) fn wrench_response(&mut self, body: usize, wrench: Spatial, response: &mut [f64]) {
+        respond_to_force(&self.tree, &self.positions, (body, wrench), &mut self.work, response);
     }
 
     /// Gives `rates` the impulses that the rows of joints start from.

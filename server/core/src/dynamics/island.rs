@@ -19,7 +19,7 @@ const PUSH_SWEEPS: usize = 5;
 /// What pushes apart moves no rate faster than this, m/s or rad/s.
 const FASTEST_PART: f64 = 3.0;
 
-/// With so many points, the rows of a body are summed from those of the six wrenches.
+/// With so many points, the responses of a body are summed from those of the six wrenches.
 const MANY: usize = 3;
 
 /// The memory that solving needs, kept from step to step.
@@ -37,13 +37,13 @@ pub struct Island {
     scratch: Vec<f64>,
     /// Bodies with many contacts, in order.
     bases: Vec<Basis>,
-    /// Of each basis six times J and its response.
-    basis_rows: Vec<f64>,
+    /// Of each basis the responses to six wrenches.
+    basis_responses: Vec<f64>,
     /// Robot and body of each side of each contact.
     touched: Vec<(usize, usize)>,
 }
 
-/// Where the rows of a body's six wrenches are.
+/// Where the responses to a body's six wrenches are.
 #[derive(Clone, Copy, Debug)]
 struct Basis {
     robot: usize,
@@ -201,8 +201,8 @@ impl Island {
 
     /// J and M^-1 J' of all contacts.
     ///
-    /// Both are linear in the wrench. A body with many points has them found once for each of the
-    /// six wrenches, and each row is a sum of those.
+    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
+    /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
     fn measure<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[Contact]) {
         self.find_bases(robots, contacts);
         for rows in &mut self.rows {
@@ -229,24 +229,16 @@ impl Island {
                     let articulation = robots[robot].as_mut();
                     let wrench = articulation.wrench(body, contact.touch.point, axis * sign);
                     let kept = &mut responses[k * n..(k + 1) * n];
-                    let mut add = |factor: f64, jacobian: &[f64], response: &[f64]| {
-                        for i in 0..n {
-                            columns[4 * i + k] += factor * jacobian[i];
-                            kept[i] += factor * response[i];
-                        }
-                    };
+                    articulation.wrench_row(body, wrench, jacobian);
+                    columns[k..].iter_mut().step_by(4).zip(&*jacobian).for_each(|(sum, j)| *sum += j);
                     match basis.ok().map(|basis| self.bases[basis].at) {
                         Some(at) => {
-                            let parts = self.basis_rows[at..at + 12 * n].chunks_exact(2 * n);
                             let (a, l) = (wrench.angular, wrench.linear);
-                            for (factor, part) in [a.x, a.y, a.z, l.x, l.y, l.z].into_iter().zip(parts) {
-                                let (jacobian, response) = part.split_at(n);
-                                add(factor, jacobian, response);
-                            }
+                            add_sum([a.x, a.y, a.z, l.x, l.y, l.z], &self.basis_responses[at..], kept);
                         }
                         None => {
-                            articulation.wrench_row(body, wrench, jacobian, response);
-                            add(1.0, jacobian, response);
+                            articulation.wrench_response(body, wrench, response);
+                            kept.iter_mut().zip(&*response).for_each(|(sum, response)| *sum += response);
                         }
                     }
                 }
@@ -255,9 +247,9 @@ impl Island {
         }
     }
 
-    /// J and M^-1 J' of the six unit wrenches, for each body that has many contacts.
+    /// M^-1 J' of the six unit wrenches, for each body that has many contacts.
     fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[Contact]) {
-        let Self { rows, bases, basis_rows, touched, .. } = self;
+        let Self { rows, bases, basis_responses, touched, .. } = self;
         touched.clear();
         for rows in rows {
             let contact = &contacts[rows.contact];
@@ -273,16 +265,15 @@ impl Island {
             let articulation = robots[robot].as_mut();
             let n = articulation.rates().len();
             bases.push(Basis { robot, body, at: end });
-            if basis_rows.len() < end + 12 * n {
-                basis_rows.resize(end + 12 * n, 0.0);
+            if basis_responses.len() < end + 6 * n {
+                basis_responses.resize(end + 6 * n, 0.0);
             }
             let axes = [DVec3::X, DVec3::Y, DVec3::Z];
             let turns = axes.map(|axis| Spatial::new(axis, DVec3::ZERO));
             let pushes = axes.map(|axis| Spatial::new(DVec3::ZERO, axis));
             for wrench in turns.into_iter().chain(pushes) {
-                let (jacobian, response) = basis_rows[end..end + 2 * n].split_at_mut(n);
-                articulation.wrench_row(body, wrench, jacobian, response);
-                end += 2 * n;
+                articulation.wrench_response(body, wrench, &mut basis_responses[end..end + n]);
+                end += n;
             }
         }
     }
@@ -333,5 +324,15 @@ impl Island {
                 break;
             }
         }
+    }
+}
+
+/// Adds six responses, which lie one after the other, each times its factor.
+fn add_sum(factors: [f64; 6], responses: &[f64], sums: &mut [f64]) {
+    let n = sums.len();
+    let [a, b, c, d, e, f] = factors;
+    let [r, s, t, u, v, w] = [0, 1, 2, 3, 4, 5].map(|at| &responses[at * n..][..n]);
+    for (i, sum) in sums.iter_mut().enumerate() {
+        *sum += a * r[i] + b * s[i] + c * t[i] + d * u[i] + e * v[i] + f * w[i];
     }
 }

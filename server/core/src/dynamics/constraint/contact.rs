@@ -189,7 +189,8 @@ impl ContactRows {
         let Touch { distance, surface, .. } = contact.touch;
         self.target = if distance > 0.0 { -(distance + SLOP / 2.0) / h } else { 0.0 };
         let hits = distance + h * predicted <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
-        if hits {
+        // What does not bounce arrives: to end it where the hit was found would leave a gap.
+        if hits && surface.restitution > 0.0 {
             self.target = self.target.max(-surface.restitution * before);
         }
         self.apart = (-OVERLAP_REDUCTION * (distance + SLOP) / h).clamp(0.0, FASTEST_PUSH);

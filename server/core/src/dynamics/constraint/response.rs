@@ -4,7 +4,7 @@
 use crate::dynamics::articulated::{along, free_rates, part_mut, write_free};
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::spatial::Spatial;
-use crate::dynamics::tree::{Freedom, Tree};
+use crate::dynamics::tree::{Body, Freedom, Tree};
 use crate::dynamics::work::{Work, Workspace};
 
 /// Writes the change of all rates by impulses of these sizes at the joints of
@@ -15,8 +15,12 @@ pub fn respond(tree: &Tree, q: &[f64], joints: &[(usize, f64)], work: &mut Works
     for &(body, size) in joints {
         work.bodies[body].impulse += size;
     }
+    // Children come after their parents.
     let highest = joints.iter().map(|joint| joint.0).max().unwrap_or(0);
-    travel(tree, q, highest, work, out);
+    (0..=highest).rev().for_each(|body| {
+        rise(tree, body, work);
+    });
+    descend(tree, q, work, out);
 }
 
 /// The same for an impulse on a body: `force` about its origin, in the base's axes.
@@ -29,7 +33,11 @@ pub fn respond_to_force(
 ) {
     clear(work);
     work.bodies[body].delta = -force;
-    travel(tree, q, body, work, out);
+    let mut next = Some(body);
+    while let Some(body) = next {
+        next = rise(tree, body, work);
+    }
+    descend(tree, q, work, out);
 }
 
 /// J' f: what an impulse on a body does to each rate's own momentum. `force` is about the
@@ -63,25 +71,26 @@ fn clear(work: &mut Workspace) {
     }
 }
 
-/// Up from the body `highest`, where the impulses are, and down through every branch.
-fn travel(tree: &Tree, q: &[f64], highest: usize, work: &mut Workspace, out: &mut [f64]) {
-    // Up. `delta` holds p until the way down.
-    for i in (0..=highest).rev() {
-        let body = &tree.bodies[i];
-        let at = &mut work.bodies[i];
-        let p = at.delta;
-        if let Freedom::Free { .. } = body.freedom {
-            continue;
-        }
-        at.impulse -= along(body.freedom, p, at.rotation.z_axis);
-        let Some(parent) = body.parent else { continue };
-        if at.impulse == 0.0 && p == Spatial::ZERO {
-            continue;
-        }
+/// Takes what acts on a body on to its parent, if there is something and one that feels it. `delta` holds p until
+/// the way down.
+fn rise(tree: &Tree, body: usize, work: &mut Workspace) -> Option<usize> {
+    let Body { freedom, parent, .. } = tree.bodies[body];
+    if let Freedom::Free { .. } = freedom {
+        return None;
+    }
+    let at = &mut work.bodies[body];
+    let p = at.delta;
+    at.impulse -= along(freedom, p, at.rotation.z_axis);
+    let parent = parent?;
+    if at.impulse != 0.0 || p != Spatial::ZERO {
         let p = (p + at.column * (at.inverse_d * at.impulse)).force_from(at.reach);
         work.bodies[parent].delta += p;
     }
-    // Down, through every branch.
+    Some(parent)
+}
+
+/// Down, through every branch.
+fn descend(tree: &Tree, q: &[f64], work: &mut Workspace, out: &mut [f64]) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let above = body.parent.map_or(Spatial::ZERO, |parent| work.bodies[parent].delta);
         let at = &mut work.bodies[i];

@@ -1,0 +1,198 @@
+"""A scene with contact in MuJoCo, and what is seen of it over time.
+
+Two ways. `default`: soft contacts as MuJoCo has them, and its pyramids of friction. `stiff`: as near to rigid as it
+goes at this time step, with the cone of Coulomb's law. Both with `implicitfast`, which has the dampers of actuators
+implicit, and clamps the whole effort, as simd does.
+"""
+
+import xml.etree.ElementTree as xml
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+import robots
+
+STIFF = "stiff"
+
+
+@dataclass
+class View:
+    """What is seen at an instant."""
+
+    time: float
+    roots: np.ndarray
+    """Of each that can move as a whole: place, quaternion x y z w, linear and angular velocity."""
+    joints: np.ndarray
+    """Of all robots."""
+    deepest: float
+    """The largest overlap since the last view, m."""
+    forces: list
+    """Sums of normal forces, as the scene's `watch`, N."""
+
+
+def model(scene, setting):
+    spec = mujoco.MjSpec()
+    spec.option.timestep = scene.time_step
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.compiler.fusestatic = True
+    if setting == STIFF:
+        spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+        spec.option.impratio = 10
+    if len(scene.free()) > 100:
+        # Newton's method takes up to 0.8 s a step while a thousand fall.
+        spec.option.solver = mujoco.mjtSolver.mjSOL_CG
+    for thing in scene.things:
+        for name, at in thing.places():
+            add_thing(spec, thing, name, at, setting, scene.time_step)
+    for place, robot in enumerate(scene.robots):
+        add_robot(spec, robot, place, setting, scene.time_step)
+    return spec.compile()
+
+
+def surface(geom, friction, setting, kinds, time_step):
+    """The smaller friction holds where the smaller one has priority."""
+    geom.friction[0] = max(friction, 1e-5)
+    geom.priority = round(-1000 * friction)
+    geom.contype, geom.conaffinity = kinds
+    if setting == STIFF:
+        # A time constant of two steps is the shortest that MuJoCo takes.
+        geom.solref = [2 * time_step, 1.0]
+        geom.solimp = [0.99, 0.999, 0.0001, 0.5, 2]
+
+
+def add_thing(spec, thing, name, at, setting, time_step):
+    kinds = mujoco.mjtGeom
+    body = spec.worldbody.add_body(name=name, pos=at)
+    if thing.mass:
+        body.add_freejoint()
+    match thing.shape:
+        case "box":
+            shape = {"type": kinds.mjGEOM_BOX, "size": [edge / 2 for edge in thing.size]}
+        case "sphere":
+            shape = {"type": kinds.mjGEOM_SPHERE, "size": [thing.size[0], 0, 0]}
+        case "plane":
+            shape = {"type": kinds.mjGEOM_PLANE, "size": [50, 50, 1]}
+    surface(body.add_geom(name=name, mass=thing.mass, **shape), thing.friction, setting, (1 << 20, (1 << 21) - 1), time_step)
+
+
+def add_robot(spec, robot, place, setting, time_step):
+    own = mujoco.MjSpec.from_string(text(robot.urdf))
+    if not robot.fixed:
+        own.worldbody.first_body().add_freejoint()
+    for geom in own.geoms:
+        # Links touch anything but each other.
+        surface(geom, robot.friction, setting, (1 << place, ((1 << 21) - 1) ^ (1 << place)), time_step)
+    for joint in own.joints:
+        joint.actfrclimited = False
+        joint.damping[0], joint.frictionloss = 0.0, 0.0
+    x, y, z, w = robot.turn
+    frame = spec.worldbody.add_frame(pos=robot.at, quat=[w, x, y, z])
+    spec.attach(own, prefix=f"{robot.name}/", frame=frame)
+    for joint, (stiffness, damping) in robot.gains.items():
+        name = f"{robot.name}/{joint}"
+        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_position(kp=stiffness, kv=damping)
+        if joint in robot.effort:
+            actuator.forcelimited, actuator.forcerange = True, [-robot.effort[joint], robot.effort[joint]]
+
+
+def text(urdf):
+    root = robots.read(urdf)
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+    for other in [child for child in root if child.tag not in ("link", "joint")]:
+        root.remove(other)
+    return xml.tostring(root, encoding="unicode")
+
+
+class World:
+    def __init__(self, scene, setting):
+        self.scene = scene
+        self.model = compiled = model(scene, setting)
+        self.data = data = mujoco.MjData(compiled)
+        free = [name for name, _ in scene.free()]
+        names = {robot.name: f"{robot.name}/" for robot in scene.robots}
+        self.bodies = [body_of(compiled, names.get(name), name) for name in free]
+        self.joints = [compiled.joint(f"{robot.name}/{joint}").qposadr[0]
+                       for robot in scene.robots for joint in robot.joints]
+        data.qpos[self.joints] = [at for robot in scene.robots for at in robot.joints.values()]
+        self.velocities = np.array([compiled.body_dofadr[body] for body in self.bodies], dtype=int)
+        things = {name: thing for thing in scene.things for name, _ in thing.places()}
+        for name, first in zip(free, self.velocities):
+            if name in things:
+                data.qvel[first:first + 3] = things[name].linear
+        self.targets = [(compiled.actuator(f"{robot.name}/{joint}").id, robot, joint)
+                        for robot in scene.robots for joint in robot.gains]
+        self.watched = [self.geoms(*watch) for watch in scene.watch]
+
+    def geoms(self, owner, link):
+        """Those of a robot's link, or of all of it."""
+        compiled = self.model
+        wanted = f"{owner}/{link}" if link else owner
+        out = np.zeros(compiled.ngeom, dtype=bool)
+        for geom in range(compiled.ngeom):
+            # What is fixed has no body of its own: things are known by their shapes.
+            thing, body = compiled.geom(geom).name, compiled.body(compiled.geom_bodyid[geom]).name
+            out[geom] = wanted in (thing, body) or (not link and body.startswith(f"{owner}/"))
+        return out
+
+    def step(self):
+        for actuator, robot, joint in self.targets:
+            self.data.ctrl[actuator] = target(robot, joint, self.data.time)
+        mujoco.mj_step(self.model, self.data)
+
+    def overlap(self):
+        return max(0.0, -self.data.contact.dist.min()) if self.data.ncon else 0.0
+
+    def view(self, deepest):
+        data = self.data
+        roots = np.zeros((len(self.bodies), 13))
+        if self.bodies:
+            first = self.model.jnt_qposadr[self.model.body_jntadr[self.bodies]]
+            roots[:, :3] = data.qpos[first[:, None] + [0, 1, 2]]
+            roots[:, 3:7] = data.qpos[first[:, None] + [4, 5, 6, 3]]
+            roots[:, 7:] = data.qvel[self.velocities[:, None] + np.arange(6)]
+        forces, force = np.zeros(len(self.watched)), np.zeros(6)
+        for i, contact in enumerate(data.contact):
+            mujoco.mj_contactForce(self.model, data, i, force)
+            forces += [force[0] * any(watched[list(contact.geom)]) for watched in self.watched]
+        return View(data.time, roots, data.qpos[self.joints].copy(), deepest, forces.tolist())
+
+
+def body_of(compiled, prefix, name):
+    """The body of a thing, or the first one of a robot."""
+    if prefix is None:
+        return compiled.body(name).id
+    return next(body for body in range(compiled.nbody) if compiled.body(body).name.startswith(prefix))
+
+
+def target(robot, joint, now):
+    if joint in robot.path:
+        times, values = zip(*robot.path[joint])
+        return np.interp(now, times, values)
+    names = list(robot.joints)
+    if not robot.cycle or now < robot.begin:
+        return robot.joints[joint]
+    samples = len(robot.cycle)
+    at = (now - robot.begin) / robot.period * samples
+    before, part = int(at), at - int(at)
+    column = names.index(joint)
+    return (1 - part) * robot.cycle[before % samples][column] + part * robot.cycle[(before + 1) % samples][column]
+
+
+def run(scene, setting, every):
+    """Views from the start on, one each `every` steps."""
+    world = World(scene, setting)
+    mujoco.mj_forward(world.model, world.data)
+    views, deepest = [world.view(0.0)], 0.0
+    for step in range(1, round(scene.seconds / scene.time_step) + 1):
+        world.step()
+        deepest = max(deepest, world.overlap())
+        if step % every == 0:
+            views.append(world.view(deepest))
+            deepest = 0.0
+    if any(warning.number for warning in world.data.warning):
+        raise RuntimeError(f"{scene.name}: MuJoCo warns of its state")
+    return views

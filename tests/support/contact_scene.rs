@@ -1,0 +1,288 @@
+//! Scenes with contact as data, in simd: `tests/reference/scenes.py` writes them, the physics suite
+//! and `make scenes` run them.
+
+use std::collections::BTreeMap;
+
+use glamx::{DPose3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+use simd_core::simulation::command::{
+    JointProperties, JointTarget, LinkWrench, RobotTargets, SetTargets, Spawn, Target,
+};
+use simd_core::simulation::query::ContactReport;
+use simd_core::{Command, Simulation, Snapshot};
+use simd_model::robot::Limits;
+
+use crate::{robots, scenes};
+
+/// What there is, what drives it, what is looked at.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Scene {
+    /// For people.
+    pub name: String,
+    /// How long it lasts.
+    pub seconds: f64,
+    /// Between these seconds it should be at rest, or what is counted is counted.
+    pub window: [f64; 2],
+    things: Vec<Thing>,
+    robots: Vec<Robot>,
+    /// Seconds.
+    pub time_step: f64,
+    /// Robot and link whose normal forces are summed; all links where it is empty.
+    watch: Vec<[String; 2]>,
+}
+
+/// A body of one shape, or a grid of them; fixed where it has no mass.
+#[derive(Clone, Debug, Deserialize)]
+struct Thing {
+    name: String,
+    /// `box`, `sphere` or `plane`.
+    shape: String,
+    size: Vec<f64>,
+    at: [f64; 3],
+    mass: f64,
+    friction: f64,
+    restitution: f64,
+    linear: [f64; 3],
+    grid: [u32; 3],
+    pitch: f64,
+    /// Layer k is moved along x and y by k modulo 3 of these.
+    shift: [f64; 2],
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Robot {
+    name: String,
+    urdf: String,
+    at: [f64; 3],
+    turn: [f64; 4],
+    fixed: bool,
+    friction: f64,
+    restitution: f64,
+    /// Where each starts.
+    joints: BTreeMap<String, f64>,
+    /// Stiffness and damping by joint; without any it is passive.
+    gains: BTreeMap<String, [f64; 2]>,
+    effort: BTreeMap<String, f64>,
+    /// By joint: seconds and target, in turn; between them along straight lines.
+    path: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Columns of the cycle.
+    order: Vec<String>,
+    cycle: Vec<Vec<f64>>,
+    period: f64,
+    begin: f64,
+}
+
+/// What is seen at an instant.
+#[derive(Clone, Debug, Serialize)]
+pub struct View {
+    /// Seconds.
+    pub time: f64,
+    /// Of each that can move as a whole: place, quaternion x y z w, linear and angular velocity.
+    pub roots: Vec<Vec<f64>>,
+    /// Of all robots, in the order of the scene.
+    pub joints: Vec<f64>,
+    /// The largest overlap since the last view, metres.
+    pub deepest: f64,
+    /// Sums of normal forces, as the scene watches them, N.
+    pub forces: Vec<f64>,
+}
+
+/// A scene on its way.
+pub struct Run<'a> {
+    scene: &'a Scene,
+    /// The world that it is in.
+    pub world: Simulation,
+    deepest: f64,
+}
+
+impl Scene {
+    /// Views from the start on, one each `every` steps.
+    ///
+    /// # Panics
+    /// Where the world refuses the scene: then the test has failed.
+    pub fn run(&self, every: u64) -> Vec<View> {
+        let mut run = Run::new(self);
+        let mut views = vec![run.view()];
+        for step in 1..=(self.seconds / self.time_step).round() as u64 {
+            run.step();
+            if step % every == 0 {
+                views.push(run.view());
+            }
+        }
+        views
+    }
+}
+
+impl<'a> Run<'a> {
+    /// At its start. Nothing in it ever sleeps.
+    ///
+    /// # Panics
+    /// Where the world refuses the scene: then the test has failed.
+    pub fn new(scene: &'a Scene) -> Self {
+        let mut world = scenes::world(scene.time_step);
+        scene.things.iter().for_each(|thing| thing.put_into(&mut world));
+        scene.robots.iter().for_each(|robot| robot.put_into(&mut world));
+        Self { scene, world, deepest: 0.0 }
+    }
+
+    /// Gives the actuators their targets, and advances by a time step.
+    pub fn step(&mut self) {
+        let now = self.world.now().sim_time;
+        let robots: Vec<_> = self.scene.robots.iter().filter_map(|robot| robot.targets(now)).collect();
+        if !robots.is_empty() {
+            scenes::apply(
+                &mut self.world,
+                Command::SetTargets(SetTargets { robots, ..SetTargets::default() }),
+            );
+        }
+        self.world.step();
+        let reports = scenes::contacts(&self.world, None);
+        self.deepest = reports.iter().map(|contact| contact.depth).fold(self.deepest, f64::max);
+    }
+
+    /// What is to be seen, and the largest overlap since this was last asked.
+    pub fn view(&mut self) -> View {
+        let seen = scenes::look(&self.world);
+        let free = seen.world.entities.iter().zip(&seen.roots).filter(|(entity, _)| !entity.fixed_base);
+        let roots = free.map(|(_, root)| {
+            let turn = root.pose.rotation.to_array();
+            let [at, linear, angular] =
+                [root.pose.translation, root.linear, root.angular].map(|part| part.to_array());
+            [&at[..], &turn, &linear, &angular].concat()
+        });
+        let reports = scenes::contacts(&self.world, None);
+        let force = |[robot, link]: &[String; 2]| {
+            let of = |contact: &ContactReport, side: usize| {
+                contact.robots[side] == *robot && (link.is_empty() || contact.links[side] == *link)
+            };
+            let own = reports.iter().filter(|contact| of(contact, 0) || of(contact, 1));
+            own.map(|contact| contact.normal_force).sum()
+        };
+        View {
+            time: self.world.now().sim_time,
+            roots: roots.collect(),
+            joints: self.scene.robots.iter().flat_map(|robot| robot.positions(&seen)).collect(),
+            deepest: std::mem::take(&mut self.deepest),
+            forces: self.scene.watch.iter().map(force).collect(),
+        }
+    }
+}
+
+impl Thing {
+    fn put_into(&self, world: &mut Simulation) {
+        let model = match (&self.shape[..], &self.size[..]) {
+            ("sphere", &[radius]) => scenes::ball(radius, self.mass),
+            ("box", &[x, y, z]) => scenes::cuboid(DVec3::new(x, y, z), self.mass),
+            _ => scenes::plane(DVec3::Z),
+        };
+        let [nx, ny, nz] = self.grid;
+        let places = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+        for (i, place) in places.enumerate() {
+            let [x, y, z] = place.map(f64::from);
+            let layer = f64::from(place[2] % 3);
+            let shift = DVec3::new(self.shift[0] * layer, self.shift[1] * layer, 0.0);
+            let at =
+                DPose3::from_translation(DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift);
+            let name = if nx * ny * nz == 1 { self.name.clone() } else { format!("{}-{i}", self.name) };
+            let touches = scenes::surface(self.friction, self.restitution);
+            let fixed = self.mass == 0.0;
+            scenes::spawn(world, Spawn { touches, ..scenes::robot(&name, &model, at, fixed) });
+            if !fixed {
+                scenes::throw(world, &name, self.linear.into(), DVec3::ZERO);
+                keep_awake(world, &name);
+            }
+        }
+    }
+}
+
+impl Robot {
+    fn put_into(&self, world: &mut Simulation) {
+        let (model, _) = robots::read(&self.urdf);
+        let [x, y, z, w] = self.turn;
+        let at = DPose3::from_parts(self.at.into(), DQuat::from_xyzw(x, y, z, w));
+        let spawn = Spawn {
+            touches: scenes::surface(self.friction, self.restitution),
+            joint_positions: self.joints.iter().map(|(name, &at)| (name.clone(), at)).collect(),
+            passive: self.gains.is_empty(),
+            ..scenes::robot(&self.name, &model, at, self.fixed)
+        };
+        scenes::spawn(world, spawn);
+        // What files say of joints but for their stops plays no part, so that nothing differs in how it
+        // is read.
+        let properties = self.order.iter().map(|name| {
+            let joint = model.joints.iter().find(|joint| joint.name == *name);
+            let limits = joint.map(|joint| joint.limits).unwrap_or_default();
+            let effort = self.effort.get(name).copied();
+            JointProperties {
+                joint: name.clone(),
+                damping: Some(0.0),
+                friction: Some(0.0),
+                armature: Some(0.0),
+                limits: Some(Limits { effort, velocity: None, ..limits }),
+                default_gains: None,
+            }
+        });
+        let joints = properties.collect();
+        scenes::apply(world, Command::SetJointProperties { robot: self.name.clone(), joints });
+    }
+
+    fn targets(&self, now: f64) -> Option<RobotTargets> {
+        let joint = |(column, name): (usize, &String)| {
+            let &[stiffness, damping] = self.gains.get(name)?;
+            let target = Target::Position {
+                position: self.target(column, name, now)?,
+                velocity: 0.0,
+                stiffness: Some(stiffness),
+                damping: Some(damping),
+                feed_forward: 0.0,
+                max_effort: None,
+                max_velocity: None,
+            };
+            Some(JointTarget { joint: name.clone(), axis: 0, target })
+        };
+        let joints: Vec<_> = self.order.iter().enumerate().filter_map(joint).collect();
+        let targets = || RobotTargets { robot: self.name.clone(), joints, ..RobotTargets::default() };
+        (!self.gains.is_empty()).then(targets)
+    }
+
+    fn target(&self, column: usize, name: &str, now: f64) -> Option<f64> {
+        if let Some(path) = self.path.get(name) {
+            let after = path.partition_point(|[time, _]| *time <= now);
+            let [from, to] = [path.get(after.checked_sub(1)?)?, path.get(after).or(path.last())?];
+            let part = if to[0] > from[0] { (now - from[0]) / (to[0] - from[0]) } else { 0.0 };
+            return Some(from[1] + part * (to[1] - from[1]));
+        }
+        let samples = self.cycle.len();
+        if samples == 0 || now < self.begin {
+            return self.joints.get(name).copied();
+        }
+        let at = (now - self.begin) / self.period * samples as f64;
+        let [from, to] = [at as usize, at as usize + 1].map(|row| &self.cycle[row % samples]);
+        let part = at.fract();
+        Some((1.0 - part) * from.get(column)? + part * to.get(column)?)
+    }
+
+    fn positions(&self, seen: &Snapshot) -> Vec<f64> {
+        let Some((_, entity)) = seen.entity(&self.name) else { return Vec::new() };
+        let own = &seen.positions[entity.positions.clone()];
+        let place = |name: &String| {
+            let joint = entity.model.joints.iter().position(|joint| joint.name == *name)?;
+            own.get(entity.joint_positions[joint].start).copied()
+        };
+        self.order.iter().map(|name| place(name).unwrap_or(f64::NAN)).collect()
+    }
+}
+
+/// Keeps a body from falling asleep, by a push that moves nothing.
+pub fn keep_awake(world: &mut Simulation, robot: &str) {
+    let push = LinkWrench {
+        robot: robot.into(),
+        link: "body".into(),
+        force: DVec3::Z * 1e-12,
+        torque: DVec3::ZERO,
+        in_link_axes: false,
+        point: DVec3::ZERO,
+        persistent: true,
+    };
+    scenes::apply(world, Command::ApplyWrench(push));
+}

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""Scenes with contact, simd beside MuJoCo: started by `make scenes`.
+
+Runs the scenes of tests/reference/scenes.py in both, and writes a picture of each and a table, scenes.md, into
+target/scenes.
+"""
+
+import argparse
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+REPOSITORY = HERE.parents[1]
+sys.path.insert(0, str(HERE.parent / "reference"))
+
+import in_simd  # noqa: E402
+import make_scenes  # noqa: E402
+import scene_plots  # noqa: E402
+import scenes_in_mujoco  # noqa: E402
+from scenes import scenes  # noqa: E402
+
+LOOK = 0.004
+"""Seconds from view to view."""
+LOOK_AT_MANY = 0.02
+"""The same where there are many bodies."""
+
+ABOVE = """\
+# Scenes with contact
+
+Made by `make scenes`: the scenes of `tests/reference/scenes.py` at equal masses, friction, time step, gains and targets
+in simd and in MuJoCo {mujoco}, which runs them in two ways: `default`, its soft contacts and pyramids of friction; and
+`stiff`, cones and contacts as rigid as its time step lets them be. `tests/physics/scenes.rs` holds simd to them.
+
+Lengths in mm. Deepest: the largest overlap of all. Resting: the largest in the window of the scene, in which things
+rest or go on evenly. Drift: how far a free body got from where the window found it.
+
+| scene | | deepest | resting | drift | force, N | fastest at the end, m/s |
+|---|---|---|---|---|---|---|
+"""
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--out", type=Path, default=REPOSITORY / "target" / "scenes")
+    arguments.add_argument("--only", default="", help="scenes whose name contains this")
+    options = arguments.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    chosen = [scene for scene in scenes() if options.only in scene.name]
+
+    every = [round((LOOK_AT_MANY if len(scene.free()) > 100 else LOOK) / scene.time_step) for scene in chosen]
+    requests = [{"scene": scene.request(), "every": n} for scene, n in zip(chosen, every)]
+    answers = in_simd.ask(REPOSITORY, options.out, requests)
+    results = []
+    for scene, n, answer in zip(chosen, every, answers, strict=True):
+        print(scene.name, flush=True)
+        runs = {"simd": [view(scene, seen) for seen in answer]}
+        for setting in scene.settings():
+            runs[f"MuJoCo, {setting}"] = scenes_in_mujoco.run(scene, setting, n)
+        results.append((scene, runs))
+
+    text = ABOVE.format(mujoco=version("mujoco"))
+    for scene, runs in results:
+        for engine, views in runs.items():
+            text += line(scene.name if engine == "simd" else "", engine, make_scenes.figures(scene, views))
+    for name, title in scene_plots.draw(results, options.out):
+        text += f"\n![{title}]({name})\n"
+    (options.out / "scenes.md").write_text(text)
+    print(f"written: {options.out / 'scenes.md'}")
+
+
+def view(scene, seen):
+    roots = np.array(seen["roots"]).reshape(-1, 13)
+    joints = np.array(seen["joints"])
+    return scenes_in_mujoco.View(seen["time"], roots, joints, seen["deepest"], seen["forces"])
+
+
+def line(name, engine, found):
+    lengths = [f"{found[key] * 1e3:.3g}" for key in ("deepest", "resting", "drift")]
+    forces = ", ".join(f"{force:.4g}" for force in found["forces"])
+    return f"| {name} | {engine} | {' | '.join(lengths)} | {forces} | {found['speed']:.1g} |\n"
+
+
+if __name__ == "__main__":
+    main()
