@@ -31,6 +31,16 @@ fn file_mistake(text: &str) -> String {
 }
 
 #[test]
+fn hosts_of_flags_and_file_are_names_without_a_port() {
+    let config = file("allow_hosts = [\"lab.example\"]", "--allow-host bench --allow-host a.b").unwrap();
+    assert_eq!(config.allow_hosts, ["lab.example", "bench", "a.b"]);
+    for name in ["lab.example:7400", "http://lab", "*", "lab/x", "ä"] {
+        assert!(usage(&format!("--allow-host {name}")).contains(name), "{name}");
+    }
+    assert!(file_mistake("allow_hosts = [\"\"]").contains("allowed host"));
+}
+
+#[test]
 fn nothing_said_is_loopback_real_time_and_playing() {
     let config = args("").unwrap();
     assert_eq!(config.listen.to_string(), "127.0.0.1:7400");
