@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glamx::{DPose3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use simd_core::simulation::command::{
-    JointProperties, JointTarget, LinkWrench, RobotTargets, SetTargets, Spawn, Target,
+    JointProperties, JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target,
 };
 use simd_core::simulation::query::ContactReport;
 use simd_core::{Command, Simulation, Snapshot};
@@ -282,7 +282,7 @@ pub fn keep_awake(world: &mut Simulation, robot: &str) {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        persistent: true,
+        lasts: Lasts::UntilCleared,
     };
     scenes::apply(world, Command::ApplyWrench(push));
 }
