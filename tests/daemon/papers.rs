@@ -55,8 +55,12 @@ async fn each_json_document_of_the_paper_has_the_fields_that_simctl_writes() {
     assert!(documents.len() > 15, "only {} documents were found", documents.len());
     let flags = ["--name", "demo", "--config", "tests/assets/demo.toml", "--paused"];
     let daemon = Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], flags).await;
+    let folder = simd_tests::process::Home::new();
     for (command, documented) in documents {
         assert!(command.starts_with("simctl "), "{command:?} is no command");
+        // Nothing is written into the repository.
+        let file = folder.path().join("here.simdsnap").display().to_string();
+        let command = command.replace("here.simdsnap", &file);
         // The documents are those of gRPC's endpoint, but for the one that Zenoh alone can answer.
         let place = match command.starts_with("simctl daemon") {
             true => format!(" -e {}", daemon.locator.as_deref().unwrap()),
