@@ -9,7 +9,8 @@ BIN := target/debug
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
 	@printf '%s\n' '' \
-	  'Starting simd with the demo robot. In another terminal, from this folder:' '' \
+	  'Starting simd with the demo robot. Open http://127.0.0.1:7400/ and drag its slider.' \
+	  'In another terminal, from this folder:' '' \
 	  '  export PATH="$$PWD/$(BIN):$$PATH"' \
 	  '  simctl robot list' \
 	  '  simctl joint list bench_arm' \

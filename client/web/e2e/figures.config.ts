@@ -1,0 +1,7 @@
+// Figures for this machine, printed: `npm run figures`. Not a test: nothing here can fail for being slow.
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  root: import.meta.dirname,
+  test: { include: ["*.figures.ts"], fileParallelism: false, testTimeout: 600_000, hookTimeout: 60_000 },
+});

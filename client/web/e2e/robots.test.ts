@@ -1,0 +1,161 @@
+// Robots that others made, many joints, and the page of tables: what people look at, kept as pictures.
+
+import { createServer } from "node:http";
+import { readFile } from "node:fs/promises";
+import { readdirSync } from "node:fs";
+import { resolve } from "node:path";
+
+import type { Browser, BrowserContext } from "playwright-core";
+import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
+
+import { Base } from "../src/gen/simd/v1/entity_pb";
+import { launch, Tab } from "./browser";
+import { Daemon, REPOSITORY } from "./daemon";
+
+let browser: Browser;
+let context: BrowserContext;
+let daemon: Daemon;
+
+beforeAll(async () => {
+  browser = await launch();
+});
+afterAll(async () => {
+  await browser.close();
+});
+beforeEach(async () => {
+  context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
+});
+afterEach(async () => {
+  await context.close();
+  await daemon.stop();
+});
+
+/** The robots of the package `pybullet_data`, which `make test-data` installs. */
+function pybulletData(): string {
+  const libraries = resolve(REPOSITORY, "target/test-venv/lib");
+  const python = readdirSync(libraries).find((name) => name.startsWith("python"));
+  return resolve(libraries, python ?? "", "site-packages/pybullet_data");
+}
+
+async function load(path: string, more: { base: Base; z?: number; joints?: Record<string, number> }): Promise<string> {
+  const { entity } = await daemon.entities.spawnEntity({
+    source: { source: { case: "path", value: path } },
+    base: more.base,
+    pose: { position: { x: 0, y: 0, z: more.z ?? 0 } },
+    jointPositions: more.joints ?? {},
+  });
+  return entity?.name ?? "";
+}
+
+async function ground(): Promise<void> {
+  const plane = { geometry: { case: "plane", value: {} } } as const;
+  await daemon.entities.spawnEntity({ name: "ground", base: Base.FIXED, source: { source: { case: "primitive", value: plane } } });
+}
+
+async function target(robot: string, joints: Record<string, number>): Promise<void> {
+  const targets = Object.entries(joints).map(([joint, position]) => ({
+    joint,
+    target: { case: "position", value: { position } } as const,
+  }));
+  await daemon.joints.setJointTargets({ robots: [{ robot, joints: targets }] });
+}
+
+test("the demo arm, as it is first seen", async () => {
+  daemon = await Daemon.demo();
+  const tab = await Tab.open(context, daemon.url);
+  expect(await tab.page.getByTestId("slider").count()).toBe(1);
+  await tab.picture("bench-arm");
+});
+
+test("an iiwa moves, and its meshes are there", async () => {
+  daemon = await Daemon.start(["--asset-root", pybulletData()]);
+  const robot = await load(resolve(pybulletData(), "kuka_iiwa/model.urdf"), { base: Base.FIXED });
+  const tab = await Tab.open(context, daemon.url);
+  await tab.page.getByTestId("plots-toggle").click();
+  const meshes = tab.requests.filter((url) => url.pathname.startsWith("/meshes/"));
+  expect(meshes.length).toBeGreaterThan(5);
+  const goal = { lbr_iiwa_joint_2: 0.6, lbr_iiwa_joint_4: -1.2, lbr_iiwa_joint_6: 0.9 };
+  await target(robot, goal);
+  await expect.poll(async () => (await daemon.joint(robot, "lbr_iiwa_joint_4")).position).toBeCloseTo(-1.2, 2);
+  const { states } = await daemon.joints.getJointStates({});
+  await tab.caughtUp(states?.stamp?.sequence ?? 0n);
+  await tab.picture("iiwa");
+});
+
+test("an A1 stands, and its contacts are shown", async () => {
+  daemon = await Daemon.start(["--asset-root", pybulletData()]);
+  await ground();
+  const joints: Record<string, number> = {};
+  for (const leg of ["FR", "FL", "RR", "RL"]) {
+    joints[`${leg}_upper_joint`] = 0.8;
+    joints[`${leg}_lower_joint`] = -1.6;
+  }
+  const robot = await load(resolve(pybulletData(), "a1/a1.urdf"), { base: Base.FREE, z: 0.32, joints });
+  const tab = await Tab.open(context, daemon.url);
+  await tab.page.getByTestId("toggle-contacts").click();
+  await tab.page.waitForFunction(() => (window.simd.frame()?.contacts.length ?? 0) >= 4);
+  const { pose } = await daemon.entities.getEntityState({ robot });
+  expect(pose?.position?.z).toBeGreaterThan(0.2);
+  await tab.picture("a1");
+});
+
+test("a robot of thirty joints can be used: filtered, and moved by its slider", async () => {
+  daemon = await Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets")]);
+  const robot = await load(resolve(REPOSITORY, "tests/assets/humanoid/urdf/humanoid.urdf"), { base: Base.FIXED, z: 1.2 });
+  const tab = await Tab.open(context, daemon.url);
+  const { layout } = await daemon.joints.getJointLayout({ robot });
+  const moving = layout?.joints.filter((joint) => joint.velocityCount > 0) ?? [];
+  expect(moving.length).toBeGreaterThanOrEqual(30);
+  expect(await tab.page.getByTestId("slider").count()).toBe(moving.length);
+  const name = moving.at(-1)?.name ?? "";
+  await tab.page.keyboard.press("/");
+  await tab.page.keyboard.type(name);
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(1);
+  const slider = tab.page.getByTestId("slider").first();
+  await slider.focus();
+  const before = (await daemon.joint(robot, name)).target;
+  await slider.press("Shift+ArrowRight");
+  await expect.poll(async () => (await daemon.joint(robot, name)).target).not.toBe(before);
+  await tab.page.getByTestId("filter").fill("");
+  await tab.picture("humanoid");
+});
+
+/** The files that stand in for the viewer where the binary has none, beside the daemon's own numbers. */
+async function fallback(): Promise<{ url: string; close: () => void }> {
+  const folder = resolve(REPOSITORY, "server/src/http/fallback");
+  const types: Record<string, string> = { "/": "text/html", "/style.css": "text/css", "/page.js": "text/javascript" };
+  const server = createServer((request, response) => {
+    void (async () => {
+      const path = request.url ?? "/";
+      const type = types[path];
+      if (type !== undefined) {
+        response.setHeader("content-type", type);
+        response.end(await readFile(resolve(folder, path === "/" ? "index.html" : path.slice(1))));
+        return;
+      }
+      const answer = await fetch(new URL(path, daemon.url));
+      response.statusCode = answer.status;
+      response.end(Buffer.from(await answer.arrayBuffer()));
+    })();
+  });
+  await new Promise<void>((done) => server.listen(0, "127.0.0.1", done));
+  const address = server.address();
+  const port = typeof address === "object" && address !== null ? address.port : 0;
+  return { url: `http://127.0.0.1:${port}/`, close: () => server.close() };
+}
+
+test("the page that stands in for the viewer shows the joints and says how to get the rest", async () => {
+  daemon = await Daemon.demo();
+  const stand = await fallback();
+  try {
+    const page = await context.newPage();
+    await page.goto(stand.url);
+    await page.getByRole("cell", { name: "shoulder" }).waitFor();
+    expect(await page.locator(".notice").first().textContent()).toContain("make build");
+    await target("bench_arm", { shoulder: 0.5 });
+    await page.getByRole("cell", { name: "0.5000 rad" }).first().waitFor();
+    await page.screenshot({ path: resolve(REPOSITORY, "target/screenshots/tables.png") });
+  } finally {
+    stand.close();
+  }
+});
