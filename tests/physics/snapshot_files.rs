@@ -286,7 +286,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("a target", |it| nudge(&mut arm(it).body.axes[0].actuator.target)),
         ("a setpoint", |it| nudge(&mut arm(it).body.axes[0].actuator.setpoint)),
         ("damping", |it| nudge(&mut arm(it).body.axes[0].settings.damping)),
-        ("a limit", |it| arm(it).body.axes[0].settings.limits.lower = None),
+        ("a limit", |it| arm(it).body.axes[0].settings.limits.effort = Some(1234.5)),
         ("what a saturated actuator applied", |it| law(it).saturated = None),
         ("the law of a saturated actuator", |it| nudge(&mut law(it).stiffness)),
         ("an impulse of friction", |it| nudge(&mut arm(it).body.impulses.friction[0])),

@@ -81,10 +81,12 @@ pub(super) fn write(mesh: &MeshAsset) -> Vec<u8> {
     assemble(&json, &surface, 2 * vectors + indices)
 }
 
-/// Dull, and of this colour.
-fn material(color: [f64; 3]) -> serde_json::Value {
-    let [red, green, blue] = color.map(linear);
+/// Dull, and of this colour. Where the file has none it has no name, so that a viewer can tell that the robot's
+/// description may choose.
+fn material(color: Option<[f64; 3]>) -> serde_json::Value {
+    let [red, green, blue] = color.unwrap_or(GREY).map(linear);
     serde_json::json!({
+        "name": if color.is_some() { "of the file" } else { "" },
         // Shells of one layer are common: both sides are drawn.
         "doubleSided": true,
         "pbrMetallicRoughness": {
@@ -100,18 +102,18 @@ fn linear(part: f64) -> f64 {
 
 /// Indices of one colour.
 struct Group {
-    color: [f64; 3],
+    /// `None` where the file says nothing, or too much.
+    color: Option<[f64; 3]>,
     count: usize,
 }
 
 /// The colours in the order of their first use, and the triangles' indices in the order of colours.
 fn by_color(mesh: &MeshAsset, indices: &[u32]) -> (Vec<Group>, Vec<u32>) {
-    let mut parts: Vec<(Vec<u32>, [f64; 3])> = Vec::new();
-    let mut add = |from: usize, to: usize, color: Option<[f64; 3]>| {
+    let mut parts: Vec<(Vec<u32>, Option<[f64; 3]>)> = Vec::new();
+    let mut add = |from: usize, to: usize, mut color: Option<[f64; 3]>| {
         let Some(own) = indices.get(3 * from..3 * to).filter(|own| !own.is_empty()) else { return };
-        let mut color = color.unwrap_or(GREY);
         if parts.len() >= MOST_COLORS && !parts.iter().any(|(_, known)| *known == color) {
-            color = GREY;
+            color = None;
         }
         match parts.iter_mut().find(|(_, known)| *known == color) {
             Some((all, _)) => all.extend_from_slice(own),

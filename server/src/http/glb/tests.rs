@@ -172,6 +172,9 @@ fn each_colour_is_a_part_of_its_own() {
     let color = &json["materials"][1]["pbrMetallicRoughness"]["baseColorFactor"];
     let half = ((0.5 + 0.055) / 1.055_f64).powf(2.4);
     assert_eq!(color, &serde_json::json!([1.0, 0.0, half, 1.0]));
+    // What the file says nothing of has no name.
+    let names = [0, 1].map(|n| json["materials"][n]["name"].as_str().unwrap());
+    assert_eq!(names, ["", "of the file"]);
     // A thousand colours are not a thousand parts.
     let rainbow = (0..12).map(|n| paint(n, Some([n as f64 / 12.0, 0.0, 0.0]))).collect();
     let (json, _) = read(&write(&MeshAsset { paints: rainbow, ..cube() }));
