@@ -1,4 +1,5 @@
 //! The corpus of snapshots: what it is made of, and that it is still accepted.
+#![cfg(test)]
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,5 +1,6 @@
 //! Snapshots whose messages are whole and whose numbers, lengths and places are not: each is refused, or
 //! is a world that can be stepped. A seed makes each run the same; `SIMD_MUTATIONS` asks for more of each file.
+#![cfg(test)]
 
 use std::fs;
 use std::path::Path;

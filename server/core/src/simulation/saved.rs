@@ -298,10 +298,10 @@ fn check_pushes<'a>(entity: &Entity, mut pushes: impl Iterator<Item = &'a Push>)
         if *link >= entity.model.links.len() {
             return Err(format!("a push on its link {link}, of {}", entity.model.links.len()));
         }
-        if let Lasts::For(left) = lasts {
-            if !(0.0..=LONGEST_PUSH).contains(left) {
-                return Err(format!("a push for {left} s, which is not 0 to {LONGEST_PUSH}"));
-            }
+        if let Lasts::For(left) = lasts
+            && !(0.0..=LONGEST_PUSH).contains(left)
+        {
+            return Err(format!("a push for {left} s, which is not 0 to {LONGEST_PUSH}"));
         }
         finite("pushes", [force, torque, point].into_iter().flat_map(|vector| vector.to_array()))
     })
