@@ -10,6 +10,9 @@ import { REPOSITORY } from "./daemon";
 
 const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
+/** Milliseconds after which something has hung: far beyond what a machine needs that draws in software. */
+const HUNG = 120_000;
+
 /** Where pictures go; git ignores it. */
 export const PICTURES = resolve(REPOSITORY, "target/screenshots");
 
@@ -36,6 +39,7 @@ export class Tab {
   readonly complaints: string[] = [];
 
   private constructor(readonly page: Page) {
+    page.setDefaultTimeout(HUNG);
     page.on("request", (request) => this.requests.push(new URL(request.url())));
     page.on("console", (message) => {
       if (message.type() === "error" || message.type() === "warning") this.complaints.push(message.text());
