@@ -36,6 +36,7 @@ fn each_path_that_the_architecture_names_exists() {
 #[test]
 fn each_link_of_a_paper_leads_to_a_file() {
     let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let docs = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
     let docs = docs.map(|path| format!("docs/{}", path.file_name().unwrap().to_string_lossy()));
     let papers = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
     for paper in papers.into_iter().map(String::from).chain(docs) {
@@ -53,15 +54,20 @@ fn each_link_of_a_paper_leads_to_a_file() {
 fn every_source_file_opens_with_what_it_is_for() {
     let mut folders = vec![root()];
     let mut seen = 0;
+    let made = ["target", "node_modules", "gen", "dist"];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap().map(Result::unwrap) {
             let path = entry.path();
             let name = entry.file_name().to_string_lossy().into_owned();
-            if path.is_dir() && !name.starts_with('.') && name != "target" && name != "node_modules" {
+            if path.is_dir() && !name.starts_with('.') && !made.contains(&name.as_str()) {
                 folders.push(path);
             } else if name.ends_with(".rs") {
                 let text = std::fs::read_to_string(&path).unwrap();
                 assert!(text.starts_with("//!"), "{} does not say what it is for", path.display());
+                seen += 1;
+            } else if name.ends_with(".ts") || name.ends_with(".tsx") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                assert!(text.starts_with("// "), "{} does not say what it is for", path.display());
                 seen += 1;
             }
         }
