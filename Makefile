@@ -38,7 +38,7 @@ client/web/node_modules/.package-lock.json: client/web/package-lock.json
 # The same where it can be: a daemon without the viewer has a page of tables in its place.
 viewer:
 	@if command -v npm >/dev/null 2>&1; then \
-	  $(MAKE) --no-print-directory web; \
+	  $(MAKE) --no-print-directory --silent web; \
 	else \
 	  echo 'npm is not there, so the daemon is built without its viewer: install Node 20 and run make again.'; \
 	fi
