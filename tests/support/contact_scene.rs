@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use simd_core::simulation::command::{
     JointProperties, JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target,
 };
-use simd_core::simulation::query::ContactReport;
 use simd_core::{Command, Simulation, Snapshot};
 use simd_model::robot::Limits;
 
@@ -136,7 +135,7 @@ impl<'a> Run<'a> {
             );
         }
         self.world.step();
-        let reports = scenes::contacts(&self.world, None);
+        let reports = scenes::look(&self.world).contacts;
         self.deepest = reports.iter().map(|contact| contact.depth).fold(self.deepest, f64::max);
     }
 
@@ -152,7 +151,7 @@ impl<'a> Run<'a> {
         });
         let reports = scenes::contacts(&self.world, None);
         let force = |[robot, link]: &[String; 2]| {
-            let of = |contact: &ContactReport, side: usize| {
+            let of = |contact: &scenes::Touching, side: usize| {
                 contact.robots[side] == *robot && (link.is_empty() || contact.links[side] == *link)
             };
             let own = reports.iter().filter(|contact| of(contact, 0) || of(contact, 1));

@@ -8,8 +8,8 @@ use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
     JointTarget, LinkProperties, RobotTargets, SetTargets, Spawn, Target, Touches,
 };
-use simd_core::simulation::query::ContactReport;
-use simd_core::{Answer, Command, PhysicsSettings, Query, Simulation, Snapshot};
+use simd_core::simulation::snapshot::ContactReport;
+use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, Limits, Link, Material};
 
@@ -133,12 +133,37 @@ pub fn look(world: &Simulation) -> Snapshot {
     snapshot
 }
 
+/// A point where two links touch, by their names; its numbers are those of a `ContactReport`.
+#[derive(Clone, Debug)]
+pub struct Touching {
+    /// Names of the two robots.
+    pub robots: [String; 2],
+    /// Names of the two links.
+    pub links: [String; 2],
+    /// World, metres.
+    pub point: DVec3,
+    /// From the first to the second.
+    pub normal: DVec3,
+    /// How far they overlap, metres.
+    pub depth: f64,
+    /// N.
+    pub normal_force: f64,
+    /// On the second, N.
+    pub friction_force: DVec3,
+}
+
 /// What touches, of one robot or of all.
-pub fn contacts(world: &Simulation, robot: Option<&str>) -> Vec<ContactReport> {
-    match world.query(&Query::Contacts { robot: robot.map(str::to_owned) }) {
-        Ok(Answer::Contacts(contacts)) => contacts,
-        _ => Vec::new(),
-    }
+pub fn contacts(world: &Simulation, robot: Option<&str>) -> Vec<Touching> {
+    let seen = look(world);
+    let touching = |report: &ContactReport| {
+        let ContactReport { robots, links, point, normal, depth, normal_force, friction_force } = *report;
+        let entities = robots.map(|place| &seen.world.entities[place]);
+        let link = |side: usize| entities[side].model.links[links[side]].name.clone();
+        let (robots, links) = (entities.map(|entity| entity.name.clone()), [link(0), link(1)]);
+        Touching { robots, links, point, normal, depth, normal_force, friction_force }
+    };
+    let all = seen.contacts.iter().map(touching);
+    all.filter(|it| robot.is_none_or(|robot| it.robots.iter().any(|name| name == robot))).collect()
 }
 
 /// Ten boxes of 0.2 m and 1 kg on a plane, one on the other.

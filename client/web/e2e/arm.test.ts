@@ -2,13 +2,14 @@
 
 import { resolve } from "node:path";
 
-import type { Browser, BrowserContext } from "playwright-core";
-import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
+import type { BrowserContext } from "playwright-core";
+import { beforeEach, expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
-import { type Bounds, bounds, launch, Tab } from "./browser";
+import { type Bounds, bounds, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { corners, moved } from "./mesh";
+import { stand } from "./stand";
 
 const MESH = resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL");
 /** The arm is orange: rgb 0.96 0.52 0.12 has a hue of 29 degrees. */
@@ -16,33 +17,20 @@ const ORANGE = [18, 42] as const;
 /** Pixels that a picture may be away from where the daemon's pose puts it. */
 const CLOSE = 5;
 
-let browser: Browser;
+const here = stand();
 let context: BrowserContext;
 let daemon: Daemon;
 
-beforeAll(async () => {
-  browser = await launch();
-});
-afterAll(async () => {
-  await browser.close();
-});
 beforeEach(async () => {
-  context = await browser.newContext({ viewport: { width: 1280, height: 720 }, acceptDownloads: true });
-  daemon = await Daemon.demo();
-});
-afterEach(async () => {
-  await context.close();
-  await daemon.stop();
+  context = await here.context({ acceptDownloads: true });
+  daemon = await here.daemon(Daemon.demo());
 });
 
 /** The box around the arm as the daemon's link pose says it should be seen. */
 async function expected(tab: Tab): Promise<Bounds> {
   const pose = await daemon.linkPose("bench_arm", "arm");
-  const points = [];
   const world = (await corners(MESH)).map((corner) => moved(pose, corner));
-  const projected = await tab.page.evaluate((all) => all.map((point) => window.simd.project(point)), world);
-  points.push(...projected);
-  return bounds(points);
+  return bounds(await tab.page.evaluate((all) => all.map((point) => window.simd.project(point)), world));
 }
 
 /** The picture agrees with the daemon: each side of the box around the arm is close. */
@@ -116,9 +104,7 @@ test("a typed value with its unit is the joint's target", async () => {
 
 test("a change of mode does not jerk: the new target starts from what the joint does", async () => {
   const tab = await Tab.open(context, daemon.url);
-  await daemon.joints.setJointTargets({
-    robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "position", value: { position: 0.4 } } }] }],
-  });
+  await daemon.aim("bench_arm", { shoulder: 0.4 });
   const position = await arrived();
   await tab.page.waitForFunction((least) => Math.abs((window.simd.frame()?.joints.get("bench_arm")?.position[0] ?? 0) - least) < 1e-3, position);
   await tab.page.getByTestId("mode").first().selectOption("velocity");
@@ -130,9 +116,7 @@ test("a change of mode does not jerk: the new target starts from what the joint 
 
 test("what is moved by others moves the slider", async () => {
   const tab = await Tab.open(context, daemon.url);
-  await daemon.joints.setJointTargets({
-    robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "position", value: { position: -0.8 } } }] }],
-  });
+  await daemon.aim("bench_arm", { shoulder: -0.8 });
   await expect.poll(() => tab.page.getByTestId("number").first().inputValue()).toContain("-0.8");
   await expect.poll(() => tab.page.getByTestId("joint-row-bench_arm/shoulder").textContent()).toContain("test");
 });

@@ -102,6 +102,21 @@ export class Daemon {
     return pose;
   }
 
+  /** Waits until a playing world has gone on by so many simulated seconds. */
+  async pass(seconds: number): Promise<void> {
+    const now = async () => (await this.simulation.getSimulationState({})).stamp?.simTime ?? 0;
+    for (const end = (await now()) + seconds; (await now()) < end; );
+  }
+
+  /** Gives joints positions to go to. */
+  async aim(robot: string, positions: Record<string, number>): Promise<void> {
+    const joints = Object.entries(positions).map(([joint, position]) => ({
+      joint,
+      target: { case: "position", value: { position } } as const,
+    }));
+    await this.joints.setJointTargets({ robots: [{ robot, joints }] });
+  }
+
   /** A joint with one axis, as it is now. */
   async joint(robot: string, joint: string): Promise<{ position: number; velocity: number; target: number; mode: number }> {
     const selections = [{ robot, joints: [joint] }];

@@ -2,82 +2,63 @@
 
 import { resolve } from "node:path";
 
-import type { Browser } from "playwright-core";
-import { afterAll, beforeAll, expect, test } from "vitest";
+import { expect, test } from "vitest";
 
-import { launch, Tab } from "./browser";
+import { Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { corners, moved } from "./mesh";
+import { stand } from "./stand";
 
-let browser: Browser;
-beforeAll(async () => {
-  browser = await launch();
-});
-afterAll(async () => {
-  await browser.close();
-});
-
-async function withDaemon(flags: string[], work: (daemon: Daemon) => Promise<void>): Promise<void> {
-  const daemon = await Daemon.start(flags);
-  try {
-    await work(daemon);
-  } finally {
-    await daemon.stop();
-  }
-}
+const here = stand();
 
 test("a link that is dragged follows, and is let go with the button", async () => {
   // Without gravity nothing else moves the arm.
-  await withDaemon(["--config", "tests/assets/demo.toml", "--gravity", "0,0,0"], async (daemon) => {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
-    const tab = await Tab.open(context, daemon.url);
-    await daemon.joints.setJointTargets({
-      robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "passive", value: {} } }] }],
-    });
-    const pose = await daemon.linkPose("bench_arm", "arm");
-    const points = await corners(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL"));
-    const far = points.reduce((best, point) => ((point[0] ?? 0) > (best[0] ?? 0) ? point : best));
-    // A little inside of the arm's end, where the pointer surely meets it.
-    const { x, y } = await tab.project(moved(pose, [0.85 * (far[0] ?? 0), far[1] ?? 0, 0]));
-    const start = (await daemon.joint("bench_arm", "shoulder")).position;
-    await tab.page.mouse.move(x, y);
-    await tab.page.mouse.down();
-    await tab.page.mouse.move(x, y - 120, { steps: 6 });
-    await expect.poll(async () => Math.abs((await daemon.joint("bench_arm", "shoulder")).position - start)).toBeGreaterThan(0.05);
-    await tab.page.mouse.up();
-    // Nothing pushes any longer: what is left is the arm's own rate, which nothing brakes or drives.
-    const rate = async () => (await daemon.joint("bench_arm", "shoulder")).velocity;
-    await expect.poll(async () => Math.abs((await rate()) - (await rate()))).toBeLessThan(1e-6);
-    await context.close();
+  const daemon = await here.daemon(Daemon.start(["--config", "tests/assets/demo.toml", "--gravity", "0,0,0"]));
+  const context = await here.context();
+  const tab = await Tab.open(context, daemon.url);
+  await daemon.joints.setJointTargets({
+    robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "passive", value: {} } }] }],
   });
+  const pose = await daemon.linkPose("bench_arm", "arm");
+  const points = await corners(resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL"));
+  const far = points.reduce((best, point) => ((point[0] ?? 0) > (best[0] ?? 0) ? point : best));
+  // A little inside of the arm's end, where the pointer surely meets it.
+  const { x, y } = await tab.project(moved(pose, [0.85 * (far[0] ?? 0), far[1] ?? 0, 0]));
+  const start = (await daemon.joint("bench_arm", "shoulder")).position;
+  await tab.page.mouse.move(x, y);
+  await tab.page.mouse.down();
+  await tab.page.mouse.move(x, y - 120, { steps: 6 });
+  await expect.poll(async () => Math.abs((await daemon.joint("bench_arm", "shoulder")).position - start)).toBeGreaterThan(0.05);
+  await tab.page.mouse.up();
+  // A push lasts 0.2 s; after that nothing brakes or drives the arm, and its rate stays what it is.
+  await daemon.pass(0.5);
+  const { velocity } = await daemon.joint("bench_arm", "shoulder");
+  await daemon.pass(0.2);
+  expect((await daemon.joint("bench_arm", "shoulder")).velocity).toBeCloseTo(velocity, 6);
 });
 
 test("a folder that is chosen becomes a robot, with its report", async () => {
-  await withDaemon([], async (daemon) => {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
-    const tab = await Tab.open(context, daemon.url);
-    await tab.page.getByTestId("empty-world").waitFor();
-    await tab.picture("empty-world");
-    await tab.page.getByTestId("folder-input").first().setInputFiles(resolve(REPOSITORY, "tests/assets/Two Link.v2"));
-    await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
-    const { entities } = await daemon.entities.listEntities({});
-    expect(entities.map((entity) => entity.movingJoints)).toEqual([2]);
-    await tab.page.getByTestId("report").first().click();
-    await expect.poll(() => tab.page.getByTestId("report-sheet").textContent()).toContain("axis");
-    await tab.picture("report");
-    await context.close();
-  });
+  const daemon = await here.daemon(Daemon.start([]));
+  const context = await here.context();
+  const tab = await Tab.open(context, daemon.url);
+  await tab.page.getByTestId("empty-world").waitFor();
+  await tab.picture("empty-world");
+  await tab.page.getByTestId("folder-input").first().setInputFiles(resolve(REPOSITORY, "tests/assets/Two Link.v2"));
+  await expect.poll(() => tab.page.getByTestId("slider").count()).toBe(2);
+  const { entities } = await daemon.entities.listEntities({});
+  expect(entities.map((entity) => entity.movingJoints)).toEqual([2]);
+  await tab.page.getByTestId("report").first().click();
+  await expect.poll(() => tab.page.getByTestId("report-sheet").textContent()).toContain("axis");
+  await tab.picture("report");
 });
 
 test("a phone has the same, one thing below the other", async () => {
-  await withDaemon(["--config", "tests/assets/demo.toml"], async (daemon) => {
-    const context = await browser.newContext({ viewport: { width: 390, height: 844 }, hasTouch: true, colorScheme: "dark" });
-    const tab = await Tab.open(context, daemon.url);
-    if (!(await tab.page.getByTestId("slider").first().isVisible())) await tab.page.getByTestId("panel-toggle").tap();
-    await tab.page.getByTestId("slider").first().waitFor({ state: "visible" });
-    const overflow = await tab.page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
-    expect(overflow).toBeLessThanOrEqual(0);
-    await tab.picture("phone");
-    await context.close();
-  });
+  const daemon = await here.daemon(Daemon.start(["--config", "tests/assets/demo.toml"]));
+  const context = await here.context({ viewport: { width: 390, height: 844 }, hasTouch: true, colorScheme: "dark" });
+  const tab = await Tab.open(context, daemon.url);
+  if (!(await tab.page.getByTestId("slider").first().isVisible())) await tab.page.getByTestId("panel-toggle").tap();
+  await tab.page.getByTestId("slider").first().waitFor({ state: "visible" });
+  const overflow = await tab.page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+  expect(overflow).toBeLessThanOrEqual(0);
+  await tab.picture("phone");
 });

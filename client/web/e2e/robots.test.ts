@@ -5,29 +5,20 @@ import { readFile } from "node:fs/promises";
 import { readdirSync } from "node:fs";
 import { resolve } from "node:path";
 
-import type { Browser, BrowserContext } from "playwright-core";
-import { afterAll, afterEach, beforeAll, beforeEach, expect, test } from "vitest";
+import type { BrowserContext } from "playwright-core";
+import { beforeEach, expect, test } from "vitest";
 
 import { Base } from "../src/gen/simd/v1/entity_pb";
-import { launch, Tab } from "./browser";
+import { Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
+import { stand } from "./stand";
 
-let browser: Browser;
+const here = stand();
 let context: BrowserContext;
 let daemon: Daemon;
 
-beforeAll(async () => {
-  browser = await launch();
-});
-afterAll(async () => {
-  await browser.close();
-});
 beforeEach(async () => {
-  context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
-});
-afterEach(async () => {
-  await context.close();
-  await daemon.stop();
+  context = await here.context();
 });
 
 /** The robots of the package `pybullet_data`, which `make test-data` installs. */
@@ -52,30 +43,22 @@ async function ground(): Promise<void> {
   await daemon.entities.spawnEntity({ name: "ground", base: Base.FIXED, source: { source: { case: "primitive", value: plane } } });
 }
 
-async function target(robot: string, joints: Record<string, number>): Promise<void> {
-  const targets = Object.entries(joints).map(([joint, position]) => ({
-    joint,
-    target: { case: "position", value: { position } } as const,
-  }));
-  await daemon.joints.setJointTargets({ robots: [{ robot, joints: targets }] });
-}
-
 test("the demo arm, as it is first seen", async () => {
-  daemon = await Daemon.demo();
+  daemon = await here.daemon(Daemon.demo());
   const tab = await Tab.open(context, daemon.url);
   expect(await tab.page.getByTestId("slider").count()).toBe(1);
   await tab.picture("bench-arm");
 });
 
 test("an iiwa moves, and its meshes are there", async () => {
-  daemon = await Daemon.start(["--asset-root", pybulletData()]);
+  daemon = await here.daemon(Daemon.start(["--asset-root", pybulletData()]));
   const robot = await load(resolve(pybulletData(), "kuka_iiwa/model.urdf"), { base: Base.FIXED });
   const tab = await Tab.open(context, daemon.url);
   await tab.page.getByTestId("plots-toggle").click();
   const meshes = tab.requests.filter((url) => url.pathname.startsWith("/meshes/"));
   expect(meshes.length).toBeGreaterThan(5);
   const goal = { lbr_iiwa_joint_2: 0.6, lbr_iiwa_joint_4: -1.2, lbr_iiwa_joint_6: 0.9 };
-  await target(robot, goal);
+  await daemon.aim(robot, goal);
   await expect.poll(async () => (await daemon.joint(robot, "lbr_iiwa_joint_4")).position).toBeCloseTo(-1.2, 2);
   const { states } = await daemon.joints.getJointStates({});
   await tab.caughtUp(states?.stamp?.sequence ?? 0n);
@@ -83,7 +66,7 @@ test("an iiwa moves, and its meshes are there", async () => {
 });
 
 test("an A1 stands, and its contacts are shown", async () => {
-  daemon = await Daemon.start(["--asset-root", pybulletData()]);
+  daemon = await here.daemon(Daemon.start(["--asset-root", pybulletData()]));
   await ground();
   const joints: Record<string, number> = {};
   for (const leg of ["FR", "FL", "RR", "RL"]) {
@@ -100,7 +83,7 @@ test("an A1 stands, and its contacts are shown", async () => {
 });
 
 test("a robot of thirty joints can be used: filtered, and moved by its slider", async () => {
-  daemon = await Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets")]);
+  daemon = await here.daemon(Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets")]));
   const robot = await load(resolve(REPOSITORY, "tests/assets/humanoid/urdf/humanoid.urdf"), { base: Base.FIXED, z: 1.2 });
   const tab = await Tab.open(context, daemon.url);
   const { layout } = await daemon.joints.getJointLayout({ robot });
@@ -145,17 +128,17 @@ async function fallback(): Promise<{ url: string; close: () => void }> {
 }
 
 test("the page that stands in for the viewer shows the joints and says how to get the rest", async () => {
-  daemon = await Daemon.demo();
-  const stand = await fallback();
+  daemon = await here.daemon(Daemon.demo());
+  const tables = await fallback();
   try {
     const page = await context.newPage();
-    await page.goto(stand.url);
+    await page.goto(tables.url);
     await page.getByRole("cell", { name: "shoulder" }).waitFor();
     expect(await page.locator(".notice").first().textContent()).toContain("make build");
-    await target("bench_arm", { shoulder: 0.5 });
+    await daemon.aim("bench_arm", { shoulder: 0.5 });
     await page.getByRole("cell", { name: "0.5000 rad" }).first().waitFor();
     await page.screenshot({ path: resolve(REPOSITORY, "target/screenshots/tables.png") });
   } finally {
-    stand.close();
+    tables.close();
   }
 });

@@ -1,9 +1,10 @@
 //! The contact service: what touches what, and what a ray hits.
 
-use simd_core::{Answer, Query};
+use simd_core::Answer;
 use simd_proto::v1::{self, contact_service_server::ContactService};
 use tonic::{Request, Response, Status};
 
+use super::entity::find;
 use super::mismatched;
 use crate::SimHandle;
 use crate::convert::from_proto::contact as from_proto;
@@ -20,12 +21,6 @@ impl Service {
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
-
-    /// The answer, and the moment that it is of.
-    async fn ask(&self, query: Query) -> Result<(Answer, Option<v1::Stamp>), Status> {
-        let answer = self.handle.query(query).await?;
-        Ok((answer, Some(stamp::published(&self.handle.newest()))))
-    }
 }
 
 #[tonic::async_trait]
@@ -34,25 +29,25 @@ impl ContactService for Service {
         &self,
         request: Request<v1::GetContactsRequest>,
     ) -> Result<Response<v1::GetContactsResponse>, Status> {
-        match self.ask(from_proto::contacts(request.into_inner())?).await? {
-            (Answer::Contacts(contacts), stamp) => Ok(Response::new(v1::GetContactsResponse {
-                stamp,
-                contacts: contacts.into_iter().map(to_proto::contact).collect(),
-            })),
-            (other, _) => Err(mismatched(&other).into()),
-        }
+        let robot = from_proto::contacts(request.into_inner())?;
+        let state = self.handle.newest();
+        let only = robot.map(|robot| find(&state, &robot).map(|(place, _)| place)).transpose()?;
+        let is_wanted = |robots: [usize; 2]| only.is_none_or(|only| robots.contains(&only));
+        let contacts = to_proto::contacts(&state.snapshot, is_wanted);
+        Ok(Response::new(v1::GetContactsResponse { stamp: Some(stamp::published(&state)), contacts }))
     }
 
     async fn cast_rays(
         &self,
         request: Request<v1::CastRaysRequest>,
     ) -> Result<Response<v1::CastRaysResponse>, Status> {
-        match self.ask(from_proto::rays(request.into_inner())?).await? {
-            (Answer::Rays(hits), stamp) => {
+        match self.handle.query(from_proto::rays(request.into_inner())?).await? {
+            Answer::Rays(hits) => {
                 let hits = hits.into_iter().map(to_proto::hit).collect();
+                let stamp = Some(stamp::published(&self.handle.newest()));
                 Ok(Response::new(v1::CastRaysResponse { stamp, hits }))
             }
-            (other, _) => Err(mismatched(&other).into()),
+            other => Err(mismatched(&other).into()),
         }
     }
 }

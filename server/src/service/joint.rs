@@ -1,7 +1,6 @@
 //! The joint service: what joints are, what they do, what they are asked to do.
 
 use futures_util::stream;
-use simd_core::simulation::snapshot::ContactState;
 use simd_core::{Command, Reply};
 use simd_proto::v1::{self, joint_service_server::JointService};
 use tokio::time::{Interval, MissedTickBehavior, interval};
@@ -11,7 +10,6 @@ use super::control::Control;
 use super::{BoxStream, command_once, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
-use crate::convert::to_proto::contact::contact_state;
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
 use crate::handle::{Aim, CallError, Caller};
@@ -154,9 +152,9 @@ impl JointService for Service {
         let mut contacts = Vec::new();
         if request.return_contacts {
             let wanted: Vec<usize> = places().map(|(place, _entity)| place).collect();
-            let is_wanted =
-                |contact: &&ContactState| all || contact.robots.iter().any(|r| wanted.contains(r));
-            contacts.extend(snapshot.contacts.iter().filter(is_wanted).map(|c| contact_state(snapshot, c)));
+            contacts = to_proto::contact::contacts(snapshot, |robots| {
+                all || robots.iter().any(|robot| wanted.contains(robot))
+            });
         }
         Ok(Response::new(v1::NextJointStatesResponse { states: Some(states), link_poses, contacts }))
     }

@@ -25,7 +25,6 @@ impl Simulation {
             Query::Saved { name } => {
                 self.kept(name).map(|kept| Answer::Saved(kept.info(), kept.saved.clone()))
             }
-            Query::Contacts { robot } => self.contact_reports(robot.as_deref()),
             Query::CastRays { rays } => self.cast_rays(rays),
             Query::Links { robot } => self.link_surfaces(robot),
             Query::Reactions { robot } => self.reactions(robot),

@@ -8,8 +8,8 @@ use simd_model::robot::Material;
 use super::command::LinkProperties;
 use super::entity::Entity;
 use super::error::Error;
-use super::query::{Answer, ContactReport, RayReport};
-use super::snapshot::ContactState;
+use super::query::{Answer, RayReport};
+use super::snapshot::ContactReport;
 use super::{Reply, Simulation};
 use crate::collision::{RobotColliders, Shapes, Surface, rays};
 
@@ -58,37 +58,13 @@ impl Simulation {
         }
     }
 
-    pub(super) fn contact_reports(&self, robot: Option<&str>) -> Result<Answer, Error> {
-        let only = robot.map(|robot| self.place(robot)).transpose()?;
-        let of = |robot: usize, link: usize| {
-            let entity = &self.entities[robot];
-            (entity.name.clone(), entity.model.links[link].name.clone())
-        };
-        let contacts = self.contact_states();
-        let contacts = contacts.filter(|contact| only.is_none_or(|only| contact.robots.contains(&only)));
-        let reports = contacts.map(|contact| {
-            let ContactState { robots, links, point, normal, depth, normal_force, friction_force } = contact;
-            let (first, second) = (of(robots[0], links[0]), of(robots[1], links[1]));
-            ContactReport {
-                robots: [first.0, second.0],
-                links: [first.1, second.1],
-                point,
-                normal,
-                depth,
-                normal_force,
-                friction_force,
-            }
-        });
-        Ok(Answer::Contacts(reports.collect()))
-    }
-
     /// What touches, as the last step had it.
-    pub(super) fn contact_states(&self) -> impl Iterator<Item = ContactState> {
+    pub(super) fn contact_reports(&self) -> impl Iterator<Item = ContactReport> {
         self.contacts.list.iter().map(|contact| {
             let touch = &contact.touch;
             let force = contact.total / self.settings.time_step;
             let normal_force = force.dot(touch.normal);
-            ContactState {
+            ContactReport {
                 robots: contact.robots,
                 links: touch.links,
                 point: touch.point,

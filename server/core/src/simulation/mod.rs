@@ -186,7 +186,7 @@ impl Simulation {
             entity.observe(snapshot);
         }
         snapshot.contacts.clear();
-        snapshot.contacts.extend(self.contact_states());
+        snapshot.contacts.extend(self.contact_reports());
     }
 
     /// Where the colliders of a robot are, in the order of its shapes: where its links are now.

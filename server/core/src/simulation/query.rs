@@ -23,11 +23,6 @@ pub enum Query {
         /// Its name.
         name: String,
     },
-    /// What touches, as the last step had it.
-    Contacts {
-        /// Only those of this robot.
-        robot: Option<String>,
-    },
     /// What rays hit. At most [`MOST_RAYS`](super::links::MOST_RAYS) of them.
     CastRays {
         /// The start and the end of each, world, metres.
@@ -60,8 +55,6 @@ pub enum Answer {
     Snapshots(Vec<SnapshotInfo>),
     /// To [`Query::Saved`]: with what is said of it.
     Saved(SnapshotInfo, Saved),
-    /// To [`Query::Contacts`], in the order of the robots.
-    Contacts(Vec<ContactReport>),
     /// To [`Query::CastRays`]: one a ray, `None` where it hits nothing.
     Rays(Vec<Option<RayReport>>),
     /// To [`Query::Reactions`]: one for each joint of the model, with the layout version
@@ -75,25 +68,6 @@ pub enum Answer {
     },
     /// To [`Query::Links`]: one a link of the model, `None` where it has no collider.
     Links(Vec<Option<Surface>>),
-}
-
-/// A point where two links touch.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactReport {
-    /// Names of the two robots.
-    pub robots: [String; 2],
-    /// Names of the two links.
-    pub links: [String; 2],
-    /// World, in the middle between the surfaces, metres.
-    pub point: DVec3,
-    /// From the first link to the second, of unit length, world.
-    pub normal: DVec3,
-    /// How far the two overlap, metres; negative where they are about to touch.
-    pub depth: f64,
-    /// Mean force over the last step with which the first pushes the second along the normal, N.
-    pub normal_force: f64,
-    /// Mean force of friction on the second over the last step, across the normal, world, N.
-    pub friction_force: DVec3,
 }
 
 /// Where a ray meets a link.

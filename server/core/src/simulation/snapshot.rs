@@ -44,12 +44,12 @@ pub struct Snapshot {
     /// Aligned with `velocities`.
     pub flags: Vec<Flags>,
     /// What touches, as the last step had it, in an order that is the same for equal states.
-    pub contacts: Vec<ContactState>,
+    pub contacts: Vec<ContactReport>,
 }
 
 /// A point where two links touch.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ContactState {
+pub struct ContactReport {
     /// Places of the two robots in [`WorldLayout::entities`].
     pub robots: [usize; 2],
     /// Of each robot's link in its model.

@@ -8,10 +8,10 @@ use simd_proto::v1;
 use super::geometry::vector;
 use crate::convert::field::{BadField, Path};
 
-/// Contacts of a robot, or of all.
-pub fn contacts(request: v1::GetContactsRequest) -> Result<Query, BadField> {
+/// The robot whose contacts are asked for, or `None` for those of all.
+pub fn contacts(request: v1::GetContactsRequest) -> Result<Option<String>, BadField> {
     let robot = Path::ROOT.field("robot").short(request.robot)?;
-    Ok(Query::Contacts { robot: (!robot.is_empty()).then_some(robot) })
+    Ok((!robot.is_empty()).then_some(robot))
 }
 
 /// Straight lines between two points.

@@ -2,36 +2,25 @@
 
 use simd_core::Snapshot;
 use simd_core::collision::Surface;
-use simd_core::simulation::query::{ContactReport, RayReport};
-use simd_core::simulation::snapshot::ContactState;
+use simd_core::simulation::query::RayReport;
+use simd_core::simulation::snapshot::ContactReport;
 use simd_proto::v1;
 
 use super::geometry::vector;
 
-/// A point of a snapshot where two links touch.
-pub fn contact_state(snapshot: &Snapshot, state: &ContactState) -> v1::Contact {
-    let name = |side: usize| {
-        let entity = snapshot.world.entities.get(state.robots[side])?;
-        Some((entity.name.clone(), entity.model.links.get(state.links[side])?.name.clone()))
-    };
-    let ((robot_a, link_a), (robot_b, link_b)) = (name(0).unwrap_or_default(), name(1).unwrap_or_default());
-    v1::Contact {
-        robot_a,
-        link_a,
-        robot_b,
-        link_b,
-        point: Some(vector(state.point)),
-        normal: Some(vector(state.normal)),
-        depth: state.depth,
-        normal_force: state.normal_force,
-        friction_force: Some(vector(state.friction_force)),
-    }
+/// Those points of a snapshot where links touch of which `is_wanted`, by the places of the two robots.
+pub fn contacts(snapshot: &Snapshot, is_wanted: impl Fn([usize; 2]) -> bool) -> Vec<v1::Contact> {
+    let wanted = snapshot.contacts.iter().filter(|contact| is_wanted(contact.robots));
+    wanted.map(|report| contact(snapshot, report)).collect()
 }
 
-/// A point where two links touch.
-pub fn contact(report: ContactReport) -> v1::Contact {
-    let ContactReport { robots, links, point, normal, depth, normal_force, friction_force } = report;
-    let ([robot_a, robot_b], [link_a, link_b]) = (robots, links);
+fn contact(snapshot: &Snapshot, report: &ContactReport) -> v1::Contact {
+    let ContactReport { robots, links, point, normal, depth, normal_force, friction_force } = *report;
+    let names = |side: usize| {
+        let entity = snapshot.world.entities.get(robots[side])?;
+        Some((entity.name.clone(), entity.model.links.get(links[side])?.name.clone()))
+    };
+    let ((robot_a, link_a), (robot_b, link_b)) = (names(0).unwrap_or_default(), names(1).unwrap_or_default());
     v1::Contact {
         robot_a,
         link_a,
