@@ -141,8 +141,8 @@ mod tests {
     #[test]
     fn own_failures_exit_with_1_and_a_malformed_endpoint_with_2() {
         assert_eq!(code(&anyhow::anyhow!("no")), OWN);
-        let file = Error::File { path: "a".into(), source: io::Error::other("no") };
-        assert_eq!(code(&file.into()), OWN);
+        let file = anyhow::Error::from(Error::File { path: "a".into(), reason: io::Error::other("no") });
+        assert_eq!((code(&file), format!("{file:#}")), (OWN, "cannot read a: no".to_owned()));
         let endpoint = Error::Endpoint { endpoint: "a b".into(), reason: "no".into() };
         assert_eq!(code(&endpoint.into()), USAGE);
     }

@@ -44,20 +44,20 @@ pub enum Error {
         reason: String,
     },
     /// A file on this disk cannot be read.
-    #[error("cannot read {}: {source}", .path.display())]
+    #[error("cannot read {}: {reason}", .path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said.
-        source: io::Error,
+        /// What the system said. No `source`: whoever prints the chain would print it twice.
+        reason: io::Error,
     },
     /// A file on this disk cannot be written.
-    #[error("cannot write {}: {source}", .path.display())]
+    #[error("cannot write {}: {reason}", .path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
-        source: io::Error,
+        /// What the system said. No `source`: whoever prints the chain would print it twice.
+        reason: io::Error,
     },
     /// A path on this disk stands for no robot.
     #[error(transparent)]

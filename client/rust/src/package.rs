@@ -61,7 +61,7 @@ impl Package {
             let urdf = expanded.urdf.clone().into_bytes();
             return Ok(Self { path, urdf, locator, expanded: Some(expanded) });
         }
-        let urdf = fs::read(&path).map_err(|source| Error::File { path: path.clone(), source })?;
+        let urdf = fs::read(&path).map_err(|reason| Error::File { path: path.clone(), reason })?;
         Ok(Self { path, urdf, locator, expanded: None })
     }
 

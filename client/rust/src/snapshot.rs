@@ -32,7 +32,7 @@ impl Client {
         let path = file.as_ref().to_path_buf();
         let to = path.clone();
         let written = off_the_runtime(move || std::fs::write(to, bytes)).await;
-        written.map(|()| export.total_bytes).map_err(|source| Error::Write { path, source })
+        written.map(|()| export.total_bytes).map_err(|reason| Error::Write { path, reason })
     }
 
     /// Keeps the snapshot of a file on this disk in the daemon's memory, and leaves the world as it is:
@@ -44,7 +44,7 @@ impl Client {
     /// robots are read otherwise by this daemon; `LIMIT_EXCEEDED`.
     pub async fn import_snapshot(&self, file: impl AsRef<Path>, name: &str) -> Result<SnapshotInfo, Error> {
         let path = file.as_ref();
-        let unreadable = |source| Error::File { path: path.to_path_buf(), source };
+        let unreadable = |reason| Error::File { path: path.to_path_buf(), reason };
         let sha256 = hash_of(path).await.map_err(unreadable)?;
         self.send(path, &sha256).await?;
         let request = ImportSnapshotRequest { sha256, name: name.to_owned(), ..Default::default() };

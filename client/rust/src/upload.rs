@@ -86,7 +86,7 @@ impl Client {
 
     /// Sends one file in parts.
     pub(crate) async fn send(&self, path: &Path, sha256: &str) -> Result<(), Error> {
-        let unreadable = |source| Error::File { path: path.to_path_buf(), source };
+        let unreadable = |reason| Error::File { path: path.to_path_buf(), reason };
         let total_bytes = std::fs::metadata(path).map_err(unreadable)?.len();
         let mut offset = 0;
         loop {
@@ -127,7 +127,7 @@ impl Files {
         };
         let hash = match self.known.get(&path) {
             Some(hash) => hash.clone(),
-            None => hash_of(&path).await.map_err(|source| Error::File { path: path.clone(), source })?,
+            None => hash_of(&path).await.map_err(|reason| Error::File { path: path.clone(), reason })?,
         };
         self.known.insert(path.clone(), hash.clone());
         self.paths.insert(hash.clone(), path);

@@ -120,7 +120,8 @@ fn mode(mode: Mode) -> &'static str {
 pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path<String>) -> Response<Body> {
     let newest = page.handle.newest();
     let Some((_, entity)) = newest.snapshot.entity(&robot) else {
-        return (StatusCode::NOT_FOUND, "there is no robot of this name\n").into_response();
+        let sentence = format!("there is no robot {robot:?} in this world; /robots has those there are\n");
+        return (StatusCode::NOT_FOUND, sentence).into_response();
     };
     let meshes = addresses(entity);
     let address = move |uri: &str| meshes.get(uri.trim()).cloned();
