@@ -16,6 +16,7 @@ from pretender import Pretender
 import simd_client
 from simd_client import DeadlineExceeded, EndpointError, SimdError, Unavailable
 from simd_client.endpoint import Endpoint, read_endpoint
+from simd_client.link import program
 
 
 def free_port() -> int:
@@ -176,3 +177,12 @@ def test_ctrl_c_ends_a_call_that_waits() -> None:
             process.stdin.write("go\n")
             process.stdin.flush()
             assert process.wait(timeout=20) == 7
+
+
+@pytest.mark.parametrize(
+    ("argument", "name"),
+    [("/home/me/grasp.py", "grasp.py"), ("-", "python"), ("-c", "python"), ("", "python"), ("gr\nüff.py", "grff.py")],
+)
+def test_a_program_is_known_by_its_scripts_name(monkeypatch: pytest.MonkeyPatch, argument: str, name: str) -> None:
+    monkeypatch.setattr(sys, "argv", [argument])
+    assert program() == name

@@ -25,13 +25,15 @@ Result = TypeVar("Result")
 MAX_ANSWER_BYTES = 64 * 1024 * 1024
 """Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
 
-def _program() -> str:
+def program() -> str:
     """What others see this client as: the script's name, in characters that every transport takes."""
     name = Path(sys.argv[0]).name if sys.argv else ""
+    # Typed in, from stdin, or with -c: there is no script.
+    name = "" if name.startswith("-") else name
     return "".join(c for c in name if c.isascii() and c.isprintable()) or "python"
 
 
-_ATTACHMENT = f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}\nsimd-client: {_program()}"
+_ATTACHMENT = f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}\nsimd-client: {program()}"
 _STATUS = "google.rpc.Status"
 
 ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
