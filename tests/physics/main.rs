@@ -20,6 +20,7 @@ mod reactions;
 mod rows;
 mod scenes;
 mod seven_arm;
+mod sleeping;
 mod snapshot_files;
 mod truth;
 mod world;

@@ -7,6 +7,7 @@ use glamx::DVec3;
 
 use super::entity::Entity;
 use super::links::check_surface;
+use super::sleep::acts;
 use super::world_state::ContactState;
 use crate::collision::{Broad, MOST, Narrow, Side, Touch};
 use crate::dynamics::articulation::finite;
@@ -42,12 +43,18 @@ fn key(contact: &Contact) -> Pair {
 }
 
 impl Contacts {
-    /// Sums of impulses begin anew, but for contacts of what sleeps.
+    /// Sums of impulses begin anew, but for contacts of what sleeps: those stay as they are.
     pub(super) fn begin_step(&mut self, robots: &[Entity]) {
+        for contact in self.list.iter_mut().filter(|contact| acts(robots, contact)) {
+            contact.total = DVec3::ZERO;
+        }
+    }
+
+    /// Keeps forces as they are where steps and their parts become longer by these factors.
+    pub(super) fn stretch(&mut self, step: f64, part: f64) {
         for contact in &mut self.list {
-            if contact.robots.iter().any(|&robot| robots[robot].is_awake()) {
-                contact.total = DVec3::ZERO;
-            }
+            contact.total *= step;
+            contact.impulse *= part;
         }
     }
 

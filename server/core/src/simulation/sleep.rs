@@ -71,10 +71,16 @@ impl Groups {
         }
     }
 
-    /// Wakes each group of which one is awake.
-    pub(super) fn wake(&self, robots: &mut [Entity]) {
+    /// Wakes each group of which one is awake. Of the present step `done`, 0 to 1, is over: what slept
+    /// until now was pushed for so long as it was pushed before.
+    pub(super) fn wake(&self, robots: &mut [Entity], contacts: &mut [Contact], done: f64) {
         for group in self.all() {
             if group.members.iter().any(|&robot| robots[robot].is_awake()) {
+                for &place in group.contacts {
+                    if !acts(robots, &contacts[place]) {
+                        contacts[place].total *= done;
+                    }
+                }
                 group.members.iter().for_each(|&robot| robots[robot].wake());
             }
         }
@@ -97,6 +103,13 @@ impl Groups {
     }
 }
 
+/// Whether a step solves a contact: something that it can move is awake. A box may sleep on the base of an arm
+/// that moves.
+pub(super) fn acts(robots: &[Entity], contact: &Contact) -> bool {
+    let mut sides = contact.robots.into_iter().zip(contact.touch.bodies);
+    sides.any(|(robot, body)| body.is_some() && robots[robot].is_awake())
+}
+
 /// The first robot of a robot's group. Halves the way for the next time.
 fn first(above: &mut [usize], mut robot: usize) -> usize {
     while above[robot] != robot {
@@ -108,9 +121,10 @@ fn first(above: &mut [usize], mut robot: usize) -> usize {
 
 impl Group<'_> {
     /// Counts for how long each member has been still, and puts the group to sleep when all
-    /// have for long enough. Only single free bodies that lie on something sleep.
-    pub(super) fn rest(&self, robots: &mut [Entity], h: f64) {
-        let mut all = !self.contacts.is_empty();
+    /// have for long enough and the step `ends`: impulses of a step are summed over all of its parts. Only
+    /// single free bodies that lie on something sleep.
+    pub(super) fn rest(&self, robots: &mut [Entity], h: f64, ends: bool) {
+        let mut all = ends && !self.contacts.is_empty();
         for &member in self.members {
             let robot = &mut robots[member];
             robot.still_for = if robot.may_sleep() && is_still(robot) { robot.still_for + h } else { 0.0 };

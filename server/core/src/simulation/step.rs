@@ -35,8 +35,10 @@ impl Simulation {
         let h = time_step / f64::from(substeps);
         self.entities.iter_mut().for_each(Entity::begin_step);
         self.contacts.begin_step(&self.entities);
-        for _ in 0..substeps {
-            advance(&mut self.entities, &mut self.contacts, &mut self.step_memory, gravity, h);
+        for part in 0..substeps {
+            let part =
+                Part { gravity, h, done: f64::from(part) / f64::from(substeps), ends: part + 1 == substeps };
+            advance(&mut self.entities, &mut self.contacts, &mut self.step_memory, part);
         }
         for place in 0..self.entities.len() {
             let entity = &mut self.entities[place];
@@ -53,13 +55,23 @@ impl Simulation {
     }
 }
 
-/// One part of a step.
+/// One of the equal parts of a step.
+#[derive(Clone, Copy)]
+struct Part {
+    gravity: DVec3,
+    /// Seconds.
+    h: f64,
+    /// How much of the step is over, 0 to 1.
+    done: f64,
+    /// It is the last one.
+    ends: bool,
+}
+
 fn advance(
     robots: &mut [Entity],
     contacts: &mut Contacts,
     StepMemory { island, groups }: &mut StepMemory,
-    gravity: DVec3,
-    h: f64,
+    Part { gravity, h, done, ends }: Part,
 ) {
     let slack = NEAR + 2.0 * gravity.length() * h * h;
     // One that is alone with its shapes meets nothing, and need not know where they are.
@@ -70,7 +82,7 @@ fn advance(
     contacts.find(robots);
     robots.iter_mut().for_each(|robot| robot.was_put = false);
     groups.gather(robots, &contacts.list);
-    groups.wake(robots);
+    groups.wake(robots, &mut contacts.list, done);
     for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {
         robot.body.start(gravity, h);
     }
@@ -93,6 +105,6 @@ fn advance(
             let contact = &mut contacts.list[place];
             contact.total += contact.impulse;
         }
-        group.rest(robots, h);
+        group.rest(robots, h, ends);
     }
 }

@@ -33,12 +33,18 @@ impl Simulation {
             let expected = format!("they must be {least} to {most}");
             return refuse("the number of substeps", parts.to_string(), expected);
         }
+        let before = self.settings;
         if let Some(seconds) = time_step {
             self.time_base = (self.now.step, self.now.sim_time);
             self.settings.time_step = seconds;
         }
         self.settings.gravity = gravity.unwrap_or(self.settings.gravity);
         self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
+        // Impulses and changes of rates are told as forces and accelerations, by the length of a step.
+        let step = self.settings.time_step / before.time_step;
+        let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);
+        self.contacts.stretch(step, part);
+        self.entities.iter_mut().for_each(|entity| entity.body.stretch_last_step(part));
         self.entities.iter_mut().for_each(Entity::wake);
         self.happened(EventKind::PhysicsChanged(self.settings));
         Ok(Reply::Physics(self.settings))

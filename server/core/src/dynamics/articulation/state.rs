@@ -47,6 +47,17 @@ impl Articulation {
         self.rates.iter().zip(&self.new_rates).map(change).collect()
     }
 
+    /// Keeps accelerations as they are where a step becomes longer by a factor.
+    pub(crate) fn stretch_last_step(&mut self, factor: f64) {
+        // Also to the bit.
+        if factor == 1.0 {
+            return;
+        }
+        for (before, after) in self.new_rates.iter_mut().zip(&self.rates) {
+            *before = after - (after - *before) * factor;
+        }
+    }
+
     /// By rate.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
