@@ -2,14 +2,18 @@
 
 use std::sync::Arc;
 
+use fastrand::Rng;
 use glamx::{DPose3, DVec3};
 use simd_core::collision::Shapes;
+use simd_core::simulation::Saved;
 use simd_core::simulation::command::*;
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Collision, Geometry, JointKind};
+use simd_model::robot::{Collision, Geometry, JointKind, MeshAsset, Sha256};
+use simd_tests::{robots, scenes};
 
 use crate::chains::chain;
+use crate::snapshot_files::through_a_file;
 use crate::world::{apply, look, passive, run, world};
 
 /// A cube of 0.2 m and 1 kg that slides along x, on a base that is fixed.
@@ -101,4 +105,177 @@ fn what_is_free_comes_out_of_what_it_was_put_into() {
         look(&world).roots[1].pose.translation.z > 0.199
     });
     assert!(out, "{:?}", look(&world).roots[1]);
+}
+
+/// What the daemon exports it must import: the pairs are in the order of their robots, also where the first one
+/// touches itself.
+#[test]
+fn a_robot_that_is_merged_with_itself_and_with_a_later_table_is_imported_again() {
+    let mut world = world(1e-3);
+    let mut arm = chain(2);
+    for joint in &mut arm.joints {
+        joint.parent_from_joint = DPose3::from_translation(DVec3::X * 0.05);
+    }
+    for link in &mut arm.links {
+        link.collisions = slider().links[1].collisions.clone();
+    }
+    let arm = Arc::new(arm);
+    let touches = Touches { itself: true, links: Vec::new() };
+    scenes::spawn(&mut world, Spawn { touches, ..scenes::robot("arm", &arm, DPose3::IDENTITY, true) });
+    let table = scenes::cuboid(DVec3::splat(0.3), 1.0);
+    scenes::spawn(&mut world, scenes::robot("table", &table, DPose3::IDENTITY, true));
+    world.step();
+    apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+    let saved = through_a_file(&world, "here");
+    let merged = saved.world_state().merged;
+    assert!(merged.contains(&([0, 0], [0, 2])) && merged.contains(&([0, 1], [1, 0])), "{merged:?}");
+    assert_eq!(imported(saved).fingerprint(), world.fingerprint());
+}
+
+/// A world that took over the state, which knows nothing of the steps before.
+fn imported(saved: Saved) -> Simulation {
+    let mut other = world(1e-3);
+    apply(&mut other, Command::ImportSnapshot { name: "it".into(), saved });
+    apply(&mut other, Command::RestoreSnapshot { name: "it".into() });
+    other
+}
+
+fn any_shape(rng: &mut Rng) -> Geometry {
+    let mut size = || 0.05 + 0.2 * rng.f64();
+    let (radius, length) = (size() / 2.0, size());
+    match rng.u8(0..5) {
+        0 => Geometry::Sphere { radius },
+        1 => Geometry::Cylinder { radius, length },
+        2 => Geometry::Capsule { radius, length },
+        3 => Geometry::Box { size: DVec3::new(length, radius, 0.1) },
+        _ => {
+            let vertices = (0..30).map(|_| any_vector(rng, 0.15)).collect();
+            let triangles = vec![[0, 1, 2]];
+            let asset =
+                MeshAsset { sha256: Sha256([rng.u8(..); 32]), vertices, triangles, paints: Vec::new() };
+            Geometry::Mesh { uri: "any.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) }
+        }
+    }
+}
+
+fn any_vector(rng: &mut Rng, size: f64) -> DVec3 {
+    DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0 * size
+}
+
+/// A chain of short links, each of one or two shapes.
+fn any_arm(rng: &mut Rng) -> Arc<RobotModel> {
+    let mut model = chain(rng.usize(1..6));
+    for joint in &mut model.joints {
+        joint.parent_from_joint = DPose3::from_translation(any_vector(rng, 0.15));
+        joint.axis = any_vector(rng, 1.0).normalize_or(DVec3::Z);
+        joint.limits.effort = Some(20.0);
+    }
+    for link in &mut model.links {
+        let shapes = 0..rng.usize(1..3);
+        let collision = |_| Collision {
+            link_from_shape: DPose3::from_translation(any_vector(rng, 0.05)),
+            geometry: any_shape(rng),
+            material: Default::default(),
+        };
+        link.collisions = shapes.map(collision).collect();
+    }
+    Arc::new(model)
+}
+
+/// Arms and tables put into each other, that move, come and go. What is remembered of pairs that are merged or
+/// apart saves time and changes nothing: a world that took over the state without it is equal to the bit in each step, and
+/// so is one that takes it over anew now and then.
+#[test]
+fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
+    let (mut merged, mut own, mut touched, mut parted) = (0, 0, 0, 0);
+    for seed in 0..25 {
+        let rng = &mut Rng::with_seed(seed);
+        let mut world = world(1e-3);
+        let mut names = Vec::new();
+        for i in 0..rng.usize(2..7) {
+            let name = format!("arm-{i}");
+            let pose = DPose3::from_translation(any_vector(rng, 0.1));
+            let model = if rng.u8(0..4) == 0 { scenes::cuboid(DVec3::splat(0.3), 1.0) } else { any_arm(rng) };
+            let touches = Touches { itself: rng.bool(), links: Vec::new() };
+            let fixed = rng.u8(0..6) > 0;
+            let passive = rng.bool();
+            scenes::spawn(
+                &mut world,
+                Spawn { touches, passive, ..scenes::robot(&name, &model, pose, fixed) },
+            );
+            names.push(name);
+        }
+        if rng.bool() {
+            let ground = scenes::plane(DVec3::Z);
+            scenes::spawn(&mut world, scenes::robot("ground", &ground, DPose3::IDENTITY, true));
+        }
+        for round in 0..6 {
+            let name = names[rng.usize(..names.len())].clone();
+            let pose = Some(DPose3::from_translation(any_vector(rng, 0.2)));
+            let joints =
+                vec![JointTarget { joint: "joint-1".into(), axis: 0, target: Target::velocity(2.0) }];
+            let robots = vec![RobotTargets { robot: name.clone(), joints, ..RobotTargets::default() }];
+            let resets = vec![RobotReset { robot: name.clone(), joints: Vec::new() }];
+            let command = match rng.u8(0..6) {
+                0 => Command::SetEntityState { robot: name, pose, twist: None },
+                1 | 2 => Command::SetTargets(SetTargets { robots, ..SetTargets::default() }),
+                3 => Command::ResetJoints { robots: resets },
+                4 if round > 2 => Command::Delete { robot: name },
+                _ => Command::Reset(ResetScope { state: true, ..ResetScope::default() }),
+            };
+            let _either_way = world.apply(&command);
+            (0..rng.usize(1..60)).for_each(|_| world.step());
+            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            let saved = through_a_file(&world, "here");
+            let state = saved.world_state();
+            merged += state.merged.len();
+            own += state.merged.iter().filter(|(robots, _)| robots[0] == robots[1]).count();
+            touched += state.contacts.len();
+            let mut other = imported(saved);
+            for step in 0..120 {
+                assert_eq!(
+                    other.fingerprint(),
+                    world.fingerprint(),
+                    "seed {seed}, round {round}, step {step}"
+                );
+                world.step();
+                other.step();
+                if step % 7 == 0 {
+                    apply(&mut other, Command::SaveSnapshot { name: "it".into() });
+                    apply(&mut other, Command::RestoreSnapshot { name: "it".into() });
+                }
+            }
+            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            parted +=
+                state.merged.len().saturating_sub(through_a_file(&world, "here").world_state().merged.len());
+        }
+    }
+    println!("{merged} merged, {own} of one robot, {touched} contacts, {parted} parted");
+    assert!(merged > 500 && own > 100 && touched > 500 && parted > 50);
+}
+
+/// Neighbouring links of two arms at one place overlap by less than a millimetre, or nearly; to the bit each arm holds
+/// as if it were alone, and moves so where all move alike.
+#[test]
+fn arms_at_one_place_leave_each_other_alone() {
+    for urdf in ["seven_arm/urdf/seven_arm.urdf", "pybullet_data/kuka_iiwa/model.urdf"] {
+        let (model, _) = robots::read(urdf);
+        let arms = |count: usize| {
+            let mut world = world(1e-3);
+            for i in 0..count {
+                let arm = scenes::robot(&format!("arm-{i}"), &model, DPose3::IDENTITY, true);
+                scenes::spawn(&mut world, Spawn { passive: false, ..arm });
+            }
+            world
+        };
+        let (mut alone, mut together) = (arms(1), arms(6));
+        for step in 0..300 {
+            alone.step();
+            together.step();
+            let (one, all) = (look(&alone).positions, look(&together));
+            assert!(all.contacts.is_empty(), "{urdf}, step {step}: {:?}", all.contacts[0]);
+            let same = all.positions.chunks_exact(one.len()).all(|arm| arm == one);
+            assert!(same, "{urdf}, step {step}");
+        }
+    }
 }

@@ -25,7 +25,7 @@ use crate::random_robots;
 
 /// A kept state by way of the bytes of a file; the models are there on the other side, the shapes
 /// are made again.
-fn through_a_file(world: &Simulation, name: &str) -> Saved {
+pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
     let Ok(Answer::Saved(_, saved)) = world.query(&Query::Saved { name: name.into() }) else {
         panic!("no snapshot {name}")
     };

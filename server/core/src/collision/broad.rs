@@ -15,12 +15,14 @@ struct Entry {
     robot: usize,
     /// It moves, and is not asleep.
     awake: bool,
+    /// It may touch itself.
+    own: bool,
     bounds: Bounds,
 }
 
 impl Broad {
     /// Pairs of robots, the earlier first, in their order: those of which one is awake, and
-    /// whose bounds overlap. Robots come as colliders, in place, and whether they are awake;
+    /// whose bounds overlap; and each one that is awake with itself, where it may touch itself. Robots come as colliders, in place, and whether they are awake;
     /// those that take no part as `None`.
     ///
     /// Cohen, Lin, Manocha and Ponamgi, "I-COLLIDE" (1995): sweep and prune, along the axis on which
@@ -33,13 +35,16 @@ impl Broad {
         self.bounds.clear();
         self.bounds.extend(robots.enumerate().filter_map(|(robot, present)| {
             let (colliders, awake) = present.filter(|(colliders, _)| !colliders.is_empty())?;
-            Some(Entry { robot, awake, bounds: colliders.bounds })
+            Some(Entry { robot, awake, own: colliders.touch_each_other(), bounds: colliders.bounds })
         }));
         let axis = self.widest_axis();
         self.bounds.sort_unstable_by(|a, b| {
             a.bounds.least[axis].total_cmp(&b.bounds.least[axis]).then(a.robot.cmp(&b.robot))
         });
         for (i, a) in self.bounds.iter().enumerate() {
+            if a.awake && a.own {
+                self.pairs.push([a.robot; 2]);
+            }
             let end = a.bounds.most[axis];
             for b in self.bounds[i + 1..].iter().take_while(|b| b.bounds.least[axis] <= end) {
                 if (a.awake || b.awake) && a.bounds.meets(&b.bounds) {

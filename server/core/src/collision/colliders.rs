@@ -10,6 +10,7 @@ use parry3d_f64::shape::{Shape, ShapeType};
 use simd_model::robot::Material;
 
 use super::Shapes;
+use super::separation::Inner;
 use crate::dynamics::Tree;
 use crate::dynamics::articulation::{pose, sizes};
 
@@ -93,6 +94,11 @@ pub struct RobotColliders {
     pub(super) own_pairs: Vec<[usize; 2]>,
     /// Where the base was when its shapes were last put in place.
     base: Option<DPose3>,
+    /// How far they have moved at the most, metres: between two times at which they were put in place no point of
+    /// any of them moved farther than this has grown.
+    pub(super) path: f64,
+    /// The largest margin among them.
+    pub(super) reach: f64,
 }
 
 /// A shape in the world.
@@ -116,6 +122,16 @@ pub(super) struct Placed {
 }
 
 impl Placed {
+    /// Puts it there. How far any point of it moved, at the most.
+    fn put(&mut self, world_from_shape: DPose3) -> f64 {
+        let (was, middle) = (self.world_from_shape, self.world_middle());
+        self.world_from_shape = world_from_shape;
+        let (q, p) = (world_from_shape.rotation, was.rotation);
+        // Of a turn by an angle t the difference of quaternions is 2 sin(t / 4), a chord of radius 1 2 sin(t / 2).
+        let turned = 2.0 * (q - p).length().min((q + p).length());
+        self.world_middle().distance(middle) + turned * self.radius
+    }
+
     /// The middle of the shape, world.
     pub(super) fn world_middle(&self) -> DVec3 {
         self.world_from_shape.transform_point(self.middle)
@@ -158,6 +174,11 @@ impl Bounds {
 
     fn around(self, other: Self) -> Self {
         Self { least: self.least.min(other.least), most: self.most.max(other.most) }
+    }
+
+    /// How far apart the two are along the axis that shows it best; negative where they overlap.
+    pub(super) fn gap(&self, other: &Self) -> f64 {
+        (other.least - self.most).max(self.least - other.most).max_element()
     }
 
     /// Whether the two overlap.
@@ -207,7 +228,8 @@ impl RobotColliders {
                 }
             }
         }
-        Self { shapes: Arc::clone(shapes), placed, bounds: Bounds::default(), own_pairs, base: None }
+        let shapes = Arc::clone(shapes);
+        Self { shapes, placed, bounds: Bounds::default(), own_pairs, base: None, path: 0.0, reach: 0.0 }
     }
 
     /// How many there are.
@@ -253,11 +275,13 @@ impl RobotColliders {
         self.bounds = Bounds::default();
         // Shapes of one body mostly come one after the other.
         let mut last: Option<(usize, BodyMotion)> = None;
+        let mut farthest = 0.0f64;
+        self.reach = 0.0;
         for placed in &mut self.placed {
             match placed.body {
                 None if still => {}
                 None => {
-                    placed.world_from_shape = base * placed.body_from_shape;
+                    farthest = farthest.max(placed.put(base * placed.body_from_shape));
                     placed.margin = 0.0;
                 }
                 Some(place) => {
@@ -265,7 +289,7 @@ impl RobotColliders {
                     let motion = known.unwrap_or_else(|| body(place));
                     last = Some((place, motion));
                     let BodyMotion { pose, linear, angular } = motion;
-                    placed.world_from_shape = pose * placed.body_from_shape;
+                    farthest = farthest.max(placed.put(pose * placed.body_from_shape));
                     let arm = placed.world_middle() - pose.translation;
                     let speed = (linear + angular.cross(arm)).length() + angular.length() * placed.radius;
                     placed.margin = slack + LOOK_AHEAD * h * speed;
@@ -273,6 +297,12 @@ impl RobotColliders {
             }
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
+            self.reach = self.reach.max(placed.margin);
+        }
+        // Upwards, so that ways too small to be added to a long one are not lost.
+        self.path = (self.path + farthest).next_up();
+        if !self.path.is_finite() {
+            self.path = 0.0;
         }
     }
 
@@ -336,6 +366,11 @@ impl RobotColliders {
     /// The shape of a collider.
     pub(super) fn shape(&self, placed: &Placed) -> &dyn Shape {
         &*self.shapes.parts[placed.part].shape
+    }
+
+    /// A ball inside the shape of a collider.
+    pub(super) fn inner(&self, placed: &Placed) -> &Inner {
+        &self.shapes.parts[placed.part].inner
     }
 }
 

@@ -3,7 +3,7 @@
 //! * [`Shapes`]: the shapes of a robot, made once, away from the physics thread.
 //! * [`RobotColliders`]: those of one robot in the world, and where they are.
 //! * [`Broad`]: which robots are near each other.
-//! * [`Narrow`]: where two robots' shapes touch.
+//! * [`Narrow`]: where two robots' shapes touch; [`Fixed`]: what it knows of two that cannot be parted.
 //! * [`rays`]: what a ray hits.
 //!
 //! Nothing here depends on the steps before: equal poses give equal contacts to the bit, so
@@ -11,16 +11,19 @@
 
 mod broad;
 mod colliders;
+mod fixed;
 mod narrow;
 mod plane;
 pub mod rays;
 mod reduce;
+mod separation;
 mod shapes;
 #[cfg(test)]
 mod tests;
 
 pub use broad::Broad;
 pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Side, Surface};
+pub use fixed::Fixed;
 pub use narrow::{Narrow, Touch};
 pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};

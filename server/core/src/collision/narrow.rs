@@ -7,6 +7,7 @@ use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQuer
 use parry3d_f64::shape::Shape;
 
 use super::colliders::{Placed, RobotColliders, Surface};
+use super::fixed::LookMemory;
 use super::plane::outermost;
 use super::reduce::{MOST, reduce};
 
@@ -40,6 +41,7 @@ pub struct Narrow {
     /// The same points on the second shape, in its axes.
     opposite: Vec<DVec3>,
     near: Vec<usize>,
+    pub(super) look: LookMemory,
 }
 
 impl fmt::Debug for Narrow {
@@ -50,7 +52,7 @@ impl fmt::Debug for Narrow {
 
 impl Narrow {
     /// Calls `found` with each point where two robots touch or are about to, in a fixed order.
-    pub fn between(&mut self, a: &RobotColliders, b: &RobotColliders, mut found: impl FnMut(Touch)) {
+    pub fn between(&mut self, [a, b]: [&RobotColliders; 2], mut found: impl FnMut(Touch)) {
         // Of the second robot only what is near the first is looked at with each of the first's.
         let mut near = std::mem::take(&mut self.near);
         near.clear();
@@ -70,17 +72,7 @@ impl Narrow {
         self.near = near;
     }
 
-    /// The same for the colliders of one robot.
-    pub fn within(&mut self, a: &RobotColliders, mut found: impl FnMut(Touch)) {
-        for &[i, j] in &a.own_pairs {
-            let (first, second) = (&a.placed[i], &a.placed[j]);
-            if first.bounds.meets(&second.bounds) {
-                self.pair([i, j], [a, a], [first, second], &mut found);
-            }
-        }
-    }
-
-    fn pair(
+    pub(super) fn pair(
         &mut self,
         colliders: [usize; 2],
         robots: [&RobotColliders; 2],

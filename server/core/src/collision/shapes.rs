@@ -14,6 +14,8 @@ use parry3d_f64::transformation::voxelization::FillMode;
 use simd_model::RobotModel;
 use simd_model::robot::{Geometry, Material, MeshAsset, Sha256};
 
+use super::separation::Inner;
+
 /// A plate this thin still has a volume, metres.
 const THINNEST: f64 = 1e-6;
 
@@ -69,6 +71,7 @@ pub(super) struct Part {
     /// `link_from_shape`, in parry's own convention for the shape.
     pub(super) link_from_shape: DPose3,
     pub(super) shape: SharedShape,
+    pub(super) inner: Inner,
     /// As the description gives it.
     pub(super) material: Material,
 }
@@ -95,7 +98,8 @@ impl Shapes {
             for collision in &of.collisions {
                 for (shape, own_from_shape) in shapes(&collision.geometry, meshes, &mut hulls, others) {
                     let link_from_shape = collision.link_from_shape * own_from_shape;
-                    parts.push(Part { link, link_from_shape, shape, material: collision.material });
+                    let inner = Inner::of(&*shape);
+                    parts.push(Part { link, link_from_shape, shape, inner, material: collision.material });
                 }
             }
         }

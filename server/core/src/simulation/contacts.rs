@@ -9,7 +9,7 @@ use super::entity::Entity;
 use super::links::check_surface;
 use super::sleep::acts;
 use super::world_state::ContactState;
-use crate::collision::{Broad, MOST, Narrow, Side, Touch};
+use crate::collision::{Broad, Fixed, MOST, Narrow, Side, Touch};
 use crate::dynamics::articulation::finite;
 use crate::dynamics::constraint::contact::Contact;
 
@@ -22,17 +22,13 @@ const SAME_POINT: f64 = 0.01;
 pub(super) struct Contacts {
     pub(super) list: Vec<Contact>,
     before: Vec<Contact>,
-    /// Pairs that were put into each other where nothing can push them apart, in order: they do
-    /// not touch until they have come apart.
-    pub(super) merged: Vec<Pair>,
-    merged_before: Vec<Pair>,
+    /// Of robots that are near each other and that nothing is sure to part, in order: which of their colliders were put
+    /// into each other, and do not touch until they have come apart.
+    fixed: Vec<Fixed>,
+    fixed_before: Vec<Fixed>,
     broad: Broad,
     narrow: Narrow,
 }
-
-/// What is put into something else by more than this is merged with it, metres: less is what
-/// rounding and rest leave.
-const DEEP: f64 = 1e-3;
 
 /// Places of two robots, the earlier first, and of a collider of each.
 pub type Pair = ([usize; 2], [usize; 2]);
@@ -58,24 +54,45 @@ impl Contacts {
         }
     }
 
-    /// Finds what touches, of robots whose colliders are in place.
-    pub(super) fn find(&mut self, robots: &[Entity]) {
+    /// Finds what touches, of robots whose colliders are in place. Contacts are looked for at least `slack` metres
+    /// from what moves.
+    ///
+    /// Links of one robot, and of two that are fixed to the world, do not touch where one was put into the other since
+    /// the last step, until they have come apart. A person loads two arms at the origin, or an arm whose first link
+    /// reaches into the table: no motion of their joints ends that, and to push would only make them writhe.
+    pub(super) fn find(&mut self, robots: &[Entity], slack: f64) {
         std::mem::swap(&mut self.list, &mut self.before);
-        let Self { list, broad, narrow, .. } = self;
+        std::mem::swap(&mut self.fixed, &mut self.fixed_before);
+        let Self { list, before, fixed, fixed_before, broad, narrow } = self;
         list.clear();
-        let new =
-            |robots, touch| Contact { robots, place: 0, touch, impulse: DVec3::ZERO, total: DVec3::ZERO };
+        fixed.clear();
         let present =
             robots.iter().map(|robot| robot.is_active().then(|| (&robot.colliders, robot.is_awake())));
+        let mut known = fixed_before.drain(..).peekable();
         for &pair in broad.pairs(present) {
-            let [a, b] = pair.map(|robot| &robots[robot].colliders);
-            narrow.between(a, b, |touch| list.push(new(pair, touch)));
+            let [a, b] = pair.map(|robot| &robots[robot]);
+            let colliders = [&a.colliders, &b.colliders];
+            let found = |touch| {
+                list.push(Contact {
+                    robots: pair,
+                    place: 0,
+                    touch,
+                    impulse: DVec3::ZERO,
+                    total: DVec3::ZERO,
+                });
+            };
+            if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
+                narrow.between(colliders, found);
+                continue;
+            }
+            // Those that are near each other no more have come apart.
+            while known.next_if(|known| known.robots < pair).is_some() {}
+            let known = known.next_if(|known| known.robots == pair);
+            let mut known = known.unwrap_or_else(|| Fixed::new(pair, Vec::new()));
+            narrow.between_fixed(colliders, (a.was_put || b.was_put, slack), &mut known, found);
+            fixed.push(known);
         }
-        for (place, robot) in robots.iter().enumerate().filter(|(_, robot)| robot.is_awake()) {
-            narrow.within(&robot.colliders, |touch| list.push(new([place; 2], touch)));
-        }
-        self.leave_merged(robots);
-        let Self { list, before, .. } = self;
+        drop(known);
         inherit(list, before);
         // What sleeps has not moved: its contacts are as they were.
         let asleep = |contact: &&Contact| {
@@ -86,40 +103,29 @@ impl Contacts {
         list.sort_unstable_by_key(|contact| (key(contact), contact.place));
     }
 
-    /// Takes out what touches within a robot, or between two that are fixed to the world, where
-    /// one was put into the other since the last step, as long as they overlap. A person loads two arms
-    /// at the origin, or an arm whose first link reaches into the table: no motion of their
-    /// joints ends that, and to push would only make them writhe.
-    fn leave_merged(&mut self, robots: &[Entity]) {
-        std::mem::swap(&mut self.merged, &mut self.merged_before);
-        let Self { list, merged, merged_before, .. } = self;
-        merged.clear();
-        for touching in list.chunk_by(|a, b| key(a) == key(b)) {
-            let pair @ ([a, b], _) = key(&touching[0]);
-            let bound = a == b || (robots[a].is_fixed() && robots[b].is_fixed());
-            let overlaps = touching.iter().any(|contact| contact.touch.distance < 0.0);
-            let put = robots[a].was_put || robots[b].was_put;
-            let deep = || touching.iter().any(|contact| contact.touch.distance < -DEEP);
-            if bound && overlaps && (merged_before.contains(&pair) || (put && deep())) {
-                merged.push(pair);
-            }
-        }
-        if !merged.is_empty() {
-            list.retain(|contact| !merged.contains(&key(contact)));
-        }
+    /// Pairs that were put into each other where nothing is sure to push them apart, in order.
+    pub(super) fn merged(&self) -> impl Iterator<Item = Pair> + '_ {
+        self.fixed.iter().flat_map(|fixed| fixed.merged.iter().map(|&colliders| (fixed.robots, colliders)))
+    }
+
+    /// Takes over the contacts of another state, and the pairs that are put into each other in it.
+    pub(super) fn replace(&mut self, list: Vec<Contact>, merged: &[Pair]) {
+        self.list = list;
+        let of = |pairs: &[Pair]| Fixed::new(pairs[0].0, pairs.iter().map(|pair| pair.1).collect());
+        self.fixed = merged.chunk_by(|a, b| a.0 == b.0).map(of).collect();
     }
 
     /// Takes the contacts of a robot out.
     pub(super) fn forget(&mut self, robot: usize) {
         self.list.retain(|contact| !contact.robots.contains(&robot));
-        self.merged.retain(|(robots, _)| !robots.contains(&robot));
+        self.fixed.retain(|fixed| !fixed.robots.contains(&robot));
     }
 
     /// The robot at this place is gone, and those after it have moved up.
     pub(super) fn remove(&mut self, robot: usize) {
         self.forget(robot);
         let touching = self.list.iter_mut().flat_map(|contact| &mut contact.robots);
-        for place in touching.chain(self.merged.iter_mut().flat_map(|(robots, _)| robots)) {
+        for place in touching.chain(self.fixed.iter_mut().flat_map(|fixed| &mut fixed.robots)) {
             *place -= usize::from(*place > robot);
         }
     }
@@ -136,8 +142,8 @@ impl Contacts {
                 hasher.write_u64(value.to_bits());
             }
         }
-        for index in self.merged.iter().flat_map(|(robots, colliders)| robots.iter().chain(colliders)) {
-            hasher.write_usize(*index);
+        for index in self.merged().flat_map(|(robots, colliders)| robots.into_iter().chain(colliders)) {
+            hasher.write_usize(index);
         }
     }
 }

@@ -61,7 +61,7 @@ impl Simulation {
             settings: self.settings,
             entities,
             contacts: self.contacts.list.clone(),
-            merged: self.contacts.merged.clone(),
+            merged: self.contacts.merged().collect(),
         };
         self.keep(name, Saved(Arc::new(state)), false)
     }

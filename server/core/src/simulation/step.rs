@@ -79,7 +79,7 @@ fn advance(
     for robot in robots.iter_mut().filter(|robot| robot.is_active()) {
         robot.place(shaped > 1, slack, h);
     }
-    contacts.find(robots);
+    contacts.find(robots, slack);
     robots.iter_mut().for_each(|robot| robot.was_put = false);
     groups.gather(robots, &contacts.list);
     groups.wake(robots, &mut contacts.list, done);

@@ -70,9 +70,8 @@ impl Simulation {
             }
         }
         if scope.state || !deleted.is_empty() {
-            self.contacts.list.clear();
             // Their places may be others now: who overlaps is looked at anew.
-            self.contacts.merged.clear();
+            self.contacts.replace(Vec::new(), &[]);
             for entity in &mut self.entities {
                 entity.was_put = true;
                 entity.wake();
@@ -90,7 +89,7 @@ impl Simulation {
 
     pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
         let State { at, time_base, settings, entities, contacts, merged } = self.kept(name)?.state();
-        (self.contacts.list, self.contacts.merged) = (contacts, merged);
+        self.contacts.replace(contacts, &merged);
         for old in std::mem::replace(&mut self.entities, entities) {
             // Claims are agreements between clients, not state of the world: who holds one keeps it.
             if let Some(new) = self.entities.iter_mut().find(|new| new.name == old.name) {
