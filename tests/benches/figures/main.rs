@@ -6,6 +6,7 @@
     reason = "a benchmark prints, and ends where it cannot go on"
 )]
 
+mod crowd;
 mod lateness;
 mod round_trip;
 mod step;
@@ -19,6 +20,7 @@ fn main() {
         _ => {}
     }
     step::print();
+    crowd::print();
     round_trip::print();
     lateness::print();
 }

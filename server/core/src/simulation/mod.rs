@@ -227,13 +227,21 @@ impl Simulation {
     /// To be called when robots came, went or changed their model.
     fn lay_out(&mut self) {
         let (mut position, mut velocity) = (0, 0);
-        let entities = self.entities.iter().map(|entity| {
+        let entities = self.entities.iter().enumerate().map(|(place, entity)| {
             let tree = entity.body.tree();
             let (positions, velocities) =
                 (tree.position_count - tree.root_positions(), tree.velocity_count - tree.root_velocities());
             let (first_position, first_velocity) = (position, velocity);
             position += positions;
             velocity += velocities;
+            // Of hundreds of robots one more leaves the others as they are. A version is of one robot and model.
+            let known = self.layout.entities.get(place).filter(|known| {
+                known.version == entity.version
+                    && (known.positions.start, known.velocities.start) == (first_position, first_velocity)
+            });
+            if let Some(known) = known {
+                return Arc::clone(known);
+            }
             let (joint_positions, joint_velocities) = entity.joint_ranges();
             Arc::new(EntityLayout {
                 name: entity.name.clone(),
