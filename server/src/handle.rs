@@ -1,8 +1,9 @@
 //! The one way to the world, for every front-end: plain types, no wire types.
 //!
-//! * Here: commands and questions to the driver, states, events, the end.
+//! * Here: commands to the driver, states, events, the end.
 //! * `claims`: claims on joints and their leases.
 //! * `clients`: who is here, and whose targets joints have.
+//! * `heavy`: permits for reads that take long.
 //! * `once`: answers to retries.
 //! * `parameters`: sliders and buttons.
 //! * Bringing robots in is in [`crate::loading`].
@@ -11,6 +12,7 @@ mod call_error;
 mod claims;
 mod clients;
 mod event_log;
+mod heavy;
 mod info;
 mod once;
 mod parameters;
@@ -24,7 +26,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
-use simd_core::{Answer, Command, PhysicsSettings, Query};
+use simd_core::{Command, PhysicsSettings};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
@@ -33,6 +35,8 @@ pub(crate) use clients::UnderWay;
 pub use clients::{Aim, Caller, Client, TargetSource, Transport};
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
+pub(crate) use heavy::Cancelled;
+use heavy::HeavyWork;
 pub use info::{DaemonInfo, Limits};
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 pub use published::{Done, Pace, PaceChange, Published, RunState, Statistics, Stepped};
@@ -59,6 +63,7 @@ struct Inner {
     leases: Leases,
     clients: Arc<Clients>,
     parameters: Parameters,
+    heavy: HeavyWork,
     info: DaemonInfo,
     draining: CancellationToken,
 }
@@ -66,10 +71,20 @@ struct Inner {
 impl SimHandle {
     /// A handle on a driver that was started.
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
-        let (answers, leases, clients, draining) = Default::default();
+        let (answers, leases, clients, heavy, draining) = Default::default();
         let parameters = Parameters::new(info.limits.parameters);
         Self {
-            inner: Arc::new(Inner { driver, loader, answers, leases, clients, parameters, info, draining }),
+            inner: Arc::new(Inner {
+                driver,
+                loader,
+                answers,
+                leases,
+                clients,
+                parameters,
+                heavy,
+                info,
+                draining,
+            }),
         }
     }
 
@@ -93,14 +108,6 @@ impl SimHandle {
             self.forget_targets();
         }
         Ok(done)
-    }
-
-    /// Asks the world what a state does not show.
-    ///
-    /// # Errors
-    /// Where there is no such thing, or the mailbox is full.
-    pub async fn query(&self, query: Query) -> Result<Answer, CallError> {
-        self.ask(|reply| Event::Query { query, reply }).await
     }
 
     /// Plays, pauses or stops.
@@ -206,6 +213,17 @@ impl SimHandle {
     pub fn physics(&self) -> (PhysicsSettings, Pace) {
         let newest = self.newest();
         (newest.physics, newest.statistics.pace)
+    }
+
+    /// Does what may take milliseconds, and reads nothing but a published state, where it holds nobody up.
+    ///
+    /// # Errors
+    /// At once where too many such calls wait.
+    pub(crate) async fn heavy<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Cancelled) -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        self.inner.heavy.run(work).await
     }
 
     /// Who this daemon is, and its limits.

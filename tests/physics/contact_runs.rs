@@ -5,7 +5,7 @@ use std::sync::Arc;
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::command::*;
-use simd_core::{Answer, Command, Query, Simulation};
+use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{Geometry, Joint, JointKind, Limits};
 use simd_tests::scenes::*;
@@ -274,7 +274,7 @@ fn a_ray_hits_the_nearest_link_and_says_where() {
         [DVec3::new(5.0, 0.0, 1.0), DVec3::new(5.0, 0.0, -1.0)],
         [DVec3::new(5.0, 0.0, 1.0), DVec3::new(5.0, 0.0, 0.5)],
     ];
-    let Ok(Answer::Rays(hits)) = world.query(&Query::CastRays { rays }) else { panic!() };
+    let hits = look(&world).cast_rays(&rays, || false).unwrap();
     let top = hits[0].as_ref().unwrap();
     assert_eq!((top.robot.as_str(), top.link.as_str()), ("box-1", "body"));
     assert!((top.point.z - 0.5).abs() < 1e-3 && (top.fraction - 0.75).abs() < 1e-3, "{top:?}");
@@ -283,8 +283,8 @@ fn a_ray_hits_the_nearest_link_and_says_where() {
     assert_eq!(ground.robot, "ground");
     assert!((ground.fraction - 0.5).abs() < 1e-12, "{ground:?}");
     assert_eq!(hits[2], None);
-    let many = Query::CastRays { rays: vec![[DVec3::ZERO, DVec3::X]; 1_001] };
-    let refused = world.query(&many).unwrap_err().to_string();
+    let many = vec![[DVec3::ZERO, DVec3::X]; 1_001];
+    let refused = look(&world).cast_rays(&many, || false).unwrap_err().to_string();
     assert_eq!(refused, "the number of rays of one query would be 1001, and the limit is 1000");
 }
 

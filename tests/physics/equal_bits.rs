@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use glamx::DVec3;
 use simd_core::simulation::command::*;
-use simd_core::{Command, Query, Simulation};
+use simd_core::{Command, Simulation};
 use simd_tests::scenes::*;
 
 use crate::contact_runs::jumble;
@@ -85,7 +85,7 @@ fn looking_at_contacts_changes_no_bit() {
         alone.step();
         contacts(&watched, None);
         let rays = vec![[DVec3::Z, DVec3::ZERO]];
-        watched.query(&Query::CastRays { rays }).unwrap();
+        look(&watched).cast_rays(&rays, || false).unwrap();
         watched.collider_poses("arm").unwrap();
         assert_eq!(watched.fingerprint(), alone.fingerprint());
     }

@@ -51,7 +51,7 @@ fn reach(urdf: &str, with_orientation: bool, effort: Effort) -> (usize, u32) {
         let position = there.transform_point(point);
         let goal = Goal { link, point, position, orientation: with_orientation.then_some(there.rotation) };
         let guess = Configuration::at(root, vec![0.0; tree.position_count]);
-        let found = inverse_kinematics(&tree, &guess, &goal, &movables, effort);
+        let found = inverse_kinematics(&tree, &guess, &goal, &movables, effort, || false);
         let pose = pose_of(&tree, root, &found.positions, link);
         let position_error = (pose.transform_point(point) - position).length();
         assert!((position_error - found.position_error).abs() < 1e-9, "{found:?}");
@@ -101,7 +101,7 @@ fn seven_arm() -> (Arc<RobotModel>, Tree) {
 
 fn go(tree: &Tree, movables: &[Movable], position: DVec3, effort: Effort) -> Found {
     let goal = Goal { link: tree.links.len() - 1, point: DVec3::ZERO, position, orientation: None };
-    inverse_kinematics(tree, &Configuration::at(DPose3::IDENTITY, vec![0.0; 7]), &goal, movables, effort)
+    inverse_kinematics(tree, &Configuration::at(DPose3::IDENTITY, vec![0.0; 7]), &goal, movables, effort, || false)
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn joints_that_follow_others_are_moved_by_them() {
     let there = pose_of(&tree, DPose3::IDENTITY, &q, link);
     let goal = Goal { link, point: DVec3::X, position: there.transform_point(DVec3::X), orientation: None };
     let guess = Configuration::at(DPose3::IDENTITY, vec![0.3, -0.5, 0.0]);
-    let found = inverse_kinematics(&tree, &guess, &goal, &movables, ALL);
+    let found = inverse_kinematics(&tree, &guess, &goal, &movables, ALL, || false);
     assert!(found.converged, "{found:?}");
     assert!((found.positions[2] - (-0.5 * found.positions[1] + 0.1)).abs() < 1e-15, "{found:?}");
 }

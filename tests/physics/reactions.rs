@@ -9,13 +9,13 @@ use simd_core::dynamics::spatial::Spatial;
 use simd_core::dynamics::tree::Freedom;
 use simd_core::dynamics::{Articulation, Axis, Tree};
 use simd_core::simulation::command::{Lasts, LinkWrench, Spawn};
-use simd_core::{Answer, Command, Query, Simulation};
+use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
 
 use crate::chains::chain;
 use crate::random_robots::robot;
-use crate::world::{apply, passive, run, world};
+use crate::world::{apply, look, passive, run, world};
 
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
@@ -125,10 +125,9 @@ fn passive_joints_carry_nothing_along_their_axes() {
 }
 
 fn carried(world: &Simulation, robot: &str) -> Vec<[DVec3; 2]> {
-    match world.query(&Query::Reactions { robot: robot.into() }) {
-        Ok(Answer::Reactions { wrenches, .. }) => wrenches,
-        other => panic!("{other:?}"),
-    }
+    let seen = look(world);
+    let (robot, _) = seen.entity(robot).unwrap();
+    seen.joint_reactions(robot, world.settings().gravity).unwrap()
 }
 
 /// Two level rods that hold their position: at rest the joints carry what hangs on them,

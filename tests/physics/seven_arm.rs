@@ -1,7 +1,7 @@
 //! The seven-joint arm held against gravity.
 
 use simd_core::simulation::command::*;
-use simd_core::{Answer, Command, Query};
+use simd_core::Command;
 use simd_tests::robots;
 
 use crate::world::{apply, passive, run, world};
@@ -17,9 +17,7 @@ fn the_static_error_is_gravity_over_stiffness() {
     let spawn = Spawn { passive: false, ..passive(&model, false, &bent) };
     apply(&mut world, Command::Spawn(Box::new(spawn)));
     let seen = run(&mut world, 3.0);
-    let Ok(Answer::Joints { joints, .. }) = world.query(&Query::Joints { robot: "robot".into() }) else {
-        panic!("no joints");
-    };
+    let joints = seen.joint_status(0).unwrap();
     let moving =
         joints.iter().zip(&model.joints).filter(|(_, j)| j.kind != simd_model::robot::JointKind::Fixed);
     let mut largest = 0.0f64;

@@ -6,7 +6,7 @@ use fastrand::Rng;
 use glamx::{DPose3, DVec3};
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::*;
-use simd_core::{Answer, Command, Query, Simulation};
+use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
 use simd_tests::scenes::*;
@@ -40,10 +40,7 @@ fn is_asleep(world: &mut Simulation, robot: &str) -> bool {
 
 fn saved(world: &mut Simulation) -> Saved {
     apply(world, Command::SaveSnapshot { name: "here".into() });
-    match world.query(&Query::Saved { name: "here".into() }) {
-        Ok(Answer::Saved(_, saved)) => saved,
-        other => panic!("{other:?}"),
-    }
+    look(world).saved("here").unwrap().saved().clone()
 }
 
 /// A box of 1 kg that has just fallen asleep on the ground.
@@ -152,11 +149,9 @@ fn a_joint_of_a_sleeping_robot_carries_what_hangs_on_it() {
                 continue;
             }
             asleep += usize::from(is_asleep(&mut world, "post"));
-            let Ok(Answer::Reactions { wrenches, .. }) =
-                world.query(&Query::Reactions { robot: "post".into() })
-            else {
-                panic!("no answer")
-            };
+            let seen = look(&world);
+            let (post, _) = seen.entity("post").unwrap();
+            let wrenches = seen.joint_reactions(post, world.settings().gravity).unwrap();
             let [force, torque] = wrenches[0];
             assert!(force.distance(DVec3::Z * G) < SETTLED, "{substeps} parts, step {step}: {force}");
             assert!(torque.length() < SETTLED, "{substeps} parts, step {step}: {torque}");

@@ -12,7 +12,7 @@ use simd_core::dynamics::actuator::Drive;
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::*;
 use simd_core::simulation::world_state::{RobotState, WorldState};
-use simd_core::{Answer, Command, Query, Simulation};
+use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{Limits, Material, Sha256};
 use simd_server::convert::from_proto::snapshot_file as from_proto;
@@ -26,9 +26,8 @@ use crate::random_robots;
 /// A kept state by way of the bytes of a file; the models are there on the other side, the shapes
 /// are made again.
 pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
-    let Ok(Answer::Saved(_, saved)) = world.query(&Query::Saved { name: name.into() }) else {
-        panic!("no snapshot {name}")
-    };
+    let seen = look(world);
+    let saved = seen.saved(name).unwrap().saved();
     let state = saved.world_state();
     let recipe = Recipe {
         description: Sha256::of(b""),

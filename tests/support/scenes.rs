@@ -156,7 +156,7 @@ pub struct Touching {
 pub fn contacts(world: &Simulation, robot: Option<&str>) -> Vec<Touching> {
     let seen = look(world);
     let touching = |report: &ContactReport| {
-        let ContactReport { robots, links, point, normal, depth, normal_force, friction_force } = *report;
+        let ContactReport { robots, links, point, normal, depth, normal_force, friction_force, .. } = *report;
         let entities = robots.map(|place| &seen.world.entities[place]);
         let link = |side: usize| entities[side].model.links[links[side]].name.clone();
         let (robots, links) = (entities.map(|entity| entity.name.clone()), [link(0), link(1)]);

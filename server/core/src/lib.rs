@@ -11,5 +11,5 @@ pub mod dynamics;
 pub mod simulation;
 
 pub use simulation::{
-    Answer, Applied, Command, Error, Event, Moment, PhysicsSettings, Query, Reply, Simulation, Snapshot,
+    Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Simulation, Snapshot,
 };

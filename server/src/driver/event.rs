@@ -1,7 +1,7 @@
 //! Everything that can wake the driver.
 
 use simd_core::simulation::command::{PhysicsChange, SetTargets};
-use simd_core::{Answer, Command, PhysicsSettings, Query};
+use simd_core::{Command, PhysicsSettings};
 use tokio::sync::oneshot;
 
 use crate::handle::{CallError, Done, Pace, PaceChange, RunState, Stepped};
@@ -21,13 +21,6 @@ pub(crate) enum Event {
         command: Command,
         /// Once it holds.
         reply: ReplyTo<Done>,
-    },
-    /// Ask the world.
-    Query {
-        /// What.
-        query: Query,
-        /// At once.
-        reply: ReplyTo<Answer>,
     },
     /// Play, pause or stop.
     SetState {

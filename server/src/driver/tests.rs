@@ -1,7 +1,7 @@
 //! The driver by hand, turn by turn: no thread and no waiting.
 
 use simd_core::simulation::command::{PhysicsChange, ResetScope, RobotTargets, SetTargets};
-use simd_core::{Applied, Command, Query};
+use simd_core::{Applied, Command};
 use tokio::sync::oneshot::{self, Receiver};
 
 use super::toy::{Toy, nothing, refused};
@@ -358,14 +358,6 @@ fn a_full_mailbox_does_not_keep_the_driver_from_ending() {
     let Applied { .. } = answers.remove(0).try_recv().unwrap().unwrap().applied;
     assert!(answers[0].try_recv().is_err(), "the others are dropped");
     assert!(matches!(bench.link.mailbox.end(), CallError::ShuttingDown));
-}
-
-#[test]
-fn a_question_is_answered_in_its_turn() {
-    let mut bench = Bench::paused();
-    let mut answer = bench.post(|reply| Event::Query { query: Query::Snapshots, reply });
-    bench.turns(1);
-    assert!(answer.try_recv().unwrap().is_ok());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::PhysicsChange;
-use simd_core::{Answer, Applied, Command, Error, Event, Moment, PhysicsSettings, Query, Reply, Snapshot};
+use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Snapshot};
 
 use super::world::World;
 
@@ -61,10 +61,6 @@ impl World for Toy {
         };
         self.applied.lock().unwrap().push((self.now.step, command.clone()));
         Ok(Applied { at: self.now, reply })
-    }
-
-    fn query(&self, _query: &Query) -> Result<Answer, Error> {
-        Ok(Answer::Snapshots(Vec::new()))
     }
 
     fn step(&mut self) {

@@ -2,15 +2,13 @@
 //! the driver bring their own, which stalls and fails when it is told to.
 
 use simd_core::{
-    Answer, Applied, Command, Error, Event, Moment, PhysicsSettings, Query, Simulation, Snapshot,
+    Applied, Command, Error, Event, Moment, PhysicsSettings, Simulation, Snapshot,
 };
 
 /// A world that commands change and steps move.
 pub(crate) trait World: Send + 'static {
     /// See [`Simulation::apply`].
     fn apply(&mut self, command: &Command) -> Result<Applied, Error>;
-    /// See [`Simulation::query`].
-    fn query(&self, query: &Query) -> Result<Answer, Error>;
     /// See [`Simulation::step`].
     fn step(&mut self);
     /// See [`Simulation::now`].
@@ -26,10 +24,6 @@ pub(crate) trait World: Send + 'static {
 impl World for Simulation {
     fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
         Simulation::apply(self, command)
-    }
-
-    fn query(&self, query: &Query) -> Result<Answer, Error> {
-        Simulation::query(self, query)
     }
 
     fn step(&mut self) {

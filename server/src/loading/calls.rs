@@ -10,7 +10,7 @@ use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::wire_name;
+use simd_model::{RobotModel, wire_name};
 use tokio::sync::watch;
 
 use super::partial;
@@ -248,7 +248,12 @@ impl SimHandle {
     pub fn description_of(&self, robot: &str) -> Option<Sha256> {
         let newest = self.newest();
         let (_, entity) = newest.snapshot.entity(robot)?;
-        self.loader().with_known(&entity.model, |known| known.description)
+        self.description_of_model(&entity.model)
+    }
+
+    /// The description that a model was read from, if it was read from one.
+    pub fn description_of_model(&self, model: &Arc<RobotModel>) -> Option<Sha256> {
+        self.loader().with_known(model, |known| known.description)
     }
 
     /// A file that was uploaded or that a robot uses.

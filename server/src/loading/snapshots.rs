@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::SnapshotInfo;
-use simd_core::{Answer, Command, Query, Reply};
+use simd_core::{Command, Reply};
 use simd_model::robot::{Geometry, Sha256};
 use simd_model::{Asset, RobotModel};
 
@@ -26,10 +26,10 @@ impl SimHandle {
     /// # Errors
     /// Where there is no such state, and where the file would be larger than an upload may be.
     pub async fn export_snapshot(&self, name: String) -> Result<(Sha256, u64), CallError> {
-        let answer = self.query(Query::Saved { name }).await?;
-        let Answer::Saved(info, saved) = answer else {
-            return Err(CallError::Internal { message: "no snapshot was answered with".into() });
-        };
+        let state = self.newest();
+        let kept = state.snapshot.saved(&name)?;
+        let (info, saved) = (kept.info(), kept.saved().clone());
+        drop(state);
         let loader = self.loader();
         let (recipes, files) = loader.ingredients(&saved)?;
         let (sha256, file) = loader.off_thread(move || sealed(&info.name, &saved, &recipes, files)).await?;

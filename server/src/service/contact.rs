@@ -1,14 +1,14 @@
 //! The contact service: what touches what, and what a ray hits.
 
-use simd_core::Answer;
+use simd_core::simulation::rays::check_rays;
 use simd_proto::v1::{self, contact_service_server::ContactService};
 use tonic::{Request, Response, Status};
 
 use super::entity::find;
-use super::mismatched;
 use crate::SimHandle;
 use crate::convert::from_proto::contact as from_proto;
 use crate::convert::to_proto::{contact as to_proto, stamp};
+use crate::handle::{CallError, Cancelled};
 
 /// Serves `simd.v1.ContactService`.
 #[derive(Clone, Debug)]
@@ -41,13 +41,13 @@ impl ContactService for Service {
         &self,
         request: Request<v1::CastRaysRequest>,
     ) -> Result<Response<v1::CastRaysResponse>, Status> {
-        match self.handle.query(from_proto::rays(request.into_inner())?).await? {
-            Answer::Rays(hits) => {
-                let hits = hits.into_iter().map(to_proto::hit).collect();
-                let stamp = Some(stamp::published(&self.handle.newest()));
-                Ok(Response::new(v1::CastRaysResponse { stamp, hits }))
-            }
-            other => Err(mismatched(&other).into()),
-        }
+        let rays = from_proto::rays(request.into_inner())?;
+        // Before it waits for a permit with all of them.
+        check_rays(&rays).map_err(CallError::World)?;
+        let state = self.handle.newest();
+        let stamp = Some(stamp::published(&state));
+        let cast = move |cancelled: &Cancelled| state.snapshot.cast_rays(&rays, || cancelled.is_set());
+        let hits = self.handle.heavy(cast).await?.map_err(CallError::World)?;
+        Ok(Response::new(v1::CastRaysResponse { stamp, hits: hits.into_iter().map(to_proto::hit).collect() }))
     }
 }

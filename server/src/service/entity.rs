@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use simd_core::simulation::snapshot::EntityLayout;
-use simd_core::{Answer, Command, Error, Query};
+use simd_core::{Command, Error};
 use simd_proto::v1::{self, entity_service_server::EntityService};
 use tokio::sync::watch;
 use tonic::{Request, Response, Status};
 
 use super::spawning::spawning;
-use super::{BoxStream, command_once, mismatched};
+use super::{BoxStream, command_once};
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::entity as from_proto;
@@ -35,7 +35,7 @@ impl Service {
     }
 
     fn info(&self, state: &Published, place: usize, entity: &EntityLayout) -> v1::EntityInfo {
-        let description = self.handle.description_of(&entity.name);
+        let description = self.handle.description_of_model(&entity.model);
         to_proto::entity::entity_info(entity, state.snapshot.roots.get(place), description)
     }
 
@@ -295,13 +295,12 @@ impl EntityService for Service {
         request: Request<v1::GetLinkPropertiesRequest>,
     ) -> Result<Response<v1::GetLinkPropertiesResponse>, Status> {
         let robot = from_proto::robot(request.into_inner().robot)?;
-        let answer = self.handle.query(Query::Links { robot: robot.clone() }).await?;
-        let Answer::Links(surfaces) = answer else { return Err(mismatched(&answer).into()) };
         let state = self.handle.newest();
-        let (_place, entity) = find(&state, &robot)?;
+        let (place, entity) = find(&state, &robot)?;
+        let surfaces = state.snapshot.settings.get(place).map_or(&[][..], |settings| &settings.surfaces);
         let links = entity.model.links.iter().zip(surfaces);
         Ok(Response::new(v1::GetLinkPropertiesResponse {
-            links: links.map(|(link, surface)| link_properties(&link.name, surface)).collect(),
+            links: links.map(|(link, surface)| link_properties(&link.name, *surface)).collect(),
             stamp: Some(stamp::published(&state)),
         }))
     }

@@ -34,7 +34,7 @@ impl JointService for Service {
         request: Request<v1::GetJointLayoutRequest>,
     ) -> Result<Response<v1::GetJointLayoutResponse>, Status> {
         let robot = from_proto::layout_of(request.into_inner())?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
         let layout = Some(to_proto::joint::layout(&state.snapshot, place, &entity, &joints));
         Ok(Response::new(v1::GetJointLayoutResponse { layout }))
     }

@@ -1,49 +1,33 @@
 //! The kinematics service: what follows from where a robot's joints are. All of it is
 //! computed from the published state, beside the physics thread.
 
-use std::sync::Arc;
-
 use glamx::DVec3;
 use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
 use simd_core::dynamics::inverse_kinematics::{Goal, Movable, inverse_kinematics};
 use simd_core::dynamics::jacobian::jacobian;
-use simd_core::simulation::query::JointStatus;
+use simd_core::simulation::robot_settings::JointStatus;
 use simd_core::simulation::snapshot::EntityLayout;
-use simd_core::{Answer, Error, Query};
+use simd_core::Error;
 use simd_model::robot::JointKind;
 use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
-use tokio::sync::Semaphore;
 use tonic::{Request, Response, Status};
 
-use super::{entity, joints_of, mismatched};
+use super::{entity, joints_of};
 use crate::SimHandle;
 use crate::convert::from_proto::{entity as from_proto_entity, kinematics as from_proto};
 use crate::convert::to_proto::{kinematics as to_proto, stamp};
-use crate::handle::CallError;
+use crate::handle::{CallError, Cancelled};
 
 /// Serves `simd.v1.KinematicsService`.
 #[derive(Clone, Debug)]
 pub struct Service {
     handle: SimHandle,
-    /// What takes long waits for its turn, so that the physics finds a processor free.
-    turns: Arc<Semaphore>,
 }
 
 impl Service {
     /// Serves what a handle leads to.
     pub fn new(handle: SimHandle) -> Self {
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        Self { handle, turns: Arc::new(Semaphore::new((processors / 2).max(1))) }
-    }
-
-    /// Does what may take milliseconds where it holds nobody up.
-    async fn aside<T: Send + 'static>(
-        &self,
-        work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, CallError> {
-        let failed = |error: &dyn std::fmt::Display| CallError::Internal { message: error.to_string() };
-        let _turn = self.turns.acquire().await.map_err(|error| failed(&error))?;
-        tokio::task::spawn_blocking(work).await.map_err(|error| failed(&error))
+        Self { handle }
     }
 }
 
@@ -64,7 +48,7 @@ fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance>
     for body in entity.tree.bodies.iter().filter(|body| body.freedom.velocities() == 1) {
         let joint = body.joint.and_then(|joint| joints.get(joint));
         if let (Some(joint), Some(resistance)) = (joint, resistances.get_mut(body.velocity)) {
-            *resistance = Resistance { armature: joint.armature, damping: joint.damping };
+            *resistance = Resistance { armature: joint.settings.armature, damping: joint.settings.damping };
         }
     }
     resistances
@@ -104,7 +88,7 @@ fn movables(
     };
     let movables = chosen.into_iter().flat_map(|index| {
         let bodies = entity.tree.joints.get(index).cloned().unwrap_or_default();
-        let limits = joints.get(index).map(|joint| joint.limits).unwrap_or_default();
+        let limits = joints.get(index).map(|joint| joint.settings.limits).unwrap_or_default();
         bodies.map(move |body| Movable {
             body,
             lower: limits.lower.unwrap_or(f64::NEG_INFINITY),
@@ -134,13 +118,12 @@ impl KinematicsService for Service {
         request: Request<v1::GetJointReactionsRequest>,
     ) -> Result<Response<v1::GetJointReactionsResponse>, Status> {
         let robot = from_proto_entity::robot(request.into_inner().robot)?;
-        let answer = self.handle.query(Query::Reactions { robot }).await?;
-        let Answer::Reactions { layout_version, wrenches } = answer else {
-            return Err(mismatched(&answer).into());
-        };
+        let state = self.handle.newest();
+        let (index, entity) = entity::find(&state, &robot)?;
+        let wrenches = state.snapshot.joint_reactions(index, state.physics.gravity).unwrap_or_default();
         Ok(Response::new(v1::GetJointReactionsResponse {
-            stamp: Some(stamp::published(&self.handle.newest())),
-            layout_version,
+            stamp: Some(stamp::published(&state)),
+            layout_version: entity.version,
             wrenches: wrenches.iter().flatten().flat_map(DVec3::to_array).collect(),
         }))
     }
@@ -167,12 +150,12 @@ impl KinematicsService for Service {
     ) -> Result<Response<v1::GetMassMatrixResponse>, Status> {
         let v1::GetMassMatrixRequest { robot, configuration } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
         let given =
             from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
         let columns = u32::try_from(entity.tree.velocity_count).unwrap_or(u32::MAX);
         let resistances = resistances(&entity, &joints);
-        let matrix = self.aside(move || inertia_matrix(&entity.tree, &given, &resistances)).await?;
+        let matrix = self.handle.heavy(move |_| inertia_matrix(&entity.tree, &given, &resistances)).await?;
         let stamp = Some(stamp::published(&state));
         Ok(Response::new(v1::GetMassMatrixResponse { matrix, columns, stamp }))
     }
@@ -183,7 +166,7 @@ impl KinematicsService for Service {
     ) -> Result<Response<v1::ComputeInverseDynamicsResponse>, Status> {
         let v1::ComputeInverseDynamicsRequest { robot, configuration, accelerations } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
         let given =
             from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
         let accelerations = from_proto::accelerations(accelerations, &entity)?;
@@ -203,13 +186,18 @@ impl KinematicsService for Service {
         let point = from_proto::point(request.point)?;
         let names = from_proto::joints(request.joints)?;
         let effort = from_proto::effort(request.max_iterations, request.tolerance)?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot).await?;
+        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
         let guess = from_proto::configuration("guess", request.guess, &state.snapshot, place, &entity)?;
         let movables = movables(&entity, &joints, &names)?;
         let (position, orientation) = (target.position, target.orientation);
         let goal = Goal { link: link_of(&entity, &link)?, point, position, orientation };
-        let search = move || inverse_kinematics(&entity.tree, &guess, &goal, &movables, effort);
-        let found = self.aside(search).await?;
+        let found = self
+            .handle
+            .heavy(move |cancelled: &Cancelled| {
+                let is_cancelled = || cancelled.is_set();
+                inverse_kinematics(&entity.tree, &guess, &goal, &movables, effort, is_cancelled)
+            })
+            .await?;
         Ok(Response::new(to_proto::found(found, stamp::published(&state))))
     }
 }

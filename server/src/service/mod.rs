@@ -28,9 +28,9 @@ pub mod version;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use simd_core::simulation::query::JointStatus;
+use simd_core::Command;
+use simd_core::simulation::robot_settings::JointStatus;
 use simd_core::simulation::snapshot::EntityLayout;
-use simd_core::{Answer, Command, Error, Query};
 use simd_proto::v1::client_service_server::ClientServiceServer;
 use simd_proto::v1::contact_service_server::ContactServiceServer;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
@@ -48,9 +48,6 @@ use self::transport::Reasoned;
 use self::version::Versioned;
 use crate::SimHandle;
 use crate::handle::{CallError, Done, Published, Transport};
-
-/// How often a layout is asked for again where a reload comes between question and answer.
-const LAYOUT_ATTEMPTS: usize = 3;
 
 /// The answers of a stream.
 pub(crate) type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
@@ -101,39 +98,19 @@ async fn command_once(handle: &SimHandle, request_id: &str, command: Command) ->
     handle.once(request_id, async move { doer.command(command).await }).await
 }
 
-/// A robot in the newest state, with its place there and what holds for its joints:
-/// settings come from the world, places from the state. Both are of one layout, or the
-/// indices would be another robot's.
-async fn joints_of(
+/// A published state, the index of a robot there, its layout, and what holds for its joints: all of one moment.
+fn joints_of(
     handle: &SimHandle,
     robot: &str,
 ) -> Result<(Arc<Published>, usize, Arc<EntityLayout>, Vec<JointStatus>), CallError> {
-    let mut changed = Error::RobotNotFound { robot: robot.to_owned(), known: Vec::new() };
-    for _attempt in 0..LAYOUT_ATTEMPTS {
-        let answer = handle.query(Query::Joints { robot: robot.to_owned() }).await?;
-        let Answer::Joints { layout_version, joints } = answer else {
-            return Err(mismatched(&answer));
-        };
-        let state = handle.newest();
-        let found = state.snapshot.entity(robot).map(|(place, entity)| (place, Arc::clone(entity)));
-        match found {
-            Some((place, entity)) if entity.version == layout_version => {
-                return Ok((state, place, entity, joints));
-            }
-            Some((_place, entity)) => {
-                changed = Error::LayoutChanged {
-                    robot: robot.to_owned(),
-                    requested: layout_version,
-                    present: entity.version,
-                };
-            }
-            None => {}
-        }
-    }
-    Err(changed.into())
+    let state = handle.newest();
+    let (index, layout) = entity::find(&state, robot)?;
+    let layout = Arc::clone(layout);
+    let joints = state.snapshot.joint_status(index).unwrap_or_default();
+    Ok((state, index, layout, joints))
 }
 
-/// A question was answered with the answer to another one.
+/// A command was answered with the answer to another one.
 fn mismatched<T>(what: &T) -> CallError
 where
     T: std::fmt::Debug,

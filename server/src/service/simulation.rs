@@ -1,8 +1,7 @@
 //! The simulation service: the world, its time, whether it runs, how it is stepped.
 
 use prost::Message;
-use simd_core::simulation::command::SnapshotInfo;
-use simd_core::{Answer, Command, Query, Reply};
+use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
@@ -10,7 +9,7 @@ use super::{command_once, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
-use crate::handle::{Aim, CallError, Caller};
+use crate::handle::{Aim, Caller};
 
 /// Serves `simd.v1.SimulationService`.
 #[derive(Clone, Debug)]
@@ -22,13 +21,6 @@ impl Service {
     /// Serves what a handle leads to.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
-    }
-
-    async fn snapshots(&self) -> Result<Vec<SnapshotInfo>, CallError> {
-        match self.handle.query(Query::Snapshots).await? {
-            Answer::Snapshots(snapshots) => Ok(snapshots),
-            other => Err(mismatched(&other)),
-        }
     }
 }
 
@@ -181,10 +173,9 @@ impl SimulationService for Service {
         &self,
         _request: Request<v1::ListSnapshotsRequest>,
     ) -> Result<Response<v1::ListSnapshotsResponse>, Status> {
-        let snapshots = self.snapshots().await?;
-        Ok(Response::new(v1::ListSnapshotsResponse {
-            snapshots: snapshots.iter().map(to_proto::snapshot).collect(),
-        }))
+        let state = self.handle.newest();
+        let snapshots = state.snapshot.saved.iter().map(|kept| to_proto::snapshot(&kept.info())).collect();
+        Ok(Response::new(v1::ListSnapshotsResponse { snapshots }))
     }
 
     async fn delete_snapshot(

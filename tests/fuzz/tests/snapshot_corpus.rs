@@ -13,7 +13,7 @@ use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
     JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target, Touches,
 };
-use simd_core::{Answer, Command, PhysicsSettings, Query, Simulation};
+use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
 use simd_fuzz_targets::snapshots;
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
@@ -120,8 +120,9 @@ impl Scene {
     fn content(mut self, steps: usize) -> Vec<u8> {
         (0..steps).for_each(|_| self.world.step());
         self.apply(Command::SaveSnapshot { name: "it".into() });
-        let kept = self.world.query(&Query::Saved { name: "it".into() }).unwrap();
-        let Answer::Saved(_, saved) = kept else { panic!("{kept:?}") };
+        let mut seen = Snapshot::default();
+        self.world.observe(&mut seen);
+        let saved = seen.saved("it").unwrap().saved();
         let files = self.files.into_values().collect();
         snapshot_file("it", &saved.world_state(), &self.recipes, files).encode_to_vec()
     }

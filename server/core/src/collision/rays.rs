@@ -1,13 +1,19 @@
-//! What a ray hits.
+//! What a ray hits: the shapes of robots, placed where their links are.
 
-use glamx::DVec3;
+use glamx::{DPose3, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::Ray;
+use parry3d_f64::shape::{ShapeType, SharedShape};
 
-use super::RobotColliders;
+use super::Shapes;
+use crate::dynamics::Tree;
 
 /// Where a ray meets a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
+    /// As it was given to [`Scene::new`].
+    pub robot: usize,
     /// Index of the link.
     pub link: usize,
     /// The part of the way from the ray's start to its end, 0 to 1.
@@ -18,26 +24,75 @@ pub struct RayHit {
     pub normal: DVec3,
 }
 
-/// The first hit of the way from `from` to `to`, world points, with a robot's colliders. A way
-/// that starts inside a shape hits it at its start.
-pub fn cast(robot: &RobotColliders, from: DVec3, to: DVec3) -> Option<RayHit> {
-    let way = to - from;
-    let ray = Ray::new(from, way);
-    let mut best: Option<RayHit> = None;
-    for placed in &robot.placed {
-        let most = best.map_or(1.0, |hit| hit.fraction);
-        let shape = robot.shape(placed);
-        let Some(hit) = shape.cast_ray_and_get_normal(&placed.world_from_shape, &ray, most, true) else {
-            continue;
-        };
-        if best.is_none_or(|best| hit.time_of_impact < best.fraction) {
-            best = Some(RayHit {
-                link: placed.link,
-                fraction: hit.time_of_impact,
-                point: from + way * hit.time_of_impact,
-                normal: hit.normal,
-            });
+/// The shapes of robots at one moment. It is made for some rays and then forgotten: no step reads it.
+pub struct Scene {
+    /// Those with bounds, in the order of the tree's leaves, and after them the planes.
+    shapes: Vec<Placed>,
+    bounded: usize,
+    tree: Bvh,
+}
+
+struct Placed {
+    robot: usize,
+    link: usize,
+    shape: SharedShape,
+    world_from_shape: DPose3,
+}
+
+impl Scene {
+    /// Of robots, each with the number that its hits have, its tree, its shapes and `world_from_link` of
+    /// each link. A plane that could move is left out, as it is where robots touch.
+    pub fn new<'a>(robots: impl Iterator<Item = (usize, &'a Tree, &'a Shapes, Vec<DPose3>)>) -> Self {
+        let (mut shapes, mut planes) = (Vec::new(), Vec::new());
+        for (robot, tree, of, poses) in robots {
+            for part in &of.parts {
+                let (Some(pose), Some(frame)) = (poses.get(part.link), tree.links.get(part.link)) else {
+                    continue;
+                };
+                let world_from_shape = *pose * part.link_from_shape;
+                let placed = Placed { robot, link: part.link, shape: part.shape.clone(), world_from_shape };
+                match part.shape.shape_type() {
+                    ShapeType::HalfSpace if frame.body.is_some() => {}
+                    ShapeType::HalfSpace => planes.push(placed),
+                    _ => shapes.push(placed),
+                }
+            }
         }
+        let bounds: Vec<Aabb> =
+            shapes.iter().map(|placed| placed.shape.compute_aabb(&placed.world_from_shape)).collect();
+        let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds);
+        let bounded = shapes.len();
+        shapes.append(&mut planes);
+        Self { shapes, bounded, tree }
     }
-    best
+
+    /// The first hit of the way from `from` to `to`, world points. A way that starts inside a shape hits
+    /// it at its start.
+    pub fn cast(&self, from: DVec3, to: DVec3) -> Option<RayHit> {
+        let way = to - from;
+        let ray = Ray::new(from, way);
+        let meets = |index: usize, most: f64| {
+            let placed = self.shapes.get(index)?;
+            placed.shape.cast_ray(&placed.world_from_shape, &ray, most.min(1.0), true)
+        };
+        // The end of the way counts, and parry's search takes only what is before its limit.
+        let mut most = 1.0_f64.next_up();
+        let mut first = None;
+        for index in self.bounded..self.shapes.len() {
+            if let Some(fraction) = meets(index, most).filter(|fraction| *fraction < most) {
+                (most, first) = (fraction, Some(index));
+            }
+        }
+        let nearer = self.tree.cast_ray(&ray, most, |leaf, most| meets(leaf as usize, most));
+        let index = nearer.map(|(leaf, _)| leaf as usize).or(first)?;
+        let placed = self.shapes.get(index)?;
+        let hit = placed.shape.cast_ray_and_get_normal(&placed.world_from_shape, &ray, 1.0, true)?;
+        Some(RayHit {
+            robot: placed.robot,
+            link: placed.link,
+            fraction: hit.time_of_impact,
+            point: from + way * hit.time_of_impact,
+            normal: hit.normal,
+        })
+    }
 }

@@ -46,7 +46,7 @@ impl Configuration {
     }
 
     /// q and qd as a step has them. What is missing is zero.
-    pub(super) fn state(&self, tree: &Tree) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn state(&self, tree: &Tree) -> (Vec<f64>, Vec<f64>) {
         let (mut q, mut qd) = (vec![0.0; tree.root_positions()], vec![0.0; tree.root_velocities()]);
         if !tree.fixed_base {
             write_free_pose(&mut q, self.root.translation, self.root.rotation);

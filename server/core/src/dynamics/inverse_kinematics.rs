@@ -69,13 +69,15 @@ const REACH: f64 = 0.25;
 /// Wright, "Numerical Optimization" (2006), section 10.3). Joints at a limit that would
 /// go beyond are held there. Where it is stuck short of the goal (a stretched arm, a
 /// limit in the way) it goes on from beside the best there was, further and further, always
-/// alike: equal questions have equal answers. Joints that follow others follow.
+/// alike: equal questions have equal answers. Joints that follow others follow. Ends early, with what it has, as
+/// soon as `is_cancelled`, which is asked before each step.
 pub fn inverse_kinematics(
     tree: &Tree,
     guess: &Configuration,
     goal: &Goal,
     movables: &[Movable],
     effort: Effort,
+    is_cancelled: impl Fn() -> bool,
 ) -> Found {
     let (q, qd) = guess.state(tree);
     let mut search = Search::new(tree, guess, goal, movables, &q, vec![0.0; qd.len()]);
@@ -85,6 +87,9 @@ pub fn inverse_kinematics(
     // The distance to be halved, and for how many steps it was not.
     let mut halving = (here.size(), 0);
     while best.0.size() > effort.tolerance && iterations < effort.iterations && !movables.is_empty() {
+        if is_cancelled() {
+            break;
+        }
         iterations += 1;
         if halving.1 >= PATIENCE {
             nudges += 1;

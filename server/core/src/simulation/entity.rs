@@ -13,7 +13,7 @@ use simd_model::robot::{JointKind, Limits};
 pub use self::push::Push;
 use super::command::Touches;
 use super::error::Error;
-use super::snapshot::{Flags, Mode, Snapshot};
+use super::snapshot::{Flags, Mode, RootState, Snapshot};
 use crate::collision::RobotColliders;
 use crate::dynamics::tree::Freedom;
 use crate::dynamics::{Articulation, Axis, Tree};
@@ -67,7 +67,7 @@ pub(super) struct Claim {
     /// What targets must carry.
     pub secret: String,
     /// Who claims, for people.
-    pub holder: String,
+    pub holder: Arc<str>,
 }
 
 impl Entity {
@@ -281,16 +281,29 @@ impl Entity {
             .unzip()
     }
 
-    /// Adds the values of its joints to a snapshot.
-    pub(super) fn observe(&self, snapshot: &mut Snapshot) {
+    /// Adds what it shows to a snapshot, after a step of so many seconds in parts of `h` seconds.
+    pub(super) fn observe(&self, snapshot: &mut Snapshot, time_step: f64, h: f64) {
         let tree = self.body.tree();
         let root = tree.root_velocities();
+        let mut accelerations = self.body.last_accelerations(h);
+        let mut of_root = [0.0; 6];
+        of_root.iter_mut().zip(accelerations.by_ref().take(root)).for_each(|(of, value)| *of = value);
+        snapshot.accelerations.extend(accelerations);
+        let (linear, angular) = self.body.root_twist();
+        snapshot.roots.push(RootState {
+            pose: self.body.root_pose(),
+            linear,
+            angular,
+            disabled: self.disabled.clone(),
+            accelerations: of_root,
+        });
         snapshot.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);
         snapshot.velocities.extend_from_slice(&self.body.rates()[root..]);
         snapshot.efforts.extend_from_slice(&self.body.efforts()[root..]);
         for axis in &self.body.axes()[root..] {
             snapshot.targets.push(axis.actuator.target);
             snapshot.modes.push(axis.actuator.mode);
+            snapshot.gains.push(axis.gains(time_step));
         }
         for body in tree.bodies.iter().filter(|body| body.joint.is_some()) {
             match body.freedom {

@@ -5,32 +5,12 @@ use std::sync::Arc;
 use super::command::{JointProperties, JointSelection, RobotReset};
 use super::entity::{Claim, Entity, follow, follow_rates};
 use super::error::Error;
-use super::query::{Answer, JointStatus, Query};
 use super::snapshot::Mode;
 use super::targets::{moderate_value, sane_limits};
 use super::{EventKind, Reply, Simulation};
 use crate::dynamics::Actuator;
 
 impl Simulation {
-    /// Answers a question.
-    pub fn query(&self, query: &Query) -> Result<Answer, Error> {
-        match query {
-            Query::Joints { robot } => {
-                let entity = &self.entities[self.place(robot)?];
-                let joints = 0..entity.model.joints.len();
-                let joints = joints.map(|joint| status(entity, joint, self.settings.time_step)).collect();
-                Ok(Answer::Joints { layout_version: entity.version, joints })
-            }
-            Query::Snapshots => Ok(Answer::Snapshots(self.snapshots())),
-            Query::Saved { name } => {
-                self.kept(name).map(|kept| Answer::Saved(kept.info(), kept.saved.clone()))
-            }
-            Query::CastRays { rays } => self.cast_rays(rays),
-            Query::Links { robot } => self.link_surfaces(robot),
-            Query::Reactions { robot } => self.reactions(robot),
-        }
-    }
-
     pub(super) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
         /// A robot, a position, a rate, and the values for them.
         type Put = (usize, (usize, f64), (usize, f64));
@@ -79,7 +59,8 @@ impl Simulation {
         robot: &str,
         joints: &[JointProperties],
     ) -> Result<Reply, Error> {
-        let entity = self.entity_mut(robot)?;
+        let place = self.place(robot)?;
+        let entity = &mut self.entities[place];
         let mut accepted = Vec::new();
         for properties in joints {
             let name = &properties.joint;
@@ -107,11 +88,12 @@ impl Simulation {
             accepted.push((index, properties));
         }
         for (index, properties) in accepted {
-            for place in entity.body.tree().joints[index].clone() {
-                let rate = entity.body.tree().bodies[place].velocity;
+            for body in entity.body.tree().joints[index].clone() {
+                let rate = entity.body.tree().bodies[body].velocity;
                 change(&mut entity.body.axes_mut()[rate].settings, properties);
             }
         }
+        self.settings_changed(place);
         Ok(Reply::Done)
     }
 
@@ -141,20 +123,23 @@ impl Simulation {
                     return Err(Error::JointClaimed {
                         robot: entity.name.clone(),
                         joint: entity.model.joints[joint].name.clone(),
-                        holder: other.holder.clone(),
+                        holder: other.holder.to_string(),
                     });
                 }
                 taken.push((place, joint));
             }
         }
-        let record = Arc::new(Claim { secret: claim.to_owned(), holder: holder.to_owned() });
+        let record = Arc::new(Claim { secret: claim.to_owned(), holder: holder.into() });
         self.claims.insert(claim.to_owned(), Arc::clone(&record));
         let mut names = Vec::new();
+        let mut robots: Vec<usize> = taken.iter().map(|(place, _)| *place).collect();
+        robots.dedup();
         for (place, joint) in taken {
             let entity = &mut self.entities[place];
             entity.claims[joint] = Some(Arc::clone(&record));
             names.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
         }
+        robots.into_iter().for_each(|robot| self.settings_changed(robot));
         self.happened(EventKind::JointsClaimed { holder: holder.to_owned(), joints: names });
         Ok(Reply::Done)
     }
@@ -162,7 +147,9 @@ impl Simulation {
     pub(super) fn release(&mut self, claim: &str, lapsed: bool) -> Result<Reply, Error> {
         let record = self.claims.remove(claim).ok_or(Error::ClaimNotFound)?;
         let mut joints = Vec::new();
-        for entity in &mut self.entities {
+        for place in 0..self.entities.len() {
+            let entity = &mut self.entities[place];
+            let before = joints.len();
             for joint in 0..entity.claims.len() {
                 if entity.claims[joint].as_ref().is_none_or(|held| held.secret != claim) {
                     continue;
@@ -170,12 +157,15 @@ impl Simulation {
                 entity.claims[joint] = None;
                 joints.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
                 // Nobody drives it any more: it stays where it is.
-                for place in entity.body.tree().joints[joint].clone() {
-                    entity.body.hold(place);
+                for body in entity.body.tree().joints[joint].clone() {
+                    entity.body.hold(body);
                 }
             }
+            if joints.len() > before {
+                self.settings_changed(place);
+            }
         }
-        self.happened(EventKind::JointsReleased { holder: record.holder.clone(), joints, lapsed });
+        self.happened(EventKind::JointsReleased { holder: record.holder.to_string(), joints, lapsed });
         Ok(Reply::Done)
     }
 }
@@ -221,27 +211,5 @@ fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &J
     }
     if let Some((stiffness, damping)) = default_gains {
         (settings.default_stiffness, settings.default_damping) = (*stiffness, *damping);
-    }
-}
-
-/// What holds for a joint at the moment.
-fn status(entity: &Entity, joint: usize, time_step: f64) -> JointStatus {
-    let tree = entity.body.tree();
-    let bodies = &tree.bodies[tree.joints[joint].clone()];
-    let axis = bodies
-        .iter()
-        .find(|body| body.freedom.velocities() == 1)
-        .and_then(|body| entity.body.axes().get(body.velocity))
-        .cloned()
-        .unwrap_or_default();
-    JointStatus {
-        mode: axis.actuator.mode,
-        limits: axis.settings.limits,
-        damping: axis.settings.damping,
-        friction: axis.settings.friction,
-        armature: axis.settings.armature,
-        gains: axis.gains(time_step),
-        default_gains: (axis.settings.default_stiffness, axis.settings.default_damping),
-        claimed_by: entity.claims[joint].as_ref().map(|claim| claim.holder.clone()),
     }
 }

@@ -1,20 +1,15 @@
-//! Links: what their surfaces are like, what they touch, what rays hit them.
+//! Links: what their surfaces are like, and what they touch.
 
 use std::sync::Arc;
 
-use glamx::DVec3;
 use simd_model::robot::Material;
 
 use super::command::LinkProperties;
 use super::entity::Entity;
 use super::error::Error;
-use super::query::{Answer, RayReport};
 use super::snapshot::ContactReport;
 use super::{Reply, Simulation};
-use crate::collision::{RobotColliders, Shapes, Surface, rays};
-
-/// Rays that one query may cast.
-pub const MOST_RAYS: usize = 1_000;
+use crate::collision::{RobotColliders, Shapes, Surface};
 
 /// Coulomb's coefficient at the most.
 const MOST_FRICTION: f64 = 1e6;
@@ -31,6 +26,7 @@ impl Simulation {
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
         }
+        self.settings_changed(place);
         self.wake_around(place);
         Ok(Reply::Done)
     }
@@ -58,9 +54,9 @@ impl Simulation {
         }
     }
 
-    /// What touches, as the last step had it.
-    pub(super) fn contact_reports(&self) -> impl Iterator<Item = ContactReport> {
-        self.contacts.list.iter().map(|contact| {
+    /// What touches, as the last step had it, whose parts took `h` seconds each.
+    pub(super) fn contact_reports(&self, h: f64) -> impl Iterator<Item = ContactReport> {
+        self.contacts.list.iter().map(move |contact| {
             let touch = &contact.touch;
             let force = contact.total / self.settings.time_step;
             let normal_force = force.dot(touch.normal);
@@ -72,49 +68,9 @@ impl Simulation {
                 depth: -touch.distance,
                 normal_force,
                 friction_force: force - touch.normal * normal_force,
+                last_force: contact.impulse / h,
             }
         })
-    }
-
-    pub(super) fn cast_rays(&self, asked: &[[DVec3; 2]]) -> Result<Answer, Error> {
-        if asked.len() > MOST_RAYS {
-            return Err(Error::LimitExceeded {
-                what: "the number of rays of one query".into(),
-                value: asked.len() as u64,
-                limit: MOST_RAYS as u64,
-            });
-        }
-        if let Some(ray) = asked.iter().flatten().find(|point| !point.is_finite()) {
-            return Err(Error::InvalidValue {
-                element: "a point of a ray".into(),
-                value: ray.to_string(),
-                expected: "it must be finite".into(),
-            });
-        }
-        // Between steps colliders are where the last step found contacts, not where robots are.
-        let placed: Vec<RobotColliders> = self.entities.iter().map(Entity::placed_colliders).collect();
-        let cast = |&[from, to]: &[DVec3; 2]| {
-            let hits = placed
-                .iter()
-                .enumerate()
-                .filter_map(|(robot, colliders)| Some((robot, rays::cast(colliders, from, to)?)));
-            let (robot, hit) = hits.min_by(|a, b| a.1.fraction.total_cmp(&b.1.fraction))?;
-            let entity = &self.entities[robot];
-            Some(RayReport {
-                robot: entity.name.clone(),
-                link: entity.model.links[hit.link].name.clone(),
-                point: hit.point,
-                normal: hit.normal,
-                fraction: hit.fraction,
-            })
-        };
-        Ok(Answer::Rays(asked.iter().map(cast).collect()))
-    }
-
-    pub(super) fn link_surfaces(&self, robot: &str) -> Result<Answer, Error> {
-        let entity = &self.entities[self.place(robot)?];
-        let links = 0..entity.model.links.len();
-        Ok(Answer::Links(links.map(|link| entity.colliders.surface(link)).collect()))
     }
 }
 

@@ -1,11 +1,12 @@
 //! The world: commands that change it, the step, what it looks like.
 //!
-//! * [`command`], [`query`]: what can be asked of it; [`error`]: why it refuses.
+//! * [`command`]: what can be asked of it; [`error`]: why it refuses.
 //! * `robots`, `links`, `joints`, `targets`, `world`: how commands are applied.
 //! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
-//! * `step`: how they move on; `reactions`: what that asked of joints.
+//! * `step`: how they move on.
 //! * [`saved`]: states that are kept; [`world_state`]: one of them as plain data.
-//! * [`snapshot`], [`event`]: what it shows.
+//! * [`snapshot`], [`event`]: what it shows; [`robot_settings`], [`rays`], `reactions`: what follows from that
+//!   alone, on any thread.
 
 pub mod command;
 mod contacts;
@@ -14,8 +15,9 @@ pub mod error;
 pub mod event;
 mod joints;
 pub mod links;
-pub mod query;
+pub mod rays;
 mod reactions;
+pub mod robot_settings;
 mod robots;
 pub mod saved;
 pub mod settings;
@@ -37,11 +39,10 @@ use contacts::Contacts;
 use entity::{Claim, Entity};
 pub use error::Error;
 pub use event::{Event, EventKind};
-pub use query::{Answer, Query};
-use saved::Kept;
-pub use saved::Saved;
+use robot_settings::RobotSettings;
+pub use saved::{Kept, Saved};
 pub use settings::PhysicsSettings;
-use snapshot::{EntityLayout, RootState, WorldLayout};
+use snapshot::{EntityLayout, WorldLayout};
 pub use snapshot::{Moment, Snapshot};
 use step::StepMemory;
 
@@ -62,8 +63,10 @@ pub struct Simulation {
     step_memory: StepMemory,
     /// By their secrets.
     claims: BTreeMap<String, Arc<Claim>>,
-    /// Oldest first.
-    saved: Vec<Kept>,
+    /// Oldest first. Shared with what is published.
+    saved: Arc<Vec<Kept>>,
+    /// One a robot. Shared with what is published.
+    robot_settings: Arc<Vec<Arc<RobotSettings>>>,
     /// Of the next robot or model.
     next_version: u64,
     layout: Arc<WorldLayout>,
@@ -97,7 +100,8 @@ impl Simulation {
             contacts: Contacts::default(),
             step_memory: StepMemory::default(),
             claims: BTreeMap::new(),
-            saved: Vec::new(),
+            saved: Arc::default(),
+            robot_settings: Arc::default(),
             next_version: 1,
             layout: Arc::default(),
             events: Vec::new(),
@@ -168,9 +172,7 @@ impl Simulation {
     /// Writes what the world looks like into a snapshot, reusing its memory.
     pub fn observe(&self, snapshot: &mut Snapshot) {
         snapshot.at = self.now;
-        if !Arc::ptr_eq(&snapshot.world, &self.layout) {
-            snapshot.world = Arc::clone(&self.layout);
-        }
+        share(&mut snapshot.world, &self.layout);
         snapshot.roots.clear();
         for values in
             [&mut snapshot.positions, &mut snapshot.velocities, &mut snapshot.efforts, &mut snapshot.targets]
@@ -178,15 +180,20 @@ impl Simulation {
             values.clear();
         }
         snapshot.modes.clear();
+        snapshot.gains.clear();
+        snapshot.accelerations.clear();
         snapshot.flags.clear();
+        let PhysicsSettings { time_step, substeps, .. } = self.settings;
+        let h = time_step / f64::from(substeps);
         for entity in &self.entities {
-            let (linear, angular) = entity.body.root_twist();
-            let pose = entity.body.root_pose();
-            snapshot.roots.push(RootState { pose, linear, angular, disabled: entity.disabled.clone() });
-            entity.observe(snapshot);
+            entity.observe(snapshot, time_step, h);
         }
         snapshot.contacts.clear();
-        snapshot.contacts.extend(self.contact_reports());
+        snapshot.contacts.extend(self.contact_reports(h));
+        snapshot.applied_wrenches.clear();
+        snapshot.applied_wrenches.extend(self.applied_wrenches());
+        share(&mut snapshot.settings, &self.robot_settings);
+        share(&mut snapshot.saved, &self.saved);
     }
 
     /// Where the colliders of a robot are, in the order of its shapes: where its links are now.
@@ -248,6 +255,7 @@ impl Simulation {
                 version: entity.version,
                 model: Arc::clone(&entity.model),
                 tree: Arc::clone(tree),
+                shapes: Arc::clone(entity.colliders.shapes()),
                 fixed_base: tree.fixed_base,
                 loaded_at_start: entity.loaded_at_start,
                 positions: first_position..position,
@@ -257,5 +265,14 @@ impl Simulation {
             })
         });
         self.layout = Arc::new(WorldLayout { entities: entities.collect() });
+        let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
+        self.robot_settings = Arc::new(settings.collect());
+    }
+}
+
+/// Makes one what the other is. Both mostly are already, and then no reference is counted.
+fn share<T>(one: &mut Arc<T>, other: &Arc<T>) {
+    if !Arc::ptr_eq(one, other) {
+        *one = Arc::clone(other);
     }
 }

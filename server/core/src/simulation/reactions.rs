@@ -1,51 +1,63 @@
-//! What a robot's joints carried over the last step.
+//! What a robot's joints carried over the last step, found from a published state alone.
 
 use glamx::DVec3;
 
+use super::Simulation;
 use super::entity::Push;
-use super::error::Error;
-use super::query::Answer;
-use super::{PhysicsSettings, Simulation};
+use super::snapshot::{AppliedWrench, Snapshot};
 use crate::dynamics::reactions::{Motion, joint_reactions};
 use crate::dynamics::spatial::Spatial;
 
-impl Simulation {
-    /// One for each joint of the model: force and torque of the parent link on the child, in the
-    /// child link's frame and about its origin. At the present pose, with the accelerations and
-    /// the contacts of the last step, or of its last part; without accelerations where the robot
-    /// was put somewhere since.
-    pub(super) fn reactions(&self, robot: &str) -> Result<Answer, Error> {
-        let place = self.place(robot)?;
-        let entity = &self.entities[place];
-        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
-        let h = time_step / f64::from(substeps);
-        let (body, tree) = (&entity.body, entity.body.tree());
-        let to_base = body.base().rotation.inverse();
-        let poses = tree.link_poses(body.root_pose(), &body.positions()[tree.root_positions()..]);
+impl Snapshot {
+    /// One for each joint of the model of the robot at this index: force and torque of the parent link on
+    /// the child, in the child link's frame and about its origin, N and N m. At the present pose, with the
+    /// accelerations and the contacts of the last step, or of its last part; without accelerations where
+    /// the robot was put somewhere since.
+    pub fn joint_reactions(&self, robot: usize, gravity: DVec3) -> Option<Vec<[DVec3; 2]>> {
+        let entity = self.world.entities.get(robot)?;
+        let root = self.roots.get(robot)?;
+        let configuration = self.configuration(robot)?;
+        let poses = self.link_poses(robot)?;
+        let tree = &*entity.tree;
+        let (positions, rates) = configuration.state(tree);
+        let to_base =
+            if tree.fixed_base { root.pose.rotation.inverse() } else { glamx::DQuat::IDENTITY };
 
-        let pushes = entity.pushes.iter().filter(|push| !push.waits).chain(&entity.passed).map(|push| {
-            let Push { link, force, torque, in_link_axes, point, .. } = *push;
-            let turn = to_base * poses[link].rotation;
+        let of_robot = self.applied_wrenches.iter().filter(|wrench| wrench.robot == robot);
+        let applied = of_robot.filter_map(|wrench| {
+            let AppliedWrench { robot: _, link, force, torque, in_link_axes, point } = *wrench;
+            let turn = to_base * poses.get(link)?.rotation;
             let turned = |v: DVec3| if in_link_axes { turn * v } else { to_base * v };
             let (force, torque) = (turned(force), turned(torque));
-            (link, Spatial::new(torque + (turn * point).cross(force), force))
+            Some((link, Spatial::new(torque + (turn * point).cross(force), force)))
         });
-        let touches = self.contacts.list.iter().flat_map(|contact| {
-            // The impulse is that on the second.
-            let force = contact.impulse / h;
-            let sides = [(0, -force), (1, force)].into_iter();
-            sides.filter(move |(side, _)| contact.robots[*side] == place).map(|(side, force)| {
-                let link = contact.touch.links[side];
-                let arm = contact.touch.point - poses[link].translation;
-                (link, Spatial::new(to_base * arm.cross(force), to_base * force))
+        let contacts = self.contacts.iter().flat_map(|contact| {
+            let sides = [(0, -contact.last_force), (1, contact.last_force)].into_iter();
+            let of_robot = sides.filter(move |(side, _)| contact.robots[*side] == robot);
+            of_robot.filter_map(|(side, force)| {
+                let link = contact.links[side];
+                let arm = contact.point - poses.get(link)?.translation;
+                Some((link, Spatial::new(to_base * arm.cross(force), to_base * force)))
             })
         });
-        let pushes: Vec<(usize, Spatial)> = pushes.chain(touches).collect();
-        let accelerations = body.last_accelerations(h);
-        let motion =
-            Motion { positions: body.positions(), rates: body.rates(), accelerations: &accelerations };
-        let carried = joint_reactions(&entity.model, tree, motion, to_base * gravity, &pushes);
-        let parts = carried.into_iter().map(|wrench| [wrench.linear, wrench.angular]);
-        Ok(Answer::Reactions { layout_version: entity.version, wrenches: parts.collect() })
+        let wrenches: Vec<(usize, Spatial)> = applied.chain(contacts).collect();
+        let mut accelerations = root.accelerations[..tree.root_velocities()].to_vec();
+        accelerations.extend_from_slice(self.accelerations.get(entity.velocities.clone())?);
+        let motion = Motion { positions: &positions, rates: &rates, accelerations: &accelerations };
+        let carried = joint_reactions(&entity.model, tree, motion, to_base * gravity, &wrenches);
+        Some(carried.into_iter().map(|wrench| [wrench.linear, wrench.angular]).collect())
+    }
+}
+
+impl Simulation {
+    /// What acted on links over the last step or acts over the next one.
+    pub(super) fn applied_wrenches(&self) -> impl Iterator<Item = AppliedWrench> + '_ {
+        self.entities.iter().enumerate().flat_map(|(robot, entity)| {
+            let pushes = entity.pushes.iter().filter(|push| !push.waits).chain(&entity.passed);
+            pushes.map(move |push| {
+                let Push { link, force, torque, in_link_axes, point, .. } = *push;
+                AppliedWrench { robot, link, force, torque, in_link_axes, point }
+            })
+        })
     }
 }

@@ -11,7 +11,7 @@ use super::links::check_surface;
 use super::robots::is_robot_name;
 use super::world::{SUBSTEPS, TIME_STEP};
 use super::world_state::{Misfit, Push, RobotState, WorldState};
-use super::{Moment, PhysicsSettings, Reply, Simulation};
+use super::{Moment, PhysicsSettings, Reply, Simulation, Snapshot};
 use crate::dynamics::articulation::{finite, sizes};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::{Articulation, Tree};
@@ -31,11 +31,11 @@ pub(super) struct State {
     pub(super) merged: Vec<Pair>,
 }
 
-/// One that a world keeps.
-#[derive(Debug)]
-pub(super) struct Kept {
-    pub(super) name: String,
-    pub(super) saved: Saved,
+/// One that a world keeps, under a name. Cheap to copy.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    name: String,
+    saved: Saved,
     /// The first of the versions that its robots have here, where the state came from elsewhere: their
     /// versions there may be those of others here.
     versions: Option<u64>,
@@ -87,14 +87,15 @@ impl Simulation {
                 limit: limit as u64,
             });
         }
-        self.saved.retain(|kept| kept.name != name);
+        let list = Arc::make_mut(&mut self.saved);
+        list.retain(|kept| kept.name != name);
         let versions = foreign.then_some(self.next_version);
         if foreign {
             self.next_version += saved.0.entities.len() as u64;
         }
         let kept = Kept { name, saved, versions };
         let info = kept.info();
-        self.saved.push(kept);
+        list.push(kept);
         Ok(Reply::Snapshot(info))
     }
 
@@ -104,17 +105,13 @@ impl Simulation {
 
     pub(super) fn forget(&mut self, name: &str) -> Result<Reply, Error> {
         let place = self.saved.iter().position(|kept| kept.name == name);
-        self.saved.remove(place.ok_or_else(|| self.no_snapshot(name))?);
+        let place = place.ok_or_else(|| self.no_snapshot(name))?;
+        Arc::make_mut(&mut self.saved).remove(place);
         Ok(Reply::Done)
     }
 
-    pub(super) fn snapshots(&self) -> Vec<SnapshotInfo> {
-        self.saved.iter().map(Kept::info).collect()
-    }
-
     fn no_snapshot(&self, name: &str) -> Error {
-        let known = self.saved.iter().map(|kept| kept.name.clone()).collect();
-        Error::SnapshotNotFound { name: name.to_owned(), known }
+        no_snapshot(&self.saved, name)
     }
 
     fn unused_snapshot_name(&self) -> String {
@@ -129,8 +126,29 @@ impl Simulation {
     }
 }
 
+fn no_snapshot(saved: &[Kept], name: &str) -> Error {
+    let known = saved.iter().map(|kept| kept.name.clone()).collect();
+    Error::SnapshotNotFound { name: name.to_owned(), known }
+}
+
+impl Snapshot {
+    /// A state that the world can go back to, by name.
+    ///
+    /// # Errors
+    /// Where there is no such state.
+    pub fn saved(&self, name: &str) -> Result<&Kept, Error> {
+        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| no_snapshot(&self.saved, name))
+    }
+}
+
 impl Kept {
-    pub(super) fn info(&self) -> SnapshotInfo {
+    /// The state.
+    pub fn saved(&self) -> &Saved {
+        &self.saved
+    }
+
+    /// What is said of it.
+    pub fn info(&self) -> SnapshotInfo {
         let State { at, entities, .. } = &*self.saved.0;
         SnapshotInfo { name: self.name.clone(), at: *at, robots: entities.len() }
     }

@@ -6,6 +6,9 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 
+use super::robot_settings::RobotSettings;
+use super::saved::Kept;
+use crate::collision::Shapes;
 pub use crate::dynamics::Mode;
 use crate::dynamics::{Configuration, Tree};
 
@@ -41,10 +44,38 @@ pub struct Snapshot {
     pub targets: Vec<f64>,
     /// Aligned with `velocities`.
     pub modes: Vec<Mode>,
+    /// Stiffness and damping in force. Aligned with `velocities`.
+    pub gains: Vec<(f64, f64)>,
+    /// The change of the rates in a second over the last part of the last step; zero where the rates were
+    /// given since. Aligned with `velocities`.
+    pub accelerations: Vec<f64>,
     /// Aligned with `velocities`.
     pub flags: Vec<Flags>,
     /// What touches, as the last step had it, in an order that is the same for equal states.
     pub contacts: Vec<ContactReport>,
+    /// What acts on links from outside.
+    pub applied_wrenches: Vec<AppliedWrench>,
+    /// What commands set, one a robot. A state shares it with those before as long as nothing changed.
+    pub settings: Arc<Vec<Arc<RobotSettings>>>,
+    /// The states that the world can go back to, oldest first. Shared like `settings`.
+    pub saved: Arc<Vec<Kept>>,
+}
+
+/// A force and a torque on a link over the last step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AppliedWrench {
+    /// Index of the robot in [`WorldLayout::entities`].
+    pub robot: usize,
+    /// Index of the link in its model.
+    pub link: usize,
+    /// Newtons, at `point`.
+    pub force: DVec3,
+    /// Newton metres.
+    pub torque: DVec3,
+    /// In the link's axes, not the world's.
+    pub in_link_axes: bool,
+    /// In the link's frame, metres.
+    pub point: DVec3,
 }
 
 /// A point where two links touch.
@@ -64,6 +95,8 @@ pub struct ContactReport {
     pub normal_force: f64,
     /// Mean force of friction on the second over the last step, across the normal, world, N.
     pub friction_force: DVec3,
+    /// Force of the first on the second over the last part of the last step, world, N.
+    pub last_force: DVec3,
 }
 
 /// Which robots there are. Replaced as a whole when that changes.
@@ -84,6 +117,8 @@ pub struct EntityLayout {
     pub model: Arc<RobotModel>,
     /// How it moves.
     pub tree: Arc<Tree>,
+    /// What it touches with.
+    pub shapes: Arc<Shapes>,
     /// Its root link cannot move.
     pub fixed_base: bool,
     /// The daemon loaded it at its start.
@@ -109,6 +144,9 @@ pub struct RootState {
     pub angular: DVec3,
     /// Set while the robot is out of the simulation: why.
     pub disabled: Option<Arc<str>>,
+    /// Of a free root, over the last part of the last step: linear in world axes, m/s^2, then angular in
+    /// its own, rad/s^2; zero where it is fixed or was put somewhere since.
+    pub accelerations: [f64; 6],
 }
 
 /// What is special about a joint at a moment.

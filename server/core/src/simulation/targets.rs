@@ -116,7 +116,7 @@ impl Check<'_> {
             return Err(Error::JointClaimed {
                 robot: entity.name.clone(),
                 joint: name.clone(),
-                holder: claim.holder.clone(),
+                holder: claim.holder.to_string(),
             });
         }
         let body = &entity.body.tree().bodies[body];

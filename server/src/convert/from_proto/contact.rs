@@ -1,6 +1,6 @@
 //! Requests of the contact service, and surfaces of links.
 
-use simd_core::Query;
+use glamx::DVec3;
 use simd_core::simulation::command::LinkProperties;
 use simd_model::robot::Material;
 use simd_proto::v1;
@@ -14,14 +14,14 @@ pub fn contacts(request: v1::GetContactsRequest) -> Result<Option<String>, BadFi
     Ok((!robot.is_empty()).then_some(robot))
 }
 
-/// Straight lines between two points.
-pub fn rays(request: v1::CastRaysRequest) -> Result<Query, BadField> {
+/// Straight lines between two points, world.
+pub fn rays(request: v1::CastRaysRequest) -> Result<Vec<[DVec3; 2]>, BadField> {
     let ray = |(index, ray): (usize, v1::Ray)| {
         let at = Path::ROOT.item("rays", index);
         let (from, to) = (at.field("from"), at.field("to"));
         Ok([vector(&from, from.given(ray.from)?)?, vector(&to, to.given(ray.to)?)?])
     };
-    Ok(Query::CastRays { rays: request.rays.into_iter().enumerate().map(ray).collect::<Result<_, _>>()? })
+    request.rays.into_iter().enumerate().map(ray).collect()
 }
 
 /// New surfaces of links; an empty name means all.

@@ -2,7 +2,7 @@
 
 use simd_core::Snapshot;
 use simd_core::collision::Surface;
-use simd_core::simulation::query::RayReport;
+use simd_core::simulation::rays::RayReport;
 use simd_core::simulation::snapshot::ContactReport;
 use simd_proto::v1;
 
@@ -15,7 +15,8 @@ pub fn contacts(snapshot: &Snapshot, is_wanted: impl Fn([usize; 2]) -> bool) -> 
 }
 
 fn contact(snapshot: &Snapshot, report: &ContactReport) -> v1::Contact {
-    let ContactReport { robots, links, point, normal, depth, normal_force, friction_force } = *report;
+    let ContactReport { robots, links, point, normal, depth, normal_force, friction_force, last_force: _ } =
+        *report;
     let names = |side: usize| {
         let entity = snapshot.world.entities.get(robots[side])?;
         Some((entity.name.clone(), entity.model.links.get(links[side])?.name.clone()))

@@ -1,7 +1,7 @@
 //! Answers about joints: what they are, and targets that were clamped.
 
 use simd_core::simulation::command::Clamped;
-use simd_core::simulation::query::JointStatus;
+use simd_core::simulation::robot_settings::JointStatus;
 use simd_core::simulation::snapshot::{EntityLayout, Flags, Mode, Snapshot};
 use simd_model::robot::{Joint, JointKind, Limits};
 use simd_proto::v1;
@@ -53,10 +53,10 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         child_link: link(joint.child),
         parent_from_joint: Some(geometry::pose(joint.parent_from_joint)),
         world_from_joint: None,
-        limits: Some(limits(&status.limits)),
-        damping: status.damping,
-        friction: status.friction,
-        armature: status.armature,
+        limits: Some(limits(&status.settings.limits)),
+        damping: status.settings.damping,
+        friction: status.settings.friction,
+        armature: status.settings.armature,
         mimic: joint.mimic.map(|mimic| v1::JointMimic {
             joint: entity.model.joints.get(mimic.joint).map(|j| j.name.clone()).unwrap_or_default(),
             multiplier: mimic.multiplier,
@@ -64,12 +64,12 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         }),
         mode: mode(status.mode).into(),
         gains: Some(gains(status.gains)),
-        default_gains: Some(gains(status.default_gains)),
+        default_gains: Some(gains(status.settings.default_gains)),
         position_index: count(positions.start),
         position_count: count(positions.len()),
         velocity_index: count(velocities.start),
         velocity_count: count(velocities.len()),
-        claimed_by: status.claimed_by.clone().unwrap_or_default(),
+        claimed_by: status.settings.claimed_by.as_deref().unwrap_or_default().to_owned(),
     }
 }
 

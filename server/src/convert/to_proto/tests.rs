@@ -2,7 +2,6 @@
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::snapshot::{Flags, Mode};
-use simd_core::{Answer, Query};
 use simd_model::robot::Sha256;
 use simd_model::{Disposition, Finding, LoadReport, Severity};
 use simd_proto::v1;
@@ -37,9 +36,7 @@ fn a_layout_says_where_each_joints_values_are() {
     let world = world();
     let state = publish(&world, 1);
     let (place, right) = state.snapshot.entity("right").unwrap();
-    let Ok(Answer::Joints { joints, .. }) = world.query(&Query::Joints { robot: "right".into() }) else {
-        panic!()
-    };
+    let joints = state.snapshot.joint_status(place).unwrap();
     let layout = joint::layout(&state.snapshot, place, right, &joints);
     assert_eq!((layout.robot.as_str(), layout.layout_version), ("right", right.version));
     assert_eq!((layout.position_count, layout.velocity_count), (5, 5));

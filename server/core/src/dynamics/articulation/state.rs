@@ -41,10 +41,10 @@ impl Articulation {
 
     /// How the rates changed in the last step of `h`, by rate and second; zero where they were
     /// given since.
-    pub fn last_accelerations(&self, h: f64) -> Vec<f64> {
+    pub fn last_accelerations(&self, h: f64) -> impl Iterator<Item = f64> + '_ {
         let change =
-            |(after, before): (&f64, &f64)| if self.has_stepped { (after - before) / h } else { 0.0 };
-        self.rates.iter().zip(&self.new_rates).map(change).collect()
+            move |(after, before): (&f64, &f64)| if self.has_stepped { (after - before) / h } else { 0.0 };
+        self.rates.iter().zip(&self.new_rates).map(change)
     }
 
     /// Keeps accelerations as they are where a step becomes longer by a factor.

@@ -144,10 +144,7 @@ fn a_held_arm_applies_the_effort_of_the_closed_form() {
         assert!((seen.positions[0] - 0.5).abs() < 1e-3);
         assert!((seen.efforts[0] - hold_effort(seen.positions[0])).abs() < 1e-9, "{}", seen.efforts[0]);
         // A spring: the error is the effort over the stiffness.
-        let gains = match world.query(&Query::Joints { robot: "arm".into() }).unwrap() {
-            Answer::Joints { joints, .. } => joints[0].gains,
-            _ => unreachable!(),
-        };
+        let gains = seen.joint_status(0).unwrap()[0].gains;
         let error = 0.5 - seen.positions[0];
         assert!((error - seen.efforts[0] / gains.0).abs() < 1e-9);
     }

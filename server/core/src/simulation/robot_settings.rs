@@ -1,0 +1,102 @@
+//! What commands set of a robot and steps leave alone: settings of joints, claims, surfaces. It is
+//! shared with every published state and replaced only where a command changed it.
+
+use std::sync::Arc;
+
+use simd_model::robot::Limits;
+
+use super::Simulation;
+use super::entity::Entity;
+use super::snapshot::{Mode, Snapshot};
+use crate::collision::Surface;
+
+/// Settings of one robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotSettings {
+    /// One for each joint of the model, in its order.
+    pub joints: Vec<JointSettings>,
+    /// One for each link of the model, in its order; `None` where it has no collider.
+    pub surfaces: Vec<Option<Surface>>,
+}
+
+/// Settings of a joint; of a planar joint's three axes those of the first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointSettings {
+    /// In force.
+    pub limits: Limits,
+    /// N m s/rad or N s/m.
+    pub damping: f64,
+    /// N m or N.
+    pub friction: f64,
+    /// kg m^2 or kg.
+    pub armature: f64,
+    /// Stiffness and damping of targets that give none.
+    pub default_gains: (f64, f64),
+    /// Who holds a claim on it.
+    pub claimed_by: Option<Arc<str>>,
+}
+
+/// What holds for a joint: its settings, and what its actuator does.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointStatus {
+    /// What its actuator does; of a planar joint's three axes that of the first.
+    pub mode: Mode,
+    /// Stiffness and damping in force.
+    pub gains: (f64, f64),
+    /// Set by commands.
+    pub settings: JointSettings,
+}
+
+impl Snapshot {
+    /// What holds for the joints of the robot at this index, in the model's order.
+    pub fn joint_status(&self, robot: usize) -> Option<Vec<JointStatus>> {
+        let entity = self.world.entities.get(robot)?;
+        let modes = self.modes.get(entity.velocities.clone())?;
+        let gains = self.gains.get(entity.velocities.clone())?;
+        let joints = self.settings.get(robot)?.joints.iter().zip(&entity.joint_velocities);
+        let status = |(settings, axes): (&JointSettings, &std::ops::Range<usize>)| {
+            let first = axes.clone().next();
+            JointStatus {
+                mode: first.and_then(|axis| modes.get(axis)).copied().unwrap_or_default(),
+                gains: first.and_then(|axis| gains.get(axis)).copied().unwrap_or_default(),
+                settings: settings.clone(),
+            }
+        };
+        Some(joints.map(status).collect())
+    }
+}
+
+impl Simulation {
+    /// To be called when a command changed settings of the robot at this index.
+    pub(super) fn settings_changed(&mut self, robot: usize) {
+        let settings = Arc::new(self.entities[robot].robot_settings());
+        if let Some(shared) = Arc::make_mut(&mut self.robot_settings).get_mut(robot) {
+            *shared = settings;
+        }
+    }
+}
+
+impl Entity {
+    /// As they are now.
+    pub(super) fn robot_settings(&self) -> RobotSettings {
+        RobotSettings {
+            joints: (0..self.model.joints.len()).map(|joint| self.joint_settings(joint)).collect(),
+            surfaces: (0..self.model.links.len()).map(|link| self.colliders.surface(link)).collect(),
+        }
+    }
+
+    fn joint_settings(&self, joint: usize) -> JointSettings {
+        let tree = self.body.tree();
+        let mut bodies = tree.bodies[tree.joints[joint].clone()].iter();
+        let axis = bodies.find(|body| body.freedom.velocities() == 1);
+        let settings = axis.map(|body| self.body.axes()[body.velocity].settings.clone()).unwrap_or_default();
+        JointSettings {
+            limits: settings.limits,
+            damping: settings.damping,
+            friction: settings.friction,
+            armature: settings.armature,
+            default_gains: (settings.default_stiffness, settings.default_damping),
+            claimed_by: self.claims[joint].as_ref().map(|claim| Arc::clone(&claim.holder)),
+        }
+    }
+}

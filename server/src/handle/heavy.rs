@@ -1,0 +1,166 @@
+//! Reads that take milliseconds: inverse kinematics, mass matrices, rays. They run on threads of their own,
+//! few at a time, so that the physics thread finds a processor free.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use tokio::sync::Semaphore;
+
+use super::CallError;
+
+/// How many may wait for a permit. Each holds its request in memory, at most a message's size.
+const WAITING: usize = 64;
+
+/// Permits for heavy work. One for the whole daemon, whichever transport asks.
+#[derive(Debug)]
+pub(super) struct HeavyWork {
+    permits: Arc<Semaphore>,
+    queue: Semaphore,
+}
+
+impl Default for HeavyWork {
+    fn default() -> Self {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        Self::new((processors / 2).max(1), WAITING)
+    }
+}
+
+/// Whether nobody waits for some work any more.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cancelled(Arc<AtomicBool>);
+
+impl Cancelled {
+    /// Work that takes long asks this often, and ends early.
+    pub(crate) fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Sets the flag when the caller's future is dropped.
+struct SetOnDrop(Cancelled);
+
+impl Drop for SetOnDrop {
+    fn drop(&mut self) {
+        self.0.0.store(true, Ordering::Relaxed);
+    }
+}
+
+impl HeavyWork {
+    fn new(permits: usize, waiting: usize) -> Self {
+        Self { permits: Arc::new(Semaphore::new(permits)), queue: Semaphore::new(waiting) }
+    }
+
+    /// Does the work on a thread where it holds nobody up. The permit is held until the work ends, also where
+    /// its caller goes away before: there are never more such threads than permits.
+    ///
+    /// # Errors
+    /// At once where too many wait already.
+    pub(super) async fn run<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Cancelled) -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        let permit = match Arc::clone(&self.permits).try_acquire_owned() {
+            Ok(permit) => permit,
+            Err(_taken) => {
+                let _queued = self.queue.try_acquire().map_err(|_full| CallError::LimitExceeded {
+                    what: "the number of waiting calls for kinematics and rays".into(),
+                    value: WAITING as u64 + 1,
+                    limit: WAITING as u64,
+                })?;
+                let failed = |error| CallError::Internal { message: format!("no permit: {error}") };
+                Arc::clone(&self.permits).acquire_owned().await.map_err(failed)?
+            }
+        };
+        let on_drop = SetOnDrop(Cancelled::default());
+        let cancelled = on_drop.0.clone();
+        let done = tokio::task::spawn_blocking(move || {
+            let _permit = permit;
+            (!cancelled.is_set()).then(|| work(&cancelled))
+        });
+        match done.await {
+            Ok(Some(done)) => Ok(done),
+            Ok(None) => Err(CallError::Internal { message: "nobody waits for this work".into() }),
+            Err(error) => Err(CallError::Internal { message: error.to_string() }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Sender, channel};
+    use std::task::Poll;
+
+    use super::*;
+
+    /// Polls once: far enough to queue or to begin.
+    async fn poll_once<F: Future>(future: std::pin::Pin<&mut F>) -> Poll<F::Output> {
+        let mut future = future;
+        std::future::poll_fn(|context| Poll::Ready(future.as_mut().poll(context))).await
+    }
+
+    /// Work that has begun when it says so and ends when it is told to, or else when it is cancelled.
+    fn held() -> (impl FnOnce(&Cancelled) -> bool + Send + 'static, Sender<()>, tokio::sync::oneshot::Receiver<()>) {
+        let (begun, has_begun) = tokio::sync::oneshot::channel();
+        let (end, is_ended) = channel::<()>();
+        let work = move |cancelled: &Cancelled| {
+            begun.send(()).unwrap();
+            is_ended.recv().unwrap();
+            cancelled.is_set()
+        };
+        (work, end, has_begun)
+    }
+
+    #[tokio::test]
+    async fn a_permit_is_held_until_the_work_ends_and_not_until_its_caller_leaves() {
+        let heavy = HeavyWork::new(1, 1);
+        let (work, end, has_begun) = held();
+        {
+            let mut call = Box::pin(heavy.run(work));
+            assert!(poll_once(call.as_mut()).await.is_pending());
+            has_begun.await.unwrap();
+        }
+        assert_eq!(heavy.permits.available_permits(), 0, "its caller is gone, and it runs");
+        let mut next = Box::pin(heavy.run(|_| 7));
+        assert!(poll_once(next.as_mut()).await.is_pending());
+        end.send(()).unwrap();
+        assert_eq!(next.await.unwrap(), 7);
+    }
+
+    #[tokio::test]
+    async fn one_more_than_may_wait_is_refused_at_once() {
+        let heavy = HeavyWork::new(1, 1);
+        let (work, end, has_begun) = held();
+        let mut running = Box::pin(heavy.run(work));
+        assert!(poll_once(running.as_mut()).await.is_pending());
+        has_begun.await.unwrap();
+        let mut waiting = Box::pin(heavy.run(|_| ()));
+        assert!(poll_once(waiting.as_mut()).await.is_pending());
+        assert!(matches!(heavy.run(|_| ()).await, Err(CallError::LimitExceeded { .. })));
+        end.send(()).unwrap();
+        assert!(!running.await.unwrap(), "its caller waits for it");
+        waiting.await.unwrap();
+        assert_eq!(heavy.queue.available_permits(), 1);
+    }
+
+    #[tokio::test]
+    async fn work_whose_caller_left_is_told_so_and_what_only_waits_is_not_begun() {
+        let heavy = HeavyWork::new(1, 2);
+        let (begun, has_begun) = tokio::sync::oneshot::channel();
+        let (ended, has_ended) = tokio::sync::oneshot::channel();
+        {
+            let mut call = Box::pin(heavy.run(move |cancelled: &Cancelled| {
+                begun.send(()).unwrap();
+                while !cancelled.is_set() {
+                    std::thread::yield_now();
+                }
+                ended.send(()).unwrap();
+            }));
+            assert!(poll_once(call.as_mut()).await.is_pending());
+            has_begun.await.unwrap();
+            let mut waiting = Box::pin(heavy.run(|_| panic!("it has no caller")));
+            assert!(poll_once(waiting.as_mut()).await.is_pending());
+        }
+        has_ended.await.unwrap();
+        heavy.run(|_| ()).await.unwrap();
+    }
+}
