@@ -5,7 +5,9 @@
 //! for nobody but its mailbox and the clock.
 
 mod board;
+mod call_budget;
 mod event;
+mod long_step;
 mod mailbox;
 mod main_loop;
 mod meter;
@@ -30,6 +32,8 @@ pub(crate) use world::World;
 
 use crate::handle::{EventLog, Pace, RunState, Statistics};
 use board::Publisher;
+use call_budget::CallBudget;
+use long_step::LongSteps;
 use mailbox::{Inbox, mailbox};
 use main_loop::{Driver, period};
 use meter::Meter;
@@ -103,7 +107,9 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         steps: StepQueue::default(),
         has_unpublished: false,
         iterations: 0,
-        served: 0,
+        calls: CallBudget::default(),
+        long_steps: LongSteps::default(),
+        before_retry: 0,
     };
     (driver, link)
 }

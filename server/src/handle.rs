@@ -203,10 +203,21 @@ impl SimHandle {
         }
     }
 
-    /// How well the world keeps time. Never waits for a step.
+    /// How well the world keeps time. Never waits for a step; one that takes longer than the mean of the last
+    /// ones shows while it is going on.
     pub fn statistics(&self) -> Statistics {
-        let mailbox_refusals = self.inner.driver.mailbox.refusals();
-        Statistics { mailbox_refusals, ..self.newest().statistics }
+        self.statistics_at(&self.newest())
+    }
+
+    /// The same, with what a published state says.
+    pub fn statistics_at(&self, state: &Published) -> Statistics {
+        let driver = &self.inner.driver;
+        let present = driver.board.present_step(std::time::Instant::now()).as_secs_f64();
+        Statistics {
+            mailbox_refusals: driver.mailbox.refusals(),
+            step_duration: state.statistics.step_duration.max(present),
+            ..state.statistics
+        }
     }
 
     /// What is in force.

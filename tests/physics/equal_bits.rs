@@ -90,3 +90,51 @@ fn looking_at_contacts_changes_no_bit() {
         assert_eq!(watched.fingerprint(), alone.fingerprint());
     }
 }
+
+/// A step that is interrupted is as if it had never begun, at whichever of its checks that was: the world is
+/// what it was before, and goes on as one does that was never interrupted.
+#[test]
+fn an_interrupted_step_never_began() {
+    let [mut alone, mut interrupted] = [0, 0].map(|_| jumble(&mut Rng::with_seed(21)));
+    let mut stirs = [0, 0].map(|_| Rng::with_seed(22));
+    let mut checks = 0;
+    for step in 0..3_000 {
+        if step % 500 == 0 {
+            for (world, rng) in [&mut alone, &mut interrupted].into_iter().zip(&mut stirs) {
+                stir(world, rng);
+                let substeps = Some(1 + step as u32 / 500 % 3);
+                apply(world, Command::SetPhysics(PhysicsChange { substeps, ..Default::default() }));
+                let wrench = LinkWrench {
+                    robot: "body-1".into(),
+                    link: "body".into(),
+                    force: DVec3::Z,
+                    torque: DVec3::ZERO,
+                    in_link_axes: false,
+                    point: DVec3::X,
+                    lasts: Lasts::NextStep,
+                };
+                apply(world, Command::ApplyWrench(wrench));
+                world.take_events();
+            }
+        }
+        alone.step();
+        if step % 100 != 0 {
+            interrupted.step();
+            assert_eq!(interrupted.fingerprint(), alone.fingerprint(), "step {step}");
+            continue;
+        }
+        let before = interrupted.fingerprint();
+        for last in 0.. {
+            let asked = std::cell::Cell::new(0);
+            let interrupt = || asked.replace(asked.get() + 1) >= last;
+            if interrupted.step_interruptible(&interrupt) {
+                break;
+            }
+            assert_eq!(interrupted.fingerprint(), before, "step {step}, check {last}");
+            assert!(interrupted.take_events().is_empty());
+            checks += 1;
+        }
+        assert_eq!(interrupted.fingerprint(), alone.fingerprint(), "step {step}");
+    }
+    assert!(checks > 500, "{checks}");
+}

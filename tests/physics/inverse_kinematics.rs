@@ -101,7 +101,14 @@ fn seven_arm() -> (Arc<RobotModel>, Tree) {
 
 fn go(tree: &Tree, movables: &[Movable], position: DVec3, effort: Effort) -> Found {
     let goal = Goal { link: tree.links.len() - 1, point: DVec3::ZERO, position, orientation: None };
-    inverse_kinematics(tree, &Configuration::at(DPose3::IDENTITY, vec![0.0; 7]), &goal, movables, effort, || false)
+    inverse_kinematics(
+        tree,
+        &Configuration::at(DPose3::IDENTITY, vec![0.0; 7]),
+        &goal,
+        movables,
+        effort,
+        || false,
+    )
 }
 
 #[test]

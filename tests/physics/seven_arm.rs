@@ -1,7 +1,7 @@
 //! The seven-joint arm held against gravity.
 
-use simd_core::simulation::command::*;
 use simd_core::Command;
+use simd_core::simulation::command::*;
 use simd_tests::robots;
 
 use crate::world::{apply, passive, run, world};

@@ -10,6 +10,4 @@ pub mod collision;
 pub mod dynamics;
 pub mod simulation;
 
-pub use simulation::{
-    Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Simulation, Snapshot,
-};
+pub use simulation::{Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Simulation, Snapshot};

@@ -2,7 +2,8 @@
 //! the driver never waits for a reader, nor a reader for the driver.
 
 use std::sync::Arc;
-use std::time::SystemTime;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant, SystemTime};
 
 use arc_swap::ArcSwap;
 use simd_core::{PhysicsSettings, Snapshot};
@@ -19,6 +20,10 @@ const RETIRED: usize = 8;
 pub(crate) struct Board {
     newest: ArcSwap<Published>,
     changed: Notify,
+    /// What step times are counted from.
+    epoch: Instant,
+    /// When the present step began, nanoseconds after the epoch and at least 1; 0 between steps.
+    step_began: AtomicU64,
 }
 
 /// The one who writes on a [`Board`].
@@ -50,11 +55,37 @@ impl Board {
     }
 }
 
+impl Board {
+    /// For how long the present step has been going on at `now`; zero between steps.
+    pub(crate) fn present_step(&self, now: Instant) -> Duration {
+        match self.step_began.load(Ordering::Relaxed) {
+            0 => Duration::ZERO,
+            began => now.saturating_duration_since(self.epoch).saturating_sub(Duration::from_nanos(began)),
+        }
+    }
+}
+
 impl Publisher {
+    /// A step begins `now`.
+    pub(crate) fn step_begins(&self, now: Instant) {
+        let nanos = now.saturating_duration_since(self.board.epoch).as_nanos();
+        self.board.step_began.store(u64::try_from(nanos).unwrap_or(u64::MAX).max(1), Ordering::Relaxed);
+    }
+
+    /// It ended.
+    pub(crate) fn step_ends(&self) {
+        self.board.step_began.store(0, Ordering::Relaxed);
+    }
+
     /// A board with a first state, sequence 1, and its writer.
     pub(crate) fn new(snapshot: Snapshot, physics: PhysicsSettings, statistics: Statistics) -> Self {
         let first = Published { sequence: 1, wall_time: SystemTime::now(), snapshot, physics, statistics };
-        let board = Board { newest: ArcSwap::from_pointee(first), changed: Notify::new() };
+        let board = Board {
+            newest: ArcSwap::from_pointee(first),
+            changed: Notify::new(),
+            epoch: Instant::now(),
+            step_began: AtomicU64::new(0),
+        };
         Self { board: Arc::new(board), retired: Vec::with_capacity(RETIRED), sequence: 1 }
     }
 
@@ -83,6 +114,9 @@ impl Publisher {
             self.retired.remove(0);
         }
         self.retired.push(old);
+        // Any other would keep robots or saved states that are gone in memory.
+        let newest = self.board.newest.load();
+        self.retired.retain(|old| shares_all(&old.snapshot, &newest.snapshot));
         self.board.changed.notify_waiters();
         wall_time
     }
@@ -94,6 +128,13 @@ impl Publisher {
             None => Arc::new(Published::clone(&self.board.newest.load())),
         }
     }
+}
+
+/// Whether two states have all that is shared in common.
+fn shares_all(one: &Snapshot, other: &Snapshot) -> bool {
+    Arc::ptr_eq(&one.world, &other.world)
+        && Arc::ptr_eq(&one.settings, &other.settings)
+        && Arc::ptr_eq(&one.saved, &other.saved)
 }
 
 #[cfg(test)]
@@ -132,6 +173,21 @@ mod tests {
             assert_eq!((state.snapshot.at.step, state.sequence), (n as u64, n as u64 + 2));
         }
         assert!(publisher.retired.len() <= RETIRED);
+    }
+
+    #[test]
+    fn old_states_keep_nothing_that_is_gone() {
+        let mut publisher = publisher();
+        let held: Vec<_> = (0..4)
+            .map(|_| {
+                publisher.publish(|_| ());
+                publisher.board().newest()
+            })
+            .collect();
+        let gone = Arc::downgrade(&held[0].snapshot.world);
+        drop(held);
+        publisher.publish(|state| state.snapshot.world = Arc::default());
+        assert!(gone.upgrade().is_none());
     }
 
     #[tokio::test]

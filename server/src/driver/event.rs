@@ -51,3 +51,23 @@ pub(crate) enum Event {
     /// End.
     Shutdown,
 }
+
+impl Event {
+    /// Whether a step that takes long is interrupted for it: it ends the step's use, or is how a person gets
+    /// out of a world that is too slow. All else waits for the step.
+    pub(crate) fn interrupts(&self) -> bool {
+        match self {
+            Self::SetState { state: RunState::Paused | RunState::Stopped, .. } => true,
+            Self::Command { command, .. } => matches!(
+                command,
+                Command::Delete { .. } | Command::Reset(_) | Command::RestoreSnapshot { .. }
+            ),
+            Self::SetState { state: RunState::Playing, .. }
+            | Self::StepDue
+            | Self::Step { .. }
+            | Self::SetPhysics { .. }
+            // A flag beside it ends the step.
+            | Self::Shutdown => false,
+        }
+    }
+}

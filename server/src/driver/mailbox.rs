@@ -1,6 +1,6 @@
 //! The one queue to the driver: bounded, and a full one refuses at once.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -28,6 +28,8 @@ pub(crate) struct Inbox {
 struct Shared {
     capacity: usize,
     refusals: AtomicU64,
+    /// Calls in it that interrupt a step.
+    interrupting: AtomicUsize,
     /// Set beside [`Event::Shutdown`], which may find the mailbox full.
     closing: AtomicBool,
     /// Cancelled when the driver has ended, well or not.
@@ -42,6 +44,7 @@ pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
     let shared = Arc::new(Shared {
         capacity,
         refusals: AtomicU64::new(0),
+        interrupting: AtomicUsize::new(0),
         closing: AtomicBool::new(false),
         ended: CancellationToken::new(),
         failure: OnceLock::new(),
@@ -52,12 +55,18 @@ pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
 impl Mailbox {
     /// Posts without ever waiting.
     pub(crate) fn post(&self, event: Event) -> Result<(), CallError> {
-        self.sender.try_send(event).map_err(|refused| match refused {
-            TrySendError::Full(_) => {
-                self.shared.refusals.fetch_add(1, Ordering::Relaxed);
-                CallError::MailboxFull { capacity: self.shared.capacity }
+        // Before it is in, so that it is never taken out uncounted.
+        let interrupting = usize::from(event.interrupts());
+        self.shared.interrupting.fetch_add(interrupting, Ordering::Relaxed);
+        self.sender.try_send(event).map_err(|refused| {
+            self.shared.interrupting.fetch_sub(interrupting, Ordering::Relaxed);
+            match refused {
+                TrySendError::Full(_) => {
+                    self.shared.refusals.fetch_add(1, Ordering::Relaxed);
+                    CallError::MailboxFull { capacity: self.shared.capacity }
+                }
+                TrySendError::Disconnected(_) => self.end(),
             }
-            TrySendError::Disconnected(_) => self.end(),
         })
     }
 
@@ -99,7 +108,7 @@ impl Inbox {
             return Some(Event::Shutdown);
         }
         match self.receiver.try_recv() {
-            Ok(event) => Some(event),
+            Ok(event) => Some(self.taken(event)),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => Some(Event::Shutdown),
         }
@@ -111,7 +120,7 @@ impl Inbox {
             return Some(Event::Shutdown);
         }
         match self.receiver.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-            Ok(event) => Some(event),
+            Ok(event) => Some(self.taken(event)),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => Some(Event::Shutdown),
         }
@@ -122,7 +131,22 @@ impl Inbox {
         if self.is_closing() {
             return Event::Shutdown;
         }
-        self.receiver.recv().unwrap_or(Event::Shutdown)
+        self.receiver.recv().map_or(Event::Shutdown, |event| self.taken(event))
+    }
+
+    fn taken(&self, event: Event) -> Event {
+        self.shared.interrupting.fetch_sub(usize::from(event.interrupts()), Ordering::Relaxed);
+        event
+    }
+
+    /// Whether a call waits that interrupts a step.
+    pub(crate) fn has_interrupting(&self) -> bool {
+        self.shared.interrupting.load(Ordering::Relaxed) > 0
+    }
+
+    /// How many calls may wait.
+    pub(crate) fn capacity(&self) -> usize {
+        self.shared.capacity
     }
 
     /// Calls that found it full.
@@ -139,7 +163,8 @@ impl Inbox {
         self.shared.ended.cancel();
     }
 
-    fn is_closing(&self) -> bool {
+    /// Whether it was closed, with calls in it or not.
+    pub(crate) fn is_closing(&self) -> bool {
         self.shared.closing.load(Ordering::Acquire)
     }
 }

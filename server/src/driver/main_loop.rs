@@ -10,18 +10,15 @@ use simd_core::simulation::command::{Clamped, PhysicsChange, ResetScope, SetTarg
 use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
+use super::call_budget::CallBudget;
 use super::event::Event;
+use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::step_queue::{Pending, StepQueue};
 use super::world::World;
 use crate::handle::{CallError, Done, EventLog, Happened, Pace, PaceChange, RunState, Statistics, Stepped};
-
-/// While a step is due, at most this many calls are served before it: a flood
-/// of calls does not stop the world, and a world that is always late does not
-/// stop the calls.
-const CALLS_PER_STEP: u32 = 256;
 
 /// Owns the world and everything that decides when it steps.
 pub(super) struct Driver<W> {
@@ -39,8 +36,10 @@ pub(super) struct Driver<W> {
     pub(super) has_unpublished: bool,
     /// Since the start.
     pub(super) iterations: u64,
-    /// Calls since the last step.
-    pub(super) served: u32,
+    pub(super) calls: CallBudget,
+    pub(super) long_steps: LongSteps,
+    /// Calls that may still go before an interrupted step begins anew.
+    pub(super) before_retry: usize,
 }
 
 impl<W: World> Driver<W> {
@@ -55,7 +54,7 @@ impl<W: World> Driver<W> {
         self.handle_event(event)
     }
 
-    /// Calls go before a step that is due, in the order in which they came, up to a bound.
+    /// Calls go before a step that is due, in the order in which they came, for a part of its period.
     fn next_event(&mut self) -> Event {
         let due = match self.state {
             RunState::Playing => Some(self.pacer.next(Instant::now())),
@@ -69,16 +68,27 @@ impl<W: World> Driver<W> {
             }
         };
         match due {
-            Some(Due::Now) if self.served >= CALLS_PER_STEP => Event::StepDue,
+            Some(Due::Now) if !self.may_serve() => Event::StepDue,
             Some(Due::Now) => self.inbox.try_next().unwrap_or(Event::StepDue),
             Some(Due::At(deadline)) => self.inbox.next_before(deadline).unwrap_or(Event::StepDue),
             None => self.inbox.next(),
         }
     }
 
+    /// Whether a call may go before a step that is due.
+    fn may_serve(&mut self) -> bool {
+        // What a step was interrupted for is in the mailbox, behind others.
+        if self.before_retry > 0 && self.inbox.has_interrupting() {
+            self.before_retry -= 1;
+            return true;
+        }
+        let settings = self.world.settings();
+        self.calls.may_serve(Instant::now(), period(self.pace, &settings).unwrap_or(settings.time_step))
+    }
+
     /// A caller that is gone does not read its answer, which is no fault.
     fn handle_event(&mut self, event: Event) -> ControlFlow<()> {
-        self.served = self.served.saturating_add(1);
+        self.calls.served();
         match event {
             Event::StepDue => self.step(),
             Event::Command { command, reply } => drop(reply.send(self.command(&command))),
@@ -101,6 +111,7 @@ impl<W: World> Driver<W> {
         tracing::trace!(epoch = applied.at.epoch, step = applied.at.step, ?command, "applied");
         // A restored state brings its own time step.
         self.follow_pace();
+        self.long_steps.applied(command);
         Ok(applied)
     }
 
@@ -111,9 +122,13 @@ impl<W: World> Driver<W> {
             Command::RestoreSnapshot { .. } => self.steps.supersede("a restored snapshot"),
             _ => {}
         }
-        // Whoever sent it and reads after its answer sees it. Of targets alone, which come a thousand times
-        // a second, that is so with the next step where the world plays.
-        if self.state != RunState::Playing || !matches!(command, Command::SetTargets(_)) {
+        // Whoever sent it and reads after its answer sees it. Where the world plays, the values of targets and
+        // wrenches are shown by the next step, in which they act: they may come with every step.
+        let is_shown_by_next_step = matches!(
+            (command, &applied.reply),
+            (Command::ApplyWrench(_), _) | (_, Reply::Targets { changed_law: false, .. })
+        );
+        if self.state != RunState::Playing || !is_shown_by_next_step {
             self.publish();
         }
         self.log_events();
@@ -134,16 +149,34 @@ impl<W: World> Driver<W> {
         let applied = self.apply(&Command::SetTargets(targets))?;
         self.has_unpublished = true;
         match applied.reply {
-            Reply::Targets { clamped } => Ok(clamped),
+            Reply::Targets { clamped, changed_law: _ } => Ok(clamped),
             _ => Ok(Vec::new()),
         }
     }
 
     fn step(&mut self) {
-        self.served = 0;
+        self.calls.step();
         let begun = Instant::now();
-        self.world.step();
+        self.publisher.step_begins(begun);
+        let is_whole = self.long_steps.is_expected().then(|| {
+            let (inbox, patience) = (&self.inbox, self.long_steps.patience());
+            let interrupt =
+                || inbox.is_closing() || (inbox.has_interrupting() && begun.elapsed() >= patience);
+            self.world.step_interruptible(&interrupt)
+        });
+        let is_whole = is_whole.unwrap_or_else(|| {
+            self.world.step();
+            true
+        });
+        self.publisher.step_ends();
         let ended = Instant::now();
+        if !is_whole {
+            self.long_steps.interrupted(ended - begun);
+            self.before_retry = self.inbox.capacity();
+            return;
+        }
+        self.long_steps.ended(ended - begun);
+        self.before_retry = 0;
         self.iterations += 1;
         self.meter.record(ended, self.world.settings().time_step, ended - begun);
         let became_paused = self.state == RunState::Stopped;
@@ -236,7 +269,7 @@ impl<W: World> Driver<W> {
             overruns: self.pacer.overruns(),
             dropped_lag: self.pacer.dropped_lag(),
             iterations: self.iterations,
-            step_duration: self.meter.step_duration(),
+            step_duration: self.meter.step_duration().max(self.long_steps.ran().as_secs_f64()),
             mailbox_refusals: self.inbox.refusals(),
         };
         let world = &self.world;

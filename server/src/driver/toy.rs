@@ -1,10 +1,12 @@
-//! A world for tests: it counts steps, remembers commands, and panics when asked to.
+//! Worlds for tests: one that counts steps, remembers commands, and panics when asked to; one whose step
+//! does not end.
 
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::PhysicsChange;
-use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Snapshot};
+use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Simulation, Snapshot};
 
 use super::world::World;
 
@@ -15,8 +17,19 @@ pub(crate) struct Toy {
     settings: PhysicsSettings,
     events: Vec<Event>,
     panics_at: Option<u64>,
+    /// Called in the midst of each step that can be interrupted.
+    pub(crate) midst: Option<Midst>,
     /// Each command that was applied, with its step.
     pub(crate) applied: Arc<Mutex<Vec<(u64, Command)>>>,
+}
+
+/// Is given what asks for an interruption, and says whether the step is to be done.
+pub(crate) struct Midst(pub(crate) Box<dyn FnMut(&dyn Fn() -> bool) -> bool + Send>);
+
+impl std::fmt::Debug for Midst {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("the midst of a step")
+    }
 }
 
 impl Toy {
@@ -57,10 +70,22 @@ impl World for Toy {
                 }
                 Reply::Reset { deleted: Vec::new() }
             }
+            // Those that name no robot change the law of no joint.
+            Command::SetTargets(targets) => {
+                Reply::Targets { clamped: Vec::new(), changed_law: !targets.robots.is_empty() }
+            }
             _ => Reply::Done,
         };
         self.applied.lock().unwrap().push((self.now.step, command.clone()));
         Ok(Applied { at: self.now, reply })
+    }
+
+    fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+        let is_whole = self.midst.as_mut().is_none_or(|Midst(midst)| midst(interrupt));
+        if is_whole {
+            self.step();
+        }
+        is_whole
     }
 
     fn step(&mut self) {
@@ -82,5 +107,55 @@ impl World for Toy {
 
     fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
+    }
+}
+
+/// A real world whose first step begins and does not end before it is let go.
+#[derive(Debug)]
+pub(crate) struct Stuck {
+    world: Simulation,
+    begins: Sender<()>,
+    ends: Receiver<()>,
+}
+
+impl Stuck {
+    /// The world, what says that the step began, and what lets it go when it is dropped.
+    pub(crate) fn new(world: Simulation) -> (Self, Receiver<()>, Sender<()>) {
+        let (begins, has_begun) = channel();
+        let (let_go, ends) = channel();
+        (Self { world, begins, ends }, has_begun, let_go)
+    }
+}
+
+impl World for Stuck {
+    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+        self.world.apply(command)
+    }
+
+    fn step_interruptible(&mut self, _interrupt: &dyn Fn() -> bool) -> bool {
+        self.step();
+        true
+    }
+
+    fn step(&mut self) {
+        let _ = self.begins.send(());
+        let _ = self.ends.recv();
+        self.world.step();
+    }
+
+    fn now(&self) -> Moment {
+        self.world.now()
+    }
+
+    fn settings(&self) -> PhysicsSettings {
+        *self.world.settings()
+    }
+
+    fn observe(&self, snapshot: &mut Snapshot) {
+        self.world.observe(snapshot);
+    }
+
+    fn take_events(&mut self) -> Vec<Event> {
+        self.world.take_events()
     }
 }

@@ -1,9 +1,7 @@
 //! What the driver needs of a world. There is one world, [`Simulation`]; tests of
 //! the driver bring their own, which stalls and fails when it is told to.
 
-use simd_core::{
-    Applied, Command, Error, Event, Moment, PhysicsSettings, Simulation, Snapshot,
-};
+use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Simulation, Snapshot};
 
 /// A world that commands change and steps move.
 pub(crate) trait World: Send + 'static {
@@ -11,6 +9,8 @@ pub(crate) trait World: Send + 'static {
     fn apply(&mut self, command: &Command) -> Result<Applied, Error>;
     /// See [`Simulation::step`].
     fn step(&mut self);
+    /// See [`Simulation::step_interruptible`].
+    fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool;
     /// See [`Simulation::now`].
     fn now(&self) -> Moment;
     /// See [`Simulation::settings`].
@@ -28,6 +28,10 @@ impl World for Simulation {
 
     fn step(&mut self) {
         Simulation::step(self);
+    }
+
+    fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+        Simulation::step_interruptible(self, interrupt)
     }
 
     fn now(&self) -> Moment {

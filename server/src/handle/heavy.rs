@@ -99,7 +99,9 @@ mod tests {
     }
 
     /// Work that has begun when it says so and ends when it is told to, or else when it is cancelled.
-    fn held() -> (impl FnOnce(&Cancelled) -> bool + Send + 'static, Sender<()>, tokio::sync::oneshot::Receiver<()>) {
+    fn held()
+    -> (impl FnOnce(&Cancelled) -> bool + Send + 'static, Sender<()>, tokio::sync::oneshot::Receiver<()>)
+    {
         let (begun, has_begun) = tokio::sync::oneshot::channel();
         let (end, is_ended) = channel::<()>();
         let work = move |cancelled: &Cancelled| {

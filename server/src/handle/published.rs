@@ -123,7 +123,8 @@ pub struct Statistics {
     pub dropped_lag: f64,
     /// Steps since the daemon started.
     pub iterations: u64,
-    /// Mean wall seconds of a step's computation over about the last second.
+    /// Mean wall seconds of a step's computation over about the last second, or how long the present step has
+    /// been going on, whichever is longer.
     pub step_duration: f64,
     /// Requests that found the mailbox full.
     pub mailbox_refusals: u64,

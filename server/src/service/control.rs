@@ -116,7 +116,7 @@ impl Control {
             self.handle.note_targets(self.caller.as_ref(), aim);
             after = after.max(self.before_shown(&done));
             clamped = match done.applied.reply {
-                Reply::Targets { clamped } => to_proto::joint::clamped(clamped),
+                Reply::Targets { clamped, changed_law: _ } => to_proto::joint::clamped(clamped),
                 other => return Err(mismatched(&other).into()),
             };
         }

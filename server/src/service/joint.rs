@@ -65,7 +65,7 @@ impl JointService for Service {
         self.handle.note_targets(caller.as_ref(), aim);
         let stamp = Some(stamp::done(&done));
         match done.applied.reply {
-            Reply::Targets { clamped } => {
+            Reply::Targets { clamped, changed_law: _ } => {
                 let clamped = to_proto::joint::clamped(clamped);
                 Ok(Response::new(v1::SetJointTargetsResponse { stamp, clamped }))
             }

@@ -2,12 +2,12 @@
 //! computed from the published state, beside the physics thread.
 
 use glamx::DVec3;
+use simd_core::Error;
 use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
 use simd_core::dynamics::inverse_kinematics::{Goal, Movable, inverse_kinematics};
 use simd_core::dynamics::jacobian::jacobian;
 use simd_core::simulation::robot_settings::JointStatus;
 use simd_core::simulation::snapshot::EntityLayout;
-use simd_core::Error;
 use simd_model::robot::JointKind;
 use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
 use tonic::{Request, Response, Status};

@@ -22,6 +22,8 @@ pub mod parameter;
 pub mod simulation;
 mod spawning;
 pub mod status;
+#[cfg(test)]
+mod tests;
 pub mod transport;
 pub mod version;
 

@@ -37,9 +37,10 @@ impl SimulationService for Service {
         &self,
         _request: Request<v1::GetSimulationStateRequest>,
     ) -> Result<Response<v1::GetSimulationStateResponse>, Status> {
+        let state = self.handle.newest();
         Ok(Response::new(v1::GetSimulationStateResponse {
-            state: to_proto::run_state(self.handle.statistics().state).into(),
-            stamp: Some(stamp::published(&self.handle.newest())),
+            state: to_proto::run_state(state.statistics.state).into(),
+            stamp: Some(stamp::published(&state)),
         }))
     }
 
@@ -137,7 +138,8 @@ impl SimulationService for Service {
         &self,
         _request: Request<v1::GetWorldStatisticsRequest>,
     ) -> Result<Response<v1::GetWorldStatisticsResponse>, Status> {
-        let statistics = to_proto::statistics(&self.handle.newest(), &self.handle.statistics());
+        let state = self.handle.newest();
+        let statistics = to_proto::statistics(&state, &self.handle.statistics_at(&state));
         Ok(Response::new(v1::GetWorldStatisticsResponse { statistics: Some(statistics) }))
     }
 

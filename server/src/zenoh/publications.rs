@@ -138,7 +138,8 @@ async fn publish_statistics(handle: SimHandle, mut demand: Demand) {
     loop {
         demand.wait().await;
         ticks.tick().await;
-        let statistics = to_proto::simulation::statistics(&handle.newest(), &handle.statistics());
+        let state = handle.newest();
+        let statistics = to_proto::simulation::statistics(&state, &handle.statistics_at(&state));
         put(&demand.publisher, statistics.encode_to_vec());
     }
 }

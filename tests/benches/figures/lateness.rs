@@ -4,35 +4,112 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use glamx::{DPose3, DVec3};
+use simd_client::proto::{ComputeInverseKinematicsRequest, GetMassMatrixRequest, Pose, Vector3};
+use simd_client::{Client, ray};
 use simd_server::config::{Config, Robot};
-use simd_server::daemon;
+use simd_server::daemon::{self, Running};
 use simd_tests::robots::assets;
 use simd_tests::statistics::percentile;
+use tokio::runtime::Runtime;
 
 const SECONDS: f64 = 10.0;
 
-/// Prints the table.
+/// Robots of the world that is flooded with questions.
+const ROBOTS: usize = 500;
+/// Their time step: many robots on a slow machine still keep it.
+const LONG: f64 = 1e-2;
+/// Clients that ask without a pause.
+const ASKING: usize = 6;
+
+/// Prints the table for two time steps.
 pub(crate) fn print() {
     println!("\npace of a daemon with the SolidWorks-style arm, one reader of every state, {SECONDS} s");
     println!("  time step   actual factor   lateness of steps: p50, p99, largest (microseconds)");
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
-    let runtime = runtime.expect("a runtime");
+    let runtime = runtime();
     for time_step in [1e-3, 1e-4] {
-        runtime.block_on(measure(time_step));
+        let robot = Robot {
+            fixed: Some(true),
+            positions: BTreeMap::new(),
+            ..Robot::at(assets().join("Bench_Arm-1.2 rev B"))
+        };
+        let title = format!("{:6.1} ms", time_step * 1e3);
+        runtime.block_on(async { measure(&title, start(vec![robot], time_step).await, 0).await });
     }
 }
 
-async fn measure(time_step: f64) {
-    let robot = Robot {
-        fixed: Some(true),
-        positions: BTreeMap::new(),
-        ..Robot::at(assets().join("Bench_Arm-1.2 rev B"))
+fn runtime() -> Runtime {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
+    runtime.expect("a runtime")
+}
+
+/// Prints the table for a world alone and one that is asked all the time.
+pub(crate) fn print_reads() {
+    println!(
+        "\n{ROBOTS} seven-joint arms, alone and while {ASKING} clients ask for rays, mass matrices and inverse \
+         kinematics without a pause, {SECONDS} s"
+    );
+    println!("                actual factor   lateness of steps: p50, p99, largest (microseconds)");
+    let runtime = runtime();
+    for asking in [0, ASKING] {
+        let running = runtime.block_on(start(arms(), LONG));
+        runtime.block_on(measure(&format!("{asking:3} asking"), running, asking));
+    }
+}
+
+/// Beside each other, on a square.
+fn arms() -> Vec<Robot> {
+    let arm = |index: usize| {
+        let (x, y) = (index % 25, index / 25);
+        Robot {
+            name: format!("arm-{index}"),
+            fixed: Some(true),
+            pose: DPose3::from_translation(DVec3::new(3.0 * x as f64, 3.0 * y as f64, 0.0)),
+            ..Robot::at(assets().join("seven_arm/urdf/seven_arm.urdf"))
+        }
     };
+    (0..ROBOTS).map(arm).collect()
+}
+
+async fn start(robots: Vec<Robot>, time_step: f64) -> Running {
     let zenoh = simd_server::config::Zenoh::off();
-    let mut config = Config { robots: vec![robot], zenoh, ..Config::default() };
+    let mut config = Config { robots, zenoh, ..Config::default() };
     config.listen = SocketAddr::from(([127, 0, 0, 1], 0));
     config.physics.time_step = time_step;
-    let running = daemon::start(config).await.expect("it starts");
+    daemon::start(config).await.expect("it starts")
+}
+
+/// Asks for what is dearest of all that is only read, one after the other, for ever.
+async fn ask(endpoint: String) {
+    let client = Client::connect(endpoint).await.expect("the daemon listens");
+    let side = 75.0;
+    let ray = |i: usize| {
+        let angle = i as f64;
+        let (x, y) = (side * (0.5 + 0.5 * angle.cos()), side * (0.5 + 0.5 * angle.sin()));
+        ray([0.0, y, 0.4], [side, x, 0.4])
+    };
+    for round in 0.. {
+        let robot = format!("arm-{}", round % ROBOTS);
+        let matrix = GetMassMatrixRequest { robot: robot.clone(), configuration: None };
+        // Out of reach, so that it searches for as long as it may.
+        let position = Some(Vector3 { x: -100.0, y: 0.0, z: 0.0 });
+        let search = ComputeInverseKinematicsRequest {
+            robot,
+            link: "link_7".into(),
+            target: Some(Pose { position, orientation: None }),
+            max_iterations: 1_000,
+            ..Default::default()
+        };
+        // A refusal for too many waiting calls is an answer too.
+        let _rays = client.cast_rays((0..1_000).map(ray)).await;
+        let _matrix = client.mass_matrix(matrix).await;
+        let _found = client.inverse_kinematics(search).await;
+    }
+}
+
+async fn measure(title: &str, running: Running, asking: usize) {
+    let endpoint = format!("http://{}", running.address);
+    let asking: Vec<_> = (0..asking).map(|_| tokio::spawn(ask(endpoint.clone()))).collect();
     let begin = Instant::now();
     let (mut states, mut sequence) = (Vec::new(), 0);
     while begin.elapsed().as_secs_f64() < SECONDS {
@@ -50,11 +127,11 @@ async fn measure(time_step: f64) {
     let mut late: Vec<f64> = behind.iter().map(|behind| (behind - earliest) * 1e6).collect();
     late.sort_by(f64::total_cmp);
     println!(
-        "  {:6.1} ms   {factor:13.5}   {:8.1} {:8.1} {:8.1}",
-        time_step * 1e3,
+        "  {title}   {factor:13.5}   {:8.1} {:8.1} {:8.1}",
         percentile(&late, 0.5),
         percentile(&late, 0.99),
         percentile(&late, 1.0),
     );
+    asking.into_iter().for_each(|asking| asking.abort());
     running.drain().await;
 }

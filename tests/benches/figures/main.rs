@@ -1,5 +1,5 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
-//! here is asserted; compare within a run.
+//! here is asserted; compare within a run. `-- reads` prints one table alone: lateness under a flood of reads.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -17,10 +17,12 @@ fn main() {
     match std::env::args().nth(1).as_deref() {
         Some(round_trip::ECHO) => return round_trip::echo(),
         Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
+        Some("reads") => return lateness::print_reads(),
         _ => {}
     }
     step::print();
     crowd::print();
     round_trip::print();
     lateness::print();
+    lateness::print_reads();
 }

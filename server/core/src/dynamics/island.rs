@@ -67,6 +67,9 @@ impl Island {
     /// positions alone, by rates of its own that are then forgotten, so that it gives nothing speed
     /// (Guendelman, Bridson and Fedkiw, "Nonconvex rigid bodies with stacking" (2003), have the
     /// two apart alike).
+    ///
+    /// False where `interrupt`, which is asked before each sweep, ended it: then the robots are in the midst
+    /// of a step.
     pub fn solve<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -74,7 +77,8 @@ impl Island {
         (contacts, which): (&mut [Contact], &[usize]),
         gravity: DVec3,
         h: f64,
-    ) {
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
         self.list(robots, members);
         self.make_rows(contacts, which);
         for round in 0..MAX_ROUNDS {
@@ -84,7 +88,9 @@ impl Island {
                 self.aim(robots, contacts, gravity, h);
             }
             self.start(robots);
-            self.sweep(robots);
+            if !self.sweep(robots, interrupt) {
+                return false;
+            }
             let mut changed = false;
             for member in &self.members {
                 let body = robots[member.robot].as_mut();
@@ -115,6 +121,7 @@ impl Island {
                 body.finish(h);
             }
         }
+        true
     }
 
     /// Makes the rates those that positions follow: with what pushes apart. False where nothing
@@ -310,8 +317,12 @@ impl Island {
         }
     }
 
-    fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
+    /// False where it was interrupted.
+    fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R], interrupt: &dyn Fn() -> bool) -> bool {
         for _ in 0..MAX_SWEEPS {
+            if interrupt() {
+                return false;
+            }
             let mut largest = 0.0f64;
             for &Member { robot, first, len } in &self.members {
                 let body = robots[robot].as_mut();
@@ -324,6 +335,7 @@ impl Island {
                 break;
             }
         }
+        true
     }
 }
 

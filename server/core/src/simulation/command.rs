@@ -294,6 +294,8 @@ pub enum Reply {
     Targets {
         /// Those that lay beyond a limit.
         clamped: Vec<Clamped>,
+        /// A joint has another mode or other gains than before.
+        changed_law: bool,
     },
     /// The world is put back.
     Reset {

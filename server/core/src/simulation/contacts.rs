@@ -54,13 +54,13 @@ impl Contacts {
         }
     }
 
-    /// Finds what touches, of robots whose colliders are in place. Contacts are looked for at least `slack` metres
-    /// from what moves.
+    /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are looked
+    /// for at least `slack` metres from what moves.
     ///
     /// Links of one robot, and of two that are fixed to the world, do not touch where one was put into the other since
     /// the last step, until they have come apart. A person loads two arms at the origin, or an arm whose first link
     /// reaches into the table: no motion of their joints ends that, and to push would only make them writhe.
-    pub(super) fn find(&mut self, robots: &[Entity], slack: f64) {
+    pub(super) fn find(&mut self, robots: &[Entity], slack: f64, interrupt: &dyn Fn() -> bool) -> bool {
         std::mem::swap(&mut self.list, &mut self.before);
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
         let Self { list, before, fixed, fixed_before, broad, narrow } = self;
@@ -70,6 +70,9 @@ impl Contacts {
             robots.iter().map(|robot| robot.is_active().then(|| (&robot.colliders, robot.is_awake())));
         let mut known = fixed_before.drain(..).peekable();
         for &pair in broad.pairs(present) {
+            if interrupt() {
+                return false;
+            }
             let [a, b] = pair.map(|robot| &robots[robot]);
             let colliders = [&a.colliders, &b.colliders];
             let found = |touch| {
@@ -101,6 +104,7 @@ impl Contacts {
         };
         list.extend(before.iter().filter(asleep));
         list.sort_unstable_by_key(|contact| (key(contact), contact.place));
+        true
     }
 
     /// Pairs that were put into each other where nothing is sure to push them apart, in order.

@@ -20,8 +20,7 @@ impl Snapshot {
         let poses = self.link_poses(robot)?;
         let tree = &*entity.tree;
         let (positions, rates) = configuration.state(tree);
-        let to_base =
-            if tree.fixed_base { root.pose.rotation.inverse() } else { glamx::DQuat::IDENTITY };
+        let to_base = if tree.fixed_base { root.pose.rotation.inverse() } else { glamx::DQuat::IDENTITY };
 
         let of_robot = self.applied_wrenches.iter().filter(|wrench| wrench.robot == robot);
         let applied = of_robot.filter_map(|wrench| {

@@ -20,7 +20,7 @@ use crate::dynamics::{Articulation, Tree};
 #[derive(Clone, Debug)]
 pub struct Saved(Arc<State>);
 
-/// What is kept.
+/// What is kept: all that a step reads and changes.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub(super) at: Moment,
@@ -53,17 +53,29 @@ impl PartialEq for Saved {
 
 impl Simulation {
     pub(super) fn save(&mut self, name: &str) -> Result<Reply, Error> {
-        let mut entities = self.entities.clone();
-        entities.iter_mut().for_each(|entity| entity.claims.fill(None));
-        let state = State {
+        let mut state = self.state();
+        state.entities.iter_mut().for_each(|entity| entity.claims.fill(None));
+        self.keep(name, Saved(Arc::new(state)), false)
+    }
+
+    /// A copy of the state, claims included.
+    pub(super) fn state(&self) -> State {
+        State {
             at: self.now,
             time_base: self.time_base,
             settings: self.settings,
-            entities,
+            entities: self.entities.clone(),
             contacts: self.contacts.list.clone(),
             merged: self.contacts.merged().collect(),
-        };
-        self.keep(name, Saved(Arc::new(state)), false)
+        }
+    }
+
+    /// Makes a state the present one.
+    pub(super) fn go_back(&mut self, state: State) {
+        let State { at, time_base, settings, entities, contacts, merged } = state;
+        (self.now, self.time_base, self.settings) = (at, time_base, settings);
+        self.entities = entities;
+        self.contacts.replace(contacts, &merged);
     }
 
     /// Keeps a state that came from elsewhere.

@@ -31,6 +31,25 @@ impl Simulation {
     /// except where hulls or cylinders overlap: parry finds their depth by EPA, in memory of its
     /// own.
     pub fn step(&mut self) {
+        self.try_step(&|| false);
+    }
+
+    /// The same, given up as soon as `interrupt` says so: then all is as if the step had never begun, to
+    /// the bit, and the answer is false. It is asked before each part of the step, each pair of robots that
+    /// are near each other and each sweep of the solver.
+    ///
+    /// Costs a copy of the world's state, which is what is gone back to.
+    pub fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+        let before = self.state();
+        let is_whole = self.try_step(interrupt);
+        if !is_whole {
+            self.go_back(before);
+        }
+        is_whole
+    }
+
+    /// False where it was interrupted; then the world is in the midst of a step.
+    fn try_step(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
         let PhysicsSettings { gravity, time_step, substeps } = self.settings;
         let h = time_step / f64::from(substeps);
         self.entities.iter_mut().for_each(Entity::begin_step);
@@ -38,7 +57,10 @@ impl Simulation {
         for part in 0..substeps {
             let part =
                 Part { gravity, h, done: f64::from(part) / f64::from(substeps), ends: part + 1 == substeps };
-            advance(&mut self.entities, &mut self.contacts, &mut self.step_memory, part);
+            let Self { entities, contacts, step_memory, .. } = self;
+            if interrupt() || !advance(entities, contacts, step_memory, part, interrupt) {
+                return false;
+            }
         }
         for place in 0..self.entities.len() {
             let entity = &mut self.entities[place];
@@ -52,6 +74,7 @@ impl Simulation {
         // A product instead of a sum: no error gathers over a month.
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
+        true
     }
 }
 
@@ -67,19 +90,23 @@ struct Part {
     ends: bool,
 }
 
+/// False where it was interrupted.
 fn advance(
     robots: &mut [Entity],
     contacts: &mut Contacts,
     StepMemory { island, groups }: &mut StepMemory,
     Part { gravity, h, done, ends }: Part,
-) {
+    interrupt: &dyn Fn() -> bool,
+) -> bool {
     let slack = NEAR + 2.0 * gravity.length() * h * h;
     // One that is alone with its shapes meets nothing, and need not know where they are.
     let shaped = robots.iter().filter(|robot| robot.is_active() && !robot.colliders.is_empty()).count();
     for robot in robots.iter_mut().filter(|robot| robot.is_active()) {
         robot.place(shaped > 1, slack, h);
     }
-    contacts.find(robots, slack);
+    if !contacts.find(robots, slack, interrupt) {
+        return false;
+    }
     robots.iter_mut().for_each(|robot| robot.was_put = false);
     groups.gather(robots, &contacts.list);
     groups.wake(robots, &mut contacts.list, done);
@@ -99,7 +126,9 @@ fn advance(
             }
         } else {
             let touching = (&mut *contacts.list, group.contacts);
-            island.solve(robots, group.members, touching, gravity, h);
+            if !island.solve(robots, group.members, touching, gravity, h, interrupt) {
+                return false;
+            }
         }
         for &place in group.contacts {
             let contact = &mut contacts.list[place];
@@ -107,4 +136,5 @@ fn advance(
         }
         group.rest(robots, h, ends);
     }
+    true
 }

@@ -28,10 +28,14 @@ impl Simulation {
             check.robot(place, &self.entities[place], targets)?;
         }
         let Check { accepted, clamped, .. } = check;
+        let law = |actuator: &Actuator| (actuator.mode, actuator.stiffness, actuator.damping);
+        let mut changed_law = false;
         for Accepted { entity, rate, actuator } in accepted {
-            self.entities[entity].body.axes_mut()[rate].actuator = actuator;
+            let present = &mut self.entities[entity].body.axes_mut()[rate].actuator;
+            changed_law |= law(present) != law(&actuator);
+            *present = actuator;
         }
-        Ok(Reply::Targets { clamped })
+        Ok(Reply::Targets { clamped, changed_law })
     }
 }
 

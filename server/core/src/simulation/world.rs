@@ -5,7 +5,6 @@ use glamx::DVec3;
 use super::command::{PhysicsChange, ResetScope};
 use super::entity::Entity;
 use super::error::Error;
-use super::saved::State;
 use super::{EventKind, Moment, Reply, Simulation};
 
 /// Seconds that a step may advance.
@@ -88,15 +87,17 @@ impl Simulation {
     }
 
     pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
-        let State { at, time_base, settings, entities, contacts, merged } = self.kept(name)?.state();
-        self.contacts.replace(contacts, &merged);
-        for old in std::mem::replace(&mut self.entities, entities) {
+        let state = self.kept(name)?.state();
+        let (at, time_base, epoch) = (state.at, state.time_base, self.now.epoch);
+        let before = std::mem::take(&mut self.entities);
+        self.go_back(state);
+        self.now.epoch = epoch;
+        for old in before {
             // Claims are agreements between clients, not state of the world: who holds one keeps it.
             if let Some(new) = self.entities.iter_mut().find(|new| new.name == old.name) {
                 new.take_claims_of(&old);
             }
         }
-        self.settings = settings;
         self.begin_epoch(at, time_base);
         self.lay_out();
         self.happened(EventKind::SnapshotRestored { name: name.to_owned() });

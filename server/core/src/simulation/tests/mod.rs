@@ -305,7 +305,7 @@ fn a_target_beyond_a_limit_is_clamped_or_refused_as_asked() {
     });
     let mut world = world_with(1e-3, spawn("arm", stopped));
     let reply = set(&mut world, position(2.0)).unwrap().reply;
-    let Reply::Targets { clamped } = reply else { panic!("{reply:?}") };
+    let Reply::Targets { clamped, .. } = reply else { panic!("{reply:?}") };
     assert_eq!((clamped[0].requested, clamped[0].applied), (2.0, 0.8));
 
     let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: position(-2.0) }];

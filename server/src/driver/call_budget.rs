@@ -1,0 +1,78 @@
+//! How long calls may be served while a step is due: by time, since one call may take as long as a
+//! thousand others. Owns no clock: it is told the time.
+
+use std::time::{Duration, Instant};
+
+/// Calls take at most this part of a step's period from a step that is due.
+const PART: f64 = 0.5;
+/// And at most this: a period may be minutes long.
+const LONGEST: Duration = Duration::from_millis(20);
+
+/// Counts from when a step became due. A flood of calls does not stop the world, and a world that is
+/// always late does not stop the calls: one is served before each step.
+#[derive(Debug, Default)]
+pub(super) struct CallBudget {
+    /// Since when the step is due.
+    due: Option<Instant>,
+    /// Calls served since then.
+    served: u64,
+}
+
+impl CallBudget {
+    /// Whether one more call may go before a step that is due `now`, where steps follow each other every
+    /// `period` seconds.
+    pub(super) fn may_serve(&mut self, now: Instant, period: f64) -> bool {
+        let due = *self.due.get_or_insert(now);
+        let most = Duration::try_from_secs_f64(period * PART).map_or(LONGEST, |most| most.min(LONGEST));
+        self.served == 0 || now.saturating_duration_since(due) < most
+    }
+
+    /// Counts a call.
+    pub(super) fn served(&mut self) {
+        if self.due.is_some() {
+            self.served += 1;
+        }
+    }
+
+    /// The step begins.
+    pub(super) fn step(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn calls_have_half_a_period_and_at_least_one_of_them_is_served() {
+        let due = Instant::now();
+        let at = |micros: u64| due + Duration::from_micros(micros);
+        let mut budget = CallBudget::default();
+        budget.served();
+        for micros in [0, 100, 499] {
+            assert!(budget.may_serve(at(micros), 1e-3));
+            budget.served();
+        }
+        assert!(!budget.may_serve(at(500), 1e-3));
+        budget.step();
+        // A call that takes four tenths of a second has its successor wait for the step.
+        assert!(budget.may_serve(at(1_000), 1e-3));
+        budget.served();
+        assert!(!budget.may_serve(at(401_000), 1e-3));
+        budget.step();
+        assert!(budget.may_serve(at(402_000), 0.0), "one, however short the period");
+        budget.served();
+        assert!(!budget.may_serve(at(402_000), 0.0));
+    }
+
+    #[test]
+    fn a_long_period_is_no_excuse() {
+        let due = Instant::now();
+        let mut budget = CallBudget::default();
+        assert!(budget.may_serve(due, 100.0));
+        budget.served();
+        assert!(budget.may_serve(due + Duration::from_millis(19), 100.0));
+        assert!(!budget.may_serve(due + Duration::from_millis(20), 100.0));
+    }
+}

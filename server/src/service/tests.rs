@@ -1,0 +1,160 @@
+//! What is only read does not wait for the physics thread.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use bytes::Bytes;
+use futures_util::stream;
+use prost::Message;
+use simd_core::Command;
+use simd_proto::methods;
+use simd_proto::raw::RawCodec;
+use simd_proto::v1;
+use tonic::client::Grpc;
+use tonic::codegen::http::uri::PathAndQuery;
+use tonic::{Code, Request};
+
+use super::routes;
+use crate::SimHandle;
+use crate::convert::test_world;
+use crate::driver::toy::Stuck;
+use crate::driver::{self, Config};
+use crate::handle::{DaemonInfo, Limits, Transport};
+use crate::loading::Loader;
+
+/// Methods that change something. What is in neither list fails the test.
+const WRITES: [&str; 27] = [
+    "AddParameter",
+    "ApplyLinkWrench",
+    "ClaimJoints",
+    "Control",
+    "DeleteEntity",
+    "DeleteSnapshot",
+    "ImportSnapshot",
+    "ReleaseJoints",
+    "ReloadEntity",
+    "RemoveParameters",
+    "ResetJoints",
+    "ResetSimulation",
+    "RestoreSnapshot",
+    "SaveSnapshot",
+    "SetEntityState",
+    "SetJointProperties",
+    "SetJointTargets",
+    "SetLinkProperties",
+    "SetParameters",
+    "SetPhysics",
+    "SetSimulationState",
+    "SpawnEntity",
+    "SpawnEntityWithProgress",
+    "StepSimulation",
+    "UploadAsset",
+    // Of files, and not of the world.
+    "PrepareDescription",
+    "ValidateDescription",
+];
+
+/// Requests of methods that are only read, by name.
+fn reads() -> BTreeMap<&'static str, Vec<u8>> {
+    let robot = || "left".to_owned();
+    let point = |x: f64, z: f64| Some(v1::Vector3 { x, y: 0.0, z });
+    let link = "link_4".to_owned();
+    let target = v1::Pose { position: point(0.1, 2.4), orientation: None };
+    let ray = v1::Ray { from: point(0.0, 9.0), to: point(0.0, -9.0) };
+    let (timeout, rate) = (1e-3, 1e3);
+    BTreeMap::from([
+        ("CastRays", v1::CastRaysRequest { rays: vec![ray] }.encode_to_vec()),
+        (
+            "ComputeInverseDynamics",
+            v1::ComputeInverseDynamicsRequest { robot: robot(), ..Default::default() }.encode_to_vec(),
+        ),
+        (
+            "ComputeInverseKinematics",
+            v1::ComputeInverseKinematicsRequest {
+                robot: robot(),
+                link: link.clone(),
+                target: Some(target),
+                ..Default::default()
+            }
+            .encode_to_vec(),
+        ),
+        ("ExportSnapshot", v1::ExportSnapshotRequest { name: "here".into() }.encode_to_vec()),
+        ("GetAsset", v1::GetAssetRequest { sha256: "0".repeat(64), ..Default::default() }.encode_to_vec()),
+        ("GetContacts", Vec::new()),
+        ("GetEntityInfo", v1::GetEntityInfoRequest { robot: robot() }.encode_to_vec()),
+        ("GetEntityState", v1::GetEntityStateRequest { robot: robot() }.encode_to_vec()),
+        (
+            "GetJacobian",
+            v1::GetJacobianRequest { robot: robot(), link, ..Default::default() }.encode_to_vec(),
+        ),
+        ("GetJointLayout", v1::GetJointLayoutRequest { robot: robot() }.encode_to_vec()),
+        ("GetJointReactions", v1::GetJointReactionsRequest { robot: robot() }.encode_to_vec()),
+        ("GetJointStates", Vec::new()),
+        ("GetLinkPoses", Vec::new()),
+        ("GetLinkProperties", v1::GetLinkPropertiesRequest { robot: robot() }.encode_to_vec()),
+        ("GetLinkStates", Vec::new()),
+        ("GetMassMatrix", v1::GetMassMatrixRequest { robot: robot(), configuration: None }.encode_to_vec()),
+        ("GetParameters", Vec::new()),
+        ("GetPhysics", Vec::new()),
+        ("GetScene", Vec::new()),
+        ("GetSimulationState", Vec::new()),
+        ("GetSimulatorInfo", Vec::new()),
+        ("GetWorldStatistics", Vec::new()),
+        ("ListClients", Vec::new()),
+        ("ListEntities", Vec::new()),
+        ("ListSnapshots", Vec::new()),
+        ("NextEvents", v1::NextEventsRequest { after_sequence: 0, timeout }.encode_to_vec()),
+        ("NextJointStates", v1::NextJointStatesRequest { timeout, ..Default::default() }.encode_to_vec()),
+        ("NextParameters", v1::NextParametersRequest { after_version: 0, timeout }.encode_to_vec()),
+        ("WatchEvents", Vec::new()),
+        ("WatchJointStates", v1::WatchJointStatesRequest { rate, ..Default::default() }.encode_to_vec()),
+        ("WatchParameters", Vec::new()),
+    ])
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_up() {
+    let mut world = test_world::simulation();
+    world.apply(&Command::SaveSnapshot { name: "here".into() }).unwrap();
+    let (world, has_begun, let_go) = Stuck::new(world);
+    let driver = driver::start(world, Config::default()).unwrap();
+    let limits = Limits::default();
+    let info = DaemonInfo { name: "test".into(), version: "0", limits };
+    let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+    tokio::task::spawn_blocking(move || has_begun.recv().unwrap()).await.unwrap();
+    assert!(handle.statistics().step_duration > 0.0, "the step that is going on shows");
+
+    let mut reads = reads();
+    for (_service, name, method) in methods::all() {
+        let Some(request) = reads.remove(name) else {
+            assert!(WRITES.contains(&name), "is {name} read only?");
+            continue;
+        };
+        let call = async {
+            let mut services = Grpc::new(routes(&handle, Transport::Grpc));
+            services.ready().await.unwrap();
+            let request = Request::new(stream::iter([Bytes::from(request)]));
+            let path = PathAndQuery::from_static(&method.path);
+            let mut answers = services.streaming(request, path, RawCodec).await?.into_inner();
+            // There is nothing to watch yet but the first of each.
+            if name == "WatchEvents" { Ok(None) } else { answers.message().await }
+        };
+        // Beyond any time that an answer takes: who waits for the physics thread waits for ever.
+        let answer = tokio::time::timeout(Duration::from_secs(60), call).await;
+        let answer = answer.unwrap_or_else(|_| panic!("{name} waits for the physics thread"));
+        match answer {
+            Ok(_) => {}
+            // The robots were made without a description, which is found out from the saved state.
+            Err(status) if name == "ExportSnapshot" => {
+                assert!(status.message().contains("test arm"), "{status}")
+            }
+            Err(status) if name == "GetAsset" => assert_eq!(status.code(), Code::FailedPrecondition),
+            Err(status) => panic!("{name}: {status}"),
+        }
+    }
+    assert!(reads.is_empty(), "{:?} are no methods", reads.keys());
+    assert_eq!(handle.newest().snapshot.at.step, 0, "the step is still going on");
+    drop(let_go);
+    handle.end_driver();
+    handle.driver_ended().cancelled().await;
+}
