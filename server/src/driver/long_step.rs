@@ -6,7 +6,7 @@ use std::time::Duration;
 use simd_core::Command;
 
 /// A step that took longer is followed by one that can be interrupted, which costs a copy of the world's state.
-const SLOW: Duration = Duration::from_millis(10);
+const SLOW: Duration = Duration::from_millis(50);
 /// A step runs at least for so long before it is interrupted.
 const LEAST: Duration = Duration::from_millis(50);
 /// The longest of such times is this many doublings long: beyond any step.
@@ -129,7 +129,7 @@ mod tests {
         assert!(steps.is_expected());
         steps.ended(Duration::from_millis(1));
         assert!(!steps.is_expected());
-        steps.ended(Duration::from_millis(11));
+        steps.ended(Duration::from_millis(51));
         assert!(steps.is_expected());
     }
 }

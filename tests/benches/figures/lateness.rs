@@ -81,7 +81,7 @@ async fn start(robots: Vec<Robot>, time_step: f64) -> Running {
 
 /// Asks for what is dearest of all that is only read, one after the other, for ever.
 async fn ask(endpoint: String) {
-    let client = Client::connect(endpoint).await.expect("the daemon listens");
+    let client = Client::connect(&endpoint).await.expect("the daemon listens");
     let side = 75.0;
     let ray = |i: usize| {
         let angle = i as f64;

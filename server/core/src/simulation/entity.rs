@@ -41,8 +41,8 @@ pub(super) struct Entity {
     pub still_for: f64,
     /// Where it is and how it moves.
     pub body: Articulation,
-    /// What a reset of scope `state` puts back.
-    pub spawned: Articulation,
+    /// What a reset of scope `state` puts back. Shared, since copies of the state are made while it plays.
+    pub spawned: Arc<Articulation>,
     /// Set while it is out of the simulation: why.
     pub disabled: Option<Arc<str>>,
     /// Who holds a claim on which joint of the model.
@@ -95,7 +95,7 @@ impl Entity {
             }
         }
         let claims = vec![None; model.joints.len()];
-        let (spawned, last_good) = (body.clone(), (Vec::new(), Vec::new()));
+        let (spawned, last_good) = (Arc::new(body.clone()), (Vec::new(), Vec::new()));
         let (disabled, pushes) = (None, Vec::new());
         Self {
             name,

@@ -45,7 +45,7 @@ impl Simulation {
         let tree = std::sync::Arc::clone(entity.body.tree());
         follow(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
-        entity.spawned = entity.body.clone();
+        entity.spawned = std::sync::Arc::new(entity.body.clone());
         entity.touches = spawn.touches.clone();
         entity.make_colliders(&spawn.shapes)?;
         // What sleeps is not looked for by what cannot move.
@@ -73,6 +73,7 @@ impl Simulation {
         let before: BTreeMap<&str, usize> =
             old.model.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
         let mut added = Vec::new();
+        let spawned = std::sync::Arc::make_mut(&mut new.spawned);
         for (index, joint) in new.model.joints.iter().enumerate() {
             let Some(&was) = before.get(joint.name.as_str()) else {
                 added.push(joint.name.clone());
@@ -87,7 +88,7 @@ impl Simulation {
                 for i in 0..to.freedom.positions() {
                     let value = old.body.positions()[from.position + i];
                     new.body.positions_mut()[to.position + i] = value;
-                    new.spawned.positions_mut()[to.position + i] = old.spawned.positions()[from.position + i];
+                    spawned.positions_mut()[to.position + i] = old.spawned.positions()[from.position + i];
                 }
                 for i in 0..to.freedom.velocities() {
                     let axis = &old.body.axes()[from.velocity + i];
@@ -96,13 +97,13 @@ impl Simulation {
                         && axis.actuator.mode != Mode::None
                     {
                         new.body.axes_mut()[to.velocity + i].actuator = axis.actuator.clone();
-                        let spawned = old.spawned.axes()[from.velocity + i].actuator.clone();
-                        new.spawned.axes_mut()[to.velocity + i].actuator = spawned;
+                        let actuator = old.spawned.axes()[from.velocity + i].actuator.clone();
+                        spawned.axes_mut()[to.velocity + i].actuator = actuator;
                     }
                 }
             }
         }
-        new.spawned.set_root_pose(old.spawned.root_pose());
+        spawned.set_root_pose(old.spawned.root_pose());
         new.take_claims_of(old);
         let now: Vec<&str> = new.model.joints.iter().map(|joint| joint.name.as_str()).collect();
         let gone = before.keys().filter(|name| !now.contains(name));

@@ -287,7 +287,7 @@ fn entity(state: RobotState) -> Result<Entity, String> {
     sizes("a time of rest", [still_for])?;
     entity.body = Articulation::from_body_state(&tree, body)?;
     let in_spawned = |what| format!("{what}, in the state that it was spawned with");
-    entity.spawned = Articulation::from_body_state(&tree, spawned).map_err(in_spawned)?;
+    entity.spawned = Arc::new(Articulation::from_body_state(&tree, spawned).map_err(in_spawned)?);
     entity.touches = touches;
     entity.make_colliders(&shapes).map_err(|error| format!("a surface that cannot be: {error}"))?;
     surfaces.iter().try_for_each(check_surface)?;

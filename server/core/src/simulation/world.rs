@@ -6,6 +6,7 @@ use super::command::{PhysicsChange, ResetScope};
 use super::entity::Entity;
 use super::error::Error;
 use super::{EventKind, Moment, Reply, Simulation};
+use crate::dynamics::Articulation;
 
 /// Seconds that a step may advance.
 pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
@@ -115,7 +116,7 @@ impl Entity {
     /// since stay changed.
     fn put_back(&mut self) {
         let settings: Vec<_> = self.body.axes().iter().map(|axis| axis.settings.clone()).collect();
-        self.body = self.spawned.clone();
+        self.body = Articulation::clone(&self.spawned);
         for (axis, settings) in self.body.axes_mut().iter_mut().zip(settings) {
             axis.settings = settings;
         }

@@ -344,3 +344,38 @@ fn a_joint_is_not_put_where_its_follower_could_not_be_computed() {
     }
     assert_eq!(look(&world).positions, [0.0]);
 }
+
+/// A state has the settings of its own robots, and shares them with other states until a command changes them.
+#[test]
+fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_them() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    let before = look(&world);
+    world.step();
+    set(&mut world, position(0.5)).unwrap();
+    assert!(Arc::ptr_eq(&before.settings, &look(&world).settings));
+
+    let joints =
+        vec![JointProperties { joint: "shoulder".into(), damping: Some(0.25), ..Default::default() }];
+    world.apply(&Command::SetJointProperties { robot: "arm".into(), joints }).unwrap();
+    let after = look(&world);
+    assert_eq!(after.joint_status(0).unwrap()[0].settings.damping, 0.25);
+    assert_eq!(
+        before.joint_status(0).unwrap()[0].settings.damping,
+        0.0,
+        "a state that is read never changes"
+    );
+    assert!(Arc::ptr_eq(&before.settings[1], &after.settings[1]));
+
+    let joints = vec![JointSelection { robot: "other".into(), joints: Vec::new() }];
+    world.apply(&Command::Claim { claim: "secret".into(), holder: "me".into(), joints }).unwrap();
+    let holder = |world: &Simulation| look(world).joint_status(1).unwrap()[0].settings.claimed_by.clone();
+    assert_eq!(holder(&world).as_deref(), Some("me"));
+    world.apply(&Command::Release { claim: "secret".into(), lapsed: false }).unwrap();
+    assert_eq!(holder(&world), None);
+
+    world.apply(&Command::Delete { robot: "arm".into() }).unwrap();
+    let last = look(&world);
+    assert_eq!((last.settings.len(), last.world.entities.len()), (1, 1));
+    assert_eq!(last.joint_status(0).unwrap()[0].settings.damping, 0.0, "those of the other");
+}
