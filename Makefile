@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo web viewer test test-python test-web chromium test-data build lint nextest bench truth scenes fuzz reference clean
+.PHONY: demo web viewer test test-python python-blocking test-web chromium test-data build lint nextest bench truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -55,6 +55,10 @@ test: web lint nextest test-data
 test-python: target/python-venv/installed
 	cd client/python && ../../target/python-venv/bin/pyright --pythonpath ../../target/python-venv/bin/python
 	cd client/python && SIMD_BINARY="$${SIMD_BINARY:-$(abspath $(BIN))/simd}" ../../target/python-venv/bin/python -m pytest
+
+# The blocking Python client, which is generated from the asyncio client and committed.
+python-blocking:
+	python3 client/python/tools/make_blocking.py
 
 PYTHON_CLIENT := $(shell find client/python/src -name '*.py' -not -path '*/proto/*') \
   $(wildcard proto/simd/v1/*.proto client/python/schema/*/*.proto client/python/*.toml client/python/hatch_build.py)

@@ -7,7 +7,7 @@ import pytest
 from daemon import ASSETS
 
 import simd_client
-from simd_client import Gains, JointFlag, JointMode, Limits, Robot, Simulation, Target, Whole
+from simd_client import Gains, JointFlag, JointMode, JointLimits, Robot, Simulation, Target, Whole
 
 
 def test_a_target_of_one_joint_is_gone_to_and_reached(sim: Simulation, arm: Robot) -> None:
@@ -100,7 +100,7 @@ def test_an_array_of_another_length_is_refused_before_it_is_sent(arm: Robot) -> 
     assert isinstance(refused.value, ValueError)
 
 
-def test_joints_are_put_at_positions_and_rates(arm: Robot) -> None:
+def test_joints_are_put_at_positions_and_velocities(arm: Robot) -> None:
     arm.reset_joints({"elbow joint": 0.5}, {"elbow joint": 1.5})
     assert (arm.position[1], arm.velocity[1]) == (0.5, 1.5)
     arm.reset_joints([0.1, 0.2], [0.3, 0.4])
@@ -117,13 +117,13 @@ def test_joints_are_put_at_positions_and_rates(arm: Robot) -> None:
 def test_properties_change_and_the_rest_stays(sim: Simulation, arm: Robot) -> None:
     elbow = arm.joints["elbow joint"]
     friction = elbow.info.friction
-    elbow.set_properties(damping=0.75, limits=Limits(-1.0, 1.0, 5.0, 2.0), default_gains=Gains(30.0, 3.0))
+    elbow.set_properties(damping=0.75, limits=JointLimits(-1.0, 1.0, 5.0, 2.0), default_gains=Gains(30.0, 3.0))
     info = arm.joints["elbow joint"].info
     assert (info.damping, info.friction) == (0.75, friction)
-    assert info.limits == Limits(-1.0, 1.0, 5.0, 2.0) and info.default_gains == Gains(30.0, 3.0)
+    assert info.limits == JointLimits(-1.0, 1.0, 5.0, 2.0) and info.default_gains == Gains(30.0, 3.0)
     assert arm.set_positions([0, 3.0]).clamped[0].applied == 1.0
-    arm.joints["elbow joint"].set_properties(limits=Limits())
-    assert arm.joints["elbow joint"].limits == Limits()
+    arm.joints["elbow joint"].set_properties(limits=JointLimits())
+    assert arm.joints["elbow joint"].limits == JointLimits()
 
 
 def test_flags_say_where_a_joint_is_at_its_limit(sim: Simulation, arm: Robot) -> None:
@@ -144,7 +144,7 @@ def test_some_joints_are_read_in_the_order_that_was_asked_for(sim: Simulation, a
 
 def test_planar_joints_have_three_values_and_fixed_ones_none(sim: Simulation) -> None:
     robot = sim.load(ASSETS / "planar")
-    joint = next(info for info in robot.layout.joints if info.freedom == 3)
+    joint = next(info for info in robot.layout.joints if info.dof == 3)
     robot.reset_joints(np.arange(robot.layout.position_count) * 0.01)
     np.testing.assert_allclose(robot.position, np.arange(robot.layout.position_count) * 0.01, atol=1e-12)
     np.testing.assert_array_equal(robot.read()[joint.name].positions, robot.position[joint.positions])

@@ -15,7 +15,7 @@ def test_link_states_are_where_the_links_are(sim: Simulation, arm: Robot) -> Non
     poses = arm.link_poses()
     np.testing.assert_allclose(states.poses[2, :3], poses["forearm"].position, atol=1e-12)
     jacobian = arm.jacobian("forearm")
-    # The twist of a link is its Jacobian times the rates.
+    # The twist of a link is its Jacobian times the joint velocities.
     np.testing.assert_allclose(jacobian.linear @ [0.5, 0.6], states.twists[2, :3], atol=1e-9)
     np.testing.assert_allclose(jacobian.angular @ [0.5, 0.6], states.twists[2, 3:], atol=1e-9)
 

@@ -46,12 +46,12 @@ def test_a_mesh_that_is_not_found_is_a_warning_that_says_where_it_was_looked_for
 
 
 def test_a_file_that_changes_while_it_is_sent_is_refused(sim: Simulation, tmp_path: Path) -> None:
-    from simd_client.plans import robots
+    from simd_client.blocking.upload import send_file
 
     file = tmp_path / "a.stl"
     file.write_bytes(b"other")
     with pytest.raises(simd_client.UploadMismatch):
-        sim.run(robots.send(file, "0" * 64))
+        send_file(sim, file, "0" * 64)
 
 
 def test_a_text_without_files_is_loaded_in_one_call(sim: Simulation) -> None:

@@ -9,13 +9,20 @@
         sim.step(1000)
         print(arm.position)
 
-`Simulation` is a connection, `Robot` and `Joint` are what is in its world, `Target` is what a joint is asked to do,
-`SimdError` is why a call has no result. `simd_client.aio` has the same for asyncio, `simd_client.proto` the messages.
+`Simulation` is a connection, `Robot` and `Joint` are in its world, `Target` is what a joint's actuator does,
+`SimdError` is the base of all refusals. `simd_client.aio` is the same client for asyncio, `simd_client.proto` has the
+messages of the schema.
 """
 
-from simd_client.claim import Claim
-from simd_client.connect import connect
-from simd_client.description import Disposition, Finding, LinkInfo, LoadReport, RobotInfo, Severity
+from simd_client.blocking.claim import Claim
+from simd_client.blocking.connect import connect
+from simd_client.blocking.joint import Joint, Joints
+from simd_client.blocking.parameters import Parameters
+from simd_client.blocking.robot import Robot
+from simd_client.blocking.simulation import Simulation
+from simd_client.blocking.watch import EventWatch, Watch
+from simd_client.contact import Contact, RayHits
+from simd_client.description import Disposition, Finding, LinkInfo, LoadReport, Reloaded, RobotInfo, Severity
 from simd_client.endpoint import DEFAULT_ENDPOINT, Endpoint
 from simd_client.errors import (
     AnswerError,
@@ -57,21 +64,14 @@ from simd_client.errors import (
 )
 from simd_client.event import Event
 from simd_client.geometry import Pose, Twist
-from simd_client.joint import Joint, Joints
-from simd_client.layout import Gains, JointFlag, JointInfo, JointMode, JointType, Layout, Limits, Mimic
+from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
+from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
-from simd_client.parameters import Parameters
-from simd_client.plans.contacts import Contact, RayHits
-from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
-from simd_client.plans.parameters import Button, Parameter, ParameterList, Slider
-from simd_client.plans.robots import Reloaded
-from simd_client.robot import Robot
-from simd_client.simulation import Simulation
+from simd_client.parameter import Button, Parameter, ParameterList, Slider
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
 from simd_client.version import API_VERSION, __version__
-from simd_client.watch import EventWatch, Watch
 from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
 
 __all__ = [
@@ -106,6 +106,7 @@ __all__ = [
     "JointClaimed",
     "JointFlag",
     "JointInfo",
+    "JointLimits",
     "JointMode",
     "JointNotActuated",
     "JointNotFound",
@@ -116,7 +117,6 @@ __all__ = [
     "Layout",
     "LayoutChanged",
     "LimitExceeded",
-    "Limits",
     "LinkInfo",
     "LinkNotFound",
     "LinkStates",

@@ -10,6 +10,7 @@ import numpy as np
 from simd_client import proto
 from simd_client.geometry import FloatArray, vector_from_proto
 from simd_client.table import Table
+from simd_client.world import Stamp
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +114,17 @@ class LoadReport:
 
     def _repr_html_(self) -> str:
         return self.table().html(self.summary)
+
+
+@dataclass(frozen=True)
+class Reloaded:
+    """What a reload changed."""
+
+    report: LoadReport
+    stamp: Stamp
+    """The first moment with the new description."""
+    added_joints: tuple[str, ...]
+    removed_joints: tuple[str, ...]
 
 
 _SEVERITIES = {

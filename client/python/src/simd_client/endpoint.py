@@ -17,6 +17,12 @@ DEFAULT_NAME = "simd"
 ENVIRONMENT = "SIMD_ENDPOINT"
 """The variable that names the endpoint where the program does not."""
 
+TIMEOUT = 10.0
+"""Seconds that calls wait for their answer, by default."""
+
+CONNECT_TIMEOUT = 3.0
+"""Seconds that connecting may take, by default."""
+
 
 @dataclass(frozen=True)
 class Endpoint:

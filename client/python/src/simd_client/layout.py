@@ -64,8 +64,8 @@ class JointFlag(IntFlag):
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Limits that a joint has; `None` is no limit."""
+class JointLimits:
+    """A joint's limits; `None` means no limit."""
 
     lower: float | None = None
     """rad or m."""
@@ -110,7 +110,7 @@ class JointInfo:
     child_link: str
     parent_from_joint: Pose
     """At position zero."""
-    limits: Limits
+    limits: JointLimits
     damping: float
     """N m s/rad or N s/m."""
     friction: float
@@ -124,7 +124,7 @@ class JointInfo:
     default_gains: Gains
     """Of targets that give none."""
     claimed_by: str
-    """Who holds a claim on it; empty for nobody."""
+    """The holder of a claim on it; empty for none."""
     positions: slice
     """Where it has its values in `position`."""
     velocities: slice
@@ -136,8 +136,8 @@ class JointInfo:
         return self.mode is not JointMode.NONE
 
     @property
-    def freedom(self) -> int:
-        """How many rates it has: 0 for fixed, 1, 3 for planar, 6 for floating."""
+    def dof(self) -> int:
+        """Degrees of freedom: 0 for fixed, 1, 3 for planar, 6 for floating."""
         return self.velocities.stop - self.velocities.start
 
 
@@ -163,11 +163,11 @@ class Layout:
     @cached_property
     def moving(self) -> tuple[JointInfo, ...]:
         """Those that can move."""
-        return tuple(joint for joint in self.joints if joint.freedom > 0)
+        return tuple(joint for joint in self.joints if joint.dof > 0)
 
     @cached_property
     def has_floating(self) -> bool:
-        """Whether positions and rates are of different lengths."""
+        """Whether positions and velocities have different lengths."""
         return self.position_count != self.velocity_count
 
 
@@ -182,9 +182,9 @@ def layout_from_proto(message: proto.JointLayout) -> Layout:
     )
 
 
-def limits_from_proto(message: proto.JointLimits) -> Limits:
+def limits_from_proto(message: proto.JointLimits) -> JointLimits:
     """Limits from their message."""
-    return Limits(
+    return JointLimits(
         lower=message.lower if message.HasField("lower") else None,
         upper=message.upper if message.HasField("upper") else None,
         effort=message.effort if message.HasField("effort") else None,
@@ -192,7 +192,7 @@ def limits_from_proto(message: proto.JointLimits) -> Limits:
     )
 
 
-def limits_to_proto(limits: Limits) -> proto.JointLimits:
+def limits_to_proto(limits: JointLimits) -> proto.JointLimits:
     """Limits as a message."""
     return proto.JointLimits(
         lower=limits.lower, upper=limits.upper, effort=limits.effort, velocity=limits.velocity

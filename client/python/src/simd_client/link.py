@@ -1,4 +1,4 @@
-"""The connection to one daemon: how a request travels over Zenoh, and what an answer means."""
+"""The Zenoh session to one daemon: sends requests, and turns error replies into exceptions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import zenoh
 from google.protobuf.message import DecodeError
@@ -16,17 +16,18 @@ from google.protobuf.message import DecodeError
 from simd_client import keys
 from simd_client.endpoint import DEFAULT_NAME, Endpoint
 from simd_client.errors import ERROR_DOMAIN, DeadlineExceeded, EndpointError, SimdError, Unavailable, refusal
-from simd_client.plan import Ask, Plan, Work
+from simd_client.method import Method
 from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
 from simd_client.version import API_VERSION
 
-Result = TypeVar("Result")
+AnyMethod = Method[Any, Any]
 
 MAX_ANSWER_BYTES = 64 * 1024 * 1024
 """Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
 
+
 def program() -> str:
-    """What others see this client as: the script's name, in characters that every transport takes."""
+    """The name under which others see this client: the script's, in characters that every transport takes."""
     name = Path(sys.argv[0]).name if sys.argv else ""
     # Typed in, from stdin, or with -c: there is no script.
     name = "" if name.startswith("-") else name
@@ -41,7 +42,7 @@ ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
 
 
 class Link:
-    """A Zenoh session and the daemon that is meant. May be used from several threads."""
+    """A Zenoh session and the name of the daemon. May be used from several threads."""
 
     def __init__(self, session: zenoh.Session, endpoint: Endpoint, name: str) -> None:
         self.session = session
@@ -52,54 +53,70 @@ class Link:
         self._lock = threading.Lock()
 
     def close(self) -> None:
-        """Ends the session, and everything that was declared on it."""
+        """Closes the session, and everything that was declared on it."""
         self.session.close()  # pyright: ignore[reportUnknownMemberType]
 
-    def query(self, request: Ask, timeout: float) -> bytes:
-        """Sends a request and waits for its reply's bytes."""
+    def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
+        """Sends a request and blocks until its reply. Returns the reply's bytes."""
         try:
-            key, options = self._request(request, timeout)
+            key, options = self._request(method, payload, timeout)
             reply = cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)).recv()
         except zenoh.ZError:
-            raise self.nobody() from None
-        return self.opened(reply, timeout + request.wait)
+            raise self.unavailable() from None
+        return self.opened(reply, timeout)
 
     def start(
-        self, request: Ask, timeout: float, arrived: Callable[[zenoh.Reply], None], ended: Callable[[], None]
+        self,
+        method: AnyMethod,
+        payload: bytes,
+        timeout: float,
+        arrived: Callable[[zenoh.Reply], None],
+        ended: Callable[[], None],
     ) -> None:
-        """Sends a request. `arrived` gets the reply and `ended` is called after it, on a thread of Zenoh's."""
+        """Sends a request and returns. Zenoh calls `arrived` with the reply and then `ended`, on its own thread."""
         try:
-            key, options = self._request(request, timeout)
+            key, options = self._request(method, payload, timeout)
             handler = cast(
                 "zenoh.handlers.Callback[zenoh.Reply]",
                 zenoh.handlers.Callback(arrived, ended, indirect=False),
             )
             self.session.get(key, handler, **options)
         except zenoh.ZError:
-            raise self.nobody() from None
+            raise self.unavailable() from None
 
-    def _request(self, request: Ask, timeout: float) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
-        """The key and the options of a query; what is the same each time is made once."""
-        route = self._routes.get(request.method)
+    def subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
+        """Calls `take` with each publication, on Zenoh's own thread: a thread of Python's for it would keep the
+        program from ending."""
+        handler = cast("zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(take, indirect=False))
+        try:
+            return self.session.declare_subscriber(key, handler)
+        except zenoh.ZError:
+            raise self.unavailable() from None
+
+    def _request(
+        self, method: AnyMethod, payload: bytes, timeout: float
+    ) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
+        """The key and the options of a query; those that do not change are made once."""
+        route = self._routes.get(method.key)
         if route is None:
             same: dict[str, Any] = {
-                "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{request.message}"),
+                "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{method.request.__name__}"),
                 "attachment": zenoh.ZBytes(_ATTACHMENT),
                 "consolidation": zenoh.ConsolidationMode.NONE,
                 "express": True,
             }
-            route = self._routes[request.method] = zenoh.KeyExpr(keys.rpc(self.name, request.method)), same
+            route = self._routes[method.key] = zenoh.KeyExpr(keys.rpc(self.name, method.key)), same
         key, same = route
-        return key, {**same, "payload": request.payload, "timeout": timeout + request.wait}
+        return key, {**same, "payload": payload, "timeout": timeout}
 
     def opened(self, reply: zenoh.Reply, timeout: float) -> bytes:
-        """The bytes of an answer, or the exception that it stands for."""
+        """The bytes of a reply. Raises the exception of an error reply."""
         sample = reply.ok
         if sample is not None:
             return sample.payload.to_bytes()
         error = reply.err
         if error is None:
-            raise self.nobody()
+            raise self.unavailable()
         encoding, payload = str(error.encoding), error.payload.to_bytes()
         if _STATUS in encoding:
             raise _refused(payload)
@@ -110,8 +127,8 @@ class Link:
         text = payload.decode(errors="replace")
         raise SimdError(f"the daemon's answer cannot be understood: an error in {encoding}: {text}")
 
-    def nobody(self) -> Unavailable:
-        """Nobody took the request."""
+    def unavailable(self) -> Unavailable:
+        """The exception for a request that no daemon received."""
         where = self.endpoint.locator
         if self.session.is_closed():
             return Unavailable(f"the connection to the daemon at {where} is closed")
@@ -133,21 +150,7 @@ class Link:
                     )
             self._publisher.put(payload, attachment=_ATTACHMENT)  # pyright: ignore[reportUnknownMemberType]
         except zenoh.ZError:
-            raise self.nobody() from None
-
-    def run(self, plan: Plan[Result], timeout: float) -> Result:
-        """Does what a plan says, on the calling thread."""
-        try:
-            need = next(plan)
-            while True:
-                try:
-                    answer = need.do() if isinstance(need, Work) else self.query(need, timeout)
-                except SimdError as error:
-                    need = plan.throw(error)
-                else:
-                    need = plan.send(answer)
-        except StopIteration as end:
-            return cast(Result, end.value)
+            raise self.unavailable() from None
 
 
 def _refused(payload: bytes) -> SimdError:
@@ -169,7 +172,7 @@ def _refused(payload: bytes) -> SimdError:
 
 
 def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None) -> Link:
-    """Connects, and finds out which daemon is meant."""
+    """Opens a session and chooses the daemon."""
     settings = _settings(endpoint, connect_timeout, config)
     try:
         session = zenoh.open(settings)

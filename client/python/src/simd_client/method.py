@@ -1,18 +1,22 @@
-"""What a call is: the name of a method, and the messages that go and come."""
+"""A method of the schema: its name, and the messages that are sent and returned."""
 
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
+
+from google.protobuf.message import DecodeError
+
+from simd_client.errors import AnswerError
 
 
 class Message(Protocol):
     """The part of a protobuf message that a call needs."""
 
     def SerializeToString(self) -> bytes:
-        """Its bytes on the wire."""
+        """The message as bytes."""
         ...
 
     def ParseFromString(self, serialized: bytes, /) -> int:
-        """Takes its fields from bytes on the wire."""
+        """Sets its fields from bytes."""
         ...
 
 
@@ -27,6 +31,17 @@ class Method(Generic[Request, Reply]):
     key: str
     """`SERVICE/METHOD`, the end of its key on Zenoh."""
     request: type[Request]
-    """The message that goes."""
+    """The message that is sent."""
     reply: type[Reply]
-    """The message that comes."""
+    """The message that is returned."""
+
+
+def decoded(message: type[Reply], payload: bytes) -> Reply:
+    """A message from its bytes. Raises `AnswerError` if they are not one."""
+    answer = message()
+    try:
+        answer.ParseFromString(payload)
+    except DecodeError as error:
+        name = message.__name__
+        raise AnswerError(f"the daemon's answer cannot be understood: it is no {name} ({error})") from error
+    return answer

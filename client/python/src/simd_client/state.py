@@ -16,11 +16,11 @@ from simd_client.geometry import FloatArray
 from simd_client.layout import JointFlag, JointInfo, JointMode, Layout
 from simd_client.link_states import LinkStates
 from simd_client.table import Table
-from simd_client.world import Stamp, stamp_from_proto
+from simd_client.world import Stamp
 
 
 class Named(Protocol):
-    """A robot, or whatever else has a robot's name."""
+    """A robot, or anything else with a robot's name."""
 
     @property
     def name(self) -> str:
@@ -36,7 +36,7 @@ def name_of(robot: str | Named) -> str:
 @dataclass(frozen=True)
 class JointState:
     """The state of one joint. Arrays have one entry for revolute, continuous and prismatic joints,
-    none for fixed ones, three for planar ones; a floating joint has seven positions and six rates."""
+    none for fixed ones, three for planar ones; a floating joint has seven positions and six velocities."""
 
     name: str
     positions: FloatArray
@@ -85,7 +85,7 @@ class JointState:
 class RobotState:
     """The state of one robot's joints, or of those that were selected, at one moment.
 
-    Arrays are in joint order, or in the order of the selection. They are made when they are first looked at.
+    Arrays are in joint order, or in the order of the selection. They are made on first use.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class RobotState:
         self.layout: Final = layout
         """Of the whole robot. Where the robot was reloaded meanwhile, it may be newer than the arrays."""
         self.selected: Final = tuple(selected)
-        """The joints that were asked for; none is all of them."""
+        """The selected joints; empty for all of them."""
 
     @property
     def robot(self) -> str:
@@ -174,12 +174,12 @@ class RobotState:
                 break
             before = self.layout.by_name[name]
             position += before.positions.stop - before.positions.start
-            velocity += before.freedom
+            velocity += before.dof
         count = info.positions.stop - info.positions.start
-        return info, slice(position, position + count), slice(velocity, velocity + info.freedom)
+        return info, slice(position, position + count), slice(velocity, velocity + info.dof)
 
     def table(self) -> Table:
-        """One row a joint, for people."""
+        """One row per joint."""
         rows = [
             (
                 joint.name,
@@ -209,7 +209,7 @@ class RobotState:
 
 @dataclass(frozen=True)
 class Clamped:
-    """A target that was beyond a limit, and is at the limit now."""
+    """A target that was beyond a limit and was clamped to it."""
 
     robot: str
     joint: str
@@ -219,10 +219,10 @@ class Clamped:
 
 @dataclass(frozen=True)
 class Applied:
-    """Targets hold."""
+    """Targets that the daemon has set."""
 
     stamp: Stamp
-    """From when; the next step is the first with them."""
+    """The moment at which they were set; the next step is the first with them."""
     clamped: tuple[Clamped, ...] = ()
     """Targets that were beyond a limit."""
 
@@ -234,9 +234,9 @@ class States(Mapping[str, RobotState]):
     stamp: Stamp
     robots: Mapping[str, RobotState] = field(default_factory=dict[str, RobotState])
     clamped: tuple[Clamped, ...] = ()
-    """Targets that came with the call and were beyond a limit."""
+    """Targets of the call that were beyond a limit."""
     links: Mapping[str, LinkStates] = field(default_factory=dict[str, LinkStates])
-    """Of the same robots, where a step was asked for them."""
+    """Of the same robots, if a step was asked for them."""
 
     def __getitem__(self, robot: str | Named) -> RobotState:
         return self.robots[name_of(robot)]
@@ -249,7 +249,7 @@ class States(Mapping[str, RobotState]):
 
 
 def layout_changed(robot: str) -> LayoutChanged:
-    """For arrays of one layout and names of another."""
+    """The error for arrays of one layout and names of another."""
     error = LayoutChanged(f"the joints of robot `{robot}` are no longer those of the layout that was fetched")
     error.code, error.reason, error.metadata = "ABORTED", "LAYOUT_CHANGED", {"robot": robot}
     return error
@@ -260,9 +260,9 @@ def robot_state(
 ) -> RobotState:
     """One robot's arrays from their message."""
     if not selected and layout.version == message.layout_version:
-        rates = (message.velocity, message.effort, message.target, message.mode, message.flags)
+        arrays = (message.velocity, message.effort, message.target, message.mode, message.flags)
         if len(message.position) != layout.position_count or any(
-            len(r) != layout.velocity_count for r in rates
+            len(array) != layout.velocity_count for array in arrays
         ):
             raise AnswerError(f"the joint states of `{message.robot}` do not have the length of its layout")
     return RobotState(message, stamp, layout, selected)
@@ -271,11 +271,6 @@ def robot_state(
 def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped, ...]:
     """Targets that were beyond a limit, from their messages."""
     return tuple(Clamped(each.robot, each.joint, each.requested, each.applied) for each in messages)
-
-
-def stamp_of(message: proto.JointStates) -> Stamp:
-    """The moment of states."""
-    return stamp_from_proto(message.stamp)
 
 
 def _array(values: Sequence[float]) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What joints are asked to do, and how a program may write it."""
+"""Targets of joints and robots."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from simd_client.geometry import FloatArray
 from simd_client.layout import JointMode, Layout
 
 BeyondLimit = Literal["clamp", "refuse"]
-"""What to do with a target beyond a limit: use the limit and say so, or refuse with `TargetBeyondLimit`."""
+"""What to do with a target beyond a limit: clamp it and report it, or refuse it with `TargetBeyondLimit`."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """What one joint's actuator is to do. Radians, newton metres and seconds for joints that turn;
+    """A target for one joint's actuator. Radians, newton metres and seconds for joints that turn;
     metres, newtons and seconds for joints that slide."""
 
     mode: JointMode
     value: float = 0.0
     """Position, velocity or effort."""
-    rate: float = 0.0
-    """Of a position target: the rate that the damper pulls towards."""
+    target_velocity: float = 0.0
+    """Of a position target: the velocity that the damper pulls towards."""
     stiffness: float | None = None
     damping_gain: float | None = None
     feed_forward: float = 0.0
@@ -46,10 +46,10 @@ class Target:
     ) -> Target:
         """Go to a position (rad or m) and stay there.
 
-        `velocity` is the rate that the damper pulls towards; `stiffness` (N m/rad or N/m) is the joint's
-        default where it is left out; `damping` (N m s/rad or N s/m) is critical for a given stiffness, else the
-        default; `feed_forward` (N m or N) is added to the effort; `max_effort` and `max_velocity` are
-        the most for this target, beside the joint's own limits.
+        `velocity` is the velocity that the damper pulls towards. `stiffness` (N m/rad or N/m) is the joint's default
+        unless it is given; `damping` (N m s/rad or N s/m) is critical for a given stiffness, else the default.
+        `feed_forward` (N m or N) is added to the effort. `max_effort` and `max_velocity` limit this target, in
+        addition to the joint's own limits.
         """
         return Target(
             JointMode.POSITION,
@@ -70,7 +70,7 @@ class Target:
         feed_forward: float = 0.0,
         max_effort: float | None = None,
     ) -> Target:
-        """Turn or slide at a rate (rad/s or m/s). `damping` is stiff enough for 0.1 % where it is left out."""
+        """Move at a velocity (rad/s or m/s). The default `damping` reaches it to 0.1 %."""
         return Target(
             JointMode.VELOCITY,
             float(velocity),
@@ -81,7 +81,7 @@ class Target:
 
     @staticmethod
     def effort(effort: float) -> Target:
-        """Apply an effort (N m or N) until told otherwise."""
+        """Apply an effort (N m or N) until the next target."""
         return Target(JointMode.EFFORT, float(effort))
 
     @staticmethod
@@ -99,7 +99,7 @@ class Target:
         if self.mode is JointMode.POSITION:
             wire = proto.PositionTarget(
                 position=self.value,
-                velocity=self.rate,
+                velocity=self.target_velocity,
                 stiffness=self.stiffness,
                 damping=self.damping_gain,
                 feed_forward_effort=self.feed_forward,
@@ -121,7 +121,7 @@ class Target:
             return proto.JointTarget(joint=joint, axis=axis, passive=proto.PassiveTarget())
         if self.mode is JointMode.HOLD:
             return proto.JointTarget(joint=joint, axis=axis, hold=proto.HoldTarget())
-        raise ValueError(f"no joint can be asked for the mode {self.mode.name}")
+        raise ValueError(f"a target cannot have the mode {self.mode.name}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +139,7 @@ class Whole:
 
     @staticmethod
     def velocities(values: npt.ArrayLike) -> Whole:
-        """Turn and slide at these rates (rad/s or m/s)."""
+        """Move at these velocities (rad/s or m/s)."""
         return Whole(JointMode.VELOCITY, np.asarray(values, dtype=np.float64))
 
     @staticmethod
@@ -177,7 +177,7 @@ def needs_layout(targets: RobotTargets) -> bool:
 
 
 def targets_to_proto(robot: str, targets: RobotTargets, layout: Layout | None) -> proto.RobotTargets:
-    """As a message. Raises `ValueError` where an array has not the layout's length."""
+    """As a message. Raises `ValueError` if the length of an array is not the layout's."""
     if isinstance(targets, Mapping):
         joints = [wire for joint, target in targets.items() for wire in _one(joint, target)]
         return proto.RobotTargets(robot=robot, joints=joints)
@@ -205,13 +205,13 @@ def _one(joint: str, target: OneTarget) -> list[proto.JointTarget]:
 
 
 def _aligned(whole: Whole, values: FloatArray, layout: Layout) -> FloatArray:
-    """Positions may come as they are read; the wire wants one for each rate."""
+    """Positions may be given as they are read; the message has one for each velocity."""
     if values.shape == (layout.velocity_count,):
         return values
     if whole.mode is JointMode.POSITION and values.shape == (layout.position_count,):
         aligned = np.zeros(layout.velocity_count)
         for joint in layout.joints:
-            if joint.positions.stop - joint.positions.start == joint.freedom:
+            if joint.positions.stop - joint.positions.start == joint.dof:
                 aligned[joint.velocities] = values[joint.positions]
         return aligned
     names = ", ".join(joint.name for joint in layout.moving)

@@ -1,4 +1,4 @@
-"""The same client for asyncio: the same names, and whatever asks the daemon is awaited, properties too.
+"""The client for asyncio. It has the names of `simd_client`; what asks the daemon is awaited, properties too.
 
     from simd_client import aio
 
@@ -10,6 +10,7 @@
         print(await arm.position)
 
 No thread waits for an answer: replies and publications come by callback. Objects belong to one event loop.
+The blocking client, `simd_client.blocking`, is generated from this package by `tools/make_blocking.py`.
 """
 
 from simd_client.aio.claim import Claim

@@ -1,36 +1,42 @@
-"""Joints that one client has for itself, for asyncio."""
+"""A claim on joints: only its holder can set their targets."""
 
 from __future__ import annotations
 
 from types import TracebackType
+from typing import TYPE_CHECKING
 
-from simd_client.aio.runner import run
+from simd_client import proto
+from simd_client.cache import HeldClaim
 from simd_client.errors import ClaimNotFound, Unavailable
-from simd_client.link import Link
-from simd_client.memory import Held, Memory
-from simd_client.plans import joints
+from simd_client.proto import methods
+
+if TYPE_CHECKING:
+    from simd_client.aio.connection import Connection
 
 
 class Claim:
-    """See `simd_client.Claim`; use it with `async with`."""
+    """Until it is released or lapses, no other client can set targets of these joints. Use it with `async with`.
 
-    def __init__(self, link: Link, memory: Memory, held: Held, timeout: float) -> None:
-        self._link = link
-        self._memory = memory
+    While it is held, all calls of the same `Simulation` that set these joints carry it, and each of them renews
+    its lease; nothing else does. The claim of a client that is killed lapses. Released joints hold their position.
+    """
+
+    def __init__(self, connection: Connection, held: HeldClaim) -> None:
+        self._connection = connection
         self._held = held
-        self._timeout = timeout
         self._is_held = True
 
     @property
     def secret(self) -> str:
-        """Whoever has it may set the joints."""
+        """A call that carries it may set the joints."""
         return self._held.secret
 
     async def release(self) -> None:
-        """Gives the joints back. Raises `ClaimNotFound` where it lapsed."""
+        """Releases the joints. Raises `ClaimNotFound` if the claim has lapsed."""
         if self._is_held:
             self._is_held = False
-            await run(self._link, joints.release(self._memory, self._held), self._timeout)
+            self._connection.cache.drop_claim(self.secret)
+            await self._connection.call(methods.ReleaseJoints, proto.ReleaseJointsRequest(claim=self.secret))
 
     async def __aenter__(self) -> Claim:
         return self
@@ -41,5 +47,9 @@ class Claim:
         try:
             await self.release()
         except (ClaimNotFound, Unavailable):
-            # It lapsed, or the daemon is gone, and the claim with it.
+            # The claim has lapsed, or it ended with the daemon.
             pass
+
+    def __repr__(self) -> str:
+        names = ", ".join(f"{robot}/{joint or '*'}" for robot, joint in sorted(self._held.joints))
+        return f"<Claim of {names or 'all joints'}>"

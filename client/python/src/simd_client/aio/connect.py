@@ -1,4 +1,4 @@
-"""Finds a daemon and connects to it, for asyncio."""
+"""Connects to a daemon, for asyncio."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ from types import TracebackType
 from typing import Any
 
 from simd_client.aio.simulation import Simulation
-from simd_client.connect import CONNECT_TIMEOUT, TIMEOUT
-from simd_client.endpoint import Endpoint, read_endpoint
+from simd_client.endpoint import CONNECT_TIMEOUT, TIMEOUT, Endpoint, read_endpoint
 from simd_client.link import ZenohConfig, open_link
-from simd_client.plans import simulation as plans
 
 
 class Connecting:
-    """A connection that is being made: `async with` it, or `await` it and `close` what comes of it."""
+    """Connects when it is used: with `async with`, or with `await` and `close`."""
 
     def __init__(
         self, endpoint: Endpoint, timeout: float, connect_timeout: float, config: ZenohConfig | None
@@ -40,11 +38,12 @@ class Connecting:
             await self._made.close()
 
     async def _connect(self) -> Simulation:
-        # Opening a session is the one thing of Zenoh's that blocks.
+        # Opening a Zenoh session blocks.
         link = await asyncio.to_thread(open_link, self._endpoint, self._connect_timeout, self._config)
         simulation = Simulation(link, self._timeout)
         try:
-            await simulation.run(plans.state())
+            # Any call but `GetSimulatorInfo` is refused if the versions do not match: better now than later.
+            await simulation.stamp
         except BaseException:
             await simulation.close()
             raise

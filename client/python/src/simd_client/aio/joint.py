@@ -1,28 +1,59 @@
-"""One joint of a robot, for asyncio."""
+"""One joint of a robot, and all of them by name."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from simd_client.aio.runner import Answer
-from simd_client.joint import JointHandle, JointMap
-from simd_client.layout import Gains, JointInfo, JointMode, Limits
-from simd_client.plans import joints as plans
+from simd_client import proto
+from simd_client.geometry import FloatArray
+from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType, limits_to_proto
+from simd_client.proto import methods
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
-from simd_client.world import Stamp
+from simd_client.world import Stamp, stamp_from_proto
 
 if TYPE_CHECKING:
     from simd_client.aio.robot import Robot
 
 
-class Joint(JointHandle):
-    """See `simd_client.Joint`: the same names, and whatever asks the daemon is awaited, properties too:
-    `await joint.position`. Set a target by `set_position` and its like."""
+class Joint:
+    """A joint of a robot. Radians, newton metres and seconds for joints that turn; metres, newtons and seconds for
+    joints that slide. Each property that changes is one round trip: in loops, read the whole robot."""
 
     def __init__(self, robot: Robot, info: JointInfo) -> None:
-        super().__init__(info, robot.name)
         self._robot = robot
+        self._info = info
+
+    @property
+    def name(self) -> str:
+        """The joint's name."""
+        return self._info.name
+
+    @property
+    def info(self) -> JointInfo:
+        """All properties of the joint, as they were fetched; see `Robot.refresh`."""
+        return self._info
+
+    @property
+    def type(self) -> JointType:
+        """What kind of joint it is."""
+        return self._info.type
+
+    @property
+    def axis(self) -> FloatArray | None:
+        """Unit vector in the joint's frame; `None` for fixed and floating joints."""
+        return self._info.axis
+
+    @property
+    def limits(self) -> JointLimits:
+        """Its limits, as they were fetched."""
+        return self._info.limits
+
+    @property
+    def is_actuated(self) -> bool:
+        """Whether the joint takes targets."""
+        return self._info.is_actuated
 
     @property
     async def position(self) -> float:
@@ -49,15 +80,20 @@ class Joint(JointHandle):
         """A position, a velocity or an effort, as `mode` says."""
         return (await self.read()).target
 
+    # blocking: @target.setter
+    # blocking: def target(self, target: OneTarget) -> None:
+    # blocking:     """A position, or a `Target`. A target beyond a limit is clamped."""
+    # blocking:     self.set_target(target)
+
     async def read(self) -> JointState:
         """All of its newest state, in one round trip."""
         return (await self._robot.states({self.name}))[self.name]
 
-    def set_target(self, target: OneTarget, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
+    async def set_target(self, target: OneTarget, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
         """Any target; a number is a position."""
-        return self._robot.set_targets({self.name: target}, beyond_limit=beyond_limit)
+        return await self._robot.set_targets({self.name: target}, beyond_limit=beyond_limit)
 
-    def set_position(
+    async def set_position(
         self,
         position: float,
         *,
@@ -68,7 +104,7 @@ class Joint(JointHandle):
         max_effort: float | None = None,
         max_velocity: float | None = None,
         beyond_limit: BeyondLimit = "clamp",
-    ) -> Answer[Applied]:
+    ) -> Applied:
         """Go to a position and stay there; see `Target.position`."""
         target = Target.position(
             position,
@@ -79,9 +115,9 @@ class Joint(JointHandle):
             max_effort=max_effort,
             max_velocity=max_velocity,
         )
-        return self.set_target(target, beyond_limit=beyond_limit)
+        return await self.set_target(target, beyond_limit=beyond_limit)
 
-    def set_velocity(
+    async def set_velocity(
         self,
         velocity: float,
         *,
@@ -89,49 +125,80 @@ class Joint(JointHandle):
         feed_forward: float = 0.0,
         max_effort: float | None = None,
         beyond_limit: BeyondLimit = "clamp",
-    ) -> Answer[Applied]:
-        """Turn or slide at a rate; see `Target.velocity`."""
+    ) -> Applied:
+        """Move at a velocity; see `Target.velocity`."""
         target = Target.velocity(velocity, damping=damping, feed_forward=feed_forward, max_effort=max_effort)
-        return self.set_target(target, beyond_limit=beyond_limit)
+        return await self.set_target(target, beyond_limit=beyond_limit)
 
-    def set_effort(self, effort: float, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
-        """Apply an effort until told otherwise."""
-        return self.set_target(Target.effort(effort), beyond_limit=beyond_limit)
+    async def set_effort(self, effort: float, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+        """Apply an effort until the next target."""
+        return await self.set_target(Target.effort(effort), beyond_limit=beyond_limit)
 
-    def hold(self) -> Answer[Applied]:
+    async def hold(self) -> Applied:
         """Stay where the joint is."""
-        return self.set_target(Target.hold())
+        return await self.set_target(Target.hold())
 
-    def set_passive(self) -> Answer[Applied]:
+    async def set_passive(self) -> Applied:
         """No actuator: only the joint's own damping and friction."""
-        return self.set_target(Target.passive())
+        return await self.set_target(Target.passive())
 
-    def reset(self, position: float = 0.0, velocity: float = 0.0) -> Answer[Stamp]:
-        """Puts the joint at a position and a rate. A joint that holds its position holds the new one."""
-        return self._robot.reset_joints({self.name: position}, {self.name: velocity})
+    async def reset(self, position: float = 0.0, velocity: float = 0.0) -> Stamp:
+        """Sets the position and velocity of the joint. A joint that holds its position holds the new one."""
+        return await self._robot.reset_joints({self.name: position}, {self.name: velocity})
 
-    def set_properties(
+    async def set_properties(
         self,
         *,
         damping: float | None = None,
         friction: float | None = None,
         armature: float | None = None,
-        limits: Limits | None = None,
+        limits: JointLimits | None = None,
         default_gains: Gains | None = None,
-    ) -> Answer[Stamp]:
-        """Changes what is given and leaves the rest; `limits` replaces all four."""
-        plan = plans.set_properties(
-            self._robot.memory,
-            self._robot.name,
-            self.name,
-            damping,
-            friction,
-            armature,
-            limits,
-            default_gains,
+    ) -> Stamp:
+        """Changes only what is given; `limits` replaces all four limits."""
+        gains = default_gains
+        properties = proto.JointProperties(
+            joint=self.name,
+            damping=damping,
+            friction=friction,
+            armature=armature,
+            limits=None if limits is None else limits_to_proto(limits),
+            default_gains=gains and proto.JointGains(stiffness=gains.stiffness, damping=gains.damping),
         )
-        return self._robot.run(plan)
+        connection, robot = self._robot.connection, self._robot.name
+        request = proto.SetJointPropertiesRequest(robot=robot, joints=[properties])
+        answer = await connection.call(methods.SetJointProperties, request)
+        connection.cache.mark_stale(robot)
+        return stamp_from_proto(answer.stamp)
+
+    def __repr__(self) -> str:
+        limits = self._info.limits
+        low = "-inf" if limits.lower is None else f"{limits.lower:g}"
+        high = "inf" if limits.upper is None else f"{limits.upper:g}"
+        span = f", {low} to {high}" if self._info.dof == 1 else ""
+        return f"<Joint '{self._robot.name}/{self.name}': {self.type.name.lower()}{span}>"
 
 
-class Joints(JointMap[Joint]):
+class Joints(Mapping[str, Joint]):
     """A robot's joints by name, in depth-first order, fixed ones included; also by index."""
+
+    def __init__(self, joints: Mapping[str, Joint], robot: str) -> None:
+        self._joints = joints
+        self._robot_name = robot
+
+    def __getitem__(self, name: str | int) -> Joint:
+        if isinstance(name, int):
+            return list(self._joints.values())[name]
+        if name not in self._joints:
+            names = ", ".join(f"`{known}`" for known in self._joints)
+            raise KeyError(f"robot `{self._robot_name}` has no joint `{name}`; it has {names}")
+        return self._joints[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._joints)
+
+    def __len__(self) -> int:
+        return len(self._joints)
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self._joints.values()))

@@ -1,62 +1,118 @@
-"""Sliders and buttons that programs put up and people move, for asyncio."""
+"""Sliders and buttons that programs add and people use: the daemon's, not a client's."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import cast
 
-from simd_client.aio.runner import Answer, run
+from simd_client import keys, proto
+from simd_client.aio.connection import Connection
 from simd_client.aio.watch import Watch
-from simd_client.link import Link
-from simd_client.parameters import parameter_source
-from simd_client.plans import parameters as plans
-from simd_client.plans.parameters import Button, IfTaken, Parameter, ParameterList, Slider
+from simd_client.errors import AnswerError
+from simd_client.method import decoded
+from simd_client.parameter import (
+    Button,
+    IfTaken,
+    Parameter,
+    ParameterList,
+    Slider,
+    add_request,
+    list_from_proto,
+    parameter_from_proto,
+)
+from simd_client.proto import methods
 
 
 class Parameters:
-    """See `simd_client.Parameters`; `await` each call."""
+    """The parameters of a world. They control programs, not physics; resets do not change them."""
 
-    def __init__(self, link: Link, timeout: float) -> None:
-        self._link = link
-        self._timeout = timeout
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
 
     async def add_slider(
         self, name: str, minimum: float, maximum: float, value: float, *, if_taken: IfTaken = "refuse"
     ) -> Slider:
-        """Puts up a slider. A value outside the range is moved to the nearest end."""
-        added = await run(
-            self._link, plans.add(Slider(name, minimum, maximum, value), if_taken), self._timeout
-        )
-        return cast(Slider, added)
+        """Adds a slider. A value outside the range is moved to the nearest end."""
+        return cast(Slider, await self._add(Slider(name, minimum, maximum, value), if_taken))
 
     async def add_button(self, name: str, *, if_taken: IfTaken = "refuse") -> Button:
-        """Puts up a button."""
-        return cast(Button, await run(self._link, plans.add(Button(name, 0), if_taken), self._timeout))
+        """Adds a button."""
+        return cast(Button, await self._add(Button(name, 0), if_taken))
+
+    # blocking: def __getitem__(self, name: str) -> float:
+    # blocking:     """A slider's value, or how often a button was pressed. One round trip; use `watch` in loops."""
+    # blocking:     return self.get(name).value
+
+    # blocking: def __setitem__(self, name: str, value: float) -> None:
+    # blocking:     """Moves a slider. Raises `InvalidValue` outside its range."""
+    # blocking:     self.set({name: value})
+
+    # blocking: def __delitem__(self, name: str) -> None:
+    # blocking:     """Removes a parameter."""
+    # blocking:     self.remove(name)
 
     async def get(self, name: str) -> Parameter:
-        """One of them. Raises `ParameterNotFound`."""
-        return plans.only(await run(self._link, plans.get([name]), self._timeout), name)
+        """One parameter. Raises `ParameterNotFound`."""
+        answer = await self._connection.call(
+            methods.GetParameters, proto.GetParametersRequest(names=[name])
+        )
+        found = list_from_proto(answer.list)
+        if name not in found:
+            raise AnswerError(f"the daemon's answer cannot be understood: it lacks parameter `{name}`")
+        return found[name]
 
-    def set(self, values: Mapping[str, float]) -> Answer[list[Parameter]]:
-        """Moves sliders, all or none. Raises `ParameterNotFound`, `InvalidValue`."""
-        return run(self._link, plans.set_values(values, {}), self._timeout)
+    async def set(self, values: Mapping[str, float]) -> list[Parameter]:
+        """Moves all of these sliders or none. Raises `ParameterNotFound`, `InvalidValue`."""
+        return await self._change(
+            [proto.ParameterChange(name=name, value=float(value)) for name, value in values.items()]
+        )
 
     async def press(self, name: str, times: int = 1) -> Parameter:
         """Presses a button."""
-        return (await run(self._link, plans.set_values({}, {name: times}), self._timeout))[0]
+        return (await self._change([proto.ParameterChange(name=name, presses=times)]))[0]
 
-    def all(self) -> Answer[ParameterList]:
-        """All of them, in the order in which they were added."""
-        return run(self._link, plans.get(), self._timeout)
+    async def all(self) -> ParameterList:
+        """All parameters, in the order in which they were added."""
+        answer = await self._connection.call(methods.GetParameters, proto.GetParametersRequest())
+        return list_from_proto(answer.list)
 
-    def next(self, after_version: int, wait: float = 1.0) -> Answer[ParameterList]:
-        """All of them once anything is newer, or as they are after `wait` seconds, at most 60."""
-        return run(self._link, plans.following(after_version, wait), self._timeout)
+    async def next(self, after_version: int, wait: float = 1.0) -> ParameterList:
+        """All parameters as soon as one of them is newer, or as they are after `wait` seconds (at most 60)."""
+        request = proto.NextParametersRequest(after_version=after_version, timeout=wait)
+        answer = await self._connection.call(methods.NextParameters, request, wait=wait or 1.0)
+        return list_from_proto(answer.list)
 
     def watch(self, rate: float | None = None) -> Watch[ParameterList]:
-        """All of them now, and each time something changed."""
-        return Watch(self._link, parameter_source(self._link.name), rate, self._timeout)
+        """All parameters now, and after each change. `newest()` of it costs no round trip."""
+        return _ParameterWatch(self._connection, keys.parameters(self._connection.name), rate)
 
-    def remove(self, *names: str) -> Answer[tuple[str, ...]]:
-        """Takes parameters down, all of them where none is named; returns those that are gone."""
-        return run(self._link, plans.remove(names), self._timeout)
+    async def remove(self, *names: str) -> tuple[str, ...]:
+        """Removes these parameters, or all of them. Returns the names of those that were removed."""
+        request = proto.RemoveParametersRequest(names=names)
+        return tuple((await self._connection.call(methods.RemoveParameters, request)).removed)
+
+    async def _add(self, parameter: Parameter, if_taken: IfTaken) -> Parameter:
+        request = add_request(parameter, if_taken)
+        return parameter_from_proto((await self._connection.call(methods.AddParameter, request)).parameter)
+
+    async def _change(self, changes: list[proto.ParameterChange]) -> list[Parameter]:
+        request = proto.SetParametersRequest(changes=changes)
+        answer = await self._connection.call(methods.SetParameters, request)
+        return [parameter_from_proto(each) for each in answer.parameters]
+
+    # blocking: def __repr__(self) -> str:
+    # blocking:     return repr(self.all())
+
+    # blocking: def _repr_html_(self) -> str:
+    # blocking:     return self.all().table().html("Parameters")
+
+
+class _ParameterWatch(Watch[ParameterList]):
+    async def _read(self, payload: bytes) -> ParameterList | None:
+        return list_from_proto(decoded(proto.ParameterList, payload))
+
+    async def _ask(self) -> ParameterList:
+        return await Parameters(self._connection).all()
+
+    def _order(self, item: ParameterList) -> int:
+        return item.version

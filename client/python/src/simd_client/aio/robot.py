@@ -1,62 +1,81 @@
-"""A robot in the world, for asyncio."""
+"""A robot in the world, as an object."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, TypeVar
 
 import numpy.typing as npt
 
-from simd_client import proto
+from simd_client import keys, proto
 from simd_client.aio.claim import Claim
+from simd_client.aio.connection import Connection
 from simd_client.aio.joint import Joint, Joints
-from simd_client.aio.runner import Answer
+from simd_client.aio.kinematics import Kinematics
+from simd_client.aio.upload import upload
 from simd_client.aio.watch import Watch
-from simd_client.description import LoadReport, RobotInfo
-from simd_client.geometry import FloatArray, Pose, Twist
+from simd_client.contact import Contact, contacts_from_proto
+from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
+from simd_client.description_files import AnyPath, Packages
+from simd_client.errors import AnswerError  # asyncio only
+# blocking: from simd_client.errors import AnswerError, SimdError
+from simd_client.geometry import (
+    FloatArray,
+    Pose,
+    Twist,
+    pose_from_proto,
+    pose_to_proto,
+    rows,
+    twist_from_proto,
+    twist_to_proto,
+    vector,
+    vector_to_proto,
+)
 from simd_client.layout import Layout
-from simd_client.link_states import LinkStates
-from simd_client.plan import Plan
-from simd_client.plans import contacts, joints, kinematics, robots
-from simd_client.plans.contacts import Contact
-from simd_client.plans.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions
-from simd_client.plans.robots import AnyPath, Packages, Reloaded
-from simd_client.robot import RobotHandle, state_source
+from simd_client.method import decoded
+from simd_client.proto import methods
 from simd_client.state import Applied, RobotState
-from simd_client.surface import Surface
+from simd_client.surface import Surface, surface_from_proto, surfaces_to_proto
+from simd_client.table import Table
 from simd_client.target import BeyondLimit, RobotTargets, Whole
-from simd_client.world import Stamp
-
-if TYPE_CHECKING:
-    from simd_client.aio.simulation import Simulation
-
-Result = TypeVar("Result")
+from simd_client.world import Stamp, stamp_from_proto
 
 
-class Robot(RobotHandle):
-    """See `simd_client.Robot`: the same names, and whatever asks the daemon is awaited, properties too:
-    `await robot.position`."""
+class Robot(Kinematics):
+    """A robot in the world. Arrays are float64, in joint order: one entry for each joint that moves along one axis,
+    none for fixed joints (`joint_names` lists the others).
 
-    def __init__(self, simulation: Simulation, info: RobotInfo, report: LoadReport | None = None) -> None:
-        super().__init__(simulation.memory, info, report)
-        self._simulation = simulation
+    Each property that changes, and each method, is one round trip; `read` returns everything of one moment.
+    """
+
+    def __init__(self, connection: Connection, info: RobotInfo, report: LoadReport | None = None) -> None:
+        super().__init__(connection, info.name)
+        self._info = info
+        self._report = report or LoadReport()
         self._cached: tuple[Layout, Joints] | None = None
 
-    def run(self, plan: Plan[Result]) -> Answer[Result]:
-        """Does what a plan says."""
-        return self._simulation.run(plan)
+    @property
+    def report(self) -> LoadReport:
+        """How its description was read, if this object loaded it."""
+        return self._report
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of its links in depth-first order, as they were when this object was made."""
+        return tuple(link.name for link in self._info.links)
 
     @property
     def layout(self) -> Layout:
-        """Its joints, and where each has its values in the arrays, as it was fetched last; see `refresh`."""
-        known = self._memory.layout(self.name)
-        if known is None:
-            raise RuntimeError(f"the layout of robot `{self.name}` was never fetched")
-        return known
+        """Its joints, and where each has its values in the arrays; see `refresh`."""
+        # The layout that was fetched last: a property cannot ask the daemon without being awaited.  # asyncio only
+        known = self._connection.cache.layout(self.name)  # asyncio only
+        if known is None:  # asyncio only
+            raise RuntimeError(f"the layout of robot `{self.name}` was never fetched")  # asyncio only
+        return known  # asyncio only
+        # blocking: return self._connection.layout(self.name)
 
-    def refresh(self) -> Answer[Layout]:
-        """Fetches the layout again, for what others changed: limits, gains, claims."""
-        return self.run(joints.fetch_layout(self._memory, self.name))
+    async def refresh(self) -> Layout:
+        """Fetches the layout again, with what other clients changed: limits, gains, claims."""
+        return await self._connection.fetch_layout(self.name)
 
     @property
     def joints(self) -> Joints:
@@ -69,18 +88,21 @@ class Robot(RobotHandle):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Those that move, in order."""
+        """Names of the joints that move, in order."""
         return tuple(joint.name for joint in self.layout.moving)
 
-    # What it does.
+    # State.
 
-    def read(self) -> Answer[RobotState]:
+    async def read(self) -> RobotState:
         """Positions, velocities, efforts, targets and modes of one moment."""
-        return self.run(joints.robot_state_now(self._memory, self.name))
+        states = await self._connection.states(self.name)
+        if self.name not in states:
+            raise AnswerError(f"the daemon's answer cannot be understood: it lacks robot `{self.name}`")
+        return states[self.name]
 
     async def states(self, names: Iterable[str]) -> RobotState:
-        """The same of some joints."""
-        return (await self.run(joints.states(self._memory, {self.name: tuple(names)})))[self.name]
+        """The same for some of its joints."""
+        return (await self._connection.states({self.name: tuple(names)}))[self.name]
 
     @property
     async def position(self) -> FloatArray:
@@ -99,95 +121,103 @@ class Robot(RobotHandle):
 
     @property
     async def target(self) -> FloatArray:
-        """Positions, velocities or efforts, as the modes say."""
+        """A position, velocity or effort per joint, depending on its mode."""
         return (await self.read()).target
 
     def watch(self, rate: float | None = None) -> Watch[RobotState]:
-        """States as they are published, at most `rate` of them a wall second, newest-wins.
+        """States as they are published, at most `rate` per wall second; the newest wins.
 
-        The daemon publishes 100 a second if it is not told otherwise; `Simulation.watch` can have each step.
+        By default the daemon publishes 100 per second; `Simulation.watch` can have each step.
         """
-        simulation = self._simulation
-        source = state_source(simulation.link.name, self._memory, self.name)
-        return Watch(simulation.link, source, rate, simulation.timeout)
+        return _StateWatch(self, rate)
 
-    # What it is asked to do.
+    # Targets.
 
-    def set_targets(self, targets: RobotTargets, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
-        """An array of positions in joint order, a `Whole`, or a number or `Target` by joint name; all or none."""
-        return self.run(joints.set_targets(self._memory, {self.name: targets}, beyond_limit))
+    async def set_targets(self, targets: RobotTargets, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+        """Sets all targets or none: an array of positions in joint order, a `Whole`, or a number or `Target` by
+        joint name."""
+        return await self._connection.set_targets({self.name: targets}, beyond_limit=beyond_limit)
 
-    def set_positions(
+    async def set_positions(
         self, positions: npt.ArrayLike | Mapping[str, float], *, beyond_limit: BeyondLimit = "clamp"
-    ) -> Answer[Applied]:
-        """Go there and stay: rad or m, as an array in joint order or by joint name."""
+    ) -> Applied:
+        """Go to these positions and stay there: rad or m, as an array in joint order or by joint name."""
         targets = positions if isinstance(positions, Mapping) else Whole.positions(positions)
-        return self.set_targets(targets, beyond_limit=beyond_limit)
+        return await self.set_targets(targets, beyond_limit=beyond_limit)
 
-    def set_velocities(
+    async def set_velocities(
         self, velocities: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp"
-    ) -> Answer[Applied]:
-        """Turn and slide at these rates: rad/s or m/s in joint order."""
-        return self.set_targets(Whole.velocities(velocities), beyond_limit=beyond_limit)
+    ) -> Applied:
+        """Move at these velocities: rad/s or m/s in joint order."""
+        return await self.set_targets(Whole.velocities(velocities), beyond_limit=beyond_limit)
 
-    def set_efforts(self, efforts: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
-        """Apply these efforts until told otherwise: N m or N in joint order."""
-        return self.set_targets(Whole.efforts(efforts), beyond_limit=beyond_limit)
+    async def set_efforts(self, efforts: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+        """Apply these efforts until the next target: N m or N in joint order."""
+        return await self.set_targets(Whole.efforts(efforts), beyond_limit=beyond_limit)
 
-    def hold(self) -> Answer[Applied]:
+    async def hold(self) -> Applied:
         """All joints stay where they are."""
-        return self.set_targets(Whole.hold())
+        return await self.set_targets(Whole.hold())
 
-    def set_passive(self) -> Answer[Applied]:
+    async def set_passive(self) -> Applied:
         """No actuators: only the joints' own damping and friction."""
-        return self.set_targets(Whole.passive())
+        return await self.set_targets(Whole.passive())
 
-    def stream_targets(self, targets: RobotTargets) -> Answer[None]:
+    async def stream_targets(self, targets: RobotTargets) -> None:
         """Sends targets without waiting for an answer; see `Simulation.stream_targets`."""
-        return self._simulation.stream_targets({self.name: targets})
+        await self._connection.stream_targets({self.name: targets})
 
-    def claim(self, *names: str, holder: str = "", lease: float = 10.0) -> Answer[Claim]:
-        """Takes these joints, or all of them, for this client; see `Simulation.claim`."""
-        return self._simulation.claim({self.name: names}, holder=holder, lease=lease)
+    async def claim(self, *names: str, holder: str = "", lease: float = 10.0) -> Claim:
+        """Claims these joints, or all of them, for this client; see `Simulation.claim`."""
+        return await self._connection.claim({self.name: names}, holder=holder, lease=lease)
 
-    def reset_joints(
+    async def reset_joints(
         self,
         positions: Mapping[str, float] | npt.ArrayLike | None = None,
         velocities: Mapping[str, float] | npt.ArrayLike | None = None,
-    ) -> Answer[Stamp]:
-        """Puts joints at positions and rates, by name or as arrays; all of them back to where they were
-        spawned where nothing is given. Targets stay, but a joint that holds its position holds the new one."""
+    ) -> Stamp:
+        """Sets positions and velocities of joints at once, by name or as arrays; without arguments, those that the
+        robot was spawned with. Targets stay, but a joint that holds its position holds the new one."""
         if positions is None or isinstance(positions, Mapping):
-            rates = velocities if velocities is None or isinstance(velocities, Mapping) else None
-            if rates is not velocities:
+            if velocities is not None and not isinstance(velocities, Mapping):
                 raise ValueError("positions and velocities are both by name or both arrays")
-            return self.run(joints.reset_joints(self._memory, self.name, positions, rates))
-        if isinstance(velocities, Mapping):
+            joints = _resets_by_name(positions or {}, velocities or {})
+        elif isinstance(velocities, Mapping):
             raise ValueError("positions and velocities are both by name or both arrays")
-        return self.run(joints.reset_to(self._memory, self.name, positions, velocities))
+        else:
+            joints = _resets_in_order(await self._connection.layout(self.name), positions, velocities)
+        request = proto.ResetJointsRequest(robots=[proto.RobotReset(robot=self.name, joints=joints)])
+        return stamp_from_proto((await self._connection.call(methods.ResetJoints, request)).stamp)
 
-    # Where it is.
+    # Pose.
 
     @property
     async def pose(self) -> Pose:
         """`world_from_root`."""
-        return (await self.run(robots.state(self.name)))[0]
+        return pose_from_proto((await self._entity_state()).pose)
 
     @property
     async def twist(self) -> Twist:
         """Velocity of the root link's origin, world axes."""
-        return (await self.run(robots.state(self.name)))[1]
+        return twist_from_proto((await self._entity_state()).twist)
 
-    def set_state(self, pose: Pose | None = None, twist: Twist | None = None) -> Answer[Stamp]:
-        """Puts the root link elsewhere; what is left out stays. The twist of a fixed base must be zero."""
-        return self.run(robots.set_state(self.name, pose, twist))
+    async def set_state(self, pose: Pose | None = None, twist: Twist | None = None) -> Stamp:
+        """Sets the pose or the twist of the root link, or both. The twist of a fixed base must be zero."""
+        request = proto.SetEntityStateRequest(
+            robot=self.name,
+            pose=None if pose is None else pose_to_proto(pose),
+            twist=None if twist is None else twist_to_proto(twist),
+        )
+        return stamp_from_proto((await self._connection.call(methods.SetEntityState, request)).stamp)
 
     async def link_poses(self) -> dict[str, Pose]:
         """`world_from_link` of each link."""
-        rows = await self.run(robots.link_poses(self.name))
-        return {name: Pose(row[:3], row[3:]) for name, row in zip(self.links, rows)}
+        request = proto.GetLinkPosesRequest(robots=[self.name])
+        answer = await self._connection.call(methods.GetLinkPoses, request)
+        poses = rows(answer.robots[0].poses if answer.robots else (), 7)
+        return {name: Pose(pose[:3], pose[3:]) for name, pose in zip(self.links, poses)}
 
-    def apply_wrench(
+    async def apply_wrench(
         self,
         link: str,
         force: npt.ArrayLike = (0, 0, 0),
@@ -196,108 +226,164 @@ class Robot(RobotHandle):
         frame: str = "world",
         point: npt.ArrayLike | None = None,
         persistent: bool = False,
-    ) -> Answer[Stamp]:
-        """Pushes a link with a force (N) at `point` (in the link's frame, metres) and a torque (N m), for
-        the next step, or until it is replaced or cleared. `frame` says whose axes: `world` or `link`."""
-        return self.run(robots.apply_wrench(self.name, link, force, torque, frame, point, persistent))
-
-    # What it touches.
-
-    def contacts(self) -> Answer[tuple[Contact, ...]]:
-        """The points at which it touches others or itself, of the newest state."""
-        return self.run(contacts.contacts(self.name))
-
-    def surfaces(self) -> Answer[dict[str, Surface]]:
-        """How its links rub and bounce, by link; without numbers where one touches nothing."""
-        return self.run(robots.surfaces(self.name))
-
-    def set_surface(
-        self, *, friction: float | None = None, restitution: float | None = None, link: str | None = None
-    ) -> Answer[Stamp]:
-        """Changes how a link, or all of them, rub and bounce; what is left out stays."""
-        surface = Surface(friction, restitution)
-        return self.run(robots.set_surfaces(self.name, {link or "": surface}))
-
-    # What follows from where it is.
-
-    def link_states(self) -> Answer[LinkStates]:
-        """Poses and velocities of all links, in the order of `links`."""
-        return self.run(kinematics.link_states(self.name))
-
-    def joint_reactions(self) -> Answer[JointReactions]:
-        """What each joint carried over the last step: force and torque of the parent link on the child."""
-        return self.run(kinematics.joint_reactions(self._memory, self.name))
-
-    def jacobian(
-        self, link: str, point: npt.ArrayLike | None = None, configuration: Configuration | None = None
-    ) -> Answer[Jacobian]:
-        """How rates move a point of a link (in its frame, metres; its origin where left out)."""
-        return self.run(kinematics.jacobian(self.name, link, point, configuration))
-
-    def mass_matrix(self, configuration: Configuration | None = None) -> Answer[FloatArray]:
-        """The joint-space inertia matrix, armature included; a free root's six rates come first."""
-        return self.run(kinematics.mass_matrix(self.name, configuration))
-
-    def inverse_dynamics(
-        self, accelerations: npt.ArrayLike | None = None, configuration: Configuration | None = None
-    ) -> Answer[FloatArray]:
-        """The efforts that give these accelerations (none: zero) under gravity, without contacts, limits and
-        friction; a free root's six come first."""
-        return self.run(kinematics.inverse_dynamics(self.name, accelerations, configuration))
-
-    def inverse_kinematics(
-        self,
-        link: str,
-        position: npt.ArrayLike,
-        orientation: npt.ArrayLike | None = None,
-        *,
-        point: npt.ArrayLike | None = None,
-        guess: Configuration | None = None,
-        joints: Iterable[str] = (),
-        max_iterations: int = 0,
-        tolerance: float = 0.0,
-    ) -> Answer[InverseKinematics]:
-        """Joint positions at which `point` of a link is at `position` (metres, world) and the link is turned
-        by `orientation` (x y z w), within the limits. `joints` may move, all where none is named; 0 leaves
-        `max_iterations` and `tolerance` (metres) at 300 and 1e-4."""
-        plan = kinematics.inverse_kinematics(
-            self.name, link, position, orientation, point, guess, tuple(joints), max_iterations, tolerance
+    ) -> Stamp:
+        """Applies a force (N) at `point` (in the link's frame, metres) and a torque (N m) to a link for the next
+        step, or, if it is `persistent`, until it is replaced or cleared. `frame` says whose axes the force and
+        torque are in: `world` or `link`."""
+        frames = {"world": proto.WrenchFrame.WRENCH_FRAME_WORLD, "link": proto.WrenchFrame.WRENCH_FRAME_LINK}
+        if frame not in frames:
+            raise ValueError(f"frame is 'world' or 'link', not {frame!r}")
+        request = proto.ApplyLinkWrenchRequest(
+            robot=self.name,
+            link=link,
+            wrench=proto.Wrench(
+                force=vector_to_proto(force, "a force"), torque=vector_to_proto(torque, "a torque")
+            ),
+            frame=frames[frame],
+            point=None if point is None else vector_to_proto(point, "a point"),
+            persistent=persistent,
         )
-        return self.run(plan)
+        return stamp_from_proto((await self._connection.call(methods.ApplyLinkWrench, request)).stamp)
 
-    # What it is.
+    # Contact.
+
+    async def contacts(self) -> tuple[Contact, ...]:
+        """Its contact points with others and with itself, of the newest state."""
+        request = proto.GetContactsRequest(robot=self.name)
+        return contacts_from_proto((await self._connection.call(methods.GetContacts, request)).contacts)
+
+    async def surfaces(self) -> dict[str, Surface]:
+        """Friction and restitution by link; `None` for a link without a collision shape."""
+        request = proto.GetLinkPropertiesRequest(robot=self.name)
+        answer = await self._connection.call(methods.GetLinkProperties, request)
+        return {each.link: surface_from_proto(each) for each in answer.links}
+
+    async def set_surface(
+        self, *, friction: float | None = None, restitution: float | None = None, link: str | None = None
+    ) -> Stamp:
+        """Changes friction, restitution or both, of one link or of all of them."""
+        links = surfaces_to_proto({link or "": Surface(friction, restitution)})
+        request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
+        return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
+
+    # Description.
 
     async def info(self) -> RobotInfo:
         """Mass, links and base, as they are now."""
-        self._info = await self.run(robots.info(self.name))
+        request = proto.GetEntityInfoRequest(robot=self.name)
+        answer = await self._connection.call(methods.GetEntityInfo, request)
+        self._info = robot_info_from_proto(answer.entity)
         return self._info
 
-    def scene(self) -> Answer[proto.RobotScene]:
-        """What is to be drawn: visuals and colliders."""
-        return self.run(robots.scene(self.name))
+    async def scene(self) -> proto.RobotScene:
+        """Its visuals and colliders."""
+        request = proto.GetSceneRequest(robots=[self.name])
+        answer = await self._connection.call(methods.GetScene, request)
+        return answer.robots[0] if answer.robots else proto.RobotScene(robot=self.name)
 
-    def reload(self, *, strict: bool = False) -> Answer[Reloaded]:
-        """Reads its description again from where it came. Pose, positions, rates and targets stay."""
-        return self._reloaded(robots.reload(self._memory, self.name, None, strict))
+    async def reload(self, *, strict: bool = False) -> Reloaded:
+        """Reads its description again from its source. Pose, positions, velocities and targets stay."""
+        return await self._reload(None, strict)
 
-    def reload_from(
+    async def reload_from(
         self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False
-    ) -> Answer[Reloaded]:
-        """Sends a new export from this disk, and reads it."""
-        return self._reloaded(robots.reload_from(self._memory, self.name, path, packages, strict))
+    ) -> Reloaded:
+        """Replaces its description with one from this disk. Pose, positions, velocities and targets stay."""
+        return await self._reload(await upload(self._connection, path, packages), strict)
 
-    async def _reloaded(self, plan: Plan[Reloaded]) -> Reloaded:
-        reloaded = await self.run(plan)
-        self._report = reloaded.report
-        await self.info()
-        return reloaded
+    async def delete(self) -> Stamp:
+        """Removes it from the world."""
+        answer = await self._connection.call(
+            methods.DeleteEntity, proto.DeleteEntityRequest(robot=self.name)
+        )
+        self._connection.cache.mark_stale(self.name)
+        return stamp_from_proto(answer.stamp)
 
-    def delete(self) -> Answer[Stamp]:
-        """Takes it out of the world."""
-        return self.run(robots.delete(self._memory, self.name))
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
 
     def __repr__(self) -> str:
-        return f"<Robot {self._title()}>\n{self._joint_table(self._memory.layout(self.name)).text()}"
+        return f"<Robot {self._title()}>\n{self._table().text()}"
 
     def _repr_html_(self) -> str:
-        return self._joint_table(self._memory.layout(self.name)).html(self._title())
+        return self._table().html(self._title())
+
+    def _key(self) -> tuple[int, str]:
+        return id(self._connection.cache), self.name
+
+    def _title(self) -> str:
+        info = self._info
+        base = "fixed" if info.is_fixed else "free"
+        return f"{self.name}: {info.moving_joint_count} of {info.joint_count} joints move, {base} base, {info.mass:.4g} kg"
+
+    def _table(self) -> Table:
+        # blocking: # With its state if the daemon answers: a notebook also shows robots that were deleted.
+        # blocking: try:
+        # blocking:     return self.read().table()
+        # blocking: except SimdError:
+        # blocking:     pass
+        layout = self._connection.cache.layout(self.name)
+        joints = layout.joints if layout else ()
+        lines = [(joint.name, joint.type.name.lower(), joint.mode.name.lower()) for joint in joints]
+        return Table(("joint", "type", "mode"), lines)
+
+    async def _entity_state(self) -> proto.GetEntityStateResponse:
+        request = proto.GetEntityStateRequest(robot=self.name)
+        return await self._connection.call(methods.GetEntityState, request)
+
+    async def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
+        request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)
+        answer = await self._connection.call(methods.ReloadEntity, request)
+        await self.refresh()
+        await self.info()
+        self._report = report_from_proto(answer.report)
+        added, removed = tuple(answer.added_joints), tuple(answer.removed_joints)
+        return Reloaded(self._report, stamp_from_proto(answer.stamp), added, removed)
+
+
+class _StateWatch(Watch[RobotState]):
+    def __init__(self, robot: Robot, rate: float | None) -> None:
+        connection = robot.connection
+        super().__init__(connection, keys.joint_states(connection.name, robot.name), rate)
+        self._robot = robot
+
+    async def _read(self, payload: bytes) -> RobotState | None:
+        states = await self._connection.decode_states(decoded(proto.JointStates, payload))
+        return states.robots.get(self._robot.name)
+
+    async def _ask(self) -> RobotState:
+        return await self._robot.read()
+
+    def _order(self, item: RobotState) -> int:
+        return item.stamp.sequence
+
+
+def _resets_by_name(
+    positions: Mapping[str, float], velocities: Mapping[str, float]
+) -> list[proto.JointReset]:
+    for name in velocities:
+        if name not in positions:
+            raise ValueError(f"joint `{name}` is given a velocity and no position to start from")
+    return [
+        proto.JointReset(joint=name, position=float(at), velocity=float(velocities.get(name, 0.0)))
+        for name, at in positions.items()
+    ]
+
+
+def _resets_in_order(
+    layout: Layout, positions: npt.ArrayLike, velocities: npt.ArrayLike | None
+) -> list[proto.JointReset]:
+    given = (0.0,) * layout.velocity_count if velocities is None else velocities
+    at = vector(positions, layout.position_count, f"a position of robot `{layout.robot}`")
+    moving = vector(given, layout.velocity_count, f"a velocity of robot `{layout.robot}`")
+    return [
+        proto.JointReset(joint=joint.name, position=position, velocity=velocity, axis=axis)
+        for joint in layout.joints
+        if joint.mimic is None and len(at[joint.positions]) == joint.dof
+        for axis, (position, velocity) in enumerate(
+            zip(at[joint.positions].tolist(), moving[joint.velocities].tolist())
+        )
+    ]

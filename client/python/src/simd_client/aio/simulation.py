@@ -1,59 +1,71 @@
-"""A running daemon's world, for asyncio."""
+"""A running daemon's world, as an object."""
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import TypeVar
 
 import numpy.typing as npt
 
-from simd_client.aio.claim import Claim
+from simd_client import keys, proto
 from simd_client.aio.parameters import Parameters
+from simd_client.aio.primitives import Primitives
 from simd_client.aio.robot import Robot
-from simd_client.aio.runner import Answer, run
-from simd_client.aio.watch import EventWatch, Watch
-from simd_client.description import LoadReport
-from simd_client.method import Method, Reply, Request
-from simd_client.plan import Plan, ask
-from simd_client.plans import contacts, joints, robots, snapshots
-from simd_client.plans import simulation as plans
-from simd_client.plans.contacts import Contact, RayHits
-from simd_client.plans.joints import Selection
-from simd_client.plans.robots import AnyPath, Loaded, Packages
-from simd_client.primitives import Primitives
-from simd_client.simulation import Connection, snapshot_name, statistics_source
-from simd_client.state import Applied, Named, States, name_of
-from simd_client.target import BeyondLimit, Targets
-from simd_client.watch import SILENCE, Pacer
-from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
+from simd_client.aio.runtime import in_thread, sleep
+from simd_client.aio.upload import fetch_file, send_snapshot, write_file
+from simd_client.aio.watch import SILENCE, EventWatch, Watch, next_events
+from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
+from simd_client.description import robot_info_from_proto
+from simd_client.description_files import AnyPath
+from simd_client.errors import AnswerError
+from simd_client.geometry import vector_to_proto
+from simd_client.link_states import link_states_from_proto
+from simd_client.method import decoded
+from simd_client.pacer import Pacer
+from simd_client.proto import methods
+from simd_client.selection import Selection, selections_to_proto
+from simd_client.state import Named, States, clamped_from_proto, name_of
+from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
+from simd_client.world import (
+    Pace,
+    Physics,
+    SimulationState,
+    SimulatorInfo,
+    Snapshot,
+    Stamp,
+    WorldStatistics,
+    info_from_proto,
+    pace_to_proto,
+    physics_from_proto,
+    snapshot_from_proto,
+    stamp_from_proto,
+    state_from_proto,
+    state_to_proto,
+    statistics_from_proto,
+)
 
-Result = TypeVar("Result")
+STEP_SECONDS = 0.01
+"""How much longer a call may take for each step that it asks for, by default."""
+
+FILE_SECONDS = 120.0
+"""How much longer an export or import may take than other calls: all robots of a world are read again."""
 
 
-class Simulation(Connection, Primitives["Answer[Robot]"]):
-    """See `simd_client.Simulation`: the same names, and whatever asks the daemon is awaited, properties too:
-    `await sim.state`. Make one by `async with simd_client.aio.connect() as sim`. Belongs to one event loop.
+class Simulation(Primitives):
+    """A connection to one daemon. Make one by `connect`, and use it with `async with` or `close` it.
+
+    Belongs to one event loop. Calls raise a `SimdError`; each has a timeout.
     """
 
     def with_timeout(self, timeout: float) -> Simulation:
-        """The same connection, with another time to wait for answers, in seconds."""
-        return Simulation(self._link, timeout, self._memory)
-
-    def run(self, plan: Plan[Result]) -> Answer[Result]:
-        """Does what a plan says."""
-        return run(self._link, plan, self._timeout)
-
-    def call(self, method: Method[Request, Reply], request: Request, *, wait: float = 0.0) -> Answer[Reply]:
-        """Any method of the schema (`simd_client.proto.methods`) with its message. `wait` is how long the
-        daemon itself was told to wait, in seconds."""
-        return self.run(ask(method, request, wait))
+        """The same connection with another timeout, in seconds."""
+        return Simulation(self._link, timeout, self._cache)
 
     async def close(self) -> None:
-        """Ends the connection. Robots and targets stay; claims that were not released lapse."""
-        await asyncio.to_thread(self._link.close)
+        """Closes the connection. Robots and targets stay; claims that were not released lapse."""
+        await in_thread(self._link.close)
 
     async def __aenter__(self) -> Simulation:
         return self
@@ -63,43 +75,51 @@ class Simulation(Connection, Primitives["Answer[Robot]"]):
     ) -> None:
         await self.close()
 
+    def __repr__(self) -> str:
+        return f"<Simulation '{self.name}' at {self.endpoint.locator}>"
+
     # Robots.
-
-    async def _loaded(self, plan: Plan[Loaded]) -> Robot:
-        loaded = await self.run(plan)
-        return Robot(self, loaded.info, loaded.report)
-
-    def validate(
-        self, path: AnyPath, *, scale: float | None = None, packages: Packages | None = None
-    ) -> Answer[LoadReport]:
-        """Reads a robot on this disk as `load` would, and only reports."""
-        return self.run(robots.validate_file(path, packages, scale))
 
     @property
     async def robots(self) -> dict[str, Robot]:
-        """The robots in the world by name, in the order in which they came."""
-        return {info.name: Robot(self, info) for info, _ in await self.run(robots.all_existing(self._memory))}
+        """The robots in the world by name, in the order in which they were spawned."""
+        answer = await self.call(methods.ListEntities, proto.ListEntitiesRequest())
+        found: dict[str, Robot] = {}
+        for entity in answer.entities:
+            info = robot_info_from_proto(entity)
+            if (await self.layout(info.name)).version != info.layout_version:
+                await self.fetch_layout(info.name)
+            found[info.name] = Robot(self, info)
+        return found
 
     async def robot(self, name: str) -> Robot:
-        """One of them. Raises `RobotNotFound`."""
-        return Robot(self, (await self.run(robots.existing(self._memory, name)))[0])
+        """A robot that is in the world. Raises `RobotNotFound`."""
+        answer = await self.call(methods.GetEntityInfo, proto.GetEntityInfoRequest(robot=name))
+        info = robot_info_from_proto(answer.entity)
+        await self.fetch_layout(info.name)
+        return Robot(self, info)
 
-    def contacts(self, robot: str | Named | None = None) -> Answer[tuple[Contact, ...]]:
-        """The points at which links touch, of the newest state: of all robots, or those in which one takes part."""
-        return self.run(contacts.contacts("" if robot is None else name_of(robot)))
+    async def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
+        """The contact points of the newest state: of all robots, or those of one robot."""
+        request = proto.GetContactsRequest(robot="" if robot is None else name_of(robot))
+        return contacts_from_proto((await self.call(methods.GetContacts, request)).contacts)
 
-    def cast_rays(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> Answer[RayHits]:
-        """What straight lines meet first, of the newest state: one row a ray, metres, world axes; one start may
-        do for all. A thousand go in one round trip."""
-        return self.run(contacts.cast_rays(starts, ends))
+    async def cast_rays(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> RayHits:
+        """The first hit of each ray in the newest state: one row per ray, metres, world axes; all rays may share
+        one start. Up to 1,000 rays are one round trip."""
+        begin, end = ray_ends(starts, ends)
+        hits: list[proto.RayHit] = []
+        for request in ray_requests(begin, end):
+            hits.extend((await self.call(methods.CastRays, request)).hits)
+        return hits_from_proto(hits, end)
 
-    def asset(self, sha256: str) -> Answer[bytes]:
-        """The whole of a file that a robot's scene names."""
-        return self.run(robots.asset(sha256))
+    async def asset(self, sha256: str) -> bytes:
+        """The content of a file that a robot's scene refers to."""
+        return await fetch_file(self, sha256)
 
     # Time.
 
-    def step(
+    async def step(
         self,
         steps: int = 1,
         targets: Targets | None = None,
@@ -108,50 +128,73 @@ class Simulation(Connection, Primitives["Answer[Robot]"]):
         link_states: bool = False,
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
-    ) -> Answer[States]:
-        """Does so many steps of a world that does not play, as fast as it can: one round trip.
+    ) -> States:
+        """Does so many steps of a world that is not playing, as fast as possible, in one round trip.
 
-        `targets`, by robot, hold from the first of the steps: see `Robot.set_targets` for what they may be.
-        With `states` the answer has the states after the last step: of all robots, or of what is selected (a
-        robot, several, or joints by robot), and with `link_states` those of their links in `links`. `timeout` is the connection's and 0.01 s for each step where it is
-        left out. Raises `WrongState` while playing, `Superseded` where a play, pause or reset came between.
+        `targets`, by robot, apply from the first of the steps on: see `Robot.set_targets` for their form.
+        With `states` the answer has the states after the last step, of all robots or of a selection (a robot,
+        several, or joints by robot); with `link_states` it also has those of their links, in `links`. The default
+        `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
+        `Superseded` if a play, pause or reset interrupts the steps.
         """
-        wait = self._longer(steps, timeout)
-        return self.run(plans.step(self._memory, steps, targets, states, beyond_limit, wait, link_states))
+        messages, claim = await self._encode_targets(targets or {})
+        wanted = link_states or (states is not False and states is not None)
+        selected = [] if isinstance(states, bool) else selections_to_proto(states)
+        request = proto.StepSimulationRequest(
+            steps=steps,
+            robots=messages,
+            limit_policy=beyond_limit_to_proto(beyond_limit),
+            claim=claim,
+            return_states=wanted,
+            selections=selected,
+            return_link_states=link_states,
+        )
+        wait = steps * STEP_SECONDS if timeout is None else timeout - self._timeout
+        with self._cache.marking_stale():
+            answer = await self.call(methods.StepSimulation, request, wait=wait)
+        clamped = clamped_from_proto(answer.clamped)
+        if not wanted:
+            return States(stamp_from_proto(answer.stamp), {}, clamped)
+        if not answer.HasField("states"):
+            raise AnswerError("the daemon's answer cannot be understood: it did the steps and lacks `states`")
+        found = await self.decode_states(answer.states, selected, clamped)
+        links = {each.robot: link_states_from_proto(each, found.stamp) for each in answer.link_states}
+        return replace(found, links=links) if links else found
 
-    def play(self) -> Answer[Stamp]:
-        """Lets time run."""
-        return self.run(plans.set_state(SimulationState.PLAYING))
+    async def play(self) -> Stamp:
+        """Starts or continues the simulation in real time."""
+        return await self._set_state(SimulationState.PLAYING)
 
-    def pause(self) -> Answer[Stamp]:
-        """Lets time stand."""
-        return self.run(plans.set_state(SimulationState.PAUSED))
+    async def pause(self) -> Stamp:
+        """Pauses the simulation."""
+        return await self._set_state(SimulationState.PAUSED)
 
-    def stop(self) -> Answer[Stamp]:
-        """Pauses, and puts time and robots back to the start."""
-        return self.run(plans.set_state(SimulationState.STOPPED))
+    async def stop(self) -> Stamp:
+        """Pauses, and resets time and robots."""
+        return await self._set_state(SimulationState.STOPPED)
 
     async def reset(self, *, time: bool = False, state: bool = False, spawned: bool = False) -> Stamp:
-        """Puts the world back: `time` to zero, robots' `state` to what they were spawned with; `spawned`
-        takes out the robots that clients brought. Nothing given means time and state."""
-        return (await self.run(plans.reset(time, state, spawned)))[0]
+        """Resets the world: `time` to zero, the `state` of robots to that with which they were spawned; `spawned`
+        removes the robots that clients spawned. Without arguments it resets time and state."""
+        request = proto.ResetSimulationRequest(time=time, state=state, spawned=spawned)
+        return stamp_from_proto((await self.call(methods.ResetSimulation, request)).stamp)
 
     @property
     async def state(self) -> SimulationState:
-        """Whether the world runs."""
-        return (await self.run(plans.state()))[0]
+        """Whether the world plays, is paused or is stopped."""
+        return state_from_proto((await self._get_state()).state)
 
     @property
     async def stamp(self) -> Stamp:
-        """The moment that the world is at."""
-        return (await self.run(plans.state()))[1]
+        """The moment of the newest state."""
+        return stamp_from_proto((await self._get_state()).stamp)
 
     @property
-    def physics(self) -> Answer[Physics]:
+    async def physics(self) -> Physics:
         """Gravity, time step, substeps, pace."""
-        return self.run(plans.physics())
+        return physics_from_proto((await self.call(methods.GetPhysics, proto.GetPhysicsRequest())).physics)
 
-    def set_physics(
+    async def set_physics(
         self,
         *,
         gravity: npt.ArrayLike | None = None,
@@ -159,113 +202,115 @@ class Simulation(Connection, Primitives["Answer[Robot]"]):
         substeps: int | None = None,
         real_time_factor: float | None = None,
         pace: Pace | str | None = None,
-    ) -> Answer[Physics]:
-        """Changes what is given and leaves the rest: m/s^2, s; all of it or, with `InvalidValue`, nothing."""
-        return self.run(plans.set_physics(gravity, time_step, substeps, real_time_factor, pace))
+    ) -> Physics:
+        """Changes only what is given (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is refused."""
+        request = proto.SetPhysicsRequest(
+            gravity=None if gravity is None else vector_to_proto(gravity, "gravity"),
+            time_step=time_step,
+            substeps=substeps,
+            real_time_factor=real_time_factor,
+            pace=None if pace is None else pace_to_proto(pace),
+        )
+        return physics_from_proto((await self.call(methods.SetPhysics, request)).physics)
 
-    # States and targets.
-
-    def states(self, selection: Selection = None) -> Answer[States]:
-        """The newest state, at once: of all robots, a robot, several, or joints by robot."""
-        return self.run(joints.states(self._memory, selection))
-
-    def next_states(
-        self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None
-    ) -> Answer[States]:
-        """The newest state once it is newer than `after`, or the one there is after `wait` seconds, at most 60."""
-        sequence = after if isinstance(after, int) else after.sequence
-        return self.run(joints.next_states(self._memory, sequence, wait, selection))
+    # States over time.
 
     async def watch(self, rate: float | None = None, selection: Selection = None) -> AsyncIterator[States]:
-        """States of all robots, all of one moment, newest-wins: of each step where the reader keeps up, at
-        most `rate` a wall second. The first is the one there is; one round trip each."""
+        """States of all robots, all of one moment; the newest wins. Yields each step if the reader keeps up, at
+        most `rate` per wall second. The first is the current one. One round trip each."""
         pace = Pacer(rate)
-        await asyncio.sleep(pace.left())
+        await sleep(pace.left())
         states = await self.states(selection)
         while True:
             yield states
             before = states.stamp.sequence
             while states.stamp.sequence == before:
-                await asyncio.sleep(pace.left())
+                await sleep(pace.left())
                 states = await self.next_states(before, SILENCE, selection)
 
-    def set_targets(self, targets: Targets, *, beyond_limit: BeyondLimit = "clamp") -> Answer[Applied]:
-        """Targets for several robots, all at one step, or none."""
-        return self.run(joints.set_targets(self._memory, targets, beyond_limit))
+    async def events(self, after: int | None = None) -> EventWatch:
+        """Events from now on, or after a sequence: 0 gives all that the daemon still keeps."""
+        begin = (await next_events(self, 0, 0.0))[1] if after is None else after
+        return EventWatch(self, begin)
 
-    def exchange(
-        self,
-        targets: Targets,
-        *,
-        states: Selection = None,
-        wait: float = 1.0,
-        beyond_limit: BeyondLimit = "clamp",
-    ) -> Answer[States]:
-        """A turn of a controller's loop on a world that plays: targets there, and the first state that was
-        stepped with them back, in one round trip. After `wait` seconds the answer is the state there is (a
-        paused world has no newer one); with 0 it comes at once. `states` selects, as in `states`."""
-        return self.run(joints.exchange(self._memory, targets, states, wait, beyond_limit))
+    @property
+    async def statistics(self) -> WorldStatistics:
+        """How well the world keeps time. It never waits for a step, so that it also serves as a ping."""
+        answer = await self.call(methods.GetWorldStatistics, proto.GetWorldStatisticsRequest())
+        return statistics_from_proto(answer.statistics)
 
-    async def stream_targets(self, targets: Targets) -> None:
-        """Sends targets without waiting for an answer, for controllers that send them at a rate. What is
-        beyond a limit is clamped; a refusal is counted by the daemon and not told; under congestion a
-        message may be dropped."""
-        self._link.publish_targets(await self.run(joints.streamed(self._memory, targets)))
-
-    async def claim(self, selection: Selection, *, holder: str = "", lease: float = 10.0) -> Claim:
-        """Takes joints for this client, until the claim is released or was not used for `lease` seconds (0.1 to
-        3,600). `holder` tells others who has them. Raises `JointClaimed` where another holds one."""
-        held = await self.run(joints.claim(self._memory, selection, holder or "simd_client", lease))
-        return Claim(self._link, self._memory, held, self._timeout)
+    def watch_statistics(self, rate: float | None = None) -> Watch[WorldStatistics]:
+        """Statistics as they are published, ten times a second; the newest wins."""
+        return _StatisticsWatch(self, rate)
 
     # Everything else.
 
     @property
     def parameters(self) -> Parameters:
-        """Sliders and buttons that programs put up and people move."""
-        return Parameters(self._link, self._timeout)
+        """Sliders and buttons that programs add and people use."""
+        return Parameters(self)
 
-    async def events(self, after: int | None = None) -> EventWatch:
-        """What happens from now on, or after that sequence: 0 is all that the daemon still keeps."""
-        begin = (await self.run(plans.events(0, 0.0)))[1] if after is None else after
-        return EventWatch(self._link, begin, self._timeout)
+    async def info(self) -> SimulatorInfo:
+        """The daemon's versions, limits and features."""
+        return info_from_proto(await self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
 
-    @property
-    def statistics(self) -> Answer[WorldStatistics]:
-        """How well the world keeps time. Also a ping: it never waits for a step."""
-        return self.run(plans.statistics())
+    async def save_snapshot(self, name: str = "") -> Snapshot:
+        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""
+        answer = await self.call(methods.SaveSnapshot, proto.SaveSnapshotRequest(name=name))
+        return snapshot_from_proto(answer.snapshot)
 
-    def watch_statistics(self, rate: float | None = None) -> Watch[WorldStatistics]:
-        """The same as it is published, ten times a second, newest-wins."""
-        return Watch(self._link, statistics_source(self._link.name), rate, self._timeout)
+    async def restore_snapshot(self, snapshot: str | Snapshot) -> Stamp:
+        """Restores a saved state. Raises `SnapshotNotFound`."""
+        request = proto.RestoreSnapshotRequest(name=_name(snapshot))
+        return stamp_from_proto((await self.call(methods.RestoreSnapshot, request)).stamp)
 
-    def info(self) -> Answer[SimulatorInfo]:
-        """Who answers: versions, limits, features."""
-        return self.run(plans.info())
+    async def export_snapshot(self, snapshot: str | Snapshot, path: AnyPath) -> Path:
+        """Writes a saved state, with the descriptions and meshes of its robots, into a file on this disk; a file
+        at the path is replaced. Raises `SnapshotNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
+        request = proto.ExportSnapshotRequest(name=_name(snapshot))
+        answer = await self.call(methods.ExportSnapshot, request, wait=FILE_SECONDS)
+        await write_file(self, answer.sha256, Path(path))
+        return Path(path)
 
-    def save_snapshot(self, name: str = "") -> Answer[Snapshot]:
-        """Keeps the state of the world in the daemon's memory. An empty name lets the daemon make one up."""
-        return self.run(plans.save_snapshot(name))
+    async def import_snapshot(self, path: AnyPath, name: str = "") -> Snapshot:
+        """Reads such a file into the daemon's memory. After `restore_snapshot` the world continues bit for bit as
+        the one that was exported, on the same release and machine. By default the saved state keeps its name.
+        Raises `InvalidSnapshot`."""
+        request = proto.ImportSnapshotRequest(sha256=await send_snapshot(self, Path(path)), name=name)
+        answer = await self.call(methods.ImportSnapshot, request, wait=FILE_SECONDS)
+        return snapshot_from_proto(answer.snapshot)
 
-    def restore_snapshot(self, snapshot: str | Snapshot) -> Answer[Stamp]:
-        """Puts the world back to a kept state. Raises `SnapshotNotFound`."""
-        return self.run(plans.restore_snapshot(snapshot_name(snapshot)))
-
-    def export_snapshot(self, snapshot: str | Snapshot, path: AnyPath) -> Answer[Path]:
-        """Writes a kept state, with all that its robots are made of, into a file on this disk; one that is
-        there is replaced. Raises `SnapshotNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
-        return self.run(snapshots.export(snapshot_name(snapshot), path))
-
-    def import_snapshot(self, path: AnyPath, name: str = "") -> Answer[Snapshot]:
-        """Keeps the state of such a file in the daemon's memory: `restore_snapshot` goes there, and the world
-        then runs equal to the bit to the one that was exported, on the same release and machine. An empty
-        name leaves it the one that it had. Raises `InvalidSnapshot`."""
-        return self.run(snapshots.import_(path, name))
-
-    def snapshots(self) -> Answer[list[Snapshot]]:
-        """Those that are kept, oldest first."""
-        return self.run(plans.snapshots())
+    async def snapshots(self) -> list[Snapshot]:
+        """The saved states, oldest first."""
+        answer = await self.call(methods.ListSnapshots, proto.ListSnapshotsRequest())
+        return [snapshot_from_proto(each) for each in answer.snapshots]
 
     async def delete_snapshot(self, snapshot: str | Snapshot) -> None:
-        """Forgets a kept state. Raises `SnapshotNotFound`."""
-        await self.run(plans.delete_snapshot(snapshot_name(snapshot)))
+        """Deletes a saved state. Raises `SnapshotNotFound`."""
+        await self.call(methods.DeleteSnapshot, proto.DeleteSnapshotRequest(name=_name(snapshot)))
+
+    async def _get_state(self) -> proto.GetSimulationStateResponse:
+        return await self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
+
+    async def _set_state(self, wanted: SimulationState) -> Stamp:
+        request = proto.SetSimulationStateRequest(state=state_to_proto(wanted))
+        return stamp_from_proto((await self.call(methods.SetSimulationState, request)).stamp)
+
+
+class _StatisticsWatch(Watch[WorldStatistics]):
+    def __init__(self, simulation: Simulation, rate: float | None) -> None:
+        super().__init__(simulation, keys.world_statistics(simulation.name), rate)
+        self._simulation = simulation
+
+    async def _read(self, payload: bytes) -> WorldStatistics | None:
+        return statistics_from_proto(decoded(proto.WorldStatistics, payload))
+
+    async def _ask(self) -> WorldStatistics:
+        return await self._simulation.statistics
+
+    def _order(self, item: WorldStatistics) -> int:
+        return item.stamp.sequence
+
+
+def _name(snapshot: str | Snapshot) -> str:
+    return snapshot if isinstance(snapshot, str) else snapshot.name

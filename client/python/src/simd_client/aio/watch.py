@@ -1,99 +1,79 @@
-"""Things over time, for asyncio: an iterator whose next item is the newest there is."""
+"""Iterators over states, statistics, parameters and events."""
 
 from __future__ import annotations
 
-import asyncio
-import threading
 import time
 from collections import deque
 from collections.abc import AsyncIterator
 from types import TracebackType
-from typing import Generic, TypeVar, cast
+from typing import Generic, TypeVar
 
-import zenoh
-
-from simd_client.aio.runner import run, soon
+from simd_client import proto
+from simd_client.aio.connection import Connection
+from simd_client.aio.runtime import LatestSample, sleep
 from simd_client.errors import DeadlineExceeded
-from simd_client.event import Event
-from simd_client.link import Link
-from simd_client.plans import simulation
-from simd_client.watch import SILENCE, Pacer, Source
+from simd_client.event import Event, event_from_proto
+from simd_client.pacer import Pacer
+from simd_client.proto import methods
 
 Item = TypeVar("Item")
 
-
-class _Slot:
-    """Room for one publication: a newer one takes the place of one that nobody fetched."""
-
-    def __init__(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._lock = threading.Lock()
-        self._payload: bytes | None = None
-        self.arrived = asyncio.Event()
-
-    def put(self, sample: zenoh.Sample) -> None:
-        """On a thread of Zenoh's. Wakes the loop once, however many come before it looks."""
-        with self._lock:
-            was_empty = self._payload is None
-            self._payload = sample.payload.to_bytes()
-        if was_empty:
-            soon(self._loop, self.arrived.set)
-
-    def take(self) -> bytes | None:
-        """What is there, if anything."""
-        self.arrived.clear()
-        with self._lock:
-            payload, self._payload = self._payload, None
-        return payload
+SILENCE = 1.0
+"""Seconds without a publication after which the daemon is asked: it may be gone, or a publication was lost."""
 
 
 class Watch(AsyncIterator[Item], Generic[Item]):
-    """Items as they change, newest-wins; see `simd_client.Watch`. Belongs to the loop that it was made on.
+    """Iterates over published items. The newest wins: a slow reader gets the newest item and skips the others.
 
-    Use it with `async with`, or `close` it.
+    The first item is the current one. `newest` returns without waiting. Use it with `async with`, or `close` it.
+    Belongs to the event loop that it was made on. Raises `Unavailable` once the daemon is gone.
     """
 
-    def __init__(self, link: Link, source: Source[Item], rate: float | None, timeout: float) -> None:
-        self._link = link
-        self._source = source
+    def __init__(self, connection: Connection, key: str, rate: float | None) -> None:
+        self._connection = connection
         self._pacer = Pacer(rate)
-        self._timeout = timeout
         self._last: Item | None = None
         self._heard = 0.0
         self._is_open = True
-        self._slot = _Slot()
-        handler = cast(
-            "zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(self._slot.put, indirect=False)
-        )
-        try:
-            self._subscriber = link.session.declare_subscriber(source.key, handler)
-        except zenoh.ZError:
-            raise link.nobody() from None
+        self._sample = LatestSample()
+        self._subscriber = connection.link.subscribe(key, self._sample.put)
+
+    async def _read(self, payload: bytes) -> Item | None:
+        """The item of a publication, or `None` to ignore it."""
+        raise NotImplementedError
+
+    async def _ask(self) -> Item:
+        """The current item, asked from the daemon."""
+        raise NotImplementedError
+
+    def _order(self, item: Item) -> int:
+        """Newer items have larger numbers."""
+        raise NotImplementedError
 
     def __aiter__(self) -> Watch[Item]:
         return self
 
     async def __anext__(self) -> Item:
-        """The newest item, once it is newer than the one before; not sooner than the rate says."""
+        """The newest item, once it is newer than the one before, and not sooner than the rate allows."""
         if not self._is_open:
             raise StopAsyncIteration
         return await self.wait(None)
 
     async def wait(self, timeout: float | None) -> Item:
-        """The next item. Raises `DeadlineExceeded` where none comes within so many seconds."""
-        begin = asyncio.get_running_loop().time()
-        await asyncio.sleep(self._pacer.left())
+        """The next item. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        begin = time.monotonic()
+        await sleep(self._pacer.left())
         return await self._first() if self._last is None else await self._following(begin, timeout)
 
     async def newest(self) -> Item:
-        """The newest item that has arrived. Asks the daemon where none has yet, and where nothing was heard for
-        a second: what it sent last may have been lost."""
+        """The newest item that has arrived, without waiting. Asks the daemon if none has arrived yet, or if there
+        was no publication for a second: the last one may have been lost."""
         if not await self._received() and time.monotonic() - self._heard >= SILENCE:
             self._last = await self._asked()
         return await self._first() if self._last is None else self._last
 
     def close(self) -> None:
-        """Ends it."""
+        """Ends the subscription."""
         if self._is_open:
             self._is_open = False
             self._subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
@@ -107,7 +87,7 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         self.close()
 
     def __del__(self) -> None:
-        # Zenoh keeps a subscriber with a callback for as long as the session lives.
+        # Zenoh keeps a subscriber with a callback for as long as the session is open.
         if hasattr(self, "_subscriber"):
             self.close()
 
@@ -116,47 +96,45 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         return self._last
 
     async def _asked(self) -> Item:
-        item = await run(self._link, self._source.ask(), self._timeout)
+        item = await self._ask()
         self._heard = time.monotonic()
         return item
 
     async def _received(self) -> bool:
-        payload = self._slot.take()
-        if payload is None:
-            return False
-        item = await run(self._link, self._source.read(payload), self._timeout)
+        """Takes the publication that has arrived, if it is newer than the last item."""
+        payload = self._sample.take()
+        item = None if payload is None else await self._read(payload)
         if item is None or (self._last is not None and self._order(item) <= self._order(self._last)):
             return False
         self._last = item
         self._heard = time.monotonic()
         return True
 
-    def _order(self, item: Item) -> int:
-        return self._source.order(item)
-
     async def _following(self, begin: float, timeout: float | None) -> Item:
-        loop = asyncio.get_running_loop()
         while not await self._received():
-            left = SILENCE if timeout is None else min(SILENCE, begin + timeout - loop.time())
-            if left <= 0:
+            now = time.monotonic()
+            if timeout is not None and now - begin >= timeout:
                 raise DeadlineExceeded(f"nothing new was published within {timeout:g} s")
-            try:
-                await asyncio.wait_for(self._slot.arrived.wait(), left)
-            except asyncio.TimeoutError:
-                item = await self._asked()
-                # A smaller number is not older, but of a daemon that was started again.
-                if self._last is None or self._order(item) != self._order(self._last):
-                    self._last = item
-                    break
+            silence = self._heard + SILENCE - now
+            if silence > 0:
+                await self._sample.wait(silence if timeout is None else min(silence, begin + timeout - now))
+                continue
+            item = await self._asked()
+            # A smaller number is not an older item, but one of a daemon that was restarted.
+            if self._last is None or self._order(item) != self._order(self._last):
+                self._last = item
+                break
         return await self._first() if self._last is None else self._last
 
 
 class EventWatch(AsyncIterator[Event]):
-    """Events as they happen; see `simd_client.EventWatch`."""
+    """Iterates over events in order. `missed` of an event counts those that this reader was too slow for.
 
-    def __init__(self, link: Link, after: int, timeout: float) -> None:
-        self._link = link
-        self._timeout = timeout
+    It needs no `close`: the daemon keeps nothing for it. Belongs to one event loop.
+    """
+
+    def __init__(self, connection: Connection, after: int) -> None:
+        self._connection = connection
         self._ahead: deque[Event] = deque()
         self._after = after
 
@@ -164,19 +142,34 @@ class EventWatch(AsyncIterator[Event]):
         return self
 
     async def __anext__(self) -> Event:
-        """The next event, once there is one."""
+        """The next event."""
         return await self.wait(None)
 
     async def wait(self, timeout: float | None) -> Event:
-        """The next event. Raises `DeadlineExceeded` where none comes within so many seconds."""
-        loop = asyncio.get_running_loop()
-        begin = loop.time()
+        """The next event. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        begin = time.monotonic()
         while not self._ahead:
-            left = SILENCE if timeout is None else begin + timeout - loop.time()
+            left = SILENCE if timeout is None else begin + timeout - time.monotonic()
             if left <= 0:
                 raise DeadlineExceeded(f"no event came within {timeout:g} s")
-            plan = simulation.events(self._after, min(left, SILENCE))
-            self._ahead.extend((await run(self._link, plan, self._timeout))[0])
+            found, _ = await next_events(self._connection, self._after, min(left, SILENCE))
+            self._ahead.extend(found)
         event = self._ahead.popleft()
         self._after = event.sequence
         return event
+
+    async def __aenter__(self) -> EventWatch:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ahead.clear()
+
+
+async def next_events(connection: Connection, after: int, wait: float) -> tuple[list[Event], int]:
+    """The events after a sequence, waiting for the first one, and the sequence of the newest event."""
+    request = proto.NextEventsRequest(after_sequence=after, timeout=wait)
+    answer = await connection.call(methods.NextEvents, request, wait=wait)
+    missed = [answer.missed] + [0] * len(answer.events)
+    return [event_from_proto(event, gone) for event, gone in zip(answer.events, missed)], answer.last_sequence

@@ -160,7 +160,7 @@ def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
 
 def setTimeOut(timeOutInSeconds: float, physicsClientId: int = 0) -> None:
     """How long calls wait for the daemon."""
-    connected(physicsClientId).wire.timeout = float(timeOutInSeconds)
+    connected(physicsClientId).wire.set_timeout(float(timeOutInSeconds))
 
 
 def addUserDebugParameter(

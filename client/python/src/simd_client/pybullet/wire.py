@@ -12,12 +12,12 @@ from pathlib import Path
 import zenoh
 
 from simd_client import keys
+from simd_client.blocking.connection import Connection
+from simd_client.blocking.upload import upload
 from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT, read_endpoint
 from simd_client.errors import EndpointError, SimdError, Unavailable
 from simd_client.link import Link, open_link
 from simd_client.method import Method, Reply, Request
-from simd_client.plan import ask
-from simd_client.plans.robots import upload
 from simd_client.proto import (
     Base,
     DescriptionSource,
@@ -71,7 +71,7 @@ class Wire:
 
     def __init__(self, link: Link) -> None:
         self._link = link
-        self.timeout = _TIMEOUT
+        self._connection = Connection(link, _TIMEOUT)
         self._subscribers: list[zenoh.Subscriber[None]] = []
         self._parameters: ParameterList | None = None
         self._parameters_until = 0.0
@@ -97,6 +97,10 @@ class Wire:
             raise NobodyThere(str(nobody), named) from None
         except (EndpointError, SimdError) as problem:
             raise error(str(problem)) from None
+
+    def set_timeout(self, timeout: float) -> None:
+        """Sets how long calls wait for their answer, in wall seconds."""
+        self._connection = Connection(self._link, timeout)
 
     @property
     def endpoint(self) -> str:
@@ -126,7 +130,7 @@ class Wire:
             error: with the daemon's own sentence, and its reason.
         """
         try:
-            return self._link.run(ask(method, request, _patience(request)), self.timeout)
+            return self._connection.call(method, request, wait=_patience(request))
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
 
@@ -135,7 +139,7 @@ class Wire:
     def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str]]:
         """Sends a robot from this disk and brings it in; with the hashes of its files by URI."""
         try:
-            source = self._link.run(upload(path, None), self.timeout)
+            source = upload(self._connection, path)
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
         return self.spawn(source, spawn), dict(source.assets)

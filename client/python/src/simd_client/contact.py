@@ -1,8 +1,8 @@
-"""Calls of `ContactService`: what touches what, and what rays hit."""
+"""Contact points between links, and what rays hit."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,16 +10,14 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.geometry import FloatArray, vector_from_proto
-from simd_client.plan import Plan, ask
-from simd_client.proto import methods
 
 RAYS = 1000
-"""Of one request."""
+"""The most rays in one request."""
 
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """A point at which two links touch. Forces are means over the last step; axes are the world's."""
+    """A contact point of two links. Forces are means over the last step; axes are the world's."""
 
     robot_a: str
     link_a: str
@@ -30,7 +28,7 @@ class Contact:
     normal: FloatArray
     """Unit vector from a to b: the direction in which b is pushed."""
     depth: float
-    """Metres that the two overlap; negative where they are about to touch."""
+    """Penetration in metres; negative if the surfaces are still apart."""
     normal_force: float
     """Newtons on b along the normal, at least 0."""
     friction_force: FloatArray
@@ -44,28 +42,27 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class RayHits:
-    """What rays met first, one entry a ray, in their order. World axes."""
+    """The first hit of each ray, in the order of the rays. World axes."""
 
     hit: npt.NDArray[np.bool_]
-    """Whether anything was met."""
+    """Whether the ray hit anything."""
     robots: tuple[str, ...]
-    """Empty where nothing was met."""
+    """Empty if the ray hit nothing."""
     links: tuple[str, ...]
-    """Empty where nothing was met."""
+    """Empty if the ray hit nothing."""
     fractions: FloatArray
-    """Where on the way from start (0) to end (1); 1 where nothing was met."""
+    """Where the hit is between start (0) and end (1); 1 if the ray hit nothing."""
     points: FloatArray
-    """Metres, one row a ray: where it was stopped, or its end."""
+    """Metres, one row per ray: the hit, or the end of the ray."""
     normals: FloatArray
-    """Unit vectors out of the surface, one row a ray; zeros where nothing was met."""
+    """Unit vectors out of the surface, one row per ray; zeros if the ray hit nothing."""
 
     def __len__(self) -> int:
         return len(self.robots)
 
 
-def contacts(robot: str) -> Plan[tuple[Contact, ...]]:
-    """The points at which links touch; of one robot where one is named."""
-    answer = yield from ask(methods.GetContacts, proto.GetContactsRequest(robot=robot))
+def contacts_from_proto(messages: Sequence[proto.Contact]) -> tuple[Contact, ...]:
+    """Contact points from their messages."""
     return tuple(
         Contact(
             robot_a=each.robot_a,
@@ -78,18 +75,22 @@ def contacts(robot: str) -> Plan[tuple[Contact, ...]]:
             normal_force=each.normal_force,
             friction_force=vector_from_proto(each.friction_force),
         )
-        for each in answer.contacts
+        for each in messages
     )
 
 
-def cast_rays(starts: npt.ArrayLike, ends: npt.ArrayLike) -> Plan[RayHits]:
-    """What straight lines meet first."""
+def ray_ends(starts: npt.ArrayLike, ends: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """One row per ray. Raises `ValueError` if the numbers of starts and ends do not match."""
     begin, end = _ends(starts, "starts"), _ends(ends, "ends")
     if len(begin) == 1 and len(end) > 1:
         begin = np.broadcast_to(begin, end.shape)
     if begin.shape != end.shape:
         raise ValueError(f"{len(begin)} starts and {len(end)} ends: give one of each for a ray, or one start")
-    hits: list[proto.RayHit] = []
+    return begin, end
+
+
+def ray_requests(begin: FloatArray, end: FloatArray) -> Iterator[proto.CastRaysRequest]:
+    """As many requests as the rays need."""
     for first in range(0, len(begin), RAYS):
         request = proto.CastRaysRequest()
         part = slice(first, first + RAYS)
@@ -98,7 +99,11 @@ def cast_rays(starts: npt.ArrayLike, ends: npt.ArrayLike) -> Plan[RayHits]:
             origin: proto.Vector3 = getattr(ray, "from")
             origin.x, origin.y, origin.z = a
             ray.to.x, ray.to.y, ray.to.z = b
-        hits.extend((yield from ask(methods.CastRays, request)).hits)
+        yield request
+
+
+def hits_from_proto(hits: Sequence[proto.RayHit], end: FloatArray) -> RayHits:
+    """Hits from their messages; `end` is where the rays end."""
     hit = np.array([each.hit for each in hits], dtype=np.bool_)
     points = _rows([each.point for each in hits])
     return RayHits(

@@ -1,36 +1,39 @@
+# Generated from simd_client/aio/joint.py by tools/make_blocking.py; do not edit.
 """One joint of a robot, and all of them by name."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
+from simd_client import proto
 from simd_client.geometry import FloatArray
-from simd_client.layout import Gains, JointInfo, JointMode, JointType, Limits
-from simd_client.plans import joints as plans
+from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType, limits_to_proto
+from simd_client.proto import methods
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
-from simd_client.world import Stamp
+from simd_client.world import Stamp, stamp_from_proto
 
 if TYPE_CHECKING:
-    from simd_client.robot import Robot
+    from simd_client.blocking.robot import Robot
 
 
-class JointHandle:
-    """What is known of a joint without asking the daemon."""
+class Joint:
+    """A joint of a robot. Radians, newton metres and seconds for joints that turn; metres, newtons and seconds for
+    joints that slide. Each property that changes is one round trip: in loops, read the whole robot."""
 
-    def __init__(self, info: JointInfo, robot: str) -> None:
+    def __init__(self, robot: Robot, info: JointInfo) -> None:
+        self._robot = robot
         self._info = info
-        self._robot_name = robot
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The joint's name."""
         return self._info.name
 
     @property
     def info(self) -> JointInfo:
-        """All that its robot's layout says of it, as it was fetched; see `Robot.refresh`."""
+        """All properties of the joint, as they were fetched; see `Robot.refresh`."""
         return self._info
 
     @property
@@ -44,58 +47,14 @@ class JointHandle:
         return self._info.axis
 
     @property
-    def limits(self) -> Limits:
+    def limits(self) -> JointLimits:
         """Its limits, as they were fetched."""
         return self._info.limits
 
     @property
     def is_actuated(self) -> bool:
-        """Whether it takes targets."""
+        """Whether the joint takes targets."""
         return self._info.is_actuated
-
-    def __repr__(self) -> str:
-        limits = self._info.limits
-        low = "-inf" if limits.lower is None else f"{limits.lower:g}"
-        high = "inf" if limits.upper is None else f"{limits.upper:g}"
-        span = f", {low} to {high}" if self._info.freedom == 1 else ""
-        return f"<Joint '{self._robot_name}/{self.name}': {self.type.name.lower()}{span}>"
-
-
-Handle = TypeVar("Handle", bound=JointHandle)
-
-
-class JointMap(Mapping[str, Handle]):
-    """Joints by name or index."""
-
-    def __init__(self, joints: Mapping[str, Handle], robot: str) -> None:
-        self._joints = joints
-        self._robot_name = robot
-
-    def __getitem__(self, name: str | int) -> Handle:
-        if isinstance(name, int):
-            return list(self._joints.values())[name]
-        if name not in self._joints:
-            names = ", ".join(f"`{known}`" for known in self._joints)
-            raise KeyError(f"robot `{self._robot_name}` has no joint `{name}`; it has {names}")
-        return self._joints[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._joints)
-
-    def __len__(self) -> int:
-        return len(self._joints)
-
-    def __repr__(self) -> str:
-        return "\n".join(map(repr, self._joints.values()))
-
-
-class Joint(JointHandle):
-    """A joint of a robot. Radians, newton metres and seconds for joints that turn; metres, newtons and
-    seconds for joints that slide. Each property that moves is one round trip: read whole robots in loops."""
-
-    def __init__(self, robot: Robot, info: JointInfo) -> None:
-        super().__init__(info, robot.name)
-        self._robot = robot
 
     @property
     def position(self) -> float:
@@ -124,7 +83,7 @@ class Joint(JointHandle):
 
     @target.setter
     def target(self, target: OneTarget) -> None:
-        """A position to go to, or a `Target`. Beyond a limit it is clamped."""
+        """A position, or a `Target`. A target beyond a limit is clamped."""
         self.set_target(target)
 
     def read(self) -> JointState:
@@ -168,12 +127,12 @@ class Joint(JointHandle):
         max_effort: float | None = None,
         beyond_limit: BeyondLimit = "clamp",
     ) -> Applied:
-        """Turn or slide at a rate; see `Target.velocity`."""
+        """Move at a velocity; see `Target.velocity`."""
         target = Target.velocity(velocity, damping=damping, feed_forward=feed_forward, max_effort=max_effort)
         return self.set_target(target, beyond_limit=beyond_limit)
 
     def set_effort(self, effort: float, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
-        """Apply an effort until told otherwise."""
+        """Apply an effort until the next target."""
         return self.set_target(Target.effort(effort), beyond_limit=beyond_limit)
 
     def hold(self) -> Applied:
@@ -185,7 +144,7 @@ class Joint(JointHandle):
         return self.set_target(Target.passive())
 
     def reset(self, position: float = 0.0, velocity: float = 0.0) -> Stamp:
-        """Puts the joint at a position and a rate. A joint that holds its position holds the new one."""
+        """Sets the position and velocity of the joint. A joint that holds its position holds the new one."""
         return self._robot.reset_joints({self.name: position}, {self.name: velocity})
 
     def set_properties(
@@ -194,22 +153,53 @@ class Joint(JointHandle):
         damping: float | None = None,
         friction: float | None = None,
         armature: float | None = None,
-        limits: Limits | None = None,
+        limits: JointLimits | None = None,
         default_gains: Gains | None = None,
     ) -> Stamp:
-        """Changes what is given and leaves the rest; `limits` replaces all four."""
-        plan = plans.set_properties(
-            self._robot.memory,
-            self._robot.name,
-            self.name,
-            damping,
-            friction,
-            armature,
-            limits,
-            default_gains,
+        """Changes only what is given; `limits` replaces all four limits."""
+        gains = default_gains
+        properties = proto.JointProperties(
+            joint=self.name,
+            damping=damping,
+            friction=friction,
+            armature=armature,
+            limits=None if limits is None else limits_to_proto(limits),
+            default_gains=gains and proto.JointGains(stiffness=gains.stiffness, damping=gains.damping),
         )
-        return self._robot.run(plan)
+        connection, robot = self._robot.connection, self._robot.name
+        request = proto.SetJointPropertiesRequest(robot=robot, joints=[properties])
+        answer = connection.call(methods.SetJointProperties, request)
+        connection.cache.mark_stale(robot)
+        return stamp_from_proto(answer.stamp)
+
+    def __repr__(self) -> str:
+        limits = self._info.limits
+        low = "-inf" if limits.lower is None else f"{limits.lower:g}"
+        high = "inf" if limits.upper is None else f"{limits.upper:g}"
+        span = f", {low} to {high}" if self._info.dof == 1 else ""
+        return f"<Joint '{self._robot.name}/{self.name}': {self.type.name.lower()}{span}>"
 
 
-class Joints(JointMap[Joint]):
+class Joints(Mapping[str, Joint]):
     """A robot's joints by name, in depth-first order, fixed ones included; also by index."""
+
+    def __init__(self, joints: Mapping[str, Joint], robot: str) -> None:
+        self._joints = joints
+        self._robot_name = robot
+
+    def __getitem__(self, name: str | int) -> Joint:
+        if isinstance(name, int):
+            return list(self._joints.values())[name]
+        if name not in self._joints:
+            names = ", ".join(f"`{known}`" for known in self._joints)
+            raise KeyError(f"robot `{self._robot_name}` has no joint `{name}`; it has {names}")
+        return self._joints[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._joints)
+
+    def __len__(self) -> int:
+        return len(self._joints)
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self._joints.values()))

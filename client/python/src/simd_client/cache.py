@@ -1,65 +1,77 @@
-"""What a client remembers of a world between calls: layouts that it fetched, claims that it holds."""
+"""What a client keeps of a world between calls: the layouts that it fetched and the claims that it holds."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
 from dataclasses import dataclass
 
+from simd_client.errors import LayoutChanged
 from simd_client.layout import Layout
 
 
 @dataclass(frozen=True)
-class Held:
+class HeldClaim:
     """Joints that this client has claimed."""
 
     secret: str
-    """Whoever has it may set the joints."""
+    """A call that carries it may set the joints."""
     joints: frozenset[tuple[str, str]]
-    """`(robot, joint)` each; an empty joint is all of the robot's."""
+    """`(robot, joint)` each; an empty joint means all joints of the robot."""
 
 
-class Memory:
+class Cache:
     """May be used from several threads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._layouts: dict[str, Layout] = {}
         self._stale: set[str] = set()
-        self._claims: list[Held] = []
+        self._claims: list[HeldClaim] = []
 
     def layout(self, robot: str) -> Layout | None:
-        """The newest that was fetched, be it of a robot that was reloaded meanwhile."""
+        """The layout that was fetched last, even if the robot was reloaded since."""
         return self._layouts.get(robot)
 
     def fresh_layout(self, robot: str) -> Layout | None:
-        """The same, unless something was heard of a newer one."""
+        """The layout that was fetched last, unless it is marked stale."""
         return None if robot in self._stale else self._layouts.get(robot)
 
     def keep_layout(self, layout: Layout) -> None:
-        """Remembers what was fetched."""
+        """Stores a layout that was fetched."""
         with self._lock:
             self._layouts[layout.robot] = layout
             self._stale.discard(layout.robot)
 
-    def doubt_layout(self, robot: str) -> None:
-        """The robot has another layout now, or other limits: it is to be fetched again."""
+    def mark_stale(self, robot: str) -> None:
+        """The robot's layout or limits have changed: the layout has to be fetched again."""
         with self._lock:
             self._stale.add(robot)
 
-    def keep_claim(self, held: Held) -> None:
+    @contextmanager
+    def marking_stale(self) -> Generator[None, None, None]:
+        """Marks a layout stale if the daemon refuses a call because it has changed."""
+        try:
+            yield
+        except LayoutChanged as error:
+            if "robot" in error.metadata:
+                self.mark_stale(error.metadata["robot"])
+            raise
+
+    def keep_claim(self, held: HeldClaim) -> None:
         """From now on, calls for these joints carry the claim."""
         with self._lock:
             self._claims = [*self._claims, held]
 
     def drop_claim(self, secret: str) -> None:
-        """From now on, no call carries it."""
+        """From now on, no call carries the claim."""
         with self._lock:
             self._claims = [held for held in self._claims if held.secret != secret]
 
     def claim_for(self, joints: Iterable[tuple[str, str]]) -> str:
-        """The claim that a call for these joints must carry; empty for none. Raises `ValueError` where it
-        would be two, since a call carries one."""
+        """The claim that a call for these joints must carry; empty for none. Raises `ValueError` if it would
+        need two, because a call carries one."""
         if not self._claims:
             return ""
         wanted = list(joints)
@@ -69,7 +81,7 @@ class Memory:
         return secrets.pop() if secrets else ""
 
 
-def _covers(held: Held, wanted: tuple[str, str]) -> bool:
+def _covers(held: HeldClaim, wanted: tuple[str, str]) -> bool:
     robot, joint = wanted
     if joint == "":
         return any(owner == robot for owner, _ in held.joints)

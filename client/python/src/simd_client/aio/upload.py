@@ -1,0 +1,74 @@
+"""Sends descriptions and files to the daemon, and fetches files from it."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from simd_client import proto
+from simd_client.aio.connection import Connection
+from simd_client.aio.runtime import in_thread
+from simd_client.description_files import AnyPath, DescriptionFiles, Packages, hash_of, part_of
+from simd_client.errors import AnswerError
+from simd_client.proto import methods
+
+
+async def upload(
+    connection: Connection, path: AnyPath, packages: Packages | None = None
+) -> proto.DescriptionSource:
+    """Sends a URDF and those of its files that the daemon lacks."""
+    files = await in_thread(lambda: DescriptionFiles(path, packages))
+    request = proto.PrepareDescriptionRequest(urdf=files.urdf)
+    prepared = await connection.call(methods.PrepareDescription, request)
+    uris = [asset.uri for asset in prepared.assets]
+    await in_thread(lambda: files.find(uris))
+    if files.hashes:
+        request = proto.PrepareDescriptionRequest(urdf=files.urdf, assets=files.hashes)
+        prepared = await connection.call(methods.PrepareDescription, request)
+        lacking = proto.AssetState.ASSET_STATE_LACKING
+        for sha256 in sorted({files.hashes[a.uri] for a in prepared.assets if a.state == lacking}):
+            await send_file(connection, files.paths[sha256], sha256)
+    return proto.DescriptionSource(
+        description=prepared.description, assets=files.hashes, missing=files.missing
+    )
+
+
+async def send_file(connection: Connection, path: Path, sha256: str) -> None:
+    """Sends one file in parts. Raises `UploadMismatch` if it does not have the hash."""
+    total = await in_thread(lambda: path.stat().st_size)
+    offset = 0
+    while True:
+        data = await in_thread(lambda: part_of(path, offset))
+        request = proto.UploadAssetRequest(sha256=sha256, total_bytes=total, offset=offset, data=data)
+        await connection.call(methods.UploadAsset, request)
+        offset += len(data)
+        # A file that has shrunk ends early: the daemon then finds that the hash differs.
+        if not data or offset >= total:
+            return
+
+
+async def send_snapshot(connection: Connection, path: Path) -> str:
+    """Sends the file of a snapshot. Returns its hash."""
+    sha256 = await in_thread(lambda: hash_of(path))
+    await send_file(connection, path, sha256)
+    return sha256
+
+
+async def fetch_file(connection: Connection, sha256: str) -> bytes:
+    """Fetches a file of the daemon's, in parts."""
+    parts: list[bytes] = []
+    have = 0
+    while True:
+        answer = await connection.call(methods.GetAsset, proto.GetAssetRequest(sha256=sha256, offset=have))
+        parts.append(answer.data)
+        have += len(answer.data)
+        if have >= answer.total_bytes or not answer.data:
+            return b"".join(parts)
+
+
+async def write_file(connection: Connection, sha256: str, path: Path) -> None:
+    """Fetches a file of the daemon's and writes it to this disk. Raises `AnswerError` if it does not have the hash."""
+    content = await fetch_file(connection, sha256)
+    if await in_thread(lambda: hashlib.sha256(content).hexdigest()) != sha256:
+        raise AnswerError("the file that the daemon sent does not have its hash")
+    await in_thread(lambda: path.write_bytes(content))

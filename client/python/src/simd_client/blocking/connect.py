@@ -1,0 +1,36 @@
+"""Connects to a daemon."""
+
+from __future__ import annotations
+
+from simd_client.blocking.simulation import Simulation
+from simd_client.endpoint import CONNECT_TIMEOUT, TIMEOUT, read_endpoint
+from simd_client.link import ZenohConfig, open_link
+
+
+def connect(
+    endpoint: str | None = None,
+    name: str | None = None,
+    *,
+    timeout: float = TIMEOUT,
+    connect_timeout: float = CONNECT_TIMEOUT,
+    config: ZenohConfig | None = None,
+) -> Simulation:
+    """Connects to the daemon at `endpoint`: `tcp/HOST:PORT`, with `#NAME` or `name` if several daemons are reached
+    through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
+
+    `timeout` is how long each call waits for its answer, in seconds. `config` has settings for Zenoh itself, such as
+    certificates: values by name, or the path of a JSON5 file.
+
+    Raises `Unavailable` if no daemon answers, `EndpointError` if the text is not an endpoint or does not say which
+    of several daemons, `VersionMismatch` if the daemon does not support this client's version.
+    """
+    where = read_endpoint(endpoint, name)
+    link = open_link(where, connect_timeout, config)
+    simulation = Simulation(link, timeout)
+    try:
+        # Any call but `GetSimulatorInfo` is refused if the versions do not match: better now than later.
+        simulation.stamp  # pyright: ignore[reportUnusedExpression]
+    except BaseException:
+        link.close()
+        raise
+    return simulation

@@ -1,0 +1,184 @@
+# Generated from simd_client/aio/connection.py by tools/make_blocking.py; do not edit.
+"""A connection to a daemon: calls, layouts, joint states, targets and claims."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from simd_client import proto
+from simd_client.blocking.claim import Claim
+from simd_client.blocking.runtime import query
+from simd_client.cache import Cache, HeldClaim
+from simd_client.endpoint import Endpoint
+from simd_client.errors import RobotNotFound, refusal
+from simd_client.layout import Layout, layout_from_proto
+from simd_client.link import Link
+from simd_client.method import Method, Reply, Request, decoded
+from simd_client.proto import methods
+from simd_client.selection import Selection, selections_to_proto
+from simd_client.state import Applied, Clamped, RobotState, States, clamped_from_proto, name_of, robot_state
+from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto, needs_layout, targets_to_proto
+from simd_client.world import Stamp, stamp_from_proto
+
+
+class Connection:
+    """A connection to one daemon."""
+
+    def __init__(self, link: Link, timeout: float, cache: Cache | None = None) -> None:
+        self._link = link
+        self._timeout = timeout
+        self._cache = cache or Cache()
+
+    @property
+    def name(self) -> str:
+        """The daemon's name."""
+        return self._link.name
+
+    @property
+    def endpoint(self) -> Endpoint:
+        """The daemon's address."""
+        return self._link.endpoint
+
+    @property
+    def timeout(self) -> float:
+        """Seconds that calls wait for their answer."""
+        return self._timeout
+
+    @property
+    def link(self) -> Link:
+        """The Zenoh session."""
+        return self._link
+
+    @property
+    def cache(self) -> Cache:
+        """The layouts that were fetched and the claims that are held."""
+        return self._cache
+
+    def call(self, method: Method[Request, Reply], request: Request, *, wait: float = 0.0) -> Reply:
+        """Calls any method of the schema (`simd_client.proto.methods`) with its message. `wait` is how long the
+        request tells the daemon to wait, in seconds."""
+        payload = query(self._link, method, request.SerializeToString(), self._timeout + wait)
+        return decoded(method.reply, payload)
+
+    # Layouts.
+
+    def layout(self, robot: str) -> Layout:
+        """A robot's layout, fetched if it is not known or has changed. Raises `RobotNotFound`."""
+        known = self._cache.fresh_layout(robot)
+        return known if known is not None else self.fetch_layout(robot)
+
+    def fetch_layout(self, robot: str) -> Layout:
+        """A robot's layout, fetched in any case. Raises `RobotNotFound`."""
+        answer = self.call(methods.GetJointLayout, proto.GetJointLayoutRequest(robot=robot))
+        fetched = layout_from_proto(answer.layout)
+        self._cache.keep_layout(fetched)
+        return fetched
+
+    # States and targets.
+
+    def states(self, selection: Selection = None) -> States:
+        """The newest state, at once: of all robots, a robot, several, or joints by robot."""
+        selected = selections_to_proto(selection)
+        answer = self.call(methods.GetJointStates, proto.GetJointStatesRequest(selections=selected))
+        return self.decode_states(answer.states, selected)
+
+    def next_states(
+        self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None
+    ) -> States:
+        """The newest state as soon as it is newer than `after`, or the current one after `wait` seconds (at most 60)."""
+        sequence = after if isinstance(after, int) else after.sequence
+        selected = selections_to_proto(selection)
+        request = proto.NextJointStatesRequest(after_sequence=sequence, timeout=wait, selections=selected)
+        answer = self.call(methods.NextJointStates, request, wait=wait or 1.0)
+        return self.decode_states(answer.states, selected)
+
+    def decode_states(
+        self,
+        message: proto.JointStates,
+        selected: Sequence[proto.JointSelection] = (),
+        clamped: tuple[Clamped, ...] = (),
+    ) -> States:
+        """States from their message. Fetches the layouts that are not known."""
+        stamp = stamp_from_proto(message.stamp)
+        robots: dict[str, RobotState] = {}
+        for index, each in enumerate(message.robots):
+            names = tuple(selected[index].joints) if index < len(selected) else ()
+            known = self._cache.fresh_layout(each.robot)
+            if known is None or known.version != each.layout_version:
+                try:
+                    known = self.fetch_layout(each.robot)
+                except RobotNotFound:
+                    # Deleted since: its arrays are still of use.
+                    known = Layout(each.robot, 0, (), 0, 0)
+            robots[each.robot] = robot_state(each, stamp, known, names)
+        return States(stamp, robots, clamped)
+
+    def set_targets(self, targets: Targets, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+        """Sets targets for several robots: all of them at the same step, or none."""
+        messages, claim = self._encode_targets(targets)
+        request = proto.SetJointTargetsRequest(
+            robots=messages, limit_policy=beyond_limit_to_proto(beyond_limit), claim=claim
+        )
+        with self._cache.marking_stale():
+            answer = self.call(methods.SetJointTargets, request)
+        return Applied(stamp_from_proto(answer.stamp), clamped_from_proto(answer.clamped))
+
+    def exchange(
+        self,
+        targets: Targets,
+        *,
+        states: Selection = None,
+        wait: float = 1.0,
+        beyond_limit: BeyondLimit = "clamp",
+    ) -> States:
+        """One cycle of a controller on a world that plays: sends targets and returns the first state that was
+        stepped with them, in one round trip. After `wait` seconds it returns the current state (a paused world
+        has no newer one); with 0 it returns at once. `states` is a selection as in `states`."""
+        messages, claim = self._encode_targets(targets)
+        selected = selections_to_proto(states)
+        newer = proto.ControlWait.CONTROL_WAIT_NEWER_STATE if wait > 0 else proto.ControlWait.CONTROL_WAIT_NONE
+        request = proto.ControlRequest(
+            selections=selected,
+            robots=messages,
+            limit_policy=beyond_limit_to_proto(beyond_limit),
+            claim=claim,
+            wait=newer,
+            timeout=wait,
+        )
+        with self._cache.marking_stale():
+            answer = self.call(methods.Control, request, wait=wait)
+            if answer.HasField("refusal"):
+                refused = answer.refusal
+                reason = proto.ErrorReason.Name(refused.reason).removeprefix("ERROR_REASON_")
+                raise refusal(refused.code, refused.message, reason, refused.metadata)
+        return self.decode_states(answer.states, selected, clamped_from_proto(answer.clamped))
+
+    def stream_targets(self, targets: Targets) -> None:
+        """Sends targets without waiting for an answer, for controllers that send them at a fixed rate. A target
+        beyond a limit is clamped. The daemon counts a refusal and does not report it. If the network is
+        congested, a message may be dropped."""
+        messages, claim = self._encode_targets(targets)
+        request = proto.SetJointTargetsRequest(robots=messages, claim=claim)
+        self._link.publish_targets(request.SerializeToString())
+
+    def claim(self, selection: Selection, *, holder: str = "", lease: float = 10.0) -> Claim:
+        """Claims joints for this client, until the claim is released or was not used for `lease` seconds (0.1 to
+        3,600). `holder` is the name that others see. Raises `JointClaimed` if another client holds one of them."""
+        selected = selections_to_proto(selection)
+        request = proto.ClaimJointsRequest(selections=selected, holder=holder or "simd_client", lease=lease)
+        answer = self.call(methods.ClaimJoints, request)
+        joints = ((each.robot, joint) for each in selected for joint in (tuple(each.joints) or ("",)))
+        held = HeldClaim(answer.claim, frozenset(joints))
+        self._cache.keep_claim(held)
+        return Claim(self, held)
+
+    def _encode_targets(self, targets: Targets) -> tuple[list[proto.RobotTargets], str]:
+        """Targets as messages, and the claim that they must carry."""
+        messages: list[proto.RobotTargets] = []
+        joints: list[tuple[str, str]] = []
+        for robot, wanted in targets.items():
+            name = name_of(robot)
+            known = self.layout(name) if needs_layout(wanted) else None
+            messages.append(targets_to_proto(name, wanted, known))
+            joints.extend((name, joint) for joint in (wanted if isinstance(wanted, Mapping) else ("",)))
+        return messages, self._cache.claim_for(joints)

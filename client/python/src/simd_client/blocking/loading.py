@@ -1,0 +1,116 @@
+# Generated from simd_client/aio/loading.py by tools/make_blocking.py; do not edit.
+"""Spawns robots: from this disk, from a text, from the daemon's disk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.blocking.connection import Connection
+from simd_client.blocking.robot import Robot
+from simd_client.blocking.upload import upload
+from simd_client.description import LoadReport, report_from_proto, robot_info_from_proto
+from simd_client.description_files import AnyPath, Packages
+from simd_client.geometry import Pose
+from simd_client.proto import methods
+from simd_client.spawn import UPRIGHT, SpawnOptions
+from simd_client.surface import Surfaces
+
+
+class Loading(Connection):
+    """The part of a connection that spawns robots from descriptions."""
+
+    def load(
+        self,
+        path: AnyPath,
+        name: str = "",
+        *,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        fixed: bool | None = None,
+        passive: bool = False,
+        joint_positions: Mapping[str, float] | None = None,
+        scale: float | None = None,
+        strict: bool = False,
+        allow_renaming: bool = False,
+        surfaces: Surfaces | None = None,
+        self_collision: bool = False,
+        packages: Packages | None = None,
+    ) -> Robot:
+        """Loads a robot from this disk: a URDF file, or a package folder that contains one. The files that it
+        refers to are sent too; `report` has a warning for each that was not found.
+
+        `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to the
+        world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`.
+        `scale` multiplies lengths. `packages` are searched for ROS packages first.
+        `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
+        With `self_collision` its links collide with each other, except those that a joint connects.
+        """
+        options = SpawnOptions(
+            name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
+            surfaces, self_collision,
+        )  # fmt: skip
+        return self._spawn(upload(self, path, packages), options)
+
+    def load_text(
+        self,
+        urdf: str | bytes,
+        name: str = "",
+        *,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        fixed: bool | None = None,
+        passive: bool = False,
+        joint_positions: Mapping[str, float] | None = None,
+        scale: float | None = None,
+        strict: bool = False,
+        allow_renaming: bool = False,
+        surfaces: Surfaces | None = None,
+        self_collision: bool = False,
+    ) -> Robot:
+        """The same for the text of a URDF that refers to no files."""
+        options = SpawnOptions(
+            name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
+            surfaces, self_collision,
+        )  # fmt: skip
+        source = proto.DescriptionSource(urdf=urdf.encode() if isinstance(urdf, str) else urdf)
+        return self._spawn(source, options)
+
+    def load_on_daemon(
+        self,
+        path: str,
+        name: str = "",
+        *,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        fixed: bool | None = None,
+        passive: bool = False,
+        joint_positions: Mapping[str, float] | None = None,
+        scale: float | None = None,
+        strict: bool = False,
+        allow_renaming: bool = False,
+        surfaces: Surfaces | None = None,
+        self_collision: bool = False,
+    ) -> Robot:
+        """The same for a path on the daemon's own disk, below one of its asset roots."""
+        options = SpawnOptions(
+            name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
+            surfaces, self_collision,
+        )  # fmt: skip
+        return self._spawn(proto.DescriptionSource(path=path), options)
+
+    def validate(
+        self, path: AnyPath, *, scale: float | None = None, packages: Packages | None = None
+    ) -> LoadReport:
+        """Reads a robot on this disk as `load` does, without spawning it. Returns the report."""
+        source = upload(self, path, packages)
+        request = proto.ValidateDescriptionRequest(source=source, scale=scale)
+        return report_from_proto(self.call(methods.ValidateDescription, request).report)
+
+    def _spawn(self, source: proto.DescriptionSource, options: SpawnOptions) -> Robot:
+        answer = self.call(methods.SpawnEntity, options.to_proto(source))
+        info = robot_info_from_proto(answer.entity)
+        self.fetch_layout(info.name)
+        return Robot(self, info, report_from_proto(answer.report))

@@ -1,0 +1,112 @@
+# Generated from simd_client/aio/primitives.py by tools/make_blocking.py; do not edit.
+"""Spawns single shapes: the ground, a box to push."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.blocking.loading import Loading
+from simd_client.blocking.robot import Robot
+from simd_client.geometry import vector_to_proto
+from simd_client.spawn import UPRIGHT, shape_options, shape_source
+
+
+class Primitives(Loading):
+    """The part of a connection that spawns single shapes: robots with one link, `link`. Lengths in metres, masses
+    in kilograms.
+
+    The default mass is that of water, 1,000 kg/m^3; the inertia is that of a solid of even density. `position` and
+    `orientation` (x y z w) are of the shape's centre. `fixed` fixes the shape to the world.
+    The default name is that of the shape, with `_1`, `_2`, ... if it is taken.
+    """
+
+    def add_box(
+        self,
+        size: npt.ArrayLike,
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """A box with sides of the full lengths `size`. `color` is red, green, blue and optionally alpha, 0 to 1."""
+        shape = proto.Primitive(box=proto.BoxGeometry(size=vector_to_proto(size, "a box's size")))
+        options = shape_options("box", name, position, orientation, fixed, friction, restitution)
+        return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_sphere(
+        self,
+        radius: float,
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        *,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """A sphere."""
+        shape = proto.Primitive(sphere=proto.SphereGeometry(radius=radius))
+        options = shape_options("sphere", name, position, UPRIGHT, fixed, friction, restitution)
+        return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_cylinder(
+        self,
+        radius: float,
+        length: float,
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """A cylinder about its z axis."""
+        shape = proto.Primitive(cylinder=proto.CylinderGeometry(radius=radius, length=length))
+        options = shape_options("cylinder", name, position, orientation, fixed, friction, restitution)
+        return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_capsule(
+        self,
+        radius: float,
+        length: float,
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """A capsule about its z axis; `length` is without the caps."""
+        shape = proto.Primitive(capsule=proto.CapsuleGeometry(radius=radius, length=length))
+        options = shape_options("capsule", name, position, orientation, fixed, friction, restitution)
+        return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_plane(
+        self,
+        normal: npt.ArrayLike = (0, 0, 1),
+        position: npt.ArrayLike = (0, 0, 0),
+        *,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """An infinite plane, fixed to the world. `normal` points out of it."""
+        shape = proto.Primitive(plane=proto.PlaneGeometry(normal=vector_to_proto(normal, "a normal")))
+        options = shape_options("plane", name, position, UPRIGHT, True, friction, restitution)
+        return self._spawn(shape_source(shape, None, color), options)

@@ -1,0 +1,384 @@
+# Generated from simd_client/aio/robot.py by tools/make_blocking.py; do not edit.
+"""A robot in the world, as an object."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy.typing as npt
+
+from simd_client import keys, proto
+from simd_client.blocking.claim import Claim
+from simd_client.blocking.connection import Connection
+from simd_client.blocking.joint import Joint, Joints
+from simd_client.blocking.kinematics import Kinematics
+from simd_client.blocking.upload import upload
+from simd_client.blocking.watch import Watch
+from simd_client.contact import Contact, contacts_from_proto
+from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
+from simd_client.description_files import AnyPath, Packages
+from simd_client.errors import AnswerError, SimdError
+from simd_client.geometry import (
+    FloatArray,
+    Pose,
+    Twist,
+    pose_from_proto,
+    pose_to_proto,
+    rows,
+    twist_from_proto,
+    twist_to_proto,
+    vector,
+    vector_to_proto,
+)
+from simd_client.layout import Layout
+from simd_client.method import decoded
+from simd_client.proto import methods
+from simd_client.state import Applied, RobotState
+from simd_client.surface import Surface, surface_from_proto, surfaces_to_proto
+from simd_client.table import Table
+from simd_client.target import BeyondLimit, RobotTargets, Whole
+from simd_client.world import Stamp, stamp_from_proto
+
+
+class Robot(Kinematics):
+    """A robot in the world. Arrays are float64, in joint order: one entry for each joint that moves along one axis,
+    none for fixed joints (`joint_names` lists the others).
+
+    Each property that changes, and each method, is one round trip; `read` returns everything of one moment.
+    """
+
+    def __init__(self, connection: Connection, info: RobotInfo, report: LoadReport | None = None) -> None:
+        super().__init__(connection, info.name)
+        self._info = info
+        self._report = report or LoadReport()
+        self._cached: tuple[Layout, Joints] | None = None
+
+    @property
+    def report(self) -> LoadReport:
+        """How its description was read, if this object loaded it."""
+        return self._report
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of its links in depth-first order, as they were when this object was made."""
+        return tuple(link.name for link in self._info.links)
+
+    @property
+    def layout(self) -> Layout:
+        """Its joints, and where each has its values in the arrays; see `refresh`."""
+        return self._connection.layout(self.name)
+
+    def refresh(self) -> Layout:
+        """Fetches the layout again, with what other clients changed: limits, gains, claims."""
+        return self._connection.fetch_layout(self.name)
+
+    @property
+    def joints(self) -> Joints:
+        """Its joints by name or index, fixed ones included."""
+        layout = self.layout
+        if self._cached is None or self._cached[0] is not layout:
+            found = {info.name: Joint(self, info) for info in layout.joints}
+            self._cached = layout, Joints(found, self.name)
+        return self._cached[1]
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints that move, in order."""
+        return tuple(joint.name for joint in self.layout.moving)
+
+    # State.
+
+    def read(self) -> RobotState:
+        """Positions, velocities, efforts, targets and modes of one moment."""
+        states = self._connection.states(self.name)
+        if self.name not in states:
+            raise AnswerError(f"the daemon's answer cannot be understood: it lacks robot `{self.name}`")
+        return states[self.name]
+
+    def states(self, names: Iterable[str]) -> RobotState:
+        """The same for some of its joints."""
+        return self._connection.states({self.name: tuple(names)})[self.name]
+
+    @property
+    def position(self) -> FloatArray:
+        """rad or m, of the newest state."""
+        return self.read().position
+
+    @property
+    def velocity(self) -> FloatArray:
+        """rad/s or m/s, of the newest state."""
+        return self.read().velocity
+
+    @property
+    def effort(self) -> FloatArray:
+        """What the actuators applied over the last step, N m or N."""
+        return self.read().effort
+
+    @property
+    def target(self) -> FloatArray:
+        """A position, velocity or effort per joint, depending on its mode."""
+        return self.read().target
+
+    def watch(self, rate: float | None = None) -> Watch[RobotState]:
+        """States as they are published, at most `rate` per wall second; the newest wins.
+
+        By default the daemon publishes 100 per second; `Simulation.watch` can have each step.
+        """
+        return _StateWatch(self, rate)
+
+    # Targets.
+
+    def set_targets(self, targets: RobotTargets, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+        """Sets all targets or none: an array of positions in joint order, a `Whole`, or a number or `Target` by
+        joint name."""
+        return self._connection.set_targets({self.name: targets}, beyond_limit=beyond_limit)
+
+    def set_positions(
+        self, positions: npt.ArrayLike | Mapping[str, float], *, beyond_limit: BeyondLimit = "clamp"
+    ) -> Applied:
+        """Go to these positions and stay there: rad or m, as an array in joint order or by joint name."""
+        targets = positions if isinstance(positions, Mapping) else Whole.positions(positions)
+        return self.set_targets(targets, beyond_limit=beyond_limit)
+
+    def set_velocities(
+        self, velocities: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp"
+    ) -> Applied:
+        """Move at these velocities: rad/s or m/s in joint order."""
+        return self.set_targets(Whole.velocities(velocities), beyond_limit=beyond_limit)
+
+    def set_efforts(self, efforts: npt.ArrayLike, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+        """Apply these efforts until the next target: N m or N in joint order."""
+        return self.set_targets(Whole.efforts(efforts), beyond_limit=beyond_limit)
+
+    def hold(self) -> Applied:
+        """All joints stay where they are."""
+        return self.set_targets(Whole.hold())
+
+    def set_passive(self) -> Applied:
+        """No actuators: only the joints' own damping and friction."""
+        return self.set_targets(Whole.passive())
+
+    def stream_targets(self, targets: RobotTargets) -> None:
+        """Sends targets without waiting for an answer; see `Simulation.stream_targets`."""
+        self._connection.stream_targets({self.name: targets})
+
+    def claim(self, *names: str, holder: str = "", lease: float = 10.0) -> Claim:
+        """Claims these joints, or all of them, for this client; see `Simulation.claim`."""
+        return self._connection.claim({self.name: names}, holder=holder, lease=lease)
+
+    def reset_joints(
+        self,
+        positions: Mapping[str, float] | npt.ArrayLike | None = None,
+        velocities: Mapping[str, float] | npt.ArrayLike | None = None,
+    ) -> Stamp:
+        """Sets positions and velocities of joints at once, by name or as arrays; without arguments, those that the
+        robot was spawned with. Targets stay, but a joint that holds its position holds the new one."""
+        if positions is None or isinstance(positions, Mapping):
+            if velocities is not None and not isinstance(velocities, Mapping):
+                raise ValueError("positions and velocities are both by name or both arrays")
+            joints = _resets_by_name(positions or {}, velocities or {})
+        elif isinstance(velocities, Mapping):
+            raise ValueError("positions and velocities are both by name or both arrays")
+        else:
+            joints = _resets_in_order(self._connection.layout(self.name), positions, velocities)
+        request = proto.ResetJointsRequest(robots=[proto.RobotReset(robot=self.name, joints=joints)])
+        return stamp_from_proto(self._connection.call(methods.ResetJoints, request).stamp)
+
+    # Pose.
+
+    @property
+    def pose(self) -> Pose:
+        """`world_from_root`."""
+        return pose_from_proto(self._entity_state().pose)
+
+    @property
+    def twist(self) -> Twist:
+        """Velocity of the root link's origin, world axes."""
+        return twist_from_proto(self._entity_state().twist)
+
+    def set_state(self, pose: Pose | None = None, twist: Twist | None = None) -> Stamp:
+        """Sets the pose or the twist of the root link, or both. The twist of a fixed base must be zero."""
+        request = proto.SetEntityStateRequest(
+            robot=self.name,
+            pose=None if pose is None else pose_to_proto(pose),
+            twist=None if twist is None else twist_to_proto(twist),
+        )
+        return stamp_from_proto(self._connection.call(methods.SetEntityState, request).stamp)
+
+    def link_poses(self) -> dict[str, Pose]:
+        """`world_from_link` of each link."""
+        request = proto.GetLinkPosesRequest(robots=[self.name])
+        answer = self._connection.call(methods.GetLinkPoses, request)
+        poses = rows(answer.robots[0].poses if answer.robots else (), 7)
+        return {name: Pose(pose[:3], pose[3:]) for name, pose in zip(self.links, poses)}
+
+    def apply_wrench(
+        self,
+        link: str,
+        force: npt.ArrayLike = (0, 0, 0),
+        torque: npt.ArrayLike = (0, 0, 0),
+        *,
+        frame: str = "world",
+        point: npt.ArrayLike | None = None,
+        persistent: bool = False,
+    ) -> Stamp:
+        """Applies a force (N) at `point` (in the link's frame, metres) and a torque (N m) to a link for the next
+        step, or, if it is `persistent`, until it is replaced or cleared. `frame` says whose axes the force and
+        torque are in: `world` or `link`."""
+        frames = {"world": proto.WrenchFrame.WRENCH_FRAME_WORLD, "link": proto.WrenchFrame.WRENCH_FRAME_LINK}
+        if frame not in frames:
+            raise ValueError(f"frame is 'world' or 'link', not {frame!r}")
+        request = proto.ApplyLinkWrenchRequest(
+            robot=self.name,
+            link=link,
+            wrench=proto.Wrench(
+                force=vector_to_proto(force, "a force"), torque=vector_to_proto(torque, "a torque")
+            ),
+            frame=frames[frame],
+            point=None if point is None else vector_to_proto(point, "a point"),
+            persistent=persistent,
+        )
+        return stamp_from_proto(self._connection.call(methods.ApplyLinkWrench, request).stamp)
+
+    # Contact.
+
+    def contacts(self) -> tuple[Contact, ...]:
+        """Its contact points with others and with itself, of the newest state."""
+        request = proto.GetContactsRequest(robot=self.name)
+        return contacts_from_proto(self._connection.call(methods.GetContacts, request).contacts)
+
+    def surfaces(self) -> dict[str, Surface]:
+        """Friction and restitution by link; `None` for a link without a collision shape."""
+        request = proto.GetLinkPropertiesRequest(robot=self.name)
+        answer = self._connection.call(methods.GetLinkProperties, request)
+        return {each.link: surface_from_proto(each) for each in answer.links}
+
+    def set_surface(
+        self, *, friction: float | None = None, restitution: float | None = None, link: str | None = None
+    ) -> Stamp:
+        """Changes friction, restitution or both, of one link or of all of them."""
+        links = surfaces_to_proto({link or "": Surface(friction, restitution)})
+        request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
+        return stamp_from_proto(self._connection.call(methods.SetLinkProperties, request).stamp)
+
+    # Description.
+
+    def info(self) -> RobotInfo:
+        """Mass, links and base, as they are now."""
+        request = proto.GetEntityInfoRequest(robot=self.name)
+        answer = self._connection.call(methods.GetEntityInfo, request)
+        self._info = robot_info_from_proto(answer.entity)
+        return self._info
+
+    def scene(self) -> proto.RobotScene:
+        """Its visuals and colliders."""
+        request = proto.GetSceneRequest(robots=[self.name])
+        answer = self._connection.call(methods.GetScene, request)
+        return answer.robots[0] if answer.robots else proto.RobotScene(robot=self.name)
+
+    def reload(self, *, strict: bool = False) -> Reloaded:
+        """Reads its description again from its source. Pose, positions, velocities and targets stay."""
+        return self._reload(None, strict)
+
+    def reload_from(
+        self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False
+    ) -> Reloaded:
+        """Replaces its description with one from this disk. Pose, positions, velocities and targets stay."""
+        return self._reload(upload(self._connection, path, packages), strict)
+
+    def delete(self) -> Stamp:
+        """Removes it from the world."""
+        answer = self._connection.call(
+            methods.DeleteEntity, proto.DeleteEntityRequest(robot=self.name)
+        )
+        self._connection.cache.mark_stale(self.name)
+        return stamp_from_proto(answer.stamp)
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __repr__(self) -> str:
+        return f"<Robot {self._title()}>\n{self._table().text()}"
+
+    def _repr_html_(self) -> str:
+        return self._table().html(self._title())
+
+    def _key(self) -> tuple[int, str]:
+        return id(self._connection.cache), self.name
+
+    def _title(self) -> str:
+        info = self._info
+        base = "fixed" if info.is_fixed else "free"
+        return f"{self.name}: {info.moving_joint_count} of {info.joint_count} joints move, {base} base, {info.mass:.4g} kg"
+
+    def _table(self) -> Table:
+        # With its state if the daemon answers: a notebook also shows robots that were deleted.
+        try:
+            return self.read().table()
+        except SimdError:
+            pass
+        layout = self._connection.cache.layout(self.name)
+        joints = layout.joints if layout else ()
+        lines = [(joint.name, joint.type.name.lower(), joint.mode.name.lower()) for joint in joints]
+        return Table(("joint", "type", "mode"), lines)
+
+    def _entity_state(self) -> proto.GetEntityStateResponse:
+        request = proto.GetEntityStateRequest(robot=self.name)
+        return self._connection.call(methods.GetEntityState, request)
+
+    def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
+        request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)
+        answer = self._connection.call(methods.ReloadEntity, request)
+        self.refresh()
+        self.info()
+        self._report = report_from_proto(answer.report)
+        added, removed = tuple(answer.added_joints), tuple(answer.removed_joints)
+        return Reloaded(self._report, stamp_from_proto(answer.stamp), added, removed)
+
+
+class _StateWatch(Watch[RobotState]):
+    def __init__(self, robot: Robot, rate: float | None) -> None:
+        connection = robot.connection
+        super().__init__(connection, keys.joint_states(connection.name, robot.name), rate)
+        self._robot = robot
+
+    def _read(self, payload: bytes) -> RobotState | None:
+        states = self._connection.decode_states(decoded(proto.JointStates, payload))
+        return states.robots.get(self._robot.name)
+
+    def _ask(self) -> RobotState:
+        return self._robot.read()
+
+    def _order(self, item: RobotState) -> int:
+        return item.stamp.sequence
+
+
+def _resets_by_name(
+    positions: Mapping[str, float], velocities: Mapping[str, float]
+) -> list[proto.JointReset]:
+    for name in velocities:
+        if name not in positions:
+            raise ValueError(f"joint `{name}` is given a velocity and no position to start from")
+    return [
+        proto.JointReset(joint=name, position=float(at), velocity=float(velocities.get(name, 0.0)))
+        for name, at in positions.items()
+    ]
+
+
+def _resets_in_order(
+    layout: Layout, positions: npt.ArrayLike, velocities: npt.ArrayLike | None
+) -> list[proto.JointReset]:
+    given = (0.0,) * layout.velocity_count if velocities is None else velocities
+    at = vector(positions, layout.position_count, f"a position of robot `{layout.robot}`")
+    moving = vector(given, layout.velocity_count, f"a velocity of robot `{layout.robot}`")
+    return [
+        proto.JointReset(joint=joint.name, position=position, velocity=velocity, axis=axis)
+        for joint in layout.joints
+        if joint.mimic is None and len(at[joint.positions]) == joint.dof
+        for axis, (position, velocity) in enumerate(
+            zip(at[joint.positions].tolist(), moving[joint.velocities].tolist())
+        )
+    ]

@@ -1,0 +1,317 @@
+# Generated from simd_client/aio/simulation.py by tools/make_blocking.py; do not edit.
+"""A running daemon's world, as an object."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+
+import numpy.typing as npt
+
+from simd_client import keys, proto
+from simd_client.blocking.parameters import Parameters
+from simd_client.blocking.primitives import Primitives
+from simd_client.blocking.robot import Robot
+from simd_client.blocking.runtime import in_thread, sleep
+from simd_client.blocking.upload import fetch_file, send_snapshot, write_file
+from simd_client.blocking.watch import SILENCE, EventWatch, Watch, next_events
+from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
+from simd_client.description import robot_info_from_proto
+from simd_client.description_files import AnyPath
+from simd_client.errors import AnswerError
+from simd_client.geometry import vector_to_proto
+from simd_client.link_states import link_states_from_proto
+from simd_client.method import decoded
+from simd_client.pacer import Pacer
+from simd_client.proto import methods
+from simd_client.selection import Selection, selections_to_proto
+from simd_client.state import Named, States, clamped_from_proto, name_of
+from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
+from simd_client.world import (
+    Pace,
+    Physics,
+    SimulationState,
+    SimulatorInfo,
+    Snapshot,
+    Stamp,
+    WorldStatistics,
+    info_from_proto,
+    pace_to_proto,
+    physics_from_proto,
+    snapshot_from_proto,
+    stamp_from_proto,
+    state_from_proto,
+    state_to_proto,
+    statistics_from_proto,
+)
+
+STEP_SECONDS = 0.01
+"""How much longer a call may take for each step that it asks for, by default."""
+
+FILE_SECONDS = 120.0
+"""How much longer an export or import may take than other calls: all robots of a world are read again."""
+
+
+class Simulation(Primitives):
+    """A connection to one daemon. Make one by `connect`, and use it with `with` or `close` it.
+
+    May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one. Calls raise a `SimdError`; each has a timeout.
+    """
+
+    def with_timeout(self, timeout: float) -> Simulation:
+        """The same connection with another timeout, in seconds."""
+        return Simulation(self._link, timeout, self._cache)
+
+    def close(self) -> None:
+        """Closes the connection. Robots and targets stay; claims that were not released lapse."""
+        in_thread(self._link.close)
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Simulation '{self.name}' at {self.endpoint.locator}>"
+
+    # Robots.
+
+    @property
+    def robots(self) -> dict[str, Robot]:
+        """The robots in the world by name, in the order in which they were spawned."""
+        answer = self.call(methods.ListEntities, proto.ListEntitiesRequest())
+        found: dict[str, Robot] = {}
+        for entity in answer.entities:
+            info = robot_info_from_proto(entity)
+            if self.layout(info.name).version != info.layout_version:
+                self.fetch_layout(info.name)
+            found[info.name] = Robot(self, info)
+        return found
+
+    def robot(self, name: str) -> Robot:
+        """A robot that is in the world. Raises `RobotNotFound`."""
+        answer = self.call(methods.GetEntityInfo, proto.GetEntityInfoRequest(robot=name))
+        info = robot_info_from_proto(answer.entity)
+        self.fetch_layout(info.name)
+        return Robot(self, info)
+
+    def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
+        """The contact points of the newest state: of all robots, or those of one robot."""
+        request = proto.GetContactsRequest(robot="" if robot is None else name_of(robot))
+        return contacts_from_proto(self.call(methods.GetContacts, request).contacts)
+
+    def cast_rays(self, starts: npt.ArrayLike, ends: npt.ArrayLike) -> RayHits:
+        """The first hit of each ray in the newest state: one row per ray, metres, world axes; all rays may share
+        one start. Up to 1,000 rays are one round trip."""
+        begin, end = ray_ends(starts, ends)
+        hits: list[proto.RayHit] = []
+        for request in ray_requests(begin, end):
+            hits.extend(self.call(methods.CastRays, request).hits)
+        return hits_from_proto(hits, end)
+
+    def asset(self, sha256: str) -> bytes:
+        """The content of a file that a robot's scene refers to."""
+        return fetch_file(self, sha256)
+
+    # Time.
+
+    def step(
+        self,
+        steps: int = 1,
+        targets: Targets | None = None,
+        *,
+        states: bool | Selection = False,
+        link_states: bool = False,
+        beyond_limit: BeyondLimit = "clamp",
+        timeout: float | None = None,
+    ) -> States:
+        """Does so many steps of a world that is not playing, as fast as possible, in one round trip.
+
+        `targets`, by robot, apply from the first of the steps on: see `Robot.set_targets` for their form.
+        With `states` the answer has the states after the last step, of all robots or of a selection (a robot,
+        several, or joints by robot); with `link_states` it also has those of their links, in `links`. The default
+        `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
+        `Superseded` if a play, pause or reset interrupts the steps.
+        """
+        messages, claim = self._encode_targets(targets or {})
+        wanted = link_states or (states is not False and states is not None)
+        selected = [] if isinstance(states, bool) else selections_to_proto(states)
+        request = proto.StepSimulationRequest(
+            steps=steps,
+            robots=messages,
+            limit_policy=beyond_limit_to_proto(beyond_limit),
+            claim=claim,
+            return_states=wanted,
+            selections=selected,
+            return_link_states=link_states,
+        )
+        wait = steps * STEP_SECONDS if timeout is None else timeout - self._timeout
+        with self._cache.marking_stale():
+            answer = self.call(methods.StepSimulation, request, wait=wait)
+        clamped = clamped_from_proto(answer.clamped)
+        if not wanted:
+            return States(stamp_from_proto(answer.stamp), {}, clamped)
+        if not answer.HasField("states"):
+            raise AnswerError("the daemon's answer cannot be understood: it did the steps and lacks `states`")
+        found = self.decode_states(answer.states, selected, clamped)
+        links = {each.robot: link_states_from_proto(each, found.stamp) for each in answer.link_states}
+        return replace(found, links=links) if links else found
+
+    def play(self) -> Stamp:
+        """Starts or continues the simulation in real time."""
+        return self._set_state(SimulationState.PLAYING)
+
+    def pause(self) -> Stamp:
+        """Pauses the simulation."""
+        return self._set_state(SimulationState.PAUSED)
+
+    def stop(self) -> Stamp:
+        """Pauses, and resets time and robots."""
+        return self._set_state(SimulationState.STOPPED)
+
+    def reset(self, *, time: bool = False, state: bool = False, spawned: bool = False) -> Stamp:
+        """Resets the world: `time` to zero, the `state` of robots to that with which they were spawned; `spawned`
+        removes the robots that clients spawned. Without arguments it resets time and state."""
+        request = proto.ResetSimulationRequest(time=time, state=state, spawned=spawned)
+        return stamp_from_proto(self.call(methods.ResetSimulation, request).stamp)
+
+    @property
+    def state(self) -> SimulationState:
+        """Whether the world plays, is paused or is stopped."""
+        return state_from_proto(self._get_state().state)
+
+    @property
+    def stamp(self) -> Stamp:
+        """The moment of the newest state."""
+        return stamp_from_proto(self._get_state().stamp)
+
+    @property
+    def physics(self) -> Physics:
+        """Gravity, time step, substeps, pace."""
+        return physics_from_proto(self.call(methods.GetPhysics, proto.GetPhysicsRequest()).physics)
+
+    def set_physics(
+        self,
+        *,
+        gravity: npt.ArrayLike | None = None,
+        time_step: float | None = None,
+        substeps: int | None = None,
+        real_time_factor: float | None = None,
+        pace: Pace | str | None = None,
+    ) -> Physics:
+        """Changes only what is given (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is refused."""
+        request = proto.SetPhysicsRequest(
+            gravity=None if gravity is None else vector_to_proto(gravity, "gravity"),
+            time_step=time_step,
+            substeps=substeps,
+            real_time_factor=real_time_factor,
+            pace=None if pace is None else pace_to_proto(pace),
+        )
+        return physics_from_proto(self.call(methods.SetPhysics, request).physics)
+
+    # States over time.
+
+    def watch(self, rate: float | None = None, selection: Selection = None) -> Iterator[States]:
+        """States of all robots, all of one moment; the newest wins. Yields each step if the reader keeps up, at
+        most `rate` per wall second. The first is the current one. One round trip each."""
+        pace = Pacer(rate)
+        sleep(pace.left())
+        states = self.states(selection)
+        while True:
+            yield states
+            before = states.stamp.sequence
+            while states.stamp.sequence == before:
+                sleep(pace.left())
+                states = self.next_states(before, SILENCE, selection)
+
+    def events(self, after: int | None = None) -> EventWatch:
+        """Events from now on, or after a sequence: 0 gives all that the daemon still keeps."""
+        begin = next_events(self, 0, 0.0)[1] if after is None else after
+        return EventWatch(self, begin)
+
+    @property
+    def statistics(self) -> WorldStatistics:
+        """How well the world keeps time. It never waits for a step, so that it also serves as a ping."""
+        answer = self.call(methods.GetWorldStatistics, proto.GetWorldStatisticsRequest())
+        return statistics_from_proto(answer.statistics)
+
+    def watch_statistics(self, rate: float | None = None) -> Watch[WorldStatistics]:
+        """Statistics as they are published, ten times a second; the newest wins."""
+        return _StatisticsWatch(self, rate)
+
+    # Everything else.
+
+    @property
+    def parameters(self) -> Parameters:
+        """Sliders and buttons that programs add and people use."""
+        return Parameters(self)
+
+    def info(self) -> SimulatorInfo:
+        """The daemon's versions, limits and features."""
+        return info_from_proto(self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
+
+    def save_snapshot(self, name: str = "") -> Snapshot:
+        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""
+        answer = self.call(methods.SaveSnapshot, proto.SaveSnapshotRequest(name=name))
+        return snapshot_from_proto(answer.snapshot)
+
+    def restore_snapshot(self, snapshot: str | Snapshot) -> Stamp:
+        """Restores a saved state. Raises `SnapshotNotFound`."""
+        request = proto.RestoreSnapshotRequest(name=_name(snapshot))
+        return stamp_from_proto(self.call(methods.RestoreSnapshot, request).stamp)
+
+    def export_snapshot(self, snapshot: str | Snapshot, path: AnyPath) -> Path:
+        """Writes a saved state, with the descriptions and meshes of its robots, into a file on this disk; a file
+        at the path is replaced. Raises `SnapshotNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
+        request = proto.ExportSnapshotRequest(name=_name(snapshot))
+        answer = self.call(methods.ExportSnapshot, request, wait=FILE_SECONDS)
+        write_file(self, answer.sha256, Path(path))
+        return Path(path)
+
+    def import_snapshot(self, path: AnyPath, name: str = "") -> Snapshot:
+        """Reads such a file into the daemon's memory. After `restore_snapshot` the world continues bit for bit as
+        the one that was exported, on the same release and machine. By default the saved state keeps its name.
+        Raises `InvalidSnapshot`."""
+        request = proto.ImportSnapshotRequest(sha256=send_snapshot(self, Path(path)), name=name)
+        answer = self.call(methods.ImportSnapshot, request, wait=FILE_SECONDS)
+        return snapshot_from_proto(answer.snapshot)
+
+    def snapshots(self) -> list[Snapshot]:
+        """The saved states, oldest first."""
+        answer = self.call(methods.ListSnapshots, proto.ListSnapshotsRequest())
+        return [snapshot_from_proto(each) for each in answer.snapshots]
+
+    def delete_snapshot(self, snapshot: str | Snapshot) -> None:
+        """Deletes a saved state. Raises `SnapshotNotFound`."""
+        self.call(methods.DeleteSnapshot, proto.DeleteSnapshotRequest(name=_name(snapshot)))
+
+    def _get_state(self) -> proto.GetSimulationStateResponse:
+        return self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
+
+    def _set_state(self, wanted: SimulationState) -> Stamp:
+        request = proto.SetSimulationStateRequest(state=state_to_proto(wanted))
+        return stamp_from_proto(self.call(methods.SetSimulationState, request).stamp)
+
+
+class _StatisticsWatch(Watch[WorldStatistics]):
+    def __init__(self, simulation: Simulation, rate: float | None) -> None:
+        super().__init__(simulation, keys.world_statistics(simulation.name), rate)
+        self._simulation = simulation
+
+    def _read(self, payload: bytes) -> WorldStatistics | None:
+        return statistics_from_proto(decoded(proto.WorldStatistics, payload))
+
+    def _ask(self) -> WorldStatistics:
+        return self._simulation.statistics
+
+    def _order(self, item: WorldStatistics) -> int:
+        return item.stamp.sequence
+
+
+def _name(snapshot: str | Snapshot) -> str:
+    return snapshot if isinstance(snapshot, str) else snapshot.name

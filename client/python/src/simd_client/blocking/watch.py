@@ -1,0 +1,176 @@
+# Generated from simd_client/aio/watch.py by tools/make_blocking.py; do not edit.
+"""Iterators over states, statistics, parameters and events."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Generic, TypeVar
+
+from simd_client import proto
+from simd_client.blocking.connection import Connection
+from simd_client.blocking.runtime import LatestSample, sleep
+from simd_client.errors import DeadlineExceeded
+from simd_client.event import Event, event_from_proto
+from simd_client.pacer import Pacer
+from simd_client.proto import methods
+
+Item = TypeVar("Item")
+
+SILENCE = 1.0
+"""Seconds without a publication after which the daemon is asked: it may be gone, or a publication was lost."""
+
+
+class Watch(Iterator[Item], Generic[Item]):
+    """Iterates over published items. The newest wins: a slow reader gets the newest item and skips the others.
+
+    The first item is the current one. `newest` returns without waiting. Use it with `with`, or `close` it.
+    Belongs to one thread. Raises `Unavailable` once the daemon is gone.
+    """
+
+    def __init__(self, connection: Connection, key: str, rate: float | None) -> None:
+        self._connection = connection
+        self._pacer = Pacer(rate)
+        self._last: Item | None = None
+        self._heard = 0.0
+        self._is_open = True
+        self._sample = LatestSample()
+        self._subscriber = connection.link.subscribe(key, self._sample.put)
+
+    def _read(self, payload: bytes) -> Item | None:
+        """The item of a publication, or `None` to ignore it."""
+        raise NotImplementedError
+
+    def _ask(self) -> Item:
+        """The current item, asked from the daemon."""
+        raise NotImplementedError
+
+    def _order(self, item: Item) -> int:
+        """Newer items have larger numbers."""
+        raise NotImplementedError
+
+    def __iter__(self) -> Watch[Item]:
+        return self
+
+    def __next__(self) -> Item:
+        """The newest item, once it is newer than the one before, and not sooner than the rate allows."""
+        if not self._is_open:
+            raise StopIteration
+        return self.wait(None)
+
+    def wait(self, timeout: float | None) -> Item:
+        """The next item. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        begin = time.monotonic()
+        sleep(self._pacer.left())
+        return self._first() if self._last is None else self._following(begin, timeout)
+
+    def newest(self) -> Item:
+        """The newest item that has arrived, without waiting. Asks the daemon if none has arrived yet, or if there
+        was no publication for a second: the last one may have been lost."""
+        if not self._received() and time.monotonic() - self._heard >= SILENCE:
+            self._last = self._asked()
+        return self._first() if self._last is None else self._last
+
+    def close(self) -> None:
+        """Ends the subscription."""
+        if self._is_open:
+            self._is_open = False
+            self._subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
+
+    def __enter__(self) -> Watch[Item]:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        # Zenoh keeps a subscriber with a callback for as long as the session is open.
+        if hasattr(self, "_subscriber"):
+            self.close()
+
+    def _first(self) -> Item:
+        self._last = self._asked()
+        return self._last
+
+    def _asked(self) -> Item:
+        item = self._ask()
+        self._heard = time.monotonic()
+        return item
+
+    def _received(self) -> bool:
+        """Takes the publication that has arrived, if it is newer than the last item."""
+        payload = self._sample.take()
+        item = None if payload is None else self._read(payload)
+        if item is None or (self._last is not None and self._order(item) <= self._order(self._last)):
+            return False
+        self._last = item
+        self._heard = time.monotonic()
+        return True
+
+    def _following(self, begin: float, timeout: float | None) -> Item:
+        while not self._received():
+            now = time.monotonic()
+            if timeout is not None and now - begin >= timeout:
+                raise DeadlineExceeded(f"nothing new was published within {timeout:g} s")
+            silence = self._heard + SILENCE - now
+            if silence > 0:
+                self._sample.wait(silence if timeout is None else min(silence, begin + timeout - now))
+                continue
+            item = self._asked()
+            # A smaller number is not an older item, but one of a daemon that was restarted.
+            if self._last is None or self._order(item) != self._order(self._last):
+                self._last = item
+                break
+        return self._first() if self._last is None else self._last
+
+
+class EventWatch(Iterator[Event]):
+    """Iterates over events in order. `missed` of an event counts those that this reader was too slow for.
+
+    It needs no `close`: the daemon keeps nothing for it. Belongs to one thread.
+    """
+
+    def __init__(self, connection: Connection, after: int) -> None:
+        self._connection = connection
+        self._ahead: deque[Event] = deque()
+        self._after = after
+
+    def __iter__(self) -> EventWatch:
+        return self
+
+    def __next__(self) -> Event:
+        """The next event."""
+        return self.wait(None)
+
+    def wait(self, timeout: float | None) -> Event:
+        """The next event. Raises `DeadlineExceeded` if none comes within so many seconds."""
+        begin = time.monotonic()
+        while not self._ahead:
+            left = SILENCE if timeout is None else begin + timeout - time.monotonic()
+            if left <= 0:
+                raise DeadlineExceeded(f"no event came within {timeout:g} s")
+            found, _ = next_events(self._connection, self._after, min(left, SILENCE))
+            self._ahead.extend(found)
+        event = self._ahead.popleft()
+        self._after = event.sequence
+        return event
+
+    def __enter__(self) -> EventWatch:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ahead.clear()
+
+
+def next_events(connection: Connection, after: int, wait: float) -> tuple[list[Event], int]:
+    """The events after a sequence, waiting for the first one, and the sequence of the newest event."""
+    request = proto.NextEventsRequest(after_sequence=after, timeout=wait)
+    answer = connection.call(methods.NextEvents, request, wait=wait)
+    missed = [answer.missed] + [0] * len(answer.events)
+    return [event_from_proto(event, gone) for event, gone in zip(answer.events, missed)], answer.last_sequence

@@ -1,0 +1,64 @@
+"""A URDF on this disk, and the files that it refers to."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from simd_client import proto
+from simd_client.assets import Locator, Missing, find_urdf
+
+PART_BYTES = 1024 * 1024
+"""Of one message: far below the daemon's limit, and large enough that round trips do not matter."""
+
+AnyPath = str | os.PathLike[str]
+Packages = Mapping[str, AnyPath]
+"""Folders of ROS packages by the names of the packages."""
+
+
+class DescriptionFiles:
+    """A URDF, and what was found for its URIs."""
+
+    def __init__(self, path: AnyPath, packages: Packages | None) -> None:
+        """Raises `NoUrdf` if there is no URDF at the path."""
+        urdf = find_urdf(path)
+        self.urdf = urdf.read_bytes()
+        self._locator = Locator(urdf, packages)
+        self.hashes: dict[str, str] = {}
+        """By URI."""
+        self.paths: dict[str, Path] = {}
+        """By hash."""
+        self.missing: dict[str, proto.AssetSearch] = {}
+        """By URI."""
+
+    def find(self, uris: list[str]) -> None:
+        """Finds and hashes the files; a visual and its collision shape often share one."""
+        known: dict[Path, str] = {}
+        for uri in uris:
+            try:
+                path = self._locator.find(uri)
+            except Missing as missing:
+                self.missing[uri] = proto.AssetSearch(places=missing.places_for_report())
+                continue
+            if path not in known:
+                known[path] = hash_of(path)
+            self.hashes[uri] = known[path]
+            self.paths[known[path]] = path
+
+
+def part_of(path: Path, offset: int) -> bytes:
+    """The bytes of a file from an offset on, as many as fit into one message."""
+    with path.open("rb") as file:
+        file.seek(offset)
+        return file.read(PART_BYTES)
+
+
+def hash_of(path: Path) -> str:
+    """The SHA-256 of a file, in lower-case hexadecimal."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while part := file.read(PART_BYTES):
+            digest.update(part)
+    return digest.hexdigest()

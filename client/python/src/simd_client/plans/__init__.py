@@ -1,1 +1,0 @@
-"""What each call does, by service, for blocking and for asyncio code alike."""

@@ -1,0 +1,78 @@
+"""How a robot is spawned: its options, and the single shapes that can be spawned without a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.geometry import Pose, pose_to_proto, vector
+from simd_client.surface import Surface, Surfaces, surfaces_to_proto
+
+UPRIGHT = (0, 0, 0, 1)
+"""No rotation: a quaternion x y z w."""
+
+_BASES = {None: proto.Base.BASE_UNSPECIFIED, True: proto.Base.BASE_FIXED, False: proto.Base.BASE_FREE}
+
+
+@dataclass(frozen=True)
+class SpawnOptions:
+    """How a robot is spawned."""
+
+    name: str = ""
+    allow_renaming: bool = False
+    pose: Pose = field(default_factory=Pose)
+    fixed: bool | None = None
+    passive: bool = False
+    joint_positions: Mapping[str, float] | None = None
+    scale: float | None = None
+    strict: bool = False
+    surfaces: Surfaces | None = None
+    self_collision: bool = False
+
+    def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
+        """The request that spawns a description."""
+        passive, holding = proto.InitialMode.INITIAL_MODE_PASSIVE, proto.InitialMode.INITIAL_MODE_HOLDING
+        return proto.SpawnEntityRequest(
+            source=source,
+            name=self.name,
+            allow_renaming=self.allow_renaming,
+            pose=pose_to_proto(self.pose),
+            base=_BASES[self.fixed],
+            initial_mode=passive if self.passive else holding,
+            joint_positions={name: float(at) for name, at in (self.joint_positions or {}).items()},
+            scale=self.scale,
+            strict=self.strict,
+            link_properties=surfaces_to_proto(self.surfaces),
+            self_collision=self.self_collision,
+        )
+
+
+def shape_options(
+    shape: str,
+    name: str,
+    position: npt.ArrayLike,
+    orientation: npt.ArrayLike,
+    fixed: bool,
+    friction: float | None,
+    restitution: float | None,
+) -> SpawnOptions:
+    """Options for a single shape. A name that the caller chose is used or refused; the shape's may be changed."""
+    pose, surface = Pose.of(position, orientation), Surface(friction, restitution)
+    return SpawnOptions(name or shape, allow_renaming=not name, pose=pose, fixed=fixed, surfaces=surface)
+
+
+def shape_source(
+    shape: proto.Primitive, mass: float | None, color: Sequence[float] | None
+) -> proto.DescriptionSource:
+    """The description of a single shape. Raises `ValueError` for a mass that is not above 0."""
+    if mass is not None:
+        if not mass > 0.0:
+            raise ValueError("a mass is above 0 kg; by default it is that of water")
+        shape.mass = mass
+    if color is not None:
+        red, green, blue, alpha = vector([*color, 1.0][:4], 4, "a color").tolist()
+        shape.color.CopyFrom(proto.Color(red=red, green=green, blue=blue, alpha=alpha))
+    return proto.DescriptionSource(primitive=shape)
