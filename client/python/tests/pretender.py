@@ -13,7 +13,7 @@ from simd_client import proto
 
 
 class Pretender:
-    """Answers every query with an empty message, or as it is told."""
+    """Answers every query with an empty message, or as it is set to."""
 
     def __init__(self, *names: str) -> None:
         self.answers = True

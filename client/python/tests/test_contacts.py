@@ -1,4 +1,4 @@
-"""What touches what, what rays hit, and how surfaces rub and bounce."""
+"""Contact points, ray casts, friction and restitution."""
 
 from __future__ import annotations
 
@@ -119,8 +119,8 @@ def test_a_robot_is_loaded_with_other_surfaces_and_touches_itself_where_asked(si
     </robot>"""
     surfaces = {"": Surface(friction=0.2), "b": Surface(friction=0.9, restitution=0.5)}
     apart = sim.load_text(two, "apart", fixed=True, surfaces=surfaces)
-    told = apart.surfaces()
-    assert told["a"].friction == 0.2 and told["b"] == Surface(0.9, 0.5)
+    found = apart.surfaces()
+    assert found["a"].friction == 0.2 and found["b"] == Surface(0.9, 0.5)
     touching = sim.load_text(two, "touching", fixed=True, position=(0, 5, 0), self_collision=True)
     for robot in (apart, touching):
         # 0.1 m lie between the two: what overlaps from the start is taken for built so.

@@ -13,9 +13,9 @@ GUIDE = REPOSITORY / "docs" / "python.md"
 README = Path(__file__).parents[1] / "README.md"
 
 
-def blocks(paper: Path) -> list[str]:
-    """Its blocks of Python, each behind as many blank lines as make an error's line that of the paper."""
-    text = paper.read_text()
+def blocks(page: Path) -> list[str]:
+    """Its blocks of Python, each behind blank lines, so that an error has the line of the page."""
+    text = page.read_text()
     found = re.finditer(r"^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
     return ["\n" * text[: each.start(1)].count("\n") + each.group(1) for each in found]
 

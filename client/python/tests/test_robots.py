@@ -121,7 +121,7 @@ def test_a_layout_that_another_client_changed_is_fetched_again(sim: Simulation, 
         other.load(ASSETS / "branching", "arm", fixed=True)
     with pytest.raises(simd_client.LayoutChanged):
         arm.set_positions([0.0, 0.0])
-    # The refusal told that the layout is old.
+    # The refusal has marked the layout stale.
     assert arm.layout.version != before.version
     assert arm.position.shape == (arm.layout.position_count,)
     assert arm.read().layout.version == arm.read().layout_version

@@ -26,7 +26,7 @@ class Contact:
     point: FloatArray
     """Metres, in the middle between the two surfaces."""
     normal: FloatArray
-    """Unit vector from a to b: the direction in which b is pushed."""
+    """Unit vector from a to b: the direction of the normal force on b."""
     depth: float
     """Penetration in metres; negative if the surfaces are still apart."""
     normal_force: float

@@ -1,4 +1,4 @@
-"""What a robot is, and what was done to its description on the way into the world."""
+"""Properties of a robot, and the report of how its description was read."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class RobotInfo:
 
 
 class Severity(Enum):
-    """How much a finding matters."""
+    """The severity of a finding."""
 
     INFO = "info"
     """Nothing to do."""
@@ -68,7 +68,7 @@ class Severity(Enum):
 
 
 class Disposition(Enum):
-    """What became of an element."""
+    """What was done with an element."""
 
     USED = "used"
     DEFAULTED = "defaulted"
@@ -80,7 +80,7 @@ class Disposition(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about a description that its author may want to know."""
+    """An observation about a description."""
 
     severity: Severity
     disposition: Disposition
@@ -94,7 +94,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What was done to a description on the way into the world."""
+    """How a description was read."""
 
     summary: str = ""
     findings: tuple[Finding, ...] = ()
@@ -105,7 +105,7 @@ class LoadReport:
         return tuple(f for f in self.findings if f.severity in (Severity.WARNING, Severity.ERROR))
 
     def table(self) -> Table:
-        """One row a finding, for people."""
+        """One row per finding."""
         rows = [(f.severity.value, str(f.line or ""), f.element, f.message) for f in self.findings]
         return Table(("severity", "line", "element", "message"), rows)
 

@@ -1,4 +1,4 @@
-"""Reads where a daemon is: `tcp/HOST:PORT`, and which one of those there with `#NAME`."""
+"""Parses the address of a daemon: `tcp/HOST:PORT`, with `#NAME` if there are several."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from simd_client.errors import EndpointError
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
-"""Where a daemon listens if nothing else is said."""
+"""The default address of a daemon."""
 
 DEFAULT_NAME = "simd"
-"""What a daemon is called if nothing else is said."""
+"""The default name of a daemon."""
 
 ENVIRONMENT = "SIMD_ENDPOINT"
-"""The variable that names the endpoint where the program does not."""
+"""The environment variable with the endpoint, unless the program gives one."""
 
 TIMEOUT = 10.0
 """Seconds that calls wait for their answer, by default."""
@@ -31,21 +31,21 @@ class Endpoint:
     locator: str
     """`PROTOCOL/ADDRESS`."""
     name: str | None = None
-    """`None` where it was not said: the only one there, else `simd`."""
+    """`None` if it was not given: the only daemon there, else `simd`."""
 
     def __str__(self) -> str:
         return self.locator if self.name is None else f"{self.locator}#{self.name}"
 
 
 def is_name(text: str) -> bool:
-    """Whether a daemon or a robot can be called so."""
+    """Whether it is a valid name of a daemon or a robot."""
     return re.fullmatch(r"[A-Za-z0-9_-]+", text) is not None
 
 
 def read_endpoint(text: str | None, name: str | None = None) -> Endpoint:
-    """What a program says, else `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
+    """The endpoint of `text`, else of `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
 
-    A `name` beside it wins over one after `#`.
+    `name` takes precedence over one after `#`.
     """
     text = text or os.environ.get(ENVIRONMENT) or DEFAULT_ENDPOINT
     locator, _, suffix = text.strip().partition("#")

@@ -1,4 +1,4 @@
-"""Why a call has no result: an exception for each reason, all of them a `SimdError`."""
+"""An exception for each reason for which a call can fail. All are a `SimdError`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ ERROR_DOMAIN = "simd"
 
 
 class SimdError(Exception):
-    """A call has no result. `str()` of it is one sentence, the daemon's own where it answered."""
+    """A call failed. `str()` of it is one sentence: the daemon's, if it answered."""
 
     code: str = "UNKNOWN"
     """The canonical gRPC code, for instance `NOT_FOUND`."""
     reason: str = ""
-    """What programs act on, for instance `ROBOT_NOT_FOUND`; empty where the daemon did not refuse."""
+    """A constant for programs, for instance `ROBOT_NOT_FOUND`; empty unless the daemon refused the call."""
     metadata: Mapping[str, str] = MappingProxyType({})
     """What the reason is about, by the keys that the schema gives: `robot`, `joint`, ..."""
     fields: Mapping[str, str] = MappingProxyType({})
@@ -24,25 +24,25 @@ class SimdError(Exception):
 
 
 class Unavailable(SimdError):
-    """Nobody answers there, or the connection broke."""
+    """No daemon answers, or the connection broke."""
 
     code = "UNAVAILABLE"
 
 
 class DeadlineExceeded(SimdError, TimeoutError):
-    """The daemon did not answer in time. Whether the call took effect is not known."""
+    """The daemon did not answer in time. The call may or may not have taken effect."""
 
     code = "DEADLINE_EXCEEDED"
 
 
 class EndpointError(SimdError, ValueError):
-    """The text is not the address of a daemon, or of several daemons there."""
+    """The text is not the address of a daemon, or there are several daemons at the address."""
 
     code = "INVALID_ARGUMENT"
 
 
 class NoUrdf(SimdError):
-    """A path on this disk stands for no robot."""
+    """There is no URDF at a path on this disk."""
 
     code = "NOT_FOUND"
 
@@ -54,11 +54,11 @@ class AnswerError(SimdError):
 
 
 class Refused(SimdError):
-    """The daemon said no. Of this class itself where it has a reason that this client does not know."""
+    """The daemon refused the call. The class itself is used for a reason that this client does not know."""
 
 
 class NotFound(Refused, LookupError):
-    """Something that the call names is not there."""
+    """Something that the call refers to does not exist."""
 
     code = "NOT_FOUND"
 
@@ -76,7 +76,7 @@ class LinkNotFound(NotFound):
 
 
 class RobotExists(Refused):
-    """A robot of that name is in the world. Metadata: `robot`."""
+    """A robot of that name exists. Metadata: `robot`."""
 
 
 class InvalidValue(Refused, ValueError):
@@ -88,7 +88,7 @@ class JointNotActuated(Refused):
 
 
 class TargetBeyondLimit(Refused):
-    """A target lies beyond a limit, and was to be refused. Metadata: `joint`, `lower`, `upper`."""
+    """A target is beyond a limit, and the call asked to refuse it. Metadata: `joint`, `lower`, `upper`."""
 
 
 class InvalidDescription(Refused):
@@ -104,7 +104,7 @@ class AssetNotUploaded(Refused):
 
 
 class UploadMismatch(Refused):
-    """The bytes of an upload do not have the hash that was said: the file changed meanwhile."""
+    """The bytes of an upload do not have the announced hash: the file has changed."""
 
 
 class MailboxFull(Refused):
@@ -112,7 +112,7 @@ class MailboxFull(Refused):
 
 
 class LimitExceeded(Refused):
-    """Beyond one of the daemon's limits; the message names it."""
+    """One of the daemon's limits is exceeded; the message names it."""
 
 
 class WrongState(Refused):
@@ -128,7 +128,7 @@ class JointClaimed(Refused):
 
 
 class ClaimNotFound(NotFound):
-    """No such claim: it was released, or it lapsed."""
+    """There is no such claim: it was released, or it lapsed."""
 
 
 class SnapshotNotFound(NotFound):
@@ -136,7 +136,7 @@ class SnapshotNotFound(NotFound):
 
 
 class InvalidSnapshot(Refused):
-    """A file is no snapshot, is damaged, of a newer format, or its robots are read otherwise here."""
+    """A file is not a snapshot, is damaged, has a newer format, or this daemon reads its robots differently."""
 
 
 class PathNotAllowed(Refused):
@@ -160,11 +160,11 @@ class LayoutChanged(Refused):
 
 
 class NotSupported(Refused):
-    """The schema has it, this daemon does not."""
+    """This daemon does not support the method or option."""
 
 
 class Internal(Refused):
-    """A fault of the daemon."""
+    """An internal error of the daemon."""
 
 
 class ParameterNotFound(NotFound):
@@ -172,7 +172,7 @@ class ParameterNotFound(NotFound):
 
 
 class ParameterExists(Refused):
-    """A parameter of that name is there. Metadata: `parameter`."""
+    """A parameter of that name exists. Metadata: `parameter`."""
 
 
 def _reason_of(refused: type[Refused]) -> str:
@@ -207,7 +207,7 @@ def refusal(
     metadata: Mapping[str, str],
     fields: Mapping[str, str] | None = None,
 ) -> Refused:
-    """The exception for what the daemon said.
+    """The exception for a refusal of the daemon.
 
     `code` is the number of the canonical gRPC code; `reason` has no prefix.
     """

@@ -1,4 +1,4 @@
-"""What happened in the world."""
+"""Events in the world."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from simd_client.world import Stamp, stamp_from_proto
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened."""
+    """An event."""
 
     sequence: int
-    """From 1, without holes."""
+    """From 1, without gaps."""
     stamp: Stamp
     kind: str
-    """Its field's name in the schema, for instance `entity_spawned`; empty for what only a newer client knows."""
+    """Its field's name in the schema, for instance `entity_spawned`; empty for one that only a newer client knows."""
     detail: Any
     """The message of that field, for instance `proto.EntitySpawned`."""
     missed: int = 0
-    """Events between the one before and this one that are gone: this reader was too slow."""
+    """The number of events before this one that were lost because this reader was too slow."""
 
     def __repr__(self) -> str:
         said = str(self.detail).replace("\n", " ").strip() if self.detail is not None else ""

@@ -15,7 +15,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def vector(values: npt.ArrayLike, length: int, what: str) -> FloatArray:
-    """A float64 vector of that length. Raises `ValueError` where it has another."""
+    """A float64 vector of that length. Raises `ValueError` for another length."""
     array = np.asarray(values, dtype=np.float64)
     if array.shape != (length,):
         raise ValueError(f"{what} has {length} numbers, not the shape {array.shape}")
@@ -23,7 +23,7 @@ def vector(values: npt.ArrayLike, length: int, what: str) -> FloatArray:
 
 
 def rows(values: Sequence[float], columns: int) -> FloatArray:
-    """Packed numbers as a float64 matrix of so many columns; of none where there are none."""
+    """Packed numbers as a float64 matrix with so many columns."""
     return np.reshape(np.array(values, dtype=np.float64), (-1, columns) if columns else (0, 0))
 
 
@@ -114,7 +114,7 @@ def pose_to_proto(pose: Pose) -> proto.Pose:
 
 
 def pose_from_proto(message: proto.Pose) -> Pose:
-    """A pose from a message, where what is absent is no rotation."""
+    """A pose from a message; an absent orientation is no rotation."""
     turn = message.orientation
     orientation = np.array([turn.x, turn.y, turn.z, turn.w])
     if not orientation.any():

@@ -7,27 +7,27 @@ ALL_DAEMONS = "@simd/daemons/*/*"
 
 
 def rpc(daemon: str, method: str) -> str:
-    """Where `SERVICE/METHOD` is asked."""
+    """The key of the queries for `SERVICE/METHOD`."""
     return f"simd/{daemon}/rpc/{method}"
 
 
 def joint_states(daemon: str, robot: str) -> str:
-    """Where the states of a robot's joints are published."""
+    """The key under which a robot's joint states are published."""
     return f"simd/{daemon}/joint_states/{robot}"
 
 
 def world_statistics(daemon: str) -> str:
-    """Where the world's statistics are published."""
+    """The key under which the world's statistics are published."""
     return f"simd/{daemon}/world_statistics"
 
 
 def parameters(daemon: str) -> str:
-    """Where parameters are published when they change."""
+    """The key under which changed parameters are published."""
     return f"simd/{daemon}/parameters"
 
 
 def joint_targets(daemon: str) -> str:
-    """Where the daemon takes targets without answering."""
+    """The key on which the daemon takes targets without an answer."""
     return f"simd/{daemon}/joint_targets"
 
 

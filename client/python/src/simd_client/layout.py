@@ -1,4 +1,4 @@
-"""The joints of a robot: what they are, and where each has its values in a robot's arrays."""
+"""The joints of a robot, and where each has its values in the robot's arrays."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class JointMode(IntEnum):
     VELOCITY = 3
     EFFORT = 4
     HOLD = 5
-    """Position mode at the place where the joint was."""
+    """Position mode at the position where the joint was."""
     NONE = 6
     """A fixed, floating or mimic joint: it has no actuator."""
 
@@ -74,7 +74,7 @@ class JointLimits:
     effort: float | None = None
     """N m or N: clamps the actuator."""
     velocity: float | None = None
-    """rad/s or m/s: clamps velocity targets, and the way to a position target."""
+    """rad/s or m/s: clamps velocity targets, and the velocity on the way to a position target."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class JointInfo:
-    """What a joint was when its robot's layout was fetched."""
+    """The properties of a joint when its robot's layout was fetched."""
 
     index: int
     """Depth-first, fixed joints included."""
@@ -120,9 +120,9 @@ class JointInfo:
     mimic: Mimic | None
     mode: JointMode
     gains: Gains
-    """In force: given with the target, or the default."""
+    """The gains in use: those of the target, or the default."""
     default_gains: Gains
-    """Of targets that give none."""
+    """For targets without gains."""
     claimed_by: str
     """The holder of a claim on it; empty for none."""
     positions: slice

@@ -234,7 +234,7 @@ def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
         "connect/exit_on_failure": True,
     }
     if not isinstance(config, (str, os.PathLike)):
-        # A file says all of it itself, but for where to connect.
+        # A file has all settings, except where to connect.
         ours |= {
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,

@@ -1,4 +1,4 @@
-"""Where links are and how they move."""
+"""Poses and velocities of links."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from simd_client.world import Stamp
 
 @dataclass(frozen=True, eq=False)
 class LinkStates:
-    """Where links are and how they move, in the order of the robot's links."""
+    """Poses and velocities of links, in the order of the robot's links."""
 
     stamp: Stamp
     poses: FloatArray
-    """`world_from_link`, one row a link: x y z, then the quaternion x y z w."""
+    """`world_from_link`, one row per link: x y z, then the quaternion x y z w."""
     twists: FloatArray
-    """One row a link, world axes: m/s of the link frame's origin, then rad/s."""
+    """One row per link, world axes: m/s of the link frame's origin, then rad/s."""
 
 
 def link_states_from_proto(message: proto.RobotLinkStates, stamp: Stamp) -> LinkStates:

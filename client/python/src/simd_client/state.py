@@ -94,7 +94,7 @@ class RobotState:
         self._message = message
         self.stamp: Final = stamp
         self.layout: Final = layout
-        """Of the whole robot. Where the robot was reloaded meanwhile, it may be newer than the arrays."""
+        """Of the whole robot. It may be newer than the arrays if the robot was reloaded."""
         self.selected: Final = tuple(selected)
         """The selected joints; empty for all of them."""
 
@@ -144,7 +144,7 @@ class RobotState:
         return self.robot
 
     def __getitem__(self, joint: str) -> JointState:
-        """One joint's state. Raises `KeyError` where it is not among those that were asked for."""
+        """One joint's state. Raises `KeyError` if it was not selected."""
         info, positions, velocities = self._place(joint)
         return JointState(
             name=info.name,
@@ -274,14 +274,14 @@ def clamped_from_proto(messages: Sequence[proto.ClampedTarget]) -> tuple[Clamped
 
 
 def _array(values: Sequence[float]) -> FloatArray:
-    # A list of them is read twice as fast as the field itself.
+    # Reading a list is twice as fast as reading the field itself.
     return np.array(values[:], dtype=np.float64)
 
 
 def _together(flags: npt.NDArray[np.uint32]) -> JointFlag:
     together = JointFlag(0)
     for each in flags.tolist():
-        # Bits that a newer daemon has mean nothing here.
+        # Bits that only a newer daemon knows are ignored.
         together |= JointFlag(int(each) & 7)
     return together
 

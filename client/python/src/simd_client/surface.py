@@ -1,4 +1,4 @@
-"""How the surfaces of links rub and bounce."""
+"""Friction and restitution of links."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from simd_client import proto
 
 @dataclass(frozen=True)
 class Surface:
-    """A link's surface. Of two that touch, the smaller friction and the larger restitution count."""
+    """Friction and restitution of a link. In a contact the smaller friction and the larger restitution apply."""
 
     friction: float | None = None
-    """Coefficient of dry friction, at least 0. `None` leaves it; read, the link touches nothing."""
+    """Coefficient of dry friction, at least 0. `None` does not change it; in a reading it means that the link has no
+    collision shape."""
     restitution: float | None = None
-    """0: does not bounce, to 1: loses no speed. `None` leaves it; read, the link touches nothing."""
+    """From 0 (does not bounce) to 1 (loses no speed). `None` as for friction."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]

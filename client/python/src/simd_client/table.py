@@ -1,4 +1,4 @@
-"""Tables for people: aligned text for a terminal, HTML for a notebook."""
+"""Tables: aligned text for a terminal, HTML for a notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The world as a whole: its time, whether it runs, how it is stepped, how well it keeps time."""
+"""The world as a whole: time, state, settings of the step, statistics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from simd_client.geometry import FloatArray, vector_from_proto
 
 @dataclass(frozen=True)
 class Stamp:
-    """The moment of a state. Within one epoch `step` and `sim_time` never fall."""
+    """The moment of a state. Within one epoch `step` and `sim_time` never decrease."""
 
     epoch: int
     """Counts resets of time and restored snapshots."""
@@ -21,13 +21,13 @@ class Stamp:
     sim_time: float
     """Simulated seconds since the epoch began."""
     sequence: int
-    """Counts published states: newer always means larger, also of a paused world."""
+    """Counts published states: a newer state has a larger one, also in a paused world."""
     wall_time: datetime | None
-    """When the daemon published the state, by its own clock, UTC; `None` where it was not published."""
+    """When the daemon published the state, by its own clock, UTC; `None` if it was not published."""
 
 
 class SimulationState(Enum):
-    """Whether the world runs."""
+    """Whether the world plays."""
 
     STOPPED = "stopped"
     PLAYING = "playing"
@@ -52,7 +52,7 @@ class Physics:
     time_step: float
     """Seconds that one step advances."""
     substeps: int
-    """A step is done as this many equal parts."""
+    """A step is divided into this many equal parts."""
     real_time_factor: float
     """Simulated seconds to a wall second."""
     pace: Pace
@@ -66,9 +66,9 @@ class WorldStatistics:
     stamp: Stamp
     state: SimulationState
     target_real_time_factor: float
-    """What was asked for; infinity as fast as possible."""
+    """The requested factor; infinity for as fast as possible."""
     real_time_factor: float
-    """What was reached over about the last second of playing; 0 when not playing."""
+    """The factor reached over about the last second of playing; 0 when not playing."""
     overruns: int
     """How often the world fell so far behind that the lag was dropped."""
     dropped_lag: float
@@ -86,27 +86,27 @@ class WorldStatistics:
 
 @dataclass(frozen=True)
 class SimulatorInfo:
-    """Who answers: versions, limits, features."""
+    """The daemon's versions, limits and features."""
 
     simulator: str
     version: str
     """The daemon's release."""
     api_version: tuple[int, int]
-    """Of the schema that it speaks."""
+    """The version of its schema."""
     name: str
-    """What the operator called it."""
+    """The name that the operator gave it."""
     features: tuple[str, ...]
     limits: proto.Limits
-    """Beyond one of these a request is refused with `LimitExceeded`."""
+    """A request that exceeds one of these is refused with `LimitExceeded`."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A state of the world that the daemon keeps."""
+    """A saved state of the world, in the daemon's memory."""
 
     name: str
     stamp: Stamp
-    """The moment that was kept."""
+    """The moment of the saved state."""
     robots: int
 
 
@@ -136,7 +136,7 @@ def stamp_from_proto(message: proto.Stamp) -> Stamp:
 
 
 def state_from_proto(value: int) -> SimulationState:
-    """From its number; one that a newer daemon has is unknown."""
+    """From its number; `UNKNOWN` for one that only a newer daemon knows."""
     return next((state for number, state in _STATES.items() if number == value), SimulationState.UNKNOWN)
 
 
@@ -187,7 +187,7 @@ def statistics_from_proto(message: proto.WorldStatistics) -> WorldStatistics:
 
 
 def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
-    """Who answers, from the message."""
+    """Versions, limits and features from their message."""
     return SimulatorInfo(
         simulator=message.simulator,
         version=message.version,
@@ -199,5 +199,5 @@ def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
 
 
 def snapshot_from_proto(message: proto.SnapshotInfo) -> Snapshot:
-    """A kept state from its message."""
+    """A saved state from its message."""
     return Snapshot(message.name, stamp_from_proto(message.stamp), message.robots)

@@ -99,7 +99,7 @@ def test_links_of_a_body_are_told_as_pybullet_names_them(script: ModuleType) -> 
 
 
 def test_a_gear_turns_one_joint_by_the_other_as_pybullets_does(script: ModuleType) -> None:
-    """PyBullet 3.2.7 with ratio 2: rates 1 and -2."""
+    """PyBullet 3.2.7 with ratio 2: velocities 1 and -2."""
     body = linked(script)
     gear = script.createConstraint(body, 0, body, 1, script.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
     script.changeConstraint(gear, gearRatio=2, maxForce=10000)

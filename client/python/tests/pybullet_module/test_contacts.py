@@ -1,4 +1,4 @@
-"""What touches what, and what rays hit."""
+"""Contact points and ray casts."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_rays_stop_at_what_they_hit(script: ModuleType, resting: "tuple[int, int
 
 def test_friction_and_restitution_are_changed(script: ModuleType, resting: "tuple[int, int]") -> None:
     _, box = resting
-    # PyBullet's, where nobody says.
+    # PyBullet's default.
     assert script.getDynamicsInfo(box, -1)[1] == 0.5
     script.changeDynamics(box, -1, lateralFriction=0.05, restitution=0.3)
     # A new mass loads the robot again.

@@ -64,7 +64,7 @@ def same(field: str, ours: Any, wanted: Any) -> bool:
 
 
 def without_impossible_limits(joint: tuple[Any, ...], continuous: set[str]) -> tuple[Any, ...]:
-    """A deliberate difference: PyBullet tells the limits that a file gives a continuous or a fixed joint, and
+    """A deliberate difference: PyBullet reports the limits that a file gives a continuous or a fixed joint, and
     bounds the continuous one by them. URDF has none for either, nor has simd."""
     fields = list(joint)
     if joint[1].decode() in continuous:
@@ -81,11 +81,11 @@ def test_joints_are_told_as_pybullet_tells_them(path: Path, theirs: Any, script:
     assert script.getNumJoints(ours) == theirs.getNumJoints(wanted)
     continuous = set(re.findall(r'<joint\s+name="([^"]*)"\s+type="continuous"', path.read_text()))
     for joint in range(theirs.getNumJoints(wanted)):
-        told, right = script.getJointInfo(ours, joint), theirs.getJointInfo(wanted, joint)
+        found, right = script.getJointInfo(ours, joint), theirs.getJointInfo(wanted, joint)
         right = without_impossible_limits(right, continuous)
-        wrong = {f: (a, b) for f, a, b in zip(FIELDS, told, right, strict=True) if not same(f, a, b)}
+        wrong = {f: (a, b) for f, a, b in zip(FIELDS, found, right, strict=True) if not same(f, a, b)}
         assert wrong == {}, (path.name, right[1])
-        assert [type(a) for a in told] == [type(b) for b in right]
+        assert [type(a) for a in found] == [type(b) for b in right]
     assert script.getBodyInfo(ours) == theirs.getBodyInfo(wanted)
 
 
@@ -139,9 +139,9 @@ def test_inverse_dynamics_are_pybullets(theirs: Any, script: ModuleType) -> None
     q, qd, qdd = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7], [0.1] * 7, [0.2] * 7
     for module in (theirs, script):
         module.setGravity(0, 0, -9.81)
-    told = theirs.calculateInverseDynamics(right, q, qd, qdd)
+    expected = theirs.calculateInverseDynamics(right, q, qd, qdd)
     # simd counts the joints' own damping, 0.5 N m s/rad; PyBullet leaves it out.
-    damped = [effort + 0.5 * rate for effort, rate in zip(told, qd, strict=True)]
+    damped = [effort + 0.5 * velocity for effort, velocity in zip(expected, qd, strict=True)]
     assert script.calculateInverseDynamics(ours, q, qd, qdd) == pytest.approx(damped, abs=1e-6)
 
 

@@ -96,7 +96,7 @@ def test_a_motor_goes_on_without_being_told_again(script: ModuleType) -> None:
 
 
 def test_gains_follow_the_time_step(script: ModuleType) -> None:
-    """They are per step: a motor told before setTimeStep keeps its law after it."""
+    """They are per step: a motor set before setTimeStep keeps its law after it."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
     script.setJointMotorControl2(arm, 0, script.POSITION_CONTROL, targetPosition=0.3)
     script.stepSimulation()
@@ -107,7 +107,7 @@ def test_gains_follow_the_time_step(script: ModuleType) -> None:
 
 
 def test_a_torque_lasts_one_step(script: ModuleType) -> None:
-    """One step of torque gives the rate h torque / inertia, and none after."""
+    """One step of torque gives the velocity h torque / inertia, and none after."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)
     script.setJointMotorControl2(arm, 0, script.VELOCITY_CONTROL, force=0)
     script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.01)
@@ -126,14 +126,14 @@ def test_a_motor_with_a_small_force_brakes_a_torque_like_friction(script: Module
         script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.04)
         script.stepSimulation()
     assert script.getJointState(arm, 0)[1] == pytest.approx(0.0, abs=1e-6)
-    rates: list[float] = []
+    velocities: list[float] = []
     for _ in range(10):
         script.setJointMotorControl2(arm, 0, script.TORQUE_CONTROL, force=0.06)
         script.stepSimulation()
-        rates.append(script.getJointState(arm, 0)[1])
+        velocities.append(script.getJointState(arm, 0)[1])
     # What is left of the torque, 0.01 N m, speeds the arm up evenly.
-    assert rates[0] > 0.0
-    assert rates[9] == pytest.approx(10 * rates[0], rel=0.02)
+    assert velocities[0] > 0.0
+    assert velocities[9] == pytest.approx(10 * velocities[0], rel=0.02)
 
 
 def test_force_is_the_most_that_a_motor_applies(script: ModuleType) -> None:
@@ -157,7 +157,7 @@ def test_a_joint_is_put_elsewhere_at_once_and_its_motor_goes_on(script: ModuleTy
     )
     assert script.getJointState(arm, 3)[1] == 0.2
     script.stepSimulation()
-    # Motors of new joints hold the rate zero.
+    # Motors of new joints hold zero velocity.
     assert script.getJointState(arm, 3)[1] == pytest.approx(0.0, abs=1e-3)
 
 

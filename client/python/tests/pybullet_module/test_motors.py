@@ -12,7 +12,7 @@ from simd_client.pybullet.motors import Law, Motor, law
 
 
 def bullet(motor: Motor, q: float, qd: float, h: float) -> float:
-    """The rate after a step, of btMultiBodyJointMotor without its force limit."""
+    """The velocity after a step, of btMultiBodyJointMotor without its force limit."""
     towards = (
         motor.position_gain * (motor.position - q) / h if motor.mode == constants.POSITION_CONTROL else 0.0
     )
@@ -20,20 +20,20 @@ def bullet(motor: Motor, q: float, qd: float, h: float) -> float:
 
 
 def implicit(target: Law, inertia: float, q: float, qd: float, h: float) -> float:
-    """The rate after a step, of simd's actuator on a free joint: docs/physics.md."""
+    """The velocity after a step, of simd's actuator on a free joint: docs/physics.md."""
     kp, kd = target.stiffness or 0.0, target.damping
     if target.kind == "velocity":
         kd = 1000.0 * inertia / h if kd is None else kd
-        impulse, rate = 0.0, target.value
+        impulse, velocity = 0.0, target.value
     else:
-        impulse, rate = h * kp * (target.value - q), target.rate
+        impulse, velocity = h * kp * (target.value - q), target.damper_velocity
     assert kd is not None
-    return (inertia * qd + impulse + h * kd * rate) / (inertia + h * kd + h * h * kp)
+    return (inertia * qd + impulse + h * kd * velocity) / (inertia + h * kd + h * h * kp)
 
 
 @pytest.mark.parametrize("mode", [constants.POSITION_CONTROL, constants.VELOCITY_CONTROL])
 def test_a_step_is_bullets(mode: int) -> None:
-    """To 0.1 % of the rates that a velocityGain of one lets through, and exactly below it."""
+    """To 0.1 % of the velocities that a velocityGain of one lets through, and exactly below it."""
     rng = random.Random(3)
     for _ in range(2000):
         h, inertia = 10 ** rng.uniform(-4.0, -2.0), 10 ** rng.uniform(-4.0, 2.0)
@@ -71,5 +71,5 @@ def test_gains_of_any_size_are_finite() -> None:
             target = law(Motor(constants.POSITION_CONTROL, 1.0, 0.5, 5.0, kp, kd), 0.01, 1e-4)
             assert all(
                 value is None or math.isfinite(value)
-                for value in (target.stiffness, target.damping, target.rate)
+                for value in (target.stiffness, target.damping, target.damper_velocity)
             )

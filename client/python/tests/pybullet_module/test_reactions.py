@@ -72,7 +72,7 @@ def test_a_held_arms_reactions_are_those_of_pybullet(
 def test_efforts_of_a_script_are_in_the_reactions_and_those_of_motors_are_not(
     script: ModuleType, bullet: ModuleType, tmp_path: Path, kind: str
 ) -> None:
-    told: list[Any] = []
+    found: list[Any] = []
     for p in (script, bullet):
         arm = hung(p, tmp_path / "arm.urdf", kind)
         for joint in (0, 1):
@@ -83,8 +83,8 @@ def test_efforts_of_a_script_are_in_the_reactions_and_those_of_motors_are_not(
         at_rest = p.getJointStates(arm, JOINTS)
         # And then it falls.
         p.stepSimulation()
-        told.append([state[2] for state in (*at_rest, *p.getJointStates(arm, JOINTS))])
-    for ours, theirs in zip(*told, strict=True):
+        found.append([state[2] for state in (*at_rest, *p.getJointStates(arm, JOINTS))])
+    for ours, theirs in zip(*found, strict=True):
         assert ours == pytest.approx(theirs, abs=0.05)
 
 

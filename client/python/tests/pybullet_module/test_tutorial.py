@@ -39,7 +39,7 @@ def start(daemon: DaemonProcess, data: str, kind: str, turns: int, ready: int) -
 def run(
     daemon: DaemonProcess, data: str, kind: str, slider: str, value: float
 ) -> tuple[list[str], float, float]:
-    """Moves the slider after 200 of 3,000 turns; what the script printed, position and rate at its end."""
+    """Moves the slider after 200 of 3,000 turns; what the script printed, position and velocity at its end."""
     process = start(daemon, data, kind, 3000, 200)
     assert process.stdin is not None and process.stdout is not None
     said: list[str] = []
@@ -58,9 +58,9 @@ def run(
 
 
 def test_a_position_slider_is_followed_within_a_milliradian(daemon: DaemonProcess, data_folder: str) -> None:
-    said, position, rate = run(daemon, data_folder, "position", "b'shoulder'PC", 0.7)
+    said, position, velocity = run(daemon, data_folder, "position", "b'shoulder'PC", 0.7)
     assert position == pytest.approx(0.7, abs=1e-3)
-    assert rate == pytest.approx(0.0, abs=1e-3)
+    assert velocity == pytest.approx(0.0, abs=1e-3)
     assert said[0] == "joints 1"
     assert said[1].startswith(
         "joint 0 b'shoulder' (0, 7, 6, 1, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, b'arm', (0.0, 1.0, 0.0), "
@@ -68,8 +68,8 @@ def test_a_position_slider_is_followed_within_a_milliradian(daemon: DaemonProces
 
 
 def test_a_velocity_slider_is_followed_within_a_percent(daemon: DaemonProcess, data_folder: str) -> None:
-    _, _, rate = run(daemon, data_folder, "velocity", "b'shoulder'VC", -3.0)
-    assert rate == pytest.approx(-3.0, rel=0.01)
+    _, _, velocity = run(daemon, data_folder, "velocity", "b'shoulder'VC", -3.0)
+    assert velocity == pytest.approx(-3.0, rel=0.01)
 
 
 def test_without_a_daemon_the_runner_starts_one_and_says_so(data_folder: str) -> None:

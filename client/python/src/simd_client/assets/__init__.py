@@ -1,7 +1,7 @@
 """Finds the files that a URDF names, in ROS package folders: as the crate `client/assets` does.
 
-A URDF may come from a stranger, so what it names is only ever a mesh or an image, below the folder of a
-package, with symbolic links resolved. Nothing is fetched and no ROS tool is executed.
+A URDF may be untrusted, so it can only refer to meshes and images below the folder of a package, with symbolic
+links resolved. Nothing is fetched and no ROS tool is executed.
 """
 
 from simd_client.assets.locator import Locator

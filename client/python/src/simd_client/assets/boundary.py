@@ -8,11 +8,11 @@ from enum import Enum
 from pathlib import Path
 
 MOST_LINKS = 64
-"""More than the system itself follows."""
+"""More than the operating system itself follows."""
 
 
 class Outcome(Enum):
-    """What a path in a folder turns out to be, where it is nothing that is there."""
+    """Why a path in a folder does not lead to a file."""
 
     NOTHING = "there is nothing"
     LEADS_OUT = "a symbolic link leads out of the folder, be there anything at its end or not"
@@ -20,7 +20,7 @@ class Outcome(Enum):
 
 def inside(folder: Path, rest: Path) -> Path | Outcome:
     """Follows `rest` from `folder`, a real path, link by link, and looks at nothing outside of it:
-    whoever asks learns of no path outside whether it exists. `..` goes where links have led."""
+    so that the caller cannot find out which paths exist outside. `..` goes where links have led."""
     links = 0
     at = folder
     ahead = deque(rest.parts)
@@ -53,8 +53,8 @@ def inside(folder: Path, rest: Path) -> Path | Outcome:
 
 
 def join_within(folder: Path, boundary: Path, rest: str) -> Path | None:
-    """Joins without asking the disk, so that a path that climbs out is refused before anybody learns
-    whether it exists. `None` where it does."""
+    """Joins without asking the disk, so that a path that climbs out is refused before the disk
+    is asked. `None` if it does."""
     joined = folder
     for step in Path(rest).parts:
         if os.path.isabs(step):
@@ -66,7 +66,7 @@ def join_within(folder: Path, boundary: Path, rest: str) -> Path | None:
 
 
 def real_path(path: Path) -> Path | None:
-    """With all symbolic links resolved; `None` where there is nothing."""
+    """With all symbolic links resolved; `None` if it does not exist."""
     try:
         return path.resolve(strict=True)
     except (OSError, RuntimeError):

@@ -19,12 +19,12 @@ EXTENSIONS = frozenset(
         "png jpg jpeg bmp tga tif tiff gif webp dds hdr"
     ).split()
 )
-"""Of what a URDF may name. Without this list, `package://.ssh/id_rsa` in a stranger's URDF would have a
-client upload its owner's key."""
+"""Of what a URDF may name. Without this list, `package://.ssh/id_rsa` in an untrusted URDF would make a
+client upload a private key."""
 
 
 class Locator:
-    """Finds the files that one URDF names."""
+    """Finds the files that one URDF refers to."""
 
     def __init__(
         self,
@@ -32,8 +32,8 @@ class Locator:
         packages: Mapping[str, str | os.PathLike[str]] | None = None,
         ros: RosPaths | None = None,
     ) -> None:
-        """For a URDF file, whose packages are looked for in `packages`, then where ROS has them (by the
-        variables of this process where `ros` is left out), then in the folders above the file."""
+        """For a URDF file, whose packages are looked for in `packages`, then where ROS has them (by default from the
+        environment of this process), then in the folders above the file."""
         self._folder = Path(urdf).parent
         self._packages = {name: Path(folder) for name, folder in (packages or {}).items()}
         self._ros = RosPaths.of_environment() if ros is None else ros
@@ -41,8 +41,8 @@ class Locator:
     def find(self, uri: str) -> Path:
         """The real path of the file that `uri` names.
 
-        Raises `Missing` where there is no such file, where it lies outside of its package, or where it is
-        not a mesh or an image by its name.
+        Raises `Missing` if there is no such file, if it is outside of its package, or if its name is not
+        that of a mesh or an image.
         """
         try:
             wanted = readings(uri)
@@ -118,14 +118,14 @@ class Locator:
 
 @dataclass
 class _Search:
-    """One search: where it looked, and why it passed by what it saw."""
+    """One search: the places it looked in, and why it rejected files."""
 
     any_case: bool = False
     places: list[Path] = field(default_factory=list[Path])
     why: Why | None = None
 
     def look(self, folder: Path, boundary: Path, rest: str, installed: str | None) -> Path | None:
-        """The real path of `folder/rest`, if it is a file to be given away. Links of an `installed`
+        """The real path of `folder/rest`, if it is a file that may be sent. Links of an `installed`
         package may lead into the source of the package of that name."""
         candidate = join_within(folder, boundary, rest)
         if candidate is None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 class Why(Enum):
-    """What is the matter with a URI: a word for programs; `phrase` follows the URI, for people."""
+    """Why a URI does not lead to a file."""
 
     MISSING = "missing"
     EMPTY = "empty"
@@ -56,7 +56,7 @@ class Missing(LookupError):
         self.uri = uri
         self.why = why
         self.places = tuple(places)
-        """The files that would have been it, in the order in which they were looked for."""
+        """The paths that were tried, in order."""
         searched = "; searched " + ", ".join(map(str, self.places)) if self.places else ""
         super().__init__(self.reason + searched)
 
@@ -66,8 +66,7 @@ class Missing(LookupError):
         return f"no file for `{self.uri}`" if self.why is Why.MISSING else f"`{self.uri}` {self.why.phrase}"
 
     def places_for_report(self) -> list[str]:
-        """For people to read in the load report, after "looked in". A file that may not be given away
-        says so, or its owner would look for it where it is."""
+        """For the load report, after "looked in". Says of a file that exists and may not be sent that it may not."""
         places = [str(place) for place in self.places]
         if not places:
             return [f"no place, because {self.reason}"]

@@ -10,13 +10,13 @@ from pathlib import Path
 from simd_client.assets.boundary import real_path
 
 MAX_ANCESTORS = 8
-"""How many folders above the URDF are looked at."""
+"""The most folders above the URDF that are searched."""
 
 MAX_DEPTH = 4
 """How deep below an entry of `ROS_PACKAGE_PATH` packages are looked for."""
 
 MAX_FOLDERS = 5_000
-"""How many folders there are looked at."""
+"""The most folders that are searched there."""
 
 
 def ancestors(urdf_folder: Path) -> list[Path]:
@@ -27,7 +27,7 @@ def ancestors(urdf_folder: Path) -> list[Path]:
         if start is None:
             continue
         for folder in [start, *start.parents][:MAX_ANCESTORS]:
-            # The root of the file system is nobody's package.
+            # The root of the file system is not a package.
             if folder.parent == folder:
                 break
             if folder not in found:
@@ -46,8 +46,8 @@ def looks_like_one(folder: Path) -> bool:
 
 
 def home(above: Sequence[Path]) -> Path | None:
-    """The package that the URDF is part of, as far as can be told: what relative and absolute paths
-    may name lies in it."""
+    """The package that the URDF is part of, as far as can be found out: relative and absolute paths
+    can only refer to files in it."""
     for folder in above:
         if (folder / "package.xml").is_file():
             return folder

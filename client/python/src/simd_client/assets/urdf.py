@@ -1,4 +1,4 @@
-"""Which file is meant by the path of a robot."""
+"""Finds the URDF file at the path of a robot."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from simd_client.errors import NoUrdf
 
 
 def find_urdf(path: str | os.PathLike[str]) -> Path:
-    """The URDF file that a path stands for: the file itself, or the only `.urdf` of a folder or, where
+    """The URDF file at a path: the file itself, or the only `.urdf` of a folder or, if
     the folder has none, of its folder `urdf`.
 
-    Raises `NoUrdf` where there is none, or several to choose from, or where the file needs xacro first.
+    Raises `NoUrdf` if there is none or more than one, or if the file needs xacro first.
     """
     given = Path(path).expanduser()
     try:

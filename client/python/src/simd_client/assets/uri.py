@@ -1,4 +1,4 @@
-"""Takes apart what a URDF writes in `filename`."""
+"""Parses the `filename` of a URDF."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Uri = Union[InPackage, Absolute, Relative]
 
 
 def readings(uri: str) -> list[Uri]:
-    """The readings of a URI, the literal one first: a `%20` is rarely, but sometimes, part of a name.
+    """The possible meanings of a URI, the literal one first: a `%20` is rarely, but sometimes, part of a name.
 
     Raises `Unreadable`.
     """

@@ -85,7 +85,7 @@ class Connection:
     def next_states(
         self, after: Stamp | int = 0, wait: float = 1.0, selection: Selection = None
     ) -> States:
-        """The newest state as soon as it is newer than `after`, or the current one after `wait` seconds (at most 60)."""
+        """The newest state as soon as it is newer than `after`, or the current one after `wait` seconds, at most 60."""
         sequence = after if isinstance(after, int) else after.sequence
         selected = selections_to_proto(selection)
         request = proto.NextJointStatesRequest(after_sequence=sequence, timeout=wait, selections=selected)

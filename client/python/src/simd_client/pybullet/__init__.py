@@ -2,7 +2,7 @@
 script that changes.
 
 A script runs as it is with `python -m simd_client.pybullet script.py`. What each function does, and where
-it differs from PyBullet on purpose, is told in docs/pybullet.md.
+it differs from PyBullet on purpose, is described in docs/pybullet.md.
 """
 
 from . import (

@@ -1,5 +1,5 @@
-"""`python -m simd_client.pybullet [options] script.py [args]`: runs a PyBullet
-script with no line changed."""
+"""`python -m simd_client.pybullet [options] script.py [args]`: runs an
+unchanged PyBullet script."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from simd_client.pybullet import bullet_client, connections, data
 
 
 def stand_in() -> None:
-    """Makes `import pybullet`, `import pybullet_data` and `pybullet_utils.bullet_client` mean ours."""
+    """Makes `import pybullet`, `import pybullet_data` and `pybullet_utils.bullet_client` import our modules."""
     sys.modules["pybullet"] = pybullet
     sys.modules["pybullet_data"] = data
     if importlib.util.find_spec("pybullet_utils") is None:

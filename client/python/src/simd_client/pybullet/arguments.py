@@ -23,7 +23,7 @@ def floats(value: Any, message: str, count: int | None = None) -> list[float]:
     """`count` finite numbers, or any number of them.
 
     Raises:
-        error: with `message`, where `value` is something else.
+        error: with `message`, if `value` is something else.
     """
     if not isinstance(value, Iterable):
         raise error(message)

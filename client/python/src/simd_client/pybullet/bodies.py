@@ -1,4 +1,4 @@
-"""A robot of the daemon as PyBullet tells it: a base and joints, by number."""
+"""A robot of the daemon as PyBullet represents it: a base and joints, by number."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _TYPES = {
     JointType.JOINT_TYPE_FIXED: constants.JOINT_FIXED,
     JointType.JOINT_TYPE_FLOATING: constants.JOINT_FIXED,
 }
-# A joint whose gains tell nothing of its inertia.
+# The default for a joint whose inertia cannot be computed from its gains.
 _UNKNOWN_INERTIA = 1.0
 
 
@@ -54,10 +54,10 @@ class BodyJoint:
     link: str
     kind: int
     info: JointInfoTuple
-    # Where its first value is in a state's positions and rates.
+    # The index of its first value in a state's positions and velocities.
     position_index: int
     velocity_index: int
-    # Values that it has there: 1 where it turns or slides.
+    # The number of its values there: 1 if it turns or slides.
     width: int
     # It turns or slides, and nothing else drives it.
     driven: bool
@@ -81,28 +81,28 @@ class Body:
     unique_id: int
     robot: str
     model: str
-    # The script brought it.
+    # The script loaded it.
     own: bool
     fixed: bool
     layout_version: int
     base_link: str
     joints: list[BodyJoint]
     by_joint: dict[str, int]
-    # Names of the links in the order of the daemon's poses, with each one's place.
+    # Names of the links in the order of the daemon's poses, with the index of each.
     link_places: dict[str, int]
     links: list[Any]
     # link_from_inertia, by link.
     frames: dict[str, Pose]
     # The description, of robots of this script.
     urdf: bytes | None = None
-    # Hashes of the files that it names, by URI.
+    # Hashes of the files that it refers to, by URI.
     files: dict[str, str] = field(default_factory=dict[str, str])
     scale: float = 1.0
-    # Its links touch each other.
+    # Its links collide with each other.
     self_collision: bool = False
-    # Friction and restitution that the script said, or PyBullet would have, by link.
+    # Friction and restitution that the script set or that are PyBullet's default, by link.
     surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
-    # `changeDynamics` of what the daemon does not know.
+    # Settings of `changeDynamics` that the daemon does not have.
     noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
 
     def frame(self, link: str) -> Pose:
@@ -124,7 +124,7 @@ def body(
     own: bool,
     urdf: bytes | None = None,
 ) -> Body:
-    """From what the daemon tells of a robot; `frames` are those of its description."""
+    """Made from the daemon's answer; `frames` are those of the description."""
     known: dict[str, Pose] = {}
     for link in entity.links:
         center = (link.center_of_mass.x, link.center_of_mass.y, link.center_of_mass.z)
@@ -208,7 +208,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u:
 
 
 def _parent_frame(joint: JointInfo, frames: Mapping[str, Pose]) -> Pose:
-    """Bullet's frame of a joint: its place in the parent's inertial frame, and the rotation
+    """Bullet's frame of a joint: its position in the parent's inertial frame, and the rotation
     from there into the child's inertial frame."""
     at, turn = joint.parent_from_joint.position, joint.parent_from_joint.orientation
     parent_from_joint: Pose = ((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))

@@ -1,4 +1,4 @@
-"""Stands in for `pybullet_utils.bullet_client`: the functions of one connection."""
+"""Replaces `pybullet_utils.bullet_client`: the functions of one connection."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class BulletClient:
         self.disconnect()
 
     def disconnect(self) -> None:
-        """Ends the connection, if it is still there."""
+        """Ends the connection, if it is open."""
         if self._client >= 0 and pybullet.getConnectionInfo(self._client)["isConnected"]:
             pybullet.disconnect(self._client)
         self._client = -1

@@ -1,4 +1,4 @@
-"""Connections by number: connect, disconnect, and who is connected."""
+"""Connections by number: connect, disconnect, and their state."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from . import constants, daemon_process
 from .daemon_process import DaemonProcess
 from .errors import error
 from .sliders import Sliders
-from .wire import NobodyThere, Wire
+from .wire import NoDaemon, Wire
 from .world import World
 
 _METHODS = {
@@ -32,12 +32,12 @@ _WITH_WINDOW = {
     constants.GUI_MAIN_THREAD,
     constants.SHARED_MEMORY_GUI,
 }
-# PyBullet's: client and server of another number do not fit together.
+# PyBullet's: client and server of different numbers are incompatible.
 _API_VERSION = 202010061
 
 _worlds: dict[int, World] = {}
 _children: dict[int, DaemonProcess] = {}
-# What the command line of `python -m simd_client.pybullet` says.
+# Set by the command line of `python -m simd_client.pybullet`.
 default_endpoint: str | None = None
 always_new = False
 always_remove = False
@@ -47,7 +47,7 @@ def connected(physicsClientId: int) -> World:
     """The world of a connection.
 
     Raises:
-        error: where there is none of that number.
+        error: if there is none of that number.
     """
     world = _worlds.get(physicsClientId)
     if world is None:
@@ -64,13 +64,13 @@ def connect(
     hostName: str | None = None,
     endpoint: str | None = None,
 ) -> int:
-    """Finds a running daemon, or starts one; the number of the connection.
+    """Connects to a running daemon, or starts one. Returns the number of the connection.
 
     Where: `endpoint`, else `--endpoint=LOCATOR` in `options`, else the host and port of
-    TCP and UDP, else $SIMD_ENDPOINT; one that was named and does not answer is an error. Else the
-    daemon at the default locator; where there is none, a new one, which ends with
-    the connection. `--new` in `options` always starts one. `--remove-robots` takes the script's robots
-    out at the end of the connection, also from a daemon that was running.
+    TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else the
+    daemon at the default locator; if there is none, a new one is started, which ends with
+    the connection. `--new` in `options` always starts one. `--remove-robots` removes the script's robots
+    at the end of the connection, also from a daemon that was running.
     """
     if method not in _METHODS:
         raise error("connectPhysicsServer unexpected argument")
@@ -89,9 +89,9 @@ def connect(
     if not new:
         try:
             wire = Wire.open(named or default_endpoint)
-        except NobodyThere as nobody:
-            if nobody.named:
-                raise error(str(nobody)) from None
+        except NoDaemon as missing:
+            if missing.named:
+                raise error(str(missing)) from None
     if wire is None:
         child = daemon_process.start()
         wire = Wire.open(child.endpoint)
@@ -118,7 +118,7 @@ def connect(
 
 
 def _show(wire: Wire, child: DaemonProcess | None) -> None:
-    """Says where a person can look: a daemon has no window of its own."""
+    """Prints the address of the page: a daemon has no window of its own."""
     page = child.viewer if child is not None else wire.page
     if page is not None and _is_page(page):
         print(f"simd: look at the world at {page}/", file=sys.stderr)
@@ -130,7 +130,7 @@ def _show(wire: Wire, child: DaemonProcess | None) -> None:
 
 
 def _is_page(address: str) -> bool:
-    """Whether a browser would get a page there."""
+    """Whether there is a page at the address."""
     try:
         with urllib.request.urlopen(address + "/", timeout=1.0) as answer:
             return "html" in answer.headers.get("content-type", "")
@@ -139,7 +139,7 @@ def _is_page(address: str) -> bool:
 
 
 def disconnect(physicsClientId: int = 0) -> None:
-    """Ends a connection. Robots stay in a daemon that was running, and go with one that was started."""
+    """Ends a connection. Robots stay in a daemon that was running before; one that was started for the script ends."""
     world = connected(physicsClientId)
     _end(physicsClientId, world)
 
@@ -163,7 +163,7 @@ def isConnected(physicsClientId: int = 0) -> int:
 
 
 def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
-    """Whether a connection is there, and what `connect` was asked for."""
+    """Whether the connection is open, and the method given to `connect`."""
     world = _worlds.get(physicsClientId)
     if world is None:
         return {"isConnected": 0, "connectionMethod": 0}
@@ -171,7 +171,7 @@ def getConnectionInfo(physicsClientId: int = 0) -> dict[str, int]:
 
 
 def getAPIVersion(physicsClientId: int = 0) -> int:
-    """Of the PyBullet that this stands in for."""
+    """The API version of the PyBullet that this module replaces."""
     del physicsClientId
     return _API_VERSION
 
@@ -183,7 +183,7 @@ def isNumpyEnabled() -> int:
 
 @atexit.register
 def _end_all() -> None:
-    """A script that ends without `disconnect` leaves as one that calls it."""
+    """Disconnects at the end of a script that does not call `disconnect`."""
     for number, world in list(_worlds.items()):
         try:
             _end(number, world)

@@ -1,4 +1,4 @@
-"""The constants of PyBullet 3.2.7, with equal values: a test holds the two against each other."""
+"""The constants of PyBullet 3.2.7, with equal values: a test compares the two."""
 
 ACTIVATION_STATE_DISABLE_SLEEPING = 2
 ACTIVATION_STATE_DISABLE_WAKEUP = 32

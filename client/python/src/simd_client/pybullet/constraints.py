@@ -1,4 +1,4 @@
-"""createConstraint: a body held by the world, and gears between two joints of a robot."""
+"""createConstraint: a base fixed to the world, and gears between two joints of a robot."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Constraint:
     child: int
     child_link: int
     axis: Vector
-    # inertia_from_constraint on the body's side, world_from_constraint on the world's.
+    # inertia_from_constraint of the body, world_from_constraint on the world's.
     parent_frame: Pose
     child_frame: Pose
     force: float = 500.0
@@ -56,8 +56,8 @@ def createConstraint(
     childFrameOrientation: Any = (0.0, 0.0, 0.0, 1.0),
     physicsClientId: int = 0,
 ) -> int:
-    """Its number. Held: the base is fixed to the world, at the child's frame. A gear: see
-    changeConstraint for its ratio."""
+    """Fixes a base to the world, at the child's frame, or makes a gear (see changeConstraint for its
+    ratio). Returns the number of the constraint."""
     world = connected(physicsClientId)
     body = world.body(parentBodyUniqueId, "createConstraint failed.")
     text = "createConstraint: positions need 3 numbers, orientations 4"
@@ -96,7 +96,7 @@ def changeConstraint(
     erp: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Moves a held base, or gives a gear its ratio. Both are exact: no force bounds them."""
+    """Moves a fixed base, or sets the ratio of a gear. Both are exact: no force limits them."""
     del erp, gearAuxLink
     world = connected(physicsClientId)
     constraint = _there(world, userConstraintUniqueId)
@@ -119,7 +119,7 @@ def changeConstraint(
 
 
 def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> None:
-    """Lets a held base go, or takes a gear out."""
+    """Frees a fixed base, or removes a gear."""
     world = connected(physicsClientId)
     constraint = world.constraints.pop(userConstraintUniqueId, None)
     body = world.bodies.get(constraint.body) if constraint is not None else None
@@ -132,12 +132,12 @@ def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> N
 
 
 def getNumConstraints(physicsClientId: int = 0) -> int:
-    """How many the script made."""
+    """The number of constraints that the script made."""
     return len(connected(physicsClientId).constraints)
 
 
 def getConstraintUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
-    """The number of the constraint at that place of the list; -1 beyond its end."""
+    """The number of the constraint at that index; -1 beyond the last."""
     numbers = sorted(connected(physicsClientId).constraints)
     return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
 
@@ -153,9 +153,9 @@ def getConstraintInfo(constraintUniqueId: int, physicsClientId: int = 0) -> tupl
 
 
 def getConstraintState(constraintUniqueId: int, physicsClientId: int = 0) -> tuple[float, ...]:
-    """The daemon does not tell the forces of constraints."""
+    """Raises: the daemon does not report the forces of constraints."""
     _there(connected(physicsClientId), constraintUniqueId)
-    raise unsupported("getConstraintState", "the daemon does not tell the forces of constraints")
+    raise unsupported("getConstraintState", "the daemon does not report the forces of constraints")
 
 
 def _there(world: World, number: int) -> Constraint:
@@ -189,7 +189,7 @@ def _place(world: World, body: Body, constraint: Constraint) -> None:
 
 
 def _respawn(world: World, body: Body, fixed: bool, pose: Pose) -> None:
-    """A base is fixed or free from its spawn on: the robot comes anew, its joints where they are."""
+    """A base is fixed or free from the spawn on: the robot is spawned again with its joint positions."""
     if body.urdf is None:
         raise unsupported("createConstraint", "it holds only robots that this script loaded")
     states = world.joint_states(body)
@@ -213,7 +213,7 @@ def _respawn(world: World, body: Body, fixed: bool, pose: Pose) -> None:
 
 
 def _gear(world: World, body: Body, constraint: Constraint) -> None:
-    """Bullet's gear keeps rate + ratio * other rate = 0: one joint mimics the other."""
+    """Bullet's gear keeps velocity + ratio * other velocity = 0: one joint mimics the other."""
     states = world.joint_states(body)
     own, other = (body.joints[i] for i in (constraint.parent_link, constraint.child_link))
     at = states.position[own.position_index] + constraint.ratio * states.position[other.position_index]

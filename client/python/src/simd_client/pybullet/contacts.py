@@ -1,4 +1,4 @@
-"""What touches what, and what a ray hits."""
+"""Contact points and ray casts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .kinematics import link_pose
 from .rotations import compose, cross
 from .world import World
 
-# Rays of one question to the daemon.
+# The most rays in one request.
 _MOST_RAYS = 1000
 # Any link, where a link's number is asked for; -1 is the base.
 _ANY = -2
@@ -29,7 +29,7 @@ def getContactPoints(
     linkIndexB: int = _ANY,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """The points of the last step at which bodies touch, 14 values each: see docs/pybullet.md."""
+    """The contact points of the last step, 14 values each: see docs/pybullet.md."""
     world = connected(physicsClientId)
     asked = max(bodyA, bodyB)
     if asked >= 0 and asked not in world.bodies:
@@ -41,7 +41,7 @@ def getContactPoints(
         a = numbers.get((contact.robot_a, contact.link_a))
         b = numbers.get((contact.robot_b, contact.link_b))
         if a is None or b is None:
-            # A robot that another client brought since: syncBodyInfo tells of it.
+            # A robot that another client brought since: syncBodyInfo adds it.
             continue
         for first, second, sign in ((a, b, 1.0), (b, a, -1.0)):
             if _asked(first, bodyA, linkIndexA) and _asked(second, bodyB, linkIndexB):
@@ -55,8 +55,8 @@ def _asked(place: tuple[int, int], body: int, link: int) -> bool:
 
 
 def _told(contact: Contact, a: tuple[int, int], b: tuple[int, int], sign: float) -> tuple[Any, ...]:
-    """PyBullet's normal is on B and shows to A, the daemon's from its first robot to its second; `sign`
-    is -1 where the two have changed places. Forces are those on A."""
+    """PyBullet's normal points from B to A, the daemon's from its first robot to its second; `sign`
+    is -1 if the two are swapped. Forces are those on A."""
     n = contact.normal
     normal = (-sign * n.x, -sign * n.y, -sign * n.z)
     half = contact.depth / 2.0
@@ -93,7 +93,7 @@ def _numbers(world: World) -> dict[tuple[str, str], tuple[int, int]]:
 
 
 def performCollisionDetection(physicsClientId: int = 0) -> None:
-    """Contacts are those of the last step; nothing else is to be done."""
+    """Does nothing: contacts are those of the last step."""
     connected(physicsClientId)
 
 
@@ -104,7 +104,7 @@ def rayTest(
     reportHitNumber: int = -1,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """What a straight line meets first: body, link, fraction of the way, place, normal."""
+    """The first hit of a ray: body, link, fraction of its length, position, normal."""
     return rayTestBatch([rayFromPosition], [rayToPosition], physicsClientId=physicsClientId)
 
 
@@ -119,7 +119,7 @@ def rayTestBatch(
     fractionEpsilon: float = 0.0,
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
-    """`rayTest` for many lines, in world axes or in those of a link."""
+    """`rayTest` for many rays, in world axes or in those of a link."""
     del numThreads, reportHitNumber, collisionFilterMask, fractionEpsilon
     world = connected(physicsClientId)
     if len(rayFromPositions) != len(rayToPositions):

@@ -1,4 +1,4 @@
-"""A daemon that a script starts for itself, and that ends with it."""
+"""A daemon that is started for a script and ends with it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _END = 5.0
 
 
 class DaemonProcess:
-    """A running daemon of one's own."""
+    """A daemon process that this script started."""
 
     def __init__(self, process: subprocess.Popen[str], endpoint: str, viewer: str | None) -> None:
         self._process = process
         # Its Zenoh locator and name.
         self.endpoint = endpoint
-        # The address of its page, where it told one.
+        # The address of its page, if it printed one.
         self.viewer = viewer
 
     @property
@@ -36,11 +36,11 @@ class DaemonProcess:
         return self._process.pid
 
     def running(self) -> bool:
-        """Whether it still is there."""
+        """Whether it is running."""
         return self._process.poll() is None
 
     def end(self) -> None:
-        """Ends it and waits for that."""
+        """Ends it and waits for its end."""
         if self._process.stdin is not None:
             self._process.stdin.close()
         try:
@@ -56,7 +56,7 @@ def binary() -> Path:
     """The daemon's program: $SIMD_BINARY, or `simd` on the PATH.
 
     Raises:
-        error: where there is none, with what to do.
+        error: if there is none, with what to do.
     """
     named = os.environ.get("SIMD_BINARY")
     if named:
@@ -76,12 +76,12 @@ def start() -> DaemonProcess:
     """Starts a daemon on free ports of this machine, and waits until it is ready.
 
     Raises:
-        error: where it does not start, with the last that it said.
+        error: if it does not start, with its last output.
     """
     program = binary()
     name = f"pybullet-{os.getpid()}-{uuid.uuid4().hex[:6]}"
     command = [str(program), "--name", name, "--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0"]
-    # However this process ends, the pipe to the daemon is closed then.
+    # The pipe to the daemon is closed however this process ends.
     command += ["--until-stdin-closes", "--paused", "--log", "warn,zenoh=error"]
     process = subprocess.Popen(
         command,
@@ -107,7 +107,7 @@ def start() -> DaemonProcess:
 
 
 def _first_lines(process: subprocess.Popen[str]) -> str:
-    """What the daemon says until it names its Zenoh locator, ends, or takes too long."""
+    """The output of the daemon until it prints its Zenoh locator, ends, or takes too long."""
     said: list[str] = []
     done = threading.Event()
 
@@ -125,7 +125,7 @@ def _first_lines(process: subprocess.Popen[str]) -> str:
 
 
 def _relay(process: subprocess.Popen[str], last: deque[str]) -> None:
-    """Passes on what the daemon warns of."""
+    """Prints the warnings of the daemon."""
     assert process.stderr is not None
     with process.stderr:
         for line in process.stderr:

@@ -1,4 +1,4 @@
-"""Stands in for `pybullet_data`: finds the robots of an installed one."""
+"""Replaces `pybullet_data`: finds the robots of an installed one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def getDataPath() -> str:
     """The folder of the robots that come with PyBullet.
 
     Raises:
-        FileNotFoundError: where there is none, with what to install.
+        FileNotFoundError: if there is none, with what to install.
     """
     named = os.environ.get(_VARIABLE)
     if named:

@@ -1,4 +1,4 @@
-"""What PyBullet reads from a URDF and the daemon does not tell."""
+"""What PyBullet reads from a URDF and the daemon does not report."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .rotations import from_euler
 
 @dataclass
 class Description:
-    """Of a text that cannot be read there is nothing to tell."""
+    """Empty for a text that cannot be parsed."""
 
     # `link_from_inertia` of each link, metres. PyBullet's base positions, link states and joint
-    # frames are those of the inertias; the daemon tells centres of mass, and no axes.
+    # frames are those of the inertias; the daemon reports centres of mass, and no axes.
     frames: dict[str, Pose] = field(default_factory=dict[str, Pose])
-    # The root link's mass is written as 0: PyBullet takes it for a part of the world.
+    # The root link's mass is written as 0: PyBullet treats it as a part of the world.
     massless_root: bool = False
-    # Links of which it says how they rub; the others are as PyBullet has them.
+    # Links with friction; the others have PyBullet's default.
     rough: frozenset[str] = frozenset()
 
 
@@ -45,8 +45,8 @@ def read(urdf: bytes, scale: float) -> Description:
 
 
 def parse(urdf: bytes) -> ElementTree.Element | None:
-    """The document, or nothing where it is not one that may be read."""
-    # No document type: an entity could stand for gigabytes.
+    """The document, or `None` if it cannot or must not be parsed."""
+    # No document type: an entity could expand to gigabytes.
     if b"<!DOCTYPE" in urdf or b"<!ENTITY" in urdf:
         return None
     try:

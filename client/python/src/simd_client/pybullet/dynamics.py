@@ -1,4 +1,4 @@
-"""What links and joints are like: getDynamicsInfo, changeDynamics."""
+"""Properties of links and joints: getDynamicsInfo, changeDynamics."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from .errors import error, unsupported
 from .rotations import Matrix, matrix
 from .world import World
 
-# What PyBullet says of a link's surface, where it touches nothing.
+# PyBullet's values for a link without a collision shape.
 _SURFACE = {"lateralFriction": 0.5, "restitution": 0.0}
-# What PyBullet says of contacts where nobody said anything else.
+# PyBullet's default contact parameters.
 _CONTACT = {
     "rollingFriction": 0.0,
     "spinningFriction": 0.0,
@@ -31,7 +31,7 @@ _CONTACT = {
     "contactStiffness": -1.0,
     "collisionMargin": 0.001,
 }
-# Kept for getDynamicsInfo, and read by nothing.
+# Kept for getDynamicsInfo only.
 _NOTED = (
     *_CONTACT,
     "linearDamping",
@@ -74,19 +74,19 @@ def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0)
 
 def _surface(world: World, body: Body, link: str) -> dict[str, float]:
     """Friction and restitution of a link, as the daemon has them."""
-    told = dict(_SURFACE)
+    surface = dict(_SURFACE)
     answer = world.wire.call(methods.GetLinkProperties, GetLinkPropertiesRequest(robot=body.robot))
     for properties in answer.links:
         if properties.link == link:
             if properties.HasField("friction"):
-                told["lateralFriction"] = properties.friction
+                surface["lateralFriction"] = properties.friction
             if properties.HasField("restitution"):
-                told["restitution"] = properties.restitution
-    return told
+                surface["restitution"] = properties.restitution
+    return surface
 
 
 def _diagonal(body: Body, link: LinkInfo) -> Vector:
-    """Of the inertia, in the axes that its description gives it; products are left out, as in PyBullet."""
+    """The diagonal of the inertia, in the axes of the description; products are left out, as in PyBullet."""
     xx, xy, xz, yy, yz, zz = link.inertia
     inertia: Matrix = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     turn = matrix(body.frame(link.name)[1])
@@ -125,8 +125,8 @@ def changeDynamics(
     sleepThreshold: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Mass, inertia, friction and restitution of a link, damping, limits and top speed of the joint that it
-    hangs on. What belongs to Bullet's solver is kept for getDynamicsInfo, and said once to do nothing."""
+    """Mass, inertia, friction and restitution of a link, damping, limits and maximum velocity of the
+    joint to its parent. Settings of Bullet's solver are kept for getDynamicsInfo, with one warning."""
     given = dict(locals())
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "changeDynamics failed: there is no such body")
@@ -185,7 +185,7 @@ def _set_joint(
         speed if speed is not None else old[3],
     )
     if new != old:
-        # PyBullet takes a lower limit above the upper one for none.
+        # In PyBullet a lower limit above the upper one means no limits.
         free = new[0] is not None and new[1] is not None and new[0] > new[1]
         joint.limits = (None, None, new[2], new[3]) if free else new
         _put_limits(properties.limits, joint)
@@ -256,7 +256,7 @@ def computeDofCount(bodyUniqueId: int, physicsClientId: int = 0) -> int:
 
 
 def setDefaultContactERP(defaultContactERP: float, physicsClientId: int = 0) -> None:
-    """Belongs to Bullet's solver."""
+    """Does nothing: it is a setting of Bullet's solver."""
     connected(physicsClientId).say_once("setDefaultContactERP does nothing: it belongs to Bullet's solver")
 
 

@@ -2,14 +2,14 @@
 
 
 class error(Exception):  # PyBullet's own name
-    """What PyBullet's functions raise as `pybullet.error`."""
+    """The exception `pybullet.error`."""
 
     def __init__(self, message: str = "", reason: str = "") -> None:
         super().__init__(message)
-        # Why the daemon refused, as its API names it; empty where the daemon was not asked.
+        # The reason of the daemon's refusal, as the schema names it; empty for others.
         self.reason = reason
 
 
 def unsupported(function: str, why: str) -> NotImplementedError:
-    """What a function raises that cannot be done (yet)."""
+    """The exception of a function that is not supported (yet)."""
     return NotImplementedError(f"simd_client.pybullet.{function}: {why}")

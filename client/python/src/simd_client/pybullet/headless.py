@@ -1,4 +1,4 @@
-"""What belongs to a window: drawing, cameras, keys. Accepted, and told once that it does nothing."""
+"""Functions for a window: drawing, cameras, keys. They do nothing, with one warning."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from .connections import connected
 
-# Of an item that was not drawn, as PyBullet's DIRECT mode returns it.
+# The number of an item that was not drawn, as in PyBullet's DIRECT mode.
 _NOT_DRAWN = -1
 
 
@@ -63,12 +63,12 @@ def addUserDebugText(
 
 
 def removeUserDebugItem(itemUniqueId: int, physicsClientId: int = 0) -> None:
-    """Takes down a slider or a button of that number; nothing else is there."""
+    """Removes a slider or a button; there are no other items."""
     connected(physicsClientId).sliders.remove(itemUniqueId)
 
 
 def removeAllUserDebugItems(physicsClientId: int = 0) -> None:
-    """Nothing was drawn. Sliders stay, as in PyBullet."""
+    """Does nothing. Sliders stay, as in PyBullet."""
     connected(physicsClientId)
 
 
@@ -83,7 +83,7 @@ def configureDebugVisualizer(
     rgbBackground: Any = None,
     physicsClientId: int = 0,
 ) -> None:
-    """There is no window to set up."""
+    """Does nothing: there is no window."""
     _nothing(physicsClientId, "configureDebugVisualizer")
 
 
@@ -94,7 +94,7 @@ def resetDebugVisualizerCamera(
     cameraTargetPosition: Any,
     physicsClientId: int = 0,
 ) -> None:
-    """There is no camera to move."""
+    """Does nothing: there is no camera."""
     _nothing(physicsClientId, "resetDebugVisualizerCamera")
 
 
@@ -106,19 +106,19 @@ def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
 
 
 def getKeyboardEvents(physicsClientId: int = 0) -> dict[int, int]:
-    """Nobody types."""
+    """Returns no key events."""
     _nothing(physicsClientId, "getKeyboardEvents")
     return {}
 
 
 def getMouseEvents(physicsClientId: int = 0) -> tuple[()]:
-    """Nobody clicks."""
+    """Returns no mouse events."""
     _nothing(physicsClientId, "getMouseEvents")
     return ()
 
 
 def getVREvents(deviceTypeFilter: int = 1, allAnalogAxes: int = 0, physicsClientId: int = 0) -> tuple[()]:
-    """Nobody wears a headset."""
+    """Returns no VR events."""
     _nothing(physicsClientId, "getVREvents")
     return ()
 
@@ -130,7 +130,7 @@ def setVRCameraState(
     trackObjectFlag: int = -1,
     physicsClientId: int = 0,
 ) -> None:
-    """There is no headset."""
+    """Does nothing: there is no headset."""
     _nothing(physicsClientId, "setVRCameraState")
 
 
@@ -183,7 +183,7 @@ def changeTexture(
 
 
 def submitProfileTiming(eventName: str = "", physicsClientId: int = 0) -> None:
-    """There is no profile window."""
+    """Does nothing: there is no profile window."""
     connected(physicsClientId)
 
 

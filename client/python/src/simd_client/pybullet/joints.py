@@ -1,4 +1,4 @@
-"""Joints: what they are, what they are told, what they do."""
+"""Joints: their properties, motors and states."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MODES = {
 
 
 def getNumJoints(bodyUniqueId: int, physicsClientId: int = 0) -> int:
-    """How many joints a robot has, fixed ones included; 0 where there is no such robot."""
+    """The number of joints of a robot, fixed ones included; 0 if there is no such robot."""
     body = connected(physicsClientId).bodies.get(bodyUniqueId)
     return len(body.joints) if body else 0
 
@@ -52,7 +52,7 @@ def setJointMotorControl2(
     maxVelocity: float = -1.0,
     physicsClientId: int = 0,
 ) -> None:
-    """Tells a joint's motor what to do; the next step is the first that it does it in."""
+    """Sets a joint's motor, from the next step on."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     _tell(
@@ -79,7 +79,7 @@ def setJointMotorControl(
     positionGain: float = 0.1,
     velocityGain: float = 1.0,
 ) -> None:
-    """The old form, for the first connection only: one value, which the mode gives a meaning."""
+    """The old form, for the first connection only, with one value for the mode."""
     position = targetValue if controlMode == constants.POSITION_CONTROL else 0.0
     velocity = targetValue if controlMode == constants.VELOCITY_CONTROL else 0.0
     force = targetValue if controlMode == constants.TORQUE_CONTROL else maxForce
@@ -150,7 +150,7 @@ def _tell(
     velocity_gain: float,
     max_velocity: float,
 ) -> None:
-    """Changes a motor, and nothing where the joint has none."""
+    """Changes a motor; does nothing if the joint has none."""
     _check(body, [index], mode)
     joint = body.joints[index]
     if not joint.driven:
@@ -169,7 +169,7 @@ def _tell(
 
 
 def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointState:
-    """Position, rate, reaction (force and torque), and the effort that the motor applied."""
+    """Position, velocity, reaction (force and torque), and the effort that the motor applied."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getJointState failed.")
     if not 0 <= jointIndex < len(body.joints):
@@ -216,7 +216,7 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
     answers: list[Any] = []
     for index in wanted:
         joint = body.joints[index]
-        # A floating joint has a pose of seven values and six rates.
+        # A floating joint has seven positions and six velocities.
         count = 7 if joint.width == 6 else joint.width
         q = slice(joint.position_index, joint.position_index + count)
         u = slice(joint.velocity_index, joint.velocity_index + joint.width)
@@ -238,7 +238,7 @@ def resetJointState(
     targetVelocity: float = 0.0,
     physicsClientId: int = 0,
 ) -> None:
-    """Puts a joint somewhere at once. Its motor goes on as it was told."""
+    """Sets the position and velocity of a joint at once. Its motor keeps its target."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     _reset(world, body, [jointIndex], [[targetValue]], [[targetVelocity]])
@@ -269,24 +269,24 @@ def resetJointStatesMultiDof(
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     text = "number of target values should match the number of joint indices"
     values = [floats(value, text) for value in targetValues]
-    rates = [floats(value, text) for value in targetVelocities or [[0.0] * len(value) for value in values]]
-    if len(values) != len(wanted) or len(rates) != len(wanted):
+    velocities = [floats(value, text) for value in targetVelocities or [[0.0] * len(value) for value in values]]
+    if len(values) != len(wanted) or len(velocities) != len(wanted):
         raise error(text)
-    _reset(world, body, wanted, values, rates)
+    _reset(world, body, wanted, values, velocities)
 
 
 def _reset(
-    world: World, body: Body, wanted: list[int], values: list[list[float]], rates: list[list[float]]
+    world: World, body: Body, wanted: list[int], values: list[list[float]], velocities: list[list[float]]
 ) -> None:
     _in_range(body, wanted)
     request = ResetJointsRequest()
     robot = request.robots.add(robot=body.robot)
-    for index, value, rate in zip(wanted, values, rates, strict=True):
+    for index, value, velocity in zip(wanted, values, velocities, strict=True):
         joint = body.joints[index]
         if joint.width == 6:
             raise unsupported("resetJointStateMultiDof", "floating joints cannot be put elsewhere")
         for axis in range(min(joint.width, len(value))):
-            speed = rate[axis] if axis < len(rate) else 0.0
+            speed = velocity[axis] if axis < len(velocity) else 0.0
             robot.joints.add(joint=joint.name, position=value[axis], velocity=speed, axis=axis)
     if robot.joints:
         world.wire.call(methods.ResetJoints, request)

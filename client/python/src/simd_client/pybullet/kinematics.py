@@ -1,4 +1,4 @@
-"""Links: where they are, how they move, and what follows from it."""
+"""Poses and velocities of links, Jacobians, inverse dynamics and kinematics."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def getLinkState(
     physicsClientId: int = 0,
 ) -> tuple[Any, ...] | None:
     """World pose of the centre of mass, its pose in the link's frame, world pose of the link's
-    frame, and, where asked for, linear and angular velocity of the centre of mass."""
+    frame, and, if asked for, linear and angular velocity of the centre of mass."""
     del computeForwardKinematics
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "getLinkState failed.")
@@ -69,16 +69,16 @@ def getLinkStates(
 
 
 def _link_states(world: World, body: Body, wanted: list[int], moving: bool) -> list[tuple[Any, ...]]:
-    rates = world.link_states(body).twists if moving else None
+    twists = world.link_states(body).twists if moving else None
     poses = world.link_poses(body)
     answers: list[tuple[Any, ...]] = []
     for index in wanted:
         link = body.joints[index].link
         frame, inertia = link_pose(body, poses, link), body.frame(link)
         answer = (*compose(frame, inertia), *inertia, *frame)
-        if rates is not None:
+        if twists is not None:
             at = 6 * body.link_places[link]
-            x, y, z, a, b, c = rates[at : at + 6]
+            x, y, z, a, b, c = twists[at : at + 6]
             answer = (*answer, *_at_center(frame, inertia, (x, y, z), (a, b, c)))
         answers.append(answer)
     return answers
@@ -92,7 +92,7 @@ def link_pose(body: Body, states: RobotLinkPoses | RobotLinkStates, link: str) -
 
 
 def _at_center(frame: Pose, inertia: Pose, linear: Vector, angular: Vector) -> tuple[Vector, Vector]:
-    """Rates of the centre of mass, from those of the link's origin."""
+    """Velocities of the centre of mass, from those of the link's origin."""
     dx, dy, dz = cross(angular, rotate(frame[1], inertia[0]))
     return (linear[0] + dx, linear[1] + dy, linear[2] + dz), angular
 
@@ -119,7 +119,7 @@ def _base_velocity(world: World, body: Body) -> tuple[Vector, Vector]:
 def resetBasePositionAndOrientation(
     bodyUniqueId: int, posObj: Any, ornObj: Any, physicsClientId: int = 0
 ) -> None:
-    """Puts the root link's centre of mass at a world pose, at rest."""
+    """Sets the world pose of the root link's centre of mass, at rest."""
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "resetBasePositionAndOrientation failed.")
     center = (
@@ -225,8 +225,8 @@ def calculateJacobian(
     objAccelerations: Any = (),
     physicsClientId: int = 0,
 ) -> tuple[Any, Any]:
-    """How joint rates move a point of a link, given in the link's frame: three rows of its velocity,
-    three of the link's angular velocity. A free base has six columns in front, angular and then
+    """The Jacobian of a point of a link, given in the link's frame: three rows for its velocity,
+    three for the link's angular velocity. A free base has six columns in front, angular and then
     linear velocity of its centre of mass, in the base's own axes."""
     del objVelocities, objAccelerations
     world = connected(physicsClientId)
@@ -247,7 +247,7 @@ def calculateJacobian(
 def calculateMassMatrix(
     bodyUniqueId: int, objPositions: Any, flags: int = 0, physicsClientId: int = 0
 ) -> Any:
-    """The joint-space inertia matrix, row by row; of a free base with six rates in front, as
+    """The joint-space inertia matrix, row by row; of a free base with six velocities in front, as
     calculateJacobian has them."""
     del flags
     world = connected(physicsClientId)
@@ -274,14 +274,14 @@ def calculateInverseDynamics(
     world = connected(physicsClientId)
     body = world.body(bodyUniqueId, "calculateInverseDynamics failed.")
     text = "Error in calculateInverseDynamics, please check arguments."
-    positions, rates = floats(objPositions, text), floats(objVelocities, text)
+    positions, velocities = floats(objPositions, text), floats(objVelocities, text)
     accelerations = floats(objAccelerations, text)
     if not body.fixed:
         raise unsupported("calculateInverseDynamics", "only for robots with a fixed base")
-    if not len(positions) == len(rates) == len(accelerations):
+    if not len(positions) == len(velocities) == len(accelerations):
         raise error(text)
     request = ComputeInverseDynamicsRequest(robot=body.robot, accelerations=accelerations)
-    _configure(world, body, request.configuration, positions, rates)
+    _configure(world, body, request.configuration, positions, velocities)
     return tuple(world.wire.call(methods.ComputeInverseDynamics, request).efforts)
 
 
@@ -290,21 +290,21 @@ def _configure(
     body: Body,
     configuration: Configuration,
     positions: list[float],
-    rates: list[float] | None = None,
+    velocities: list[float] | None = None,
 ) -> None:
-    """PyBullet gives a value for each rate of the joints, and puts a free base at its origin."""
+    """PyBullet takes a value for each joint velocity, and a free base at the origin."""
     wanted = sum(1 if joint.width == 1 else joint.width for joint in body.joints)
     if len(positions) != wanted or any(joint.width == 6 for joint in body.joints):
         raise error(f"{len(positions)} joint positions for {wanted} degrees of freedom of {body.robot}")
     configuration.positions.extend(positions)
-    if rates is not None:
-        configuration.velocities.extend(rates)
+    if velocities is not None:
+        configuration.velocities.extend(velocities)
     if not body.fixed:
         _put_pose(configuration.root, inverse(body.frame(body.base_link)))
 
 
 def _from_bullet(body: Body, columns: int) -> Array:
-    """simd's rates from Bullet's. Of a free base simd has the linear velocity of the root's origin,
+    """simd's velocities from Bullet's. Of a free base simd has the linear velocity of the root's origin,
     then the angular one; Bullet the angular one, then the linear velocity of the centre of mass."""
     change: Array = np.eye(columns)
     if not body.fixed:
@@ -345,7 +345,7 @@ def calculateInverseKinematics(
     residualThreshold: float = 1e-4,
     physicsClientId: int = 0,
 ) -> tuple[float, ...]:
-    """Joint positions, one a degree of freedom, at which a link's frame is at a world pose. The
+    """Joint positions, one per degree of freedom, at which a link's frame is at a world pose. The
     robot's own limits bound them; rest poses are where the search starts."""
     del solver, jointRanges, jointDamping, lowerLimits, upperLimits
     world = connected(physicsClientId)

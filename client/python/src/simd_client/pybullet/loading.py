@@ -1,4 +1,4 @@
-"""Bringing robots in and taking them out: loadURDF and what goes with it."""
+"""Loads and removes robots: loadURDF and related functions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .errors import error
 from .wire import Spawn
 from .world import World
 
-# Flags that ask for nothing, or for what simd does anyway.
+# Flags without effect, or for what simd does anyway.
 _GRANTED = (
     constants.URDF_USE_INERTIA_FROM_FILE
     | constants.URDF_USE_IMPLICIT_CYLINDER
@@ -30,7 +30,7 @@ _GRANTED = (
     | constants.URDF_USE_SELF_COLLISION
     | constants.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
 )
-# Of links whose description does not say.
+# For links without friction in their description.
 _FRICTION = 0.5
 
 
@@ -44,7 +44,7 @@ def loadURDF(
     globalScaling: float = 1.0,
     physicsClientId: int = 0,
 ) -> int:
-    """Sends a robot from this disk and puts its root link's frame at a pose; its number."""
+    """Loads a robot from this disk with its root link's frame at a pose. Returns its number."""
     world = connected(physicsClientId)
     if isinstance(basePosition, (int, float)):
         # The oldest form: loadURDF(fileName, x, y, z).
@@ -83,7 +83,7 @@ def settled(
     files: dict[str, str],
     scale: float,
 ) -> int:
-    """The number of a robot that was just spawned. Its joints are braked, as PyBullet's are."""
+    """Adds a robot that was spawned. Its joints have PyBullet's default motors. Returns its number."""
     body = world.add(entity, description.frames, own=True, urdf=urdf)
     body.files, body.scale = files, scale
     smooth = [link.name for link in entity.links if link.name not in description.rough]
@@ -96,7 +96,7 @@ def settled(
 
 
 def _found(world: World, name: str) -> Path:
-    """PyBullet looks in the working folder, then where it was told to."""
+    """PyBullet looks in the working folder, then in the search paths."""
     places = [Path(name), *(Path(folder) / name for folder in reversed(world.search_paths))]
     for place in places:
         if place.is_file():
@@ -106,26 +106,26 @@ def _found(world: World, name: str) -> Path:
 
 
 def setAdditionalSearchPath(path: str, physicsClientId: int = 0) -> None:
-    """Where files are looked for that are not in the working folder; the newest path first."""
+    """Adds a path for files that are not in the working folder; the newest path is searched first."""
     connected(physicsClientId).search_paths.append(str(path))
 
 
 def removeBody(bodyUniqueId: int, physicsClientId: int = 0) -> None:
-    """Takes a robot out of the world."""
+    """Removes a robot from the world."""
     world = connected(physicsClientId)
     body = world.bodies.get(bodyUniqueId)
-    # PyBullet warns of a body that is not there, and goes on.
+    # PyBullet only warns if there is no such body.
     if body is not None:
         world.remove(body)
 
 
 def getNumBodies(physicsClientId: int = 0) -> int:
-    """How many robots there are, those of others included."""
+    """The number of robots, those of other clients included."""
     return len(connected(physicsClientId).bodies)
 
 
 def getBodyUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
-    """The number of the robot at that place of the list; -1 beyond its end."""
+    """The number of the robot at that index; -1 beyond the last."""
     numbers = sorted(connected(physicsClientId).bodies)
     return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
 
@@ -137,7 +137,7 @@ def getBodyInfo(bodyUniqueId: int, physicsClientId: int = 0) -> tuple[bytes, byt
 
 
 def syncBodyInfo(physicsClientId: int = 0) -> None:
-    """Learns which robots other clients brought and took."""
+    """Updates the list of robots with those that other clients spawned and deleted."""
     connected(physicsClientId).sync()
 
 

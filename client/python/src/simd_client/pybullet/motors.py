@@ -1,16 +1,16 @@
 """PyBullet's joint motors as targets of simd.
 
-PyBullet's motor sets the joint's next rate, held by up to `force` (btMultiBodyJointMotor):
+PyBullet's motor sets the joint's next velocity, held by up to `force` (btMultiBodyJointMotor):
 
-    rate+ = positionGain (target - q) / h + rate + velocityGain (targetVelocity - rate)
+    v+ = positionGain (target - q) / h + v + velocityGain (targetVelocity - v)
 
 so its gains are per step of h seconds. simd's actuator is an implicit spring and damper
 in SI units; over one step of a joint with inertia M it gives
 
-    rate+ = (rate + (b / h) (target - q) + a v) / (1 + a + b),  a = h damping / M, b = h^2 stiffness / M
+    v+ = (v + (b / h) (target - q) + a targetVelocity) / (1 + a + b),  a = h damping / M, b = h^2 stiffness / M
 
 Equal coefficients give the gains below. A velocityGain of one needs infinite gains: it is
-held to `STIFFEST`, which leaves 0.1 % of the effort's effect, as simd's own velocity mode does.
+limited to `STIFFEST`, which leaves 0.1 % of the effort's effect, as simd's own velocity mode does.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from dataclasses import dataclass
 from . import constants
 
 STIFFEST = 1.0 - 1.0 / 1000.0
-# PyBullet's motors have no limit unless a force is given; this is what it has instead of one.
+# PyBullet's motors have no limit unless a force is given; this value replaces it.
 NO_LIMIT = 100000.0
-# What each joint has from the start, in N m s (or N s) per step.
+# The motor that each joint has from the start, in N m s (or N s) per step.
 FIRST_IMPULSE = 1.0
 
 
 @dataclass(slots=True)
 class Motor:
-    """What PyBullet's motor of one joint is told to do."""
+    """The settings of PyBullet's motor of one joint."""
 
     mode: int = constants.VELOCITY_CONTROL
     position: float = 0.0
     velocity: float = 0.0
-    # The most effort, N m or N; `None` is a new joint's impulse of 1 a step.
+    # The most effort, N m or N; `None` means a new joint's impulse of 1 a step.
     force: float | None = None
     position_gain: float = 0.1
     velocity_gain: float = 1.0
@@ -53,8 +53,8 @@ class Law:
 
     kind: str
     value: float = 0.0
-    # Of a position: the rate that its damper pulls towards.
-    rate: float = 0.0
+    # Of a position: the velocity that its damper pulls towards.
+    damper_velocity: float = 0.0
     stiffness: float | None = None
     damping: float | None = None
     feed_forward: float = 0.0
@@ -69,7 +69,7 @@ def law(motor: Motor, inertia: float, h: float) -> Law:
     `inertia` (kg m^2 or kg)."""
     limit = motor.limit(h)
     torque = motor.torque or 0.0
-    # A bound above any effort that a joint sees is none: simd would plan its way by it.
+    # A bound above any effort that occurs is left out: simd would plan the motion with it.
     most = None if limit >= NO_LIMIT else limit
     if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
         return Law("effort", torque) if torque else Law("passive")
@@ -87,17 +87,17 @@ def law(motor: Motor, inertia: float, h: float) -> Law:
         return Law(
             "position",
             motor.position,
-            rate=motor.velocity,
+            damper_velocity=motor.velocity,
             stiffness=motor.position_gain,
             damping=motor.velocity_gain,
             feed_forward=torque,
             max_effort=most,
         )
-    stiffness, damping, rate = _gains(motor, inertia, h)
+    stiffness, damping, velocity = _gains(motor, inertia, h)
     return Law(
         "position",
         motor.position,
-        rate=rate,
+        damper_velocity=velocity,
         stiffness=stiffness,
         damping=damping,
         feed_forward=torque,
@@ -107,11 +107,11 @@ def law(motor: Motor, inertia: float, h: float) -> Law:
 
 
 def _gains(motor: Motor, inertia: float, h: float) -> tuple[float, float, float]:
-    """Stiffness, damping, and the damper's rate of PyBullet's position law."""
+    """Stiffness, damping, and the damper's velocity of PyBullet's position law."""
     kp = max(motor.position_gain, 0.0)
     kd = min(max(motor.velocity_gain, 0.0), STIFFEST)
     whole = 1.0 / (1.0 - kd)
     b = kp * whole
     a = max(whole - 1.0 - b, 0.0)
-    rate = motor.velocity_gain * motor.velocity * (1.0 + a + b) / a if a > 0.0 else 0.0
-    return b * inertia / (h * h), a * inertia / h, rate
+    velocity = motor.velocity_gain * motor.velocity * (1.0 + a + b) / a if a > 0.0 else 0.0
+    return b * inertia / (h * h), a * inertia / h, velocity

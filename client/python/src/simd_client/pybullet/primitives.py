@@ -34,7 +34,7 @@ class Primitive:
             radius, length = self.size
             across = mass * (3.0 * radius**2 + length**2) / 12.0
             return (across, across, mass * radius**2 / 2.0)
-        # As Bullet has it: a capsule is the box around it.
+        # As Bullet has it: the inertia of a capsule is that of the box around it.
         x, y, z = self.size if self.kind != constants.GEOM_CAPSULE else _around(*self.size)
         return (
             mass * (y * y + z * z) / 12.0,
@@ -49,7 +49,7 @@ def _around(radius: float, length: float) -> Vector:
 
 @dataclass(frozen=True)
 class Part:
-    """A link of a body: what it weighs, what it looks like, and the joint to its parent."""
+    """A link of a body: mass, shapes, and the joint to its parent."""
 
     name: str
     mass: float
@@ -68,7 +68,7 @@ class Part:
 
 @dataclass
 class Shapes:
-    """Shapes that a script made and has not used yet, by number."""
+    """Shapes that a script made, by number."""
 
     made: dict[int, tuple[Primitive, ...]] = field(default_factory=dict[int, tuple[Primitive, ...]])
     next: int = 0
@@ -80,7 +80,7 @@ class Shapes:
         return self.next - 1
 
     def get(self, number: int) -> tuple[Primitive, ...]:
-        """The parts of a shape; none where there is no such shape."""
+        """The parts of a shape; empty if there is no such shape."""
         return self.made.get(number, ())
 
 
@@ -166,7 +166,7 @@ def _joint(robot: ElementTree.Element, part: Part) -> None:
     if part.type != constants.JOINT_FIXED:
         ElementTree.SubElement(joint, "axis", xyz=_text(part.axis))
         if part.type == constants.JOINT_PRISMATIC:
-            # URDF wants a limit here; all of it 0 is none.
+            # URDF requires a limit here; all zeros mean none.
             ElementTree.SubElement(joint, "limit", lower="0", upper="0", effort="0", velocity="0")
 
 
@@ -176,7 +176,7 @@ def _origin(parent: ElementTree.Element, pose: Pose) -> None:
 
 
 def _rpy(turn: Quaternion) -> Vector:
-    """URDF's angles, also where the pitch is upright."""
+    """URDF's angles, also for a pitch of 90 degrees."""
     m = matrix(turn)
     pitch = math.asin(max(-1.0, min(1.0, -m[2][0])))
     if abs(m[2][0]) > 1.0 - 1e-12:

@@ -1,4 +1,4 @@
-"""What joints carry: force-torque sensors."""
+"""Force-torque sensors in joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NONE = (0.0,) * 6
 def enableJointForceTorqueSensor(
     bodyUniqueId: int, jointIndex: int, enableSensor: int = 1, physicsClientId: int = 0
 ) -> None:
-    """What the joint carries is told by `getJointState` from now on, or no longer."""
+    """Turns the force-torque sensor of a joint on or off: its reading is in `getJointState`."""
     body = connected(physicsClientId).body(bodyUniqueId, "Error creating sensor.")
     if not 0 <= jointIndex < len(body.joints):
         raise error("Error creating sensor.")
@@ -26,8 +26,8 @@ def enableJointForceTorqueSensor(
 
 
 def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[float, ...]:
-    """Of the parent on the child, as PyBullet tells it: in the axes of the child's inertia, about its
-    centre of mass, and without what the motor does along the axis. Zeros where no sensor is on."""
+    """Of the parent on the child, as PyBullet reports it: in the axes of the child's inertia, about its
+    centre of mass, and without what the motor does along the axis. Zeros if the sensor is off."""
     joint = body.joints[index]
     if not joint.sensor:
         return _NONE
@@ -37,13 +37,13 @@ def reaction(world: World, body: Body, states: RobotJointStates, index: int) -> 
     # About the centre of mass: T - c x F.
     u, v, w = cross(center, force)
     back = conjugate(turn)
-    told = [*rotate(back, force), *rotate(back, (a - u, b - v, c - w))]
+    reaction = [*rotate(back, force), *rotate(back, (a - u, b - v, c - w))]
     if joint.width == 1:
         motor = states.effort[joint.velocity_index] - joint.torque_sent
         first = 0 if joint.kind == constants.JOINT_PRISMATIC else 3
         for place, along in enumerate(joint.info[13], start=first):
-            told[place] -= motor * along
-    return tuple(told)
+            reaction[place] -= motor * along
+    return tuple(reaction)
 
 
 __all__ = ["enableJointForceTorqueSensor"]

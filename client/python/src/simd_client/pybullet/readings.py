@@ -1,4 +1,4 @@
-"""What a world looks like, as far as a script read it: each state once a step."""
+"""A cache of the states that a script reads: each is fetched once per step."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 
 State = TypeVar("State")
 
-# So many steps bring the states of links after a script read any.
+# How many steps include the states of links after a script has read any.
 _LINKS_FOR = 16
 
 
 class Readings:
-    """Copies of the newest states. A paused world's are good until the next step, or until the script
-    changes something else; those of a world that plays are read anew, or were published."""
+    """Copies of the newest states. Those of a paused world are valid until the next step or another change
+    by the script; those of a world that plays are fetched again, or were published."""
 
     def __init__(self, wire: Wire) -> None:
         self.wire = wire
@@ -53,35 +53,35 @@ class Readings:
         self._link_states: dict[str, RobotLinkStates] = {}
         self._roots: dict[str, Root] = {}
         self._reactions: dict[str, GetJointReactionsResponse] = {}
-        # Steps that still bring the states of links: the script read some not long ago.
+        # How many more steps include the states of links, because the script has read some.
         self._links_for = 0
         # Joint states of a world that plays arrive by themselves.
         self._publishes = False
         self._watching = False
 
     def now_playing(self, playing: bool) -> None:
-        """Somebody made the world play, or pause."""
+        """Sets whether the world plays."""
         self.playing = playing
         if playing and not self._watching:
             self._watching = True
             self.wire.watch_states()
 
     def joint_states(self, body: Body) -> RobotJointStates:
-        """Of the newest step, or of now where something else changed since or the world plays."""
+        """Of the newest step, or the current one if something else has changed or the world plays."""
         if self._joint_states is None:
             self.take(self._ask_joint_states())
         elif self.playing:
             self._take_published(body)
         states = self._joint_states.get(body.robot) if self._joint_states else None
         if states is None or states.layout_version != body.layout_version:
-            raise error(f"the robot {body.robot} is gone, or somebody reloaded it")
+            raise error(f"the robot {body.robot} was deleted or reloaded")
         return states
 
     def _ask_joint_states(self) -> JointStates:
         return self.wire.call(methods.GetJointStates, GetJointStatesRequest()).states
 
     def _take_published(self, body: Body) -> None:
-        """What the daemon published last; where it publishes nothing, what it answers."""
+        """The states that were published last, or fetched if none were published."""
         published = self.wire.published(body.robot)
         if published is None:
             if self._publishes:
@@ -93,14 +93,14 @@ class Readings:
                 self._joint_states[robot.robot] = robot
 
     def reactions(self, body: Body) -> GetJointReactionsResponse:
-        """What a body's joints carried over the newest step."""
-        told = None if self.playing else self._reactions.get(body.robot)
-        if told is None:
-            told = self.wire.call(methods.GetJointReactions, GetJointReactionsRequest(robot=body.robot))
-            self._reactions[body.robot] = told
-        if told.layout_version != body.layout_version:
-            raise error(f"the robot {body.robot} is gone, or somebody reloaded it")
-        return told
+        """The joint reactions of a body over the newest step."""
+        found = None if self.playing else self._reactions.get(body.robot)
+        if found is None:
+            found = self.wire.call(methods.GetJointReactions, GetJointReactionsRequest(robot=body.robot))
+            self._reactions[body.robot] = found
+        if found.layout_version != body.layout_version:
+            raise error(f"the robot {body.robot} was deleted or reloaded")
+        return found
 
     def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
         """Poses of a body's links: of the newest step, as `joint_states`."""
@@ -114,7 +114,7 @@ class Readings:
         return _of(self._link_poses, body)
 
     def link_states(self, body: Body) -> RobotLinkStates:
-        """Poses and rates of a body's links: of the newest step, as `joint_states`."""
+        """Poses and velocities of a body's links: of the newest step, as `joint_states`."""
         self._links_for = _LINKS_FOR
         if self.playing or not self._link_states:
             answer = self.wire.call(methods.GetLinkStates, GetLinkStatesRequest())
@@ -122,7 +122,7 @@ class Readings:
         return _of(self._link_states, body)
 
     def root(self, body: Body) -> Root:
-        """Pose and rates of a body's root: of the newest step, as `joint_states`."""
+        """Pose and velocities of a body's root: of the newest step, as `joint_states`."""
         self._links_for = _LINKS_FOR
         state = None if self.playing else self._roots.get(body.robot)
         if state is None:
@@ -145,11 +145,11 @@ class Readings:
         return pose, ((line.x, line.y, line.z), (spin.x, spin.y, spin.z))
 
     def wants_links(self) -> bool:
-        """Whether the next step is to bring the states of links."""
+        """Whether the next step includes the states of links."""
         return self._links_for > 0
 
     def forget_states(self) -> None:
-        """Something changed other than by a step."""
+        """Marks the states as old: something changed other than by a step."""
         self._joint_states = None
         self._forget_places()
 
@@ -157,7 +157,7 @@ class Readings:
         self._link_poses, self._link_states, self._roots, self._reactions = {}, {}, {}, {}
 
     def take_step(self, answer: StepSimulationResponse) -> None:
-        """A step's answer: joint states of all robots, and those of links where they were asked for."""
+        """A step's answer: joint states of all robots, and those of links if they were requested."""
         self.take(answer.states)
         self._link_states = {robot.robot: robot for robot in answer.link_states}
         self._links_for = max(self._links_for - 1, 0)
@@ -171,7 +171,7 @@ class Readings:
 
 
 def _of(found: Mapping[str, State], body: Body) -> State:
-    """What was told of a body."""
+    """The last states of a body."""
     state = found.get(body.robot)
     if state is None:
         raise error(f"the robot {body.robot} is gone")

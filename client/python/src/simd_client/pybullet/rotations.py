@@ -13,7 +13,7 @@ from typing import Any
 from .arguments import Pose, Quaternion, Vector, quaternion, vector
 
 Matrix = tuple[Vector, Vector, Vector]
-# What counts as no rotation in single precision, as in Bullet.
+# Smaller than this is no rotation, as in Bullet's single precision.
 _EPSILON = 1.1920929e-07
 
 
@@ -67,7 +67,7 @@ def from_matrix(m: Matrix) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector) -> Vector:
-    """v turned by q."""
+    """v rotated by q."""
     m = matrix(q)
     return turned(m, v)
 
@@ -162,7 +162,7 @@ def invertTransform(position: Any, orientation: Any, physicsClientId: int = 0) -
 
 
 def getDifferenceQuaternion(quaternionStart: Any, quaternionEnd: Any, physicsClientId: int = 0) -> Quaternion:
-    """What turns the start into the end."""
+    """The rotation from the start to the end."""
     del physicsClientId
     start, end = _pair(quaternionStart, quaternionEnd)
     return _difference(start, end)
@@ -210,7 +210,7 @@ def getAxisDifferenceQuaternion(quaternionStart: Any, quaternionEnd: Any, physic
 def calculateVelocityQuaternion(
     quaternionStart: Any, quaternionEnd: Any, deltaTime: float, physicsClientId: int = 0
 ) -> Vector:
-    """The angular velocity that turns the start into the end, rad/s."""
+    """The angular velocity from the start to the end, rad/s."""
     del physicsClientId
     start, end = _pair(quaternionStart, quaternionEnd)
     turn = _difference(start, end)
@@ -245,7 +245,7 @@ def getQuaternionSlerp(
 
 
 def rotateVector(quaternion: Any, vector: Any, physicsClientId: int = 0) -> Vector:
-    """The vector turned by the quaternion."""
+    """The vector rotated by the quaternion."""
     del physicsClientId
     text = "Require quaternion with 4 components [x,y,z,w] and a vector [x,y,z]."
     x, y, z, w = _quaternion(quaternion, text)

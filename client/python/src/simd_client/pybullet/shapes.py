@@ -73,7 +73,7 @@ def createVisualShape(
     uvs: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """As createCollisionShape, for what viewers draw."""
+    """As createCollisionShape, for visuals."""
     frame = _pose(visualFramePosition, visualFrameOrientation)
     made = _primitive(
         "createVisualShape", shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor
@@ -123,7 +123,7 @@ def createVisualShapeArray(
     visualFrameOrientations: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """One shape of several, for what viewers draw."""
+    """One shape of several, for visuals."""
     made = _several(
         "createVisualShapeArray",
         shapeTypes,
@@ -139,7 +139,7 @@ def createVisualShapeArray(
 
 
 def removeCollisionShape(collisionShapeId: int, physicsClientId: int = 0) -> None:
-    """Forgets a shape; bodies that were made of it stay."""
+    """Removes a shape; bodies that were made of it stay."""
     connected(physicsClientId).collision_shapes.made.pop(collisionShapeId, None)
 
 
@@ -228,7 +228,7 @@ def createMultiBody(
     batchPositions: Any = None,
     physicsClientId: int = 0,
 ) -> int:
-    """A body of shapes, fixed to the world where its base has no mass; its number."""
+    """Makes a body of shapes, fixed to the world if its base has no mass. Returns its number."""
     del useMaximalCoordinates, flags
     world = connected(physicsClientId)
     if batchPositions is not None and len(batchPositions):

@@ -1,4 +1,4 @@
-"""The world of a script: its steps, its settings, its snapshots."""
+"""The world of a script: steps, settings, saved states."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simd_client.proto import (
 from .connections import connected
 from .errors import error
 
-# What setPhysicsEngineParameter takes and simd's step has no use for.
+# Parameters of setPhysicsEngineParameter without effect in simd.
 _SOLVER = (
     "numSolverIterations",
     "useSplitImpulse",
@@ -43,26 +43,26 @@ _SOLVER = (
 
 def stepSimulation(physicsClientId: int = 0) -> tuple[()]:
     """One time step; on a world that plays, the wait for its next state. PyBullet's solver
-    statistics, which it returns only where they are asked for, are not there."""
+    statistics, which it returns only on request, are not available."""
     connected(physicsClientId).step()
     return ()
 
 
 def resetSimulation(flags: int = 0, physicsClientId: int = 0) -> None:
-    """An empty world without gravity; among the robots of others only the script's own go."""
+    """Resets to an empty world without gravity; if other clients have robots, only the script's own are removed."""
     del flags
     connected(physicsClientId).reset()
 
 
 def setGravity(gravX: float, gravY: float, gravZ: float, physicsClientId: int = 0) -> None:
-    """World axes, m/s^2. The world's: robots of others feel it too."""
+    """Sets gravity, world axes, m/s^2, for the whole world: also for robots of other clients."""
     request = SetPhysicsRequest()
     request.gravity.x, request.gravity.y, request.gravity.z = float(gravX), float(gravY), float(gravZ)
     connected(physicsClientId).set_physics(request)
 
 
 def setTimeStep(timeStep: float, physicsClientId: int = 0) -> None:
-    """Seconds that a step advances: 1e-6 to 0.1."""
+    """Sets the time step, 1e-6 to 0.1 s."""
     _set_time_step(physicsClientId, timeStep)
 
 
@@ -73,7 +73,7 @@ def _set_time_step(client: int, seconds: float) -> None:
 
 
 def setRealTimeSimulation(enableRealTimeSimulation: int, physicsClientId: int = 0) -> None:
-    """Whether the world plays by itself, as the wall clock goes."""
+    """Sets whether the world plays in real time."""
     connected(physicsClientId).play(bool(enableRealTimeSimulation))
 
 
@@ -83,7 +83,7 @@ def setPhysicsEngineParameter(
     physicsClientId: int = 0,
     **others: Any,
 ) -> None:
-    """Time step and substeps. The rest belongs to Bullet's solver, and is kept for
+    """Sets time step and substeps. The other settings are those of Bullet's solver, kept for
     getPhysicsEngineParameters only."""
     world = connected(physicsClientId)
     unknown = [name for name in others if name not in _SOLVER and name not in _SILENT]
@@ -123,7 +123,7 @@ def getPhysicsEngineParameters(physicsClientId: int = 0) -> dict[str, float]:
 
 
 def saveState(physicsClientId: int = 0) -> int:
-    """Keeps the whole state of the world in the daemon's memory; its number."""
+    """Saves the whole state of the world in the daemon's memory. Returns its number."""
     world = connected(physicsClientId)
     world.flush()
     number = world.snapshot_number()
@@ -132,7 +132,7 @@ def saveState(physicsClientId: int = 0) -> int:
 
 
 def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0) -> None:
-    """Puts the world back to a kept state."""
+    """Restores a saved state."""
     world = connected(physicsClientId)
     if stateId < 0 or fileName:
         raise NotImplementedError(
@@ -146,20 +146,20 @@ def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0
 
 
 def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
-    """Forgets a kept state."""
+    """Deletes a saved state."""
     world = connected(physicsClientId)
     try:
         world.wire.call(
             methods.DeleteSnapshot, DeleteSnapshotRequest(name=world.snapshot_name(stateUniqueId))
         )
     except error as refusal:
-        # PyBullet takes no notice of a state that is not there.
+        # PyBullet ignores a state that does not exist.
         if refusal.reason != "SNAPSHOT_NOT_FOUND":
             raise
 
 
 def setTimeOut(timeOutInSeconds: float, physicsClientId: int = 0) -> None:
-    """How long calls wait for the daemon."""
+    """Sets how long calls wait for the daemon, seconds."""
     connected(physicsClientId).wire.set_timeout(float(timeOutInSeconds))
 
 
@@ -170,19 +170,19 @@ def addUserDebugParameter(
     startValue: float = 0.0,
     physicsClientId: int = 0,
 ) -> int:
-    """A slider of the daemon, which every client can move; a button where rangeMin is above rangeMax."""
+    """Adds a slider, which every client can move, or a button if rangeMin is above rangeMax."""
     return connected(physicsClientId).sliders.add(
         str(paramName), float(rangeMin), float(rangeMax), float(startValue)
     )
 
 
 def readUserDebugParameter(itemUniqueId: int, physicsClientId: int = 0) -> float:
-    """Where a slider stands, or how often a button was pressed: from a copy that the daemon keeps fresh."""
+    """The value of a slider, or how often a button was pressed, from the published copy."""
     return connected(physicsClientId).sliders.read(itemUniqueId)
 
 
 def removeAllUserParameters(physicsClientId: int = 0) -> None:
-    """Takes down the script's sliders and buttons."""
+    """Removes the script's sliders and buttons."""
     connected(physicsClientId).sliders.remove_own()
 
 

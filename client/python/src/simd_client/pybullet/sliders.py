@@ -1,4 +1,4 @@
-"""PyBullet's debug parameters: the daemon's sliders and buttons, which any client moves."""
+"""PyBullet's debug parameters: the daemon's sliders and buttons, which any client can use."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 @dataclass
 class _Item:
     name: str
-    # What a button that nobody pressed reads.
+    # The value of a button that was not pressed.
     start: float
     button: bool
 
 
 class Sliders:
-    """Those of one script, by PyBullet's item number."""
+    """The sliders and buttons of one script, by PyBullet's item number."""
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
@@ -38,8 +38,8 @@ class Sliders:
         self._next = 0
 
     def add(self, name: str, low: float, high: float, start: float) -> int:
-        """Puts up a slider, or a button where `low` is above `high`. One of the same name that
-        another program left makes room; a second one of this script gets a number."""
+        """Adds a slider, or a button if `low` is above `high`. It replaces one of the same name that
+        another program left; a second one of this script gets a number."""
         own = any(item.name == name for item in self._items.values())
         policy = (
             NameTakenPolicy.NAME_TAKEN_POLICY_RENAME if own else NameTakenPolicy.NAME_TAKEN_POLICY_REPLACE
@@ -49,7 +49,7 @@ class Sliders:
         if button:
             wanted.button.SetInParent()
         else:
-            # PyBullet takes a range of one value.
+            # PyBullet accepts a range of one value.
             wanted.slider.minimum, wanted.slider.value = low, start
             wanted.slider.maximum = high if high > low else math.nextafter(low, math.inf)
         added = self._wire.call(
@@ -67,18 +67,18 @@ class Sliders:
             raise error("Failed to read parameter.")
         parameter = find(self._wire.parameters(), item.name)
         if parameter is None:
-            raise error(f"Failed to read parameter. Somebody removed `{item.name}`.")
+            raise error(f"Failed to read parameter. `{item.name}` was removed.")
         return item.start + parameter.button.presses if item.button else parameter.slider.value
 
     def remove(self, number: int) -> bool:
-        """Takes one down; whether it was one of these."""
+        """Removes one. Returns whether it was one of these."""
         item = self._items.pop(number, None)
         if item is not None:
             self._take_down([item.name])
         return item is not None
 
     def remove_own(self) -> None:
-        """Takes down those of this script."""
+        """Removes those of this script."""
         names = [item.name for item in self._items.values()]
         self._items.clear()
         if names:

@@ -15,7 +15,7 @@ from .kinematics import getBasePositionAndOrientation, getBaseVelocity
 from .world import World
 
 # PyBullet's format: two lines of text (names, a letter for the type of each column), then records,
-# each begun by these two bytes. Positions and rates of all joints, then their efforts where asked for.
+# each begun by these two bytes. Positions and velocities of all joints, then their efforts if requested.
 _RECORD = b"\xaa\xbb"
 _MOST_JOINTS = 12
 
@@ -70,7 +70,7 @@ class StateLog:
         return row
 
     def close(self) -> None:
-        """Ends the file."""
+        """Closes the file."""
         self._file.close()
 
 
@@ -87,7 +87,7 @@ def startStateLogging(
     logFlags: int = 0,
     physicsClientId: int = 0,
 ) -> int:
-    """Begins to write the states of robots after each step of this script; the log's number.
+    """Starts a log of the states of robots after each step of this script. Returns its number.
     STATE_LOGGING_GENERIC_ROBOT is the only kind."""
     world = connected(physicsClientId)
     if loggingType != constants.STATE_LOGGING_GENERIC_ROBOT:

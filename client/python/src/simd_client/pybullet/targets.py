@@ -1,4 +1,4 @@
-"""Laws of motors as the wire's joint targets."""
+"""Motor laws as joint targets of the schema."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from .motors import Law
 
 
 def joint_target(joint: str, law: Law, target: JointTarget) -> None:
-    """Fills `target` with the law for the joint of that name."""
+    """Sets `target` to the law for the joint of that name."""
     target.joint = joint
     kind = law.kind
     if kind == "position":
         position = target.position
         position.position = law.value
-        if law.rate:
-            position.velocity = law.rate
+        if law.damper_velocity:
+            position.velocity = law.damper_velocity
         if law.stiffness is not None:
             position.stiffness = law.stiffness
         if law.damping is not None:

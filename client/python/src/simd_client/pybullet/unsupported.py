@@ -1,4 +1,4 @@
-"""PyBullet's functions that a daemon cannot do, or not yet: each raises, with its name and why."""
+"""PyBullet's functions that are not supported (yet): each raises, with its name and the reason."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import Any, NoReturn
 
 from .errors import unsupported
 
-_CONTACTS = "the daemon tells what touches, and no more"
+_CONTACTS = "the daemon reports contact points only"
 _BOXES = "the daemon does not tell bounding boxes"
-_DRAWN = "shapes are told to viewers only"
+_DRAWN = "shapes are only drawn by viewers"
 _IMAGES = "a daemon draws no images"
 _SOFT = "simd has rigid bodies only"
 _FILES = "only URDF files are read"

@@ -1,4 +1,4 @@
-"""The way to the daemon: the client package, with its errors as PyBullet's."""
+"""The connection of a script to the daemon, with PyBullet's exception in the place of the client's."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from .errors import error
 
 # Wall seconds that `connect` waits for a daemon.
 _CONNECT = 3.0
-# Wall seconds that a call waits for its answer, until a script says otherwise.
+# Wall seconds that a call waits for its answer, by default.
 _TIMEOUT = 10.0
-# Wall seconds after which a copy of the parameters is asked for again.
+# Wall seconds after which the copy of the parameters is fetched again.
 _REFRESH = 0.5
 
 
-class NobodyThere(Exception):
-    """No daemon answers; `named` where somebody said where it should be."""
+class NoDaemon(Exception):
+    """No daemon answers. `named` if an endpoint was given."""
 
     def __init__(self, message: str, named: bool) -> None:
         super().__init__(message)
@@ -51,11 +51,11 @@ class NobodyThere(Exception):
 
 @dataclass(frozen=True)
 class Spawn:
-    """How a robot comes into the world."""
+    """How a robot is spawned."""
 
     position: Vector = ORIGIN
     orientation: Quaternion = UPRIGHT
-    # `None`: fixed where the root link is called `world`.
+    # `None`: fixed if the root link is called `world`.
     fixed: bool | None = None
     scale: float = 1.0
     # Empty: the description's.
@@ -67,7 +67,7 @@ class Spawn:
 
 class Wire:
     """A connection to one daemon. Calls are made by the script's thread; copies of what the daemon
-    publishes are kept fresh by Zenoh's."""
+    publishes are updated by Zenoh's."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -84,17 +84,17 @@ class Wire:
         """Connects to the daemon that was named, else to $SIMD_ENDPOINT, else to the default locator.
 
         Raises:
-            NobodyThere: where none answers.
-            error: where the endpoint cannot be understood, or several daemons are there.
+            NoDaemon: if none answers.
+            error: if the endpoint is not valid, or there are several daemons.
         """
         named = bool(endpoint or os.environ.get(ENVIRONMENT))
         try:
             where = read_endpoint(endpoint)
             if not named and not _listens(where.locator):
-                raise NobodyThere(f"no daemon answers at {where}", named=False)
+                raise NoDaemon(f"no daemon answers at {where}", named=False)
             return Wire(open_link(where, _CONNECT))
-        except Unavailable as nobody:
-            raise NobodyThere(str(nobody), named) from None
+        except Unavailable as unavailable:
+            raise NoDaemon(str(unavailable), named) from None
         except (EndpointError, SimdError) as problem:
             raise error(str(problem)) from None
 
@@ -109,7 +109,7 @@ class Wire:
 
     @property
     def page(self) -> str | None:
-        """Where the daemon's page would be, if it is on its usual port."""
+        """The address of the daemon's page, if it is on its default port."""
         protocol, _, address = self._link.endpoint.locator.partition("/")
         host = address.rsplit(":", 1)[0]
         return f"http://{host}:7400" if protocol in ("tcp", "tls") else None
@@ -119,15 +119,15 @@ class Wire:
         return not self._link.session.is_closed()
 
     def close(self) -> None:
-        """Ends the session."""
+        """Closes the session."""
         self._subscribers.clear()
         self._link.close()
 
     def call(self, method: Method[Request, Reply], request: Request) -> Reply:
-        """One request and its answer.
+        """Sends a request. Returns the answer.
 
         Raises:
-            error: with the daemon's own sentence, and its reason.
+            error: with the daemon's sentence and reason.
         """
         try:
             return self._connection.call(method, request, wait=_patience(request))
@@ -137,7 +137,7 @@ class Wire:
     # Robots.
 
     def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str]]:
-        """Sends a robot from this disk and brings it in; with the hashes of its files by URI."""
+        """Spawns a robot from this disk. Returns it with the hashes of its files by URI."""
         try:
             source = upload(self._connection, path)
         except SimdError as problem:
@@ -145,7 +145,7 @@ class Wire:
         return self.spawn(source, spawn), dict(source.assets)
 
     def spawn(self, source: DescriptionSource, spawn: Spawn) -> EntityInfo:
-        """Brings a robot in."""
+        """Spawns a robot."""
         bases = {None: Base.BASE_UNSPECIFIED, True: Base.BASE_FIXED, False: Base.BASE_FREE}
         request = SpawnEntityRequest(
             source=source,
@@ -162,7 +162,7 @@ class Wire:
         return self.call(methods.SpawnEntity, request).entity
 
     def reload(self, robot: str, urdf: bytes, files: dict[str, str]) -> EntityInfo:
-        """Gives a robot another description, whose files the daemon has."""
+        """Replaces the description of a robot; the daemon has its files."""
         source = DescriptionSource(urdf=urdf, assets=files)
         return self.call(methods.ReloadEntity, ReloadEntityRequest(robot=robot, source=source)).entity
 
@@ -171,12 +171,12 @@ class Wire:
     def watch_parameters(self) -> None:
         """Begins to keep a copy of the daemon's parameters."""
         if self._parameters is None:
-            # First the subscription: what changes after the answer is then sure to be published.
+            # First the subscription, so that no change after the answer is missed.
             self._subscribe(keys.parameters(self._link.name), self._take_parameters)
         self.ask_parameters()
 
     def parameters(self) -> ParameterList:
-        """The newest copy. A publication may be lost on a full network: it is asked for now and then."""
+        """The newest copy. A publication may be lost on a congested network, so it is also fetched at times."""
         if self._parameters is None or time.monotonic() > self._parameters_until:
             self.watch_parameters()
         assert self._parameters is not None
@@ -188,7 +188,7 @@ class Wire:
         return self._parameters
 
     def ask_parameters(self) -> None:
-        """A copy that is sure to hold what was done before."""
+        """Fetches a copy that includes all earlier changes."""
         self._parameters = self.call(methods.GetParameters, GetParametersRequest()).list
         self._parameters_until = time.monotonic() + _REFRESH
 
@@ -220,7 +220,7 @@ def _patience(request: object) -> float:
 
 
 def _listens(locator: str) -> bool:
-    """Whether anybody takes a connection there; Zenoh itself would try for seconds."""
+    """Whether a connection is accepted there; Zenoh itself would try for seconds."""
     if locator != DEFAULT_ENDPOINT:
         return True
     host, _, port = locator.partition("/")[2].rpartition(":")

@@ -1,7 +1,7 @@
-"""One connection: the robots that a script sees, and its turn of the loop.
+"""One connection: the robots that a script sees, and its steps.
 
-A turn costs one round trip: motors are told to the daemon with the step, whose answer
-brings the joint states, and readings are answered from those.
+A step costs one round trip: motors are sent with it, its answer has the joint states, and
+readings are answered from those.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ if TYPE_CHECKING:
 
 
 class Log(Protocol):
-    """What wants to know of each step."""
+    """Something that is called after each step."""
 
     def __call__(self, world: World) -> None:
-        """After a step."""
+        """Called after a step."""
         ...
 
     def close(self) -> None:
-        """No more steps."""
+        """Called after the last step."""
         ...
 
 
@@ -75,13 +75,13 @@ class World(Readings):
 
     def __init__(self, wire: Wire, method: int, sliders: Sliders, child: bool) -> None:
         super().__init__(wire)
-        # What the script asked `connect` for.
+        # The method that the script gave to `connect`.
         self.method = method
         # The daemon was started for this script.
         self.child = child
-        # The script's robots go at its end, also from a daemon that was running.
+        # The script's robots are removed at its end, also from a daemon that was running.
         self.removes_robots = False
-        # Robots of others were here when the script came.
+        # Robots of other clients were in the world when the script connected.
         self.guest = False
         self.sliders = sliders
         self.search_paths: list[str] = []
@@ -106,7 +106,7 @@ class World(Readings):
         """The body of that number.
 
         Raises:
-            error: with `refusal`, where there is none.
+            error: with `refusal`, if there is none.
         """
         found = self.bodies.get(unique_id)
         if found is None:
@@ -116,7 +116,7 @@ class World(Readings):
     def add(
         self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None
     ) -> Body:
-        """A robot that is in the daemon's world, under the smallest free number."""
+        """Adds a robot of the daemon's world, under the smallest free number."""
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         free = next(number for number in range(len(self.bodies) + 1) if number not in self.bodies)
         made = bodies.body(free, entity, layout, frames, own, urdf)
@@ -125,7 +125,7 @@ class World(Readings):
         return made
 
     def sync(self) -> None:
-        """Learns which robots others brought and took."""
+        """Updates the list of robots with those that other clients spawned and deleted."""
         entities = self.wire.call(methods.ListEntities, ListEntitiesRequest()).entities
         there = {entity.name: entity for entity in entities}
         for number, known in list(self.bodies.items()):
@@ -133,20 +133,20 @@ class World(Readings):
             if entity is None:
                 self._drop(number)
             elif entity.layout_version != known.layout_version:
-                # Reloaded, by somebody or by a state that was restored.
+                # Reloaded, by another client or by a restored state.
                 self.replaced(known, entity, known.frames if known.own else {}, known.urdf)
         for entity in there.values():
             self.add(entity, {}, own=False)
 
     def remove(self, body: Body) -> None:
-        """Takes a robot out of the daemon's world."""
+        """Removes a robot from the daemon's world."""
         self.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
         self._drop(body.unique_id)
 
     def replaced(
         self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes | None
     ) -> Body:
-        """The same robot from another description; motors go on by joint name."""
+        """The same robot with another description; motors are kept by joint name."""
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
@@ -165,7 +165,7 @@ class World(Readings):
         return made
 
     def set_surfaces(self, body: Body, surfaces: Mapping[str, Surface]) -> None:
-        """Makes links rub and bounce like that, also after the robot is loaded again."""
+        """Sets friction and restitution of links, also for when the robot is loaded again."""
         known = {link: surface for link, surface in surfaces.items() if link in body.link_places}
         if known:
             request = SetLinkPropertiesRequest(robot=body.robot, links=surfaces_to_proto(known))
@@ -180,23 +180,23 @@ class World(Readings):
         self.forget_states()
 
     def remove_own(self) -> None:
-        """Takes the script's robots out of the daemon's world."""
+        """Removes the script's robots from the daemon's world."""
         for body in [body for body in self.bodies.values() if body.own]:
             self.remove(body)
 
     # The loop.
 
     def drive(self, body: Body, index: int) -> None:
-        """The joint's motor changed: it goes with the next step, or now where the world plays."""
+        """Marks a motor as changed: it is sent with the next step, or at once if the world plays."""
         self._waiting[(body.unique_id, index)] = None
 
     def sent_if_playing(self) -> None:
-        """Motors wait for a step, unless steps come by themselves."""
+        """Sends the motors at once if the world plays."""
         if self.playing:
             self.flush()
 
     def flush(self) -> None:
-        """Sends the motors that wait for a step."""
+        """Sends the changed motors."""
         if self._waiting:
             request = SetJointTargetsRequest()
             self._put_targets(request.robots)
@@ -217,7 +217,7 @@ class World(Readings):
             except error as refusal:
                 if refusal.reason != "WRONG_STATE":
                     raise
-                # Somebody else pressed play.
+                # Another client started the world.
                 self.now_playing(True)
                 self._follow()
             else:
@@ -233,13 +233,13 @@ class World(Readings):
         before = self.sequence
         self.take(self.wire.call(methods.NextJointStates, request).states)
         if self.sequence == before:
-            # Nothing moved for a second: perhaps somebody paused it.
+            # There was no step for a second: another client may have paused the world.
             self.read_state()
             if not self.playing:
                 self.step()
 
     def _put_targets(self, robots: RepeatedCompositeFieldContainer[RobotTargets]) -> None:
-        """Adds the waiting motors to a request."""
+        """Adds the changed motors to a request."""
         by_body: dict[int, list[int]] = {}
         for number, index in self._waiting:
             by_body.setdefault(number, []).append(index)
@@ -265,7 +265,7 @@ class World(Readings):
         self.wire.call(methods.SetJointProperties, request)
 
     def _sent(self) -> None:
-        """The waiting motors are with the daemon. A torque lasts one step: then its motor goes on."""
+        """The daemon has the changed motors. A torque lasts one step; then the motor is set again."""
         waiting = self._waiting
         self._waiting = {}
         for number, index in waiting:
@@ -279,11 +279,11 @@ class World(Readings):
     # The world's settings.
 
     def set_physics(self, request: SetPhysicsRequest) -> None:
-        """Changes what is given."""
+        """Changes only what is given."""
         self._learn(self.wire.call(methods.SetPhysics, request).physics)
 
     def read_state(self) -> None:
-        """Learns how the world is set, and whether it plays."""
+        """Fetches the settings of the world, and whether it plays."""
         self._learn(self.wire.call(methods.GetPhysics, GetPhysicsRequest()).physics)
         state = self.wire.call(methods.GetSimulationState, GetSimulationStateRequest()).state
         self.now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
@@ -304,19 +304,19 @@ class World(Readings):
         self.sent_if_playing()
 
     def restored(self) -> None:
-        """The world is another: what it looks like, how it is set, and which robots there are."""
+        """Fetches everything again after the world was replaced: states, settings, robots."""
         self._waiting.clear()
         self.sync()
         self.read_state()
         self.forget_states()
 
     def snapshot_number(self) -> int:
-        """Of the next kept state."""
+        """The number of the next saved state."""
         self._snapshots += 1
         return self._snapshots - 1
 
     def snapshot_name(self, number: int) -> str:
-        """What the daemon calls a kept state of this script."""
+        """The daemon's name of a saved state of this script."""
         return f"pybullet-{self._script}-{number}"
 
     def play(self, playing: bool) -> None:
@@ -330,8 +330,8 @@ class World(Readings):
         self.forget_states()
 
     def reset(self) -> None:
-        """PyBullet's resetSimulation: an empty world without gravity. As a guest among the robots
-        of others, the script takes out its own and leaves the world as it is."""
+        """PyBullet's resetSimulation: an empty world without gravity. If other clients have robots, only
+        the script's own are removed and the settings stay."""
         self.remove_own()
         self._waiting.clear()
         self.constraints.clear()
@@ -344,7 +344,7 @@ class World(Readings):
         self.forget_states()
 
     def begin(self) -> None:
-        """A world that nobody uses becomes as PyBullet's: paused, weightless, 240 steps a second."""
+        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 steps per second."""
         self.sync()
         self.guest = bool(self.bodies)
         if self.guest:
@@ -356,25 +356,25 @@ class World(Readings):
             self.set_physics(request)
 
     def start_log(self, log: Log) -> int:
-        """Calls it after each step; its number."""
+        """Adds a listener. Returns its number."""
         number = max(self._logs, default=-1) + 1
         self._logs[number] = log
         return number
 
     def stop_log(self, number: int) -> None:
-        """Ends one, if it is there."""
+        """Removes a listener, if there is one."""
         log = self._logs.pop(number, None)
         if log is not None:
             log.close()
 
     def say_once(self, sentence: str) -> None:
-        """On stderr, the first time only."""
+        """Prints a warning, the first time only."""
         if sentence not in self._said:
             self._said.add(sentence)
             print(f"simd: {sentence}", file=sys.stderr)
 
     def close(self) -> None:
-        """Ends the connection; what it means for robots is decided by who started the daemon."""
+        """Ends the connection, and removes the script's robots if that was asked for."""
         for number in list(self._logs):
             self.stop_log(number)
         if self.removes_robots:

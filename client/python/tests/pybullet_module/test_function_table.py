@@ -8,23 +8,23 @@ from pathlib import Path
 import simd_client.pybullet as pybullet
 from simd_client.pybullet import headless, unsupported
 
-PAPER = Path(__file__).resolve().parents[4] / "docs/pybullet.md"
+TABLE = Path(__file__).resolve().parents[4] / "docs/pybullet.md"
 STATES = ("works", "accepted", "raises")
 
 
 def rows() -> dict[str, str]:
     """State by function."""
     found: dict[str, str] = {}
-    for line in PAPER.read_text().splitlines():
+    for line in TABLE.read_text().splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
         if len(cells) == 3 and cells[1] in STATES:
             for name in re.findall(r"`(\w+)`", cells[0]):
-                assert name not in found, f"{name} is told twice"
+                assert name not in found, f"{name} is listed twice"
                 found[name] = cells[1]
     return found
 
 
-def test_every_function_is_told() -> None:
+def test_every_function_is_listed() -> None:
     public = {
         name
         for name in dir(pybullet)
@@ -34,11 +34,11 @@ def test_every_function_is_told() -> None:
 
 
 def test_states_are_true() -> None:
-    told = rows()
-    raising = {name for name, state in told.items() if state == "raises"}
+    listed = rows()
+    raising = {name for name, state in listed.items() if state == "raises"}
     assert set(unsupported.__all__) <= raising
     # That raises from a module that does other things too.
     assert raising - set(unsupported.__all__) == {"getConstraintState"}
-    accepted = {name for name, state in told.items() if state == "accepted"}
+    accepted = {name for name, state in listed.items() if state == "accepted"}
     # Sliders are taken down by the same function as drawings.
     assert accepted == (set(headless.__all__) - {"removeUserDebugItem"}) | {"setDefaultContactERP"}
