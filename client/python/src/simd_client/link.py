@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import sys
 import threading
+import weakref
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -51,10 +53,14 @@ class Link:
         self._publisher: zenoh.Publisher | None = None
         self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
         self._lock = threading.Lock()
+        self._is_forked = False
+        _open.add(self)
 
     def close(self) -> None:
         """Closes the session, and everything that was declared on it."""
-        self.session.close()  # pyright: ignore[reportUnknownMemberType]
+        _open.discard(self)
+        if not self._is_forked:
+            self.session.close()  # pyright: ignore[reportUnknownMemberType]
 
     def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
         """Sends a request and blocks until its reply. Returns the reply's bytes."""
@@ -89,6 +95,7 @@ class Link:
         program from ending."""
         handler = cast("zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(take, indirect=False))
         try:
+            self._check_process()
             return self.session.declare_subscriber(key, handler)
         except zenoh.ZError:
             raise self.unavailable() from None
@@ -97,6 +104,7 @@ class Link:
         self, method: AnyMethod, payload: bytes, timeout: float
     ) -> tuple[zenoh.KeyExpr, dict[str, Any]]:
         """The key and the options of a query; those that do not change are made once."""
+        self._check_process()
         route = self._routes.get(method.key)
         if route is None:
             same: dict[str, Any] = {
@@ -108,6 +116,17 @@ class Link:
             route = self._routes[method.key] = zenoh.KeyExpr(keys.rpc(self.name, method.key)), same
         key, same = route
         return key, {**same, "payload": payload, "timeout": timeout}
+
+    def mark_forked(self) -> None:
+        """Called in a process that was forked: Zenoh's threads are only in the one that opened the session."""
+        self._is_forked = True
+
+    def _check_process(self) -> None:
+        if self._is_forked:
+            raise Unavailable(
+                "a connection cannot be used in a forked process: start processes with the method `spawn`, and "
+                "connect in each of them"
+            )
 
     def opened(self, reply: zenoh.Reply, timeout: float) -> bytes:
         """The bytes of a reply. Raises the exception of an error reply."""
@@ -139,6 +158,7 @@ class Link:
 
     def publish_targets(self, payload: bytes) -> None:
         """Sends targets without waiting for an answer."""
+        self._check_process()
         try:
             with self._lock:
                 if self._publisher is None:
@@ -151,6 +171,26 @@ class Link:
             self._publisher.put(payload, attachment=_ATTACHMENT)  # pyright: ignore[reportUnknownMemberType]
         except zenoh.ZError:
             raise self.unavailable() from None
+
+
+_open: weakref.WeakSet[Link] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """Closes the sessions that a program left open. Otherwise Zenoh would close them while the interpreter ends, and
+    wait for callbacks that can no longer run: the program would hang."""
+    for link in list(_open):
+        link.close()
+
+
+def _forked() -> None:
+    for link in list(_open):
+        link.mark_forked()
+    _open.clear()
+
+
+os.register_at_fork(after_in_child=_forked)
 
 
 def _refused(payload: bytes) -> SimdError:

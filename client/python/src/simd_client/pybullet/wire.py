@@ -203,9 +203,9 @@ class Wire:
 
     def _subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> None:
         try:
-            self._subscribers.append(self._link.session.declare_subscriber(key, take))
-        except zenoh.ZError as problem:
-            raise error(f"cannot subscribe to {key}: {problem}") from None
+            self._subscribers.append(self._link.subscribe(key, take))
+        except SimdError as problem:
+            raise error(str(problem)) from None
 
     def _take_parameters(self, sample: zenoh.Sample) -> None:
         self._parameters_bytes = sample.payload.to_bytes()

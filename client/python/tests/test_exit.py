@@ -1,0 +1,115 @@
+"""A program ends, however it ends, and with whatever open."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+from daemon import Daemon
+
+from simd_client import Simulation
+
+# What happens by chance has to happen in one of these.
+AT_ONCE = 4
+
+SLIDER = """
+import os
+import simd_client.pybullet as p
+p.connect(p.DIRECT, options="--endpoint=ENDPOINT --remove-robots")
+p.readUserDebugParameter(p.addUserDebugParameter(f"force {os.getpid()}", 0, 1, 0.5))
+"""
+PLAYING = """
+import simd_client.pybullet as p
+p.connect(p.DIRECT, options="--endpoint=ENDPOINT")
+p.setRealTimeSimulation(1)
+p.stepSimulation()
+"""
+WATCH = """
+import simd_client
+sim = simd_client.connect("ENDPOINT")
+watch = sim.watch_statistics()
+next(watch)
+"""
+AIO = """
+import asyncio
+from simd_client import aio
+async def main():
+    sim = await aio.connect("ENDPOINT")
+    async for statistics in sim.watch_statistics():
+        ENDING
+    await sim.info()
+asyncio.run(main())
+"""
+FORKED = """
+import multiprocessing, simd_client
+sim = simd_client.connect("ENDPOINT")
+def stamp(_):
+    try:
+        return sim.stamp.step
+    except simd_client.Unavailable as error:
+        return str(error)
+with multiprocessing.get_context("fork").Pool(1) as pool:
+    print(pool.map(stamp, [0])[0])
+sim.stamp
+"""
+
+
+@pytest.fixture
+def ran(daemon: Daemon) -> Iterator[list[subprocess.Popen[str]]]:
+    """Processes that are killed if the test fails."""
+    processes: list[subprocess.Popen[str]] = []
+    yield processes
+    for process in processes:
+        process.kill()
+        process.wait()
+        for pipe in (process.stdout, process.stderr):
+            if pipe is not None:
+                pipe.close()
+
+
+def start(
+    ran: list[subprocess.Popen[str]], daemon: Daemon, script: str, ending: str, count: int = AT_ONCE
+) -> None:
+    if "ENDING" in script:
+        code = script.replace("ENDING", ending)
+    else:
+        code = f"{script}\n{ending}\n"
+    command = [sys.executable, "-W", "ignore", "-c", code.replace("ENDPOINT", daemon.endpoint)]
+    pipe = subprocess.PIPE
+    ran.extend(subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) for _ in range(count))
+
+
+@pytest.mark.parametrize("script", [SLIDER, PLAYING, WATCH, AIO], ids=["slider", "playing", "watch", "aio"])
+@pytest.mark.parametrize(("ending", "code"), [("break", 0), ("raise ValueError()", 1)], ids=["end", "error"])
+def test_a_program_ends_that_left_its_connection_open(
+    sim: Simulation, daemon: Daemon, ran: list[subprocess.Popen[str]], script: str, ending: str, code: int
+) -> None:
+    if ending == "break" and "ENDING" not in script:
+        ending = ""
+    start(ran, daemon, script, ending)
+    assert [process.wait(timeout=20) for process in ran] == [code] * AT_ONCE
+    assert list(sim.parameters.all()) == []
+
+
+@pytest.mark.parametrize("script", [SLIDER, PLAYING, WATCH], ids=["slider", "playing", "watch"])
+def test_ctrl_c_ends_a_program(
+    sim: Simulation, daemon: Daemon, ran: list[subprocess.Popen[str]], script: str
+) -> None:
+    start(ran, daemon, script, "print('ready', flush=True)\nimport time\nwhile True: time.sleep(0.01)")
+    for process in ran:
+        assert process.stdout is not None and process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+    assert all(process.wait(timeout=20) != 0 for process in ran)
+    assert list(sim.parameters.all()) == []
+
+
+def test_a_forked_process_cannot_use_the_connection(
+    daemon: Daemon, ran: list[subprocess.Popen[str]]
+) -> None:
+    start(ran, daemon, FORKED, "", 1)
+    assert ran[0].stdout is not None
+    assert "start processes with the method `spawn`" in ran[0].stdout.readline()
+    assert ran[0].wait(timeout=20) == 0
