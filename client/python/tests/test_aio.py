@@ -120,6 +120,8 @@ async def test_the_world_events_claims_and_parameters(sim: aio.Simulation) -> No
         if len(stamps) == 5:
             break
     assert stamps == sorted(set(stamps))
+    async with sim.watch() as states_of_all:
+        assert (await states_of_all.__anext__()).stamp.sequence >= stamps[-1]
     assert (await sim.exchange({arm: [0.1, 0.2]}))[arm].target.tolist() == [0.1, 0.2]
     await arm.stream_targets([0.1, 0.1])
 

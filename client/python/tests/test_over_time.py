@@ -86,6 +86,9 @@ def test_a_world_is_watched_with_all_its_robots_of_one_moment(sim: Simulation, a
     sim.play()
     for states in itertools.islice(sim.watch(rate=100), 5):
         assert set(states) == {"arm", "other"} and states["arm"].stamp == states["other"].stamp
+    with sim.watch() as watch:
+        assert set(next(watch)) == {"arm", "other"}
+    assert list(watch) == []
     sim.pause()
     now = sim.next_states(0)
     assert sim.next_states(now.stamp, 0.05).stamp == now.stamp

@@ -119,6 +119,32 @@ def test_a_gear_turns_one_joint_by_the_other_as_pybullets_does(script: ModuleTyp
     assert script.getJointState(body, 0)[1] == pytest.approx(0.0, abs=1e-3)
 
 
+def test_a_robot_is_loaded_by_the_old_forms(script: ModuleType) -> None:
+    for numbers in ((1, 2, 3), (1, 2, 3, 0, 0, math.sqrt(0.5), math.sqrt(0.5))):
+        arm = script.loadURDF(str(SEVEN_ARM), *numbers)
+        new = script.loadURDF(str(SEVEN_ARM), numbers[:3], numbers[3:] or None)
+        assert script.getBasePositionAndOrientation(arm) == script.getBasePositionAndOrientation(new)
+
+
+def test_a_search_path_also_applies_to_a_name_with_a_slash_in_front(script: ModuleType) -> None:
+    script.setAdditionalSearchPath(str(SEVEN_ARM.parent))
+    assert script.getNumJoints(script.loadURDF("/" + SEVEN_ARM.name)) > 0
+
+
+def test_a_gear_is_for_a_file_with_a_blank_line_in_front_too(script: ModuleType, tmp_path: Path) -> None:
+    links = "".join(f"<link name='{name}'/>" for name in "abc")
+    joints = "".join(
+        f"<joint name='{child}' type='continuous'><parent link='{parent}'/><child link='{child}'/></joint>"
+        for parent, child in ("ab", "bc")
+    )
+    file = tmp_path / "geared.urdf"
+    file.write_text(f"\n<?xml version='1.0'?><robot name='geared'>{links}{joints}</robot>")
+    body = script.loadURDF(str(file), useFixedBase=1)
+    gear = script.createConstraint(body, 0, body, 1, script.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
+    script.changeConstraint(gear, gearRatio=2)
+    assert script.getConstraintInfo(gear)[11] == 2.0
+
+
 def test_a_base_is_held_moved_and_let_go(script: ModuleType) -> None:
     arm = script.loadURDF(str(SEVEN_ARM), [0, 0, 1])
     script.resetJointState(arm, 2, 0.4)

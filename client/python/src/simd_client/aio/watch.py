@@ -15,6 +15,8 @@ from simd_client.errors import DeadlineExceeded
 from simd_client.event import Event, event_from_proto
 from simd_client.pacer import Pacer
 from simd_client.proto import methods
+from simd_client.selection import Selection
+from simd_client.state import States
 
 Item = TypeVar("Item")
 
@@ -125,6 +127,48 @@ class Watch(AsyncIterator[Item], Generic[Item]):
                 self._last = item
                 break
         return await self._first() if self._last is None else self._last
+
+
+class WorldWatch(AsyncIterator[States]):
+    """Iterates over states of several robots, all of one moment; the newest wins. The first is the current one.
+
+    It needs no `close`: the daemon keeps nothing for it. Belongs to one event loop.
+    """
+
+    def __init__(self, connection: Connection, rate: float | None, selection: Selection) -> None:
+        self._connection = connection
+        self._pacer = Pacer(rate)
+        self._selection = selection
+        self._last: int | None = None
+        self._is_open = True
+
+    def __aiter__(self) -> WorldWatch:
+        return self
+
+    async def __anext__(self) -> States:
+        """The newest states, once they are newer than those before, and not sooner than the rate allows."""
+        while self._is_open:
+            await sleep(self._pacer.left())
+            if self._last is None:
+                states = await self._connection.states(self._selection)
+            else:
+                states = await self._connection.next_states(self._last, SILENCE, self._selection)
+            if states.stamp.sequence != self._last:
+                self._last = states.stamp.sequence
+                return states
+        raise StopAsyncIteration
+
+    def close(self) -> None:
+        """Ends the iteration."""
+        self._is_open = False
+
+    async def __aenter__(self) -> WorldWatch:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 class EventWatch(AsyncIterator[Event]):

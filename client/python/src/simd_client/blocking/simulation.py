@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -14,9 +13,9 @@ from simd_client import keys, proto
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.primitives import Primitives
 from simd_client.blocking.robot import Robot
-from simd_client.blocking.runtime import in_thread, sleep
+from simd_client.blocking.runtime import in_thread
 from simd_client.blocking.upload import fetch_file, send_snapshot, write_file
-from simd_client.blocking.watch import SILENCE, EventWatch, Watch, next_events
+from simd_client.blocking.watch import EventWatch, Watch, WorldWatch, next_events
 from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
 from simd_client.description import robot_info_from_proto
 from simd_client.description_files import AnyPath
@@ -24,7 +23,6 @@ from simd_client.errors import AnswerError
 from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
-from simd_client.pacer import Pacer
 from simd_client.proto import methods
 from simd_client.selection import Selection, selections_to_proto
 from simd_client.state import Named, States, clamped_from_proto, name_of
@@ -216,18 +214,10 @@ class Simulation(Primitives):
 
     # States over time.
 
-    def watch(self, rate: float | None = None, selection: Selection = None) -> Iterator[States]:
-        """States of all robots, all of one moment; the newest wins. Yields each step if the reader keeps up, at
+    def watch(self, rate: float | None = None, selection: Selection = None) -> WorldWatch:
+        """States of all robots, all of one moment; the newest wins. Each step if the reader keeps up, at
         most `rate` per wall second. The first is the current one. One round trip each."""
-        pace = Pacer(rate)
-        sleep(pace.left())
-        states = self.states(selection)
-        while True:
-            yield states
-            before = states.stamp.sequence
-            while states.stamp.sequence == before:
-                sleep(pace.left())
-                states = self.next_states(before, SILENCE, selection)
+        return WorldWatch(self, rate, selection)
 
     def events(self, after: int | None = None) -> EventWatch:
         """Events from now on, or after a sequence: 0 gives all that the daemon still keeps."""

@@ -50,7 +50,8 @@ def parse(urdf: bytes) -> ElementTree.Element | None:
     if b"<!DOCTYPE" in urdf or b"<!ENTITY" in urdf:
         return None
     try:
-        return ElementTree.fromstring(urdf)
+        # Some files begin with blank lines, which are an error in front of an XML declaration.
+        return ElementTree.fromstring(urdf.lstrip())
     except ElementTree.ParseError:
         return None
 

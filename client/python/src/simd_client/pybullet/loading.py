@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
 from . import constants, descriptions
-from .arguments import UPRIGHT, quaternion, vector
+from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected
 from .descriptions import Description
 from .errors import error
@@ -34,6 +35,20 @@ _GRANTED = (
 _FRICTION = 0.5
 
 
+def _old_forms(function: Function) -> Function:
+    """Also takes position and orientation as three, or as seven numbers, as PyBullet does."""
+
+    @functools.wraps(function)
+    def loading(*arguments: Any, **named: Any) -> int:
+        file, *numbers = arguments if len(arguments) in (4, 8) else (None,)
+        if numbers and isinstance(numbers[0], (int, float)):
+            return function(file, numbers[:3], numbers[3:] or None, **named)
+        return function(*arguments, **named)
+
+    return cast(Function, loading)
+
+
+@_old_forms
 def loadURDF(
     fileName: str,
     basePosition: Any = (0.0, 0.0, 0.0),
@@ -46,9 +61,6 @@ def loadURDF(
 ) -> int:
     """Loads a robot from this disk with its root link's frame at a pose. Returns its number."""
     world = connected(physicsClientId)
-    if isinstance(basePosition, (int, float)):
-        # The oldest form: loadURDF(fileName, x, y, z).
-        basePosition, baseOrientation = (basePosition, baseOrientation or 0.0, useMaximalCoordinates), None
     path = _found(world, fileName)
     if flags & ~_GRANTED:
         world.say_once(f"loadURDF: flags {flags & ~_GRANTED} have no effect")
@@ -96,8 +108,8 @@ def settled(
 
 
 def _found(world: World, name: str) -> Path:
-    """PyBullet looks in the working folder, then in the search paths."""
-    places = [Path(name), *(Path(folder) / name for folder in reversed(world.search_paths))]
+    """PyBullet looks in the working folder, then in the search paths, below which `/` leads nowhere else."""
+    places = [Path(name), *(Path(folder) / name.lstrip("/") for folder in reversed(world.search_paths))]
     for place in places:
         if place.is_file():
             return place
