@@ -212,6 +212,25 @@ async fn meshes_of_the_scene_are_there_as_gltf_and_as_they_were_sent() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn convex_colliders_of_the_scene_are_there_as_gltf() {
+    let daemon = arm(Via::Grpc).await;
+    let scene = daemon.client.scene(&["arm"]).await.unwrap();
+    let mut seen = 0;
+    for shape in &scene.robots[0].colliders {
+        let Some(proto::shape::Geometry::Convex(convex)) = &shape.geometry else { continue };
+        let path = format!("/colliders/{}.glb", convex.sha256);
+        let glb = get(daemon.address, &path, &[]).await;
+        assert_eq!((glb.status, glb.header("content-type")), (200, "model/gltf-binary"));
+        assert!(glb.header("cache-control").contains("immutable"));
+        assert_eq!(&glb.body[..4], b"glTF");
+        let known = get(daemon.address, &path, &[("If-None-Match", glb.header("etag"))]).await;
+        assert_eq!((known.status, known.body.len()), (304, 0));
+        seen += 1;
+    }
+    assert!(seen > 0, "{:?}", scene.robots[0].colliders);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn robots_from_the_daemons_own_disk_have_their_meshes_too() {
     let root = assets().join("Bench_Arm-1.2 rev B");
     let daemon = Daemon::start(|config| config.asset_roots = vec![root.clone()]).await;

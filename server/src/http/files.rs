@@ -1,4 +1,4 @@
-//! Files by their hash: meshes as glTF, and as they were sent.
+//! Meshes and colliders as glTF, and files as they were sent, each by its hash.
 
 use std::sync::Arc;
 
@@ -10,6 +10,7 @@ use axum::response::IntoResponse;
 use bytes::Bytes;
 use simd_model::robot::Sha256;
 
+use super::meshes::Key;
 use super::{Page, caching, refused};
 
 /// For what a stranger sent: a browser shows it, if at all, as a document that can do nothing.
@@ -21,21 +22,47 @@ pub(super) async fn mesh(
     Path(name): Path<String>,
     asked: HeaderMap,
 ) -> Response<Body> {
-    let Some(sha256) = name.strip_suffix(".glb").and_then(Sha256::parse) else {
-        return not_found("the address of a mesh is /meshes/SHA256.glb");
-    };
-    let tag = caching::tag(&format!("{sha256}glb"));
-    if caching::has(&asked, &tag) {
-        return unchanged(tag);
+    match hash_of(&name) {
+        Some(sha256) => {
+            let found = gltf(&page, Key::Mesh(sha256), sha256, &asked).await;
+            found.unwrap_or_else(|| not_found("no robot uses a mesh of this hash"))
+        }
+        None => not_found("the address of a mesh is /meshes/SHA256.glb"),
     }
-    match page.meshes.get(&page.handle, sha256).await {
-        Ok(Some(glb)) => {
-            let gzip = glb.gzip.filter(|_| caching::takes_gzip(&asked));
+}
+
+/// `GET /colliders/SHA256.glb`: a convex collider of a robot, as binary glTF.
+pub(super) async fn collider(
+    State(page): State<Arc<Page>>,
+    Path(name): Path<String>,
+    asked: HeaderMap,
+) -> Response<Body> {
+    match hash_of(&name) {
+        Some(sha256) => {
+            let found = gltf(&page, Key::Collider(sha256), sha256, &asked).await;
+            found.unwrap_or_else(|| not_found("no robot has a convex collider of this hash"))
+        }
+        None => not_found("the address of a collider is /colliders/SHA256.glb"),
+    }
+}
+
+fn hash_of(name: &str) -> Option<Sha256> {
+    name.strip_suffix(".glb").and_then(Sha256::parse)
+}
+
+/// `None` where there is no such mesh.
+async fn gltf(page: &Page, key: Key, sha256: Sha256, asked: &HeaderMap) -> Option<Response<Body>> {
+    let tag = caching::tag(&format!("{sha256}glb"));
+    if caching::has(asked, &tag) {
+        return Some(unchanged(tag));
+    }
+    match page.meshes.get(&page.handle, key).await {
+        Ok(glb) => glb.map(|glb| {
+            let gzip = glb.gzip.filter(|_| caching::takes_gzip(asked));
             let encoding = gzip.is_some().then_some("gzip");
             lasting(gzip.unwrap_or(glb.bytes), "model/gltf-binary", encoding, tag)
-        }
-        Ok(None) => not_found("no robot uses a mesh of this hash"),
-        Err(error) => refused(&error),
+        }),
+        Err(error) => Some(refused(&error)),
     }
 }
 

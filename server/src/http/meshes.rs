@@ -1,4 +1,4 @@
-//! Meshes that were written as glTF: each once, off the physics thread, and kept while there is room.
+//! Meshes and convex colliders as glTF: each is written once, off the physics thread, and cached while there is room.
 
 use std::collections::{HashMap, VecDeque};
 use std::io::Write as _;
@@ -7,16 +7,26 @@ use std::sync::{Mutex, PoisonError};
 use bytes::Bytes;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use simd_model::robot::Sha256;
+use simd_core::collision::ConvexMesh;
+use simd_model::robot::{MeshAsset, Sha256};
 
 use super::glb;
 use crate::SimHandle;
 use crate::handle::CallError;
 
-/// Bytes of glTF that are kept.
-const KEPT: usize = 256 << 20;
+/// Bytes of glTF in the cache.
+const CAPACITY: usize = 256 << 20;
 /// Smaller files are not worth compressing.
 const WORTH_IT: usize = 4 << 10;
+
+/// What can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Key {
+    /// A mesh, by the hash of its file.
+    Mesh(Sha256),
+    /// A convex collider, by the hash of its vertices and triangles.
+    Collider(Sha256),
+}
 
 /// A mesh as a browser gets it.
 #[derive(Clone, Debug)]
@@ -26,71 +36,80 @@ pub(super) struct Glb {
     pub(super) gzip: Option<Bytes>,
 }
 
-/// Those that were written.
+/// Writes and caches them.
 #[derive(Debug, Default)]
 pub(super) struct Meshes {
-    /// Held for a look or a change.
-    kept: Mutex<Kept>,
+    /// Held for a lookup or an insertion.
+    cache: Mutex<Cache>,
     /// One is written at a time: each takes a processor and, while it is written, a few times its memory.
-    turn: tokio::sync::Mutex<()>,
+    writing: tokio::sync::Mutex<()>,
 }
 
 #[derive(Debug, Default)]
-struct Kept {
-    by_hash: HashMap<Sha256, Glb>,
+struct Cache {
+    by_key: HashMap<Key, Glb>,
     /// Longest unused first.
-    order: VecDeque<Sha256>,
+    order: VecDeque<Key>,
     bytes: usize,
 }
 
 impl Meshes {
-    /// A mesh that a robot uses, or that was written before; `None` where there is neither.
+    /// What a robot uses, or what is in the cache; `None` where it is neither.
     ///
     /// # Errors
-    /// Where too many descriptions and files wait to be read.
-    pub(super) async fn get(&self, handle: &SimHandle, sha256: Sha256) -> Result<Option<Glb>, CallError> {
-        if let Some(known) = self.known(&sha256) {
-            return Ok(Some(known));
+    /// If too many descriptions and files wait to be read.
+    pub(super) async fn get(&self, handle: &SimHandle, key: Key) -> Result<Option<Glb>, CallError> {
+        if let Some(cached) = self.cached(&key) {
+            return Ok(Some(cached));
         }
-        let _turn = self.turn.lock().await;
-        if let Some(known) = self.known(&sha256) {
-            return Ok(Some(known));
+        let _writing = self.writing.lock().await;
+        if let Some(cached) = self.cached(&key) {
+            return Ok(Some(cached));
         }
-        let written = handle.with_mesh(&sha256, |mesh| Glb::of(glb::write(mesh))).await?;
+        let written = match key {
+            Key::Mesh(sha256) => handle.with_mesh(&sha256, |mesh| Glb::of(glb::write(mesh))).await?,
+            Key::Collider(sha256) => {
+                handle.with_collider(sha256, move |collider| written(sha256, collider)).await?
+            }
+        };
         if let Some(written) = &written {
-            self.lock().insert(sha256, written.clone());
+            self.lock().insert(key, written.clone());
         }
         Ok(written)
     }
 
-    fn known(&self, sha256: &Sha256) -> Option<Glb> {
-        let mut kept = self.lock();
-        let known = kept.by_hash.get(sha256).cloned()?;
-        kept.order.retain(|other| other != sha256);
-        kept.order.push_back(*sha256);
-        Some(known)
+    fn cached(&self, key: &Key) -> Option<Glb> {
+        let mut cache = self.lock();
+        let cached = cache.by_key.get(key).cloned()?;
+        cache.order.retain(|other| other != key);
+        cache.order.push_back(*key);
+        Some(cached)
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> std::sync::MutexGuard<'_, Cache> {
+        self.cache.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Kept {
-    /// What is too large to be kept is written anew each time.
-    fn insert(&mut self, sha256: Sha256, glb: Glb) {
+fn written(sha256: Sha256, ConvexMesh { vertices, triangles }: ConvexMesh) -> Glb {
+    Glb::of(glb::write(&MeshAsset { sha256, vertices, triangles, paints: Vec::new() }))
+}
+
+impl Cache {
+    /// What is larger than the cache is written anew each time.
+    fn insert(&mut self, key: Key, glb: Glb) {
         let size = glb.size();
-        if size > KEPT {
+        if size > CAPACITY {
             return;
         }
-        while self.bytes + size > KEPT
+        while self.bytes + size > CAPACITY
             && let Some(oldest) = self.order.pop_front()
         {
-            self.bytes -= self.by_hash.remove(&oldest).map_or(0, |glb| glb.size());
+            self.bytes -= self.by_key.remove(&oldest).map_or(0, |glb| glb.size());
         }
         self.bytes += size;
-        self.order.push_back(sha256);
-        self.by_hash.insert(sha256, glb);
+        self.order.push_back(key);
+        self.by_key.insert(key, glb);
     }
 }
 
@@ -126,15 +145,17 @@ mod tests {
     #[test]
     fn the_longest_unused_makes_room() {
         let meshes = Meshes::default();
-        let hashes = [0_u8, 1, 2].map(|n| Sha256::of(&[n]));
-        meshes.lock().insert(hashes[0], glb(KEPT / 2));
-        meshes.lock().insert(hashes[1], glb(KEPT / 2));
-        meshes.known(&hashes[0]).unwrap();
-        meshes.lock().insert(hashes[2], glb(KEPT / 4));
-        assert_eq!(hashes.map(|hash| meshes.known(&hash).is_some()), [true, false, true]);
-        assert_eq!(meshes.lock().bytes, KEPT / 2 + KEPT / 4);
-        meshes.lock().insert(hashes[1], glb(KEPT + 1));
-        assert!(meshes.known(&hashes[1]).is_none());
+        let keys = [0_u8, 1, 2].map(|n| Key::Mesh(Sha256::of(&[n])));
+        meshes.lock().insert(keys[0], glb(CAPACITY / 2));
+        meshes.lock().insert(keys[1], glb(CAPACITY / 2));
+        meshes.cached(&keys[0]).unwrap();
+        meshes.lock().insert(keys[2], glb(CAPACITY / 4));
+        assert_eq!(keys.map(|key| meshes.cached(&key).is_some()), [true, false, true]);
+        assert_eq!(meshes.lock().bytes, CAPACITY / 2 + CAPACITY / 4);
+        meshes.lock().insert(keys[1], glb(CAPACITY + 1));
+        assert!(meshes.cached(&keys[1]).is_none());
+        let Key::Mesh(hash) = keys[2] else { panic!("{keys:?}") };
+        assert!(meshes.cached(&Key::Collider(hash)).is_none(), "a mesh is no collider");
     }
 
     #[test]

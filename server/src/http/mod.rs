@@ -3,7 +3,7 @@
 //! * Here: which address is answered by what.
 //! * `guard`: who may ask, and what browsers must keep to.
 //! * `bundle`: the page itself. `fallback` has the one that stands in for it.
-//! * `files`: meshes and files by their hash; `meshes`, `glb`: meshes as glTF.
+//! * `files`: meshes, colliders and files by their hash; `meshes`, `glb`: the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
 //! * `caching`: what browsers keep.
 //!
@@ -63,6 +63,7 @@ pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -
     let page = Arc::new(Page { handle: handle.clone(), bundle, meshes: Meshes::default() });
     Router::new()
         .route("/meshes/{name}", get(files::mesh))
+        .route("/colliders/{name}", get(files::collider))
         .route("/assets/{*name}", get(files::asset))
         .route("/robots", get(robots::list))
         .route("/robots/{robot}/robot.urdf", get(robots::description))

@@ -1,37 +1,53 @@
 //! The front-end without a network: requests into the routes, answers out of them.
 
+use std::collections::BTreeSet;
+
 use axum::http::HeaderMap;
+use glamx::{DPose3, DVec3};
+use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
-use simd_core::{PhysicsSettings, Simulation};
+use simd_core::{Command, PhysicsSettings, Simulation};
+use simd_model::robot::{Collision, Geometry, Material, MeshAsset, Sha256};
+use simd_proto::v1;
 use tonic::codegen::Service as _;
 use tonic::service::Routes;
 
 use super::*;
 use crate::convert::test_world::spawn;
+use crate::convert::to_proto;
 use crate::driver;
 use crate::handle::{DaemonInfo, Limits, RunState, Transport};
 use crate::loading::Loader;
 
 /// The routes of a daemon with `arm`, as they are where no viewer was built.
 async fn routes() -> Router {
+    beside_a_world(spawn("arm", &[])).await.0
+}
+
+async fn beside_a_world(spawn: Command) -> (Router, SimHandle) {
     let limits = Limits::default();
     let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     let driver =
         driver::start(world, driver::Config { state: RunState::Paused, ..Default::default() }).unwrap();
     let info = DaemonInfo { name: "test".into(), version: "0.0.0", limits };
     let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
-    handle.command(spawn("arm", &[])).await.unwrap();
+    handle.command(spawn).await.unwrap();
     let services: Routes = crate::service::routes(&handle, Transport::Grpc);
     let settings = Settings { bundle: Bundle::fallback(), hosts: Hosts::default() };
-    beside(services.into_axum_router(), &handle, settings)
+    (beside(services.into_axum_router(), &handle, settings), handle)
 }
 
 async fn get(routes: &mut Router, path: &str) -> (StatusCode, HeaderMap, String) {
+    let (status, headers, bytes) = get_bytes(routes, path).await;
+    (status, headers, String::from_utf8(bytes).unwrap())
+}
+
+async fn get_bytes(routes: &mut Router, path: &str) -> (StatusCode, HeaderMap, Vec<u8>) {
     let request = Request::builder().uri(path).header(header::HOST, "localhost").body(Body::empty()).unwrap();
     let response = routes.call(request).await.unwrap();
     let (parts, body) = response.into_parts();
     let bytes = axum::body::to_bytes(body, 1 << 20).await.unwrap();
-    (parts.status, parts.headers, String::from_utf8(bytes.to_vec()).unwrap())
+    (parts.status, parts.headers, bytes.to_vec())
 }
 
 #[tokio::test]
@@ -59,4 +75,90 @@ async fn a_robot_whose_description_is_not_kept_has_none() {
     let (status, _, sentence) = get(&mut routes, "/robots/arm/robot.urdf").await;
     assert_eq!(status, StatusCode::NOT_FOUND);
     assert!(sentence.contains("no longer kept"), "{sentence}");
+}
+
+/// Two boxes of a metre that are two metres apart, as one mesh.
+fn two_boxes() -> Arc<MeshAsset> {
+    let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2 & 1].map(f64::from);
+    let sides: [[u32; 4]; 6] =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let of_box = |first: u32| {
+        let halves = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        halves.map(move |triangle| triangle.map(|corner| first + corner))
+    };
+    let vertices =
+        (0..16).map(|i| DVec3::from_array(corner(i % 8)) + DVec3::X * if i < 8 { 0.0 } else { 3.0 });
+    let triangles = of_box(0).chain(of_box(8)).collect();
+    Arc::new(MeshAsset {
+        sha256: Sha256::of(b"boxes"),
+        vertices: vertices.collect(),
+        triangles,
+        paints: Vec::new(),
+    })
+}
+
+/// `arm` with that mesh on its first link.
+fn spawn_with_a_mesh(meshes: MeshShapes) -> Command {
+    let Command::Spawn(mut spawn) = spawn("arm", &[]) else { panic!("it is no spawn") };
+    let mut model = (*spawn.model).clone();
+    model.links[0].collisions = vec![Collision {
+        link_from_shape: DPose3::IDENTITY,
+        geometry: Geometry::Mesh { uri: "boxes.stl".into(), scale: DVec3::ONE, asset: Some(two_boxes()) },
+        material: Material::default(),
+    }];
+    spawn.shapes = Arc::new(Shapes::reusing(&model, meshes, &[]));
+    spawn.model = Arc::new(model);
+    Command::Spawn(spawn)
+}
+
+/// The corners of a mesh that [`glb::write`] wrote: they begin the binary chunk. As bits, in an order.
+fn corners(glb: &[u8]) -> BTreeSet<[u32; 3]> {
+    let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap());
+    let json = word(12) as usize;
+    let said: serde_json::Value = serde_json::from_slice(&glb[20..20 + json]).unwrap();
+    let count = said["accessors"][0]["count"].as_u64().unwrap() as usize;
+    (0..count).map(|n| [0, 1, 2].map(|axis| word(28 + json + 12 * n + 4 * axis))).collect()
+}
+
+/// The hull is one box of four metres, its parts are the two boxes.
+#[tokio::test]
+async fn convex_colliders_of_the_scene_are_those_that_the_physics_touches_with() {
+    for (meshes, count) in [(MeshShapes::Hull, 1), (MeshShapes::Decomposition, 2)] {
+        let (mut routes, handle) = beside_a_world(spawn_with_a_mesh(meshes)).await;
+        let newest = handle.newest();
+        let (_, robot) = newest.snapshot.entity("arm").unwrap();
+        let scene = to_proto::scene::robot_scene(robot);
+        assert!(matches!(scene.collisions[0].geometry, Some(v1::shape::Geometry::Mesh(_))));
+        assert!(scene.colliders.len() >= count, "{:?}", scene.colliders);
+        for shape in &scene.colliders {
+            let Some(v1::shape::Geometry::Convex(convex)) = &shape.geometry else { panic!("{shape:?}") };
+            let path = format!("/colliders/{}.glb", convex.sha256);
+            let (status, headers, glb) = get_bytes(&mut routes, &path).await;
+            assert_eq!(
+                (status, headers[header::CONTENT_TYPE].as_bytes()),
+                (StatusCode::OK, &b"model/gltf-binary"[..])
+            );
+            let touches = robot.shapes.convex_mesh(&Sha256::parse(&convex.sha256).unwrap()).unwrap();
+            let touches =
+                touches.vertices.iter().map(|vertex| vertex.to_array().map(|x| (x as f32).to_bits()));
+            assert_eq!(corners(&glb), touches.collect(), "{meshes:?}");
+            let (status, _, sentence) = get(&mut routes, &path.replace("colliders", "meshes")).await;
+            assert_eq!(
+                (status, sentence.as_str()),
+                (StatusCode::NOT_FOUND, "no robot uses a mesh of this hash\n")
+            );
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_collider_that_no_robot_has_is_not_found() {
+    let mut routes = routes().await;
+    let unknown = format!("/colliders/{}.glb", Sha256::of(b"none"));
+    assert_eq!(get(&mut routes, &unknown).await.2, "no robot has a convex collider of this hash\n");
+    let sentence = "the address of a collider is /colliders/SHA256.glb\n";
+    for path in ["/colliders/x.glb", "/colliders/.glb", "/colliders/..%2f..%2fetc%2fpasswd"] {
+        let (status, _, said) = get(&mut routes, path).await;
+        assert_eq!((status, said.as_str()), (StatusCode::NOT_FOUND, sentence), "{path}");
+    }
 }

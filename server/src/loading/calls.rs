@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bytes::Bytes;
-use simd_core::collision::MeshShapes;
+use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
@@ -273,6 +273,24 @@ impl SimHandle {
     ) -> Result<Option<T>, CallError> {
         let Some(mesh) = self.loader().decoded.find(sha256) else { return Ok(None) };
         self.loader().off_thread(move || work(&mesh)).await.map(Some)
+    }
+
+    /// Does what takes long with a convex collider of a robot in the world, off the threads that
+    /// others wait for; `None` where no robot has it.
+    ///
+    /// # Errors
+    /// If too much waits to be read already.
+    pub(crate) async fn with_collider<T: Send + 'static>(
+        &self,
+        sha256: Sha256,
+        work: impl FnOnce(ConvexMesh) -> T + Send + 'static,
+    ) -> Result<Option<T>, CallError> {
+        let newest = self.newest();
+        let mut robots = newest.snapshot.world.entities.iter();
+        let Some(collider) = robots.find_map(|robot| robot.shapes.convex_mesh(&sha256)) else {
+            return Ok(None);
+        };
+        self.loader().off_thread(move || work(collider)).await.map(Some)
     }
 
     /// The text of a robot's description with other file names of its meshes; `None` where it is

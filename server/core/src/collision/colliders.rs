@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use parry3d_f64::bounding_volume::BoundingVolume as _;
-use parry3d_f64::shape::{Shape, ShapeType};
+use parry3d_f64::shape::Shape;
 use simd_model::robot::Material;
 
 use super::Shapes;
@@ -199,10 +199,7 @@ impl RobotColliders {
     /// touches nothing.
     pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface, touches_itself: bool) -> Self {
         let place = |(part, of): (usize, &super::shapes::Part)| {
-            let frame = tree.links.get(of.link)?;
-            if frame.body.is_some() && of.shape.shape_type() == ShapeType::HalfSpace {
-                return None;
-            }
+            let frame = tree.links.get(of.link).filter(|_| of.is_used(tree))?;
             let sphere = of.shape.compute_local_bounding_sphere();
             Some(Placed {
                 part,

@@ -2,6 +2,7 @@
 //!
 //! * [`Shapes`]: the shapes of a robot, made once, away from the physics thread.
 //! * [`RobotColliders`]: those of one robot in the world, and where they are.
+//! * [`Collider`]: one of them as plain data, for those who draw it.
 //! * [`Broad`]: which robots are near each other.
 //! * [`Narrow`]: where two robots' shapes touch; [`Fixed`]: what it knows of two that cannot be parted.
 //! * [`rays`]: what a ray hits.
@@ -12,6 +13,7 @@
 mod broad;
 mod colliders;
 mod fixed;
+mod geometry;
 mod narrow;
 mod plane;
 pub mod rays;
@@ -24,6 +26,7 @@ mod tests;
 pub use broad::Broad;
 pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Side, Surface};
 pub use fixed::Fixed;
+pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::{Narrow, Touch};
 pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};

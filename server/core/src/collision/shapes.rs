@@ -14,6 +14,7 @@ use parry3d_f64::transformation::voxelization::FillMode;
 use simd_model::RobotModel;
 use simd_model::robot::{Geometry, Material, MeshAsset, Sha256};
 
+use super::geometry::ConvexMesh;
 use super::separation::Inner;
 
 /// A plate this thin still has a volume, metres.
@@ -72,6 +73,8 @@ pub(super) struct Part {
     pub(super) link_from_shape: DPose3,
     pub(super) shape: SharedShape,
     pub(super) inner: Inner,
+    /// Of a convex hull or part of a mesh: the hash of its vertices and triangles.
+    pub(super) convex: Option<Sha256>,
     /// As the description gives it.
     pub(super) material: Material,
 }
@@ -96,10 +99,11 @@ impl Shapes {
         let mut parts = Vec::new();
         for (link, of) in model.links.iter().enumerate() {
             for collision in &of.collisions {
-                for (shape, own_from_shape) in shapes(&collision.geometry, meshes, &mut hulls, others) {
+                for made in shapes(&collision.geometry, meshes, &mut hulls, others) {
+                    let Made { shape, own_from_shape, convex } = made;
                     let link_from_shape = collision.link_from_shape * own_from_shape;
-                    let inner = Inner::of(&*shape);
-                    parts.push(Part { link, link_from_shape, shape, inner, material: collision.material });
+                    let (inner, material) = (Inner::of(&*shape), collision.material);
+                    parts.push(Part { link, link_from_shape, shape, inner, convex, material });
                 }
             }
         }
@@ -117,30 +121,43 @@ impl Shapes {
     }
 }
 
-/// parry's shape, and where its axes are in ours.
-type Placed = (SharedShape, DPose3);
+/// A shape of a geometry.
+#[derive(Clone)]
+struct Made {
+    shape: SharedShape,
+    /// parry's axes for the shape in those of the description.
+    own_from_shape: DPose3,
+    /// See [`Part::convex`].
+    convex: Option<Sha256>,
+}
+
+impl Made {
+    /// A shape whose axes are those of the description.
+    fn new(shape: SharedShape) -> Self {
+        Self { shape, own_from_shape: DPose3::IDENTITY, convex: None }
+    }
+
+    /// The convex hull of points, or `None` where they have none.
+    fn convex(points: &[DVec3]) -> Option<Self> {
+        let shape = SharedShape::convex_hull(points)?;
+        let convex = shape.as_convex_polyhedron().map(|hull| ConvexMesh::of(hull).sha256());
+        Some(Self { convex, ..Self::new(shape) })
+    }
+}
 
 /// What meshes became, by hash, scale and way.
-type Hulls = BTreeMap<(Sha256, [u64; 3], MeshShapes), Vec<Placed>>;
+type Hulls = BTreeMap<(Sha256, [u64; 3], MeshShapes), Vec<Made>>;
 
-/// What a geometry touches with; nothing where its mesh is missing. parry's cylinders stand
-/// along y, URDF's along z.
-fn shapes(geometry: &Geometry, meshes: MeshShapes, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Vec<Placed> {
+/// What a geometry touches with; nothing where its mesh is missing.
+fn shapes(geometry: &Geometry, meshes: MeshShapes, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Vec<Made> {
     vec![match geometry {
-        Geometry::Box { size } => {
-            (SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0), DPose3::IDENTITY)
-        }
-        Geometry::Sphere { radius } => (SharedShape::ball(*radius), DPose3::IDENTITY),
+        Geometry::Box { size } => Made::new(SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0)),
+        Geometry::Sphere { radius } => Made::new(SharedShape::ball(*radius)),
         Geometry::Cylinder { radius, length } => {
-            let upright = DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2));
-            (SharedShape::cylinder(length / 2.0, *radius), upright)
+            Made { own_from_shape: upright(), ..Made::new(SharedShape::cylinder(length / 2.0, *radius)) }
         }
-        Geometry::Capsule { radius, length } => {
-            (SharedShape::capsule_z(length / 2.0, *radius), DPose3::IDENTITY)
-        }
-        Geometry::Plane { normal } => {
-            (SharedShape::halfspace(normal.normalize_or(DVec3::Z)), DPose3::IDENTITY)
-        }
+        Geometry::Capsule { radius, length } => Made::new(SharedShape::capsule_z(length / 2.0, *radius)),
+        Geometry::Plane { normal } => Made::new(SharedShape::halfspace(normal.normalize_or(DVec3::Z))),
         Geometry::Mesh { scale, asset, .. } => {
             let Some(asset) = asset.as_deref() else { return Vec::new() };
             let key = (asset.sha256, scale.to_array().map(f64::to_bits), meshes);
@@ -154,8 +171,13 @@ fn shapes(geometry: &Geometry, meshes: MeshShapes, hulls: &mut Hulls, others: &[
     }]
 }
 
+/// parry's cylinders stand along y, URDF's along z.
+pub(super) fn upright() -> DPose3 {
+    DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))
+}
+
 /// Convex parts of a mesh; its hull where it cannot be taken apart.
-fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Placed> {
+fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let whole = || hull(mesh, scale).into_iter().collect();
     let first = points.first().copied().unwrap_or_default();
@@ -166,27 +188,28 @@ fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Placed> {
     let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
     let parts = parts.compute_exact_convex_hulls(&points, &mesh.triangles);
     let hull = |(points, _): (Vec<DVec3>, Vec<[u32; 3]>)| {
-        let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
-        Some((SharedShape::convex_hull(&points)?, DPose3::IDENTITY))
+        Made::convex(&if points.len() > MOST_POINTS { extremes(&points) } else { points })
     };
-    let parts: Vec<Placed> = parts.into_iter().filter_map(hull).collect();
+    let parts: Vec<Made> = parts.into_iter().filter_map(hull).collect();
     if parts.is_empty() { whole() } else { parts }
 }
 
 /// The convex hull of a mesh; of one that is flat, its bounding box.
-fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Placed> {
+fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
     let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
     let first = *points.first()?;
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
     let solid = (most - least).min_element() > THINNEST;
-    if let Some(hull) = solid.then(|| SharedShape::convex_hull(&points)).flatten() {
-        return Some((hull, DPose3::IDENTITY));
+    if let Some(hull) = solid.then(|| Made::convex(&points)).flatten() {
+        return Some(hull);
     }
     // The box stands where the points are, not about the origin.
     let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
-    let centre = DPose3::from_translation((most + least) / 2.0);
-    Some((SharedShape::cuboid(half.x, half.y, half.z), centre))
+    Some(Made {
+        own_from_shape: DPose3::from_translation((most + least) / 2.0),
+        ..Made::new(SharedShape::cuboid(half.x, half.y, half.z))
+    })
 }
 
 /// The points that are farthest in directions spread evenly over the sphere (a Fibonacci

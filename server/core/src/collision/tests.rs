@@ -6,7 +6,8 @@ use glamx::{DPose3, DQuat, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Joint, JointKind, Limits, Link, Material, MeshAsset, Sha256};
 
-use super::{MeshShapes, Shapes};
+use super::{Collider, ColliderGeometry, MeshShapes, Shapes};
+use crate::dynamics::Tree;
 use crate::simulation::WorldLimits;
 use crate::simulation::command::{JointReset, RobotReset, Spawn};
 use crate::{Command, PhysicsSettings, Simulation, Snapshot};
@@ -217,10 +218,8 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     }
 }
 
-/// Two bars of a metre at a right angle. Their hull fills the corner between them; parts of a
-/// voxel's size do not.
-#[test]
-fn a_mesh_is_taken_apart_where_that_is_asked_for() {
+/// Two bars of a metre at a right angle, as a robot of one link that touches.
+fn bars() -> RobotModel {
     let corner = [
         DVec3::ZERO,
         DVec3::X,
@@ -249,6 +248,13 @@ fn a_mesh_is_taken_apart_where_that_is_asked_for() {
     let mesh = Geometry::Mesh { uri: "corner.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
     model.links[0].collisions = vec![collision(DVec3::ZERO, mesh)];
     model.links.iter_mut().skip(1).for_each(|link| link.collisions.clear());
+    model
+}
+
+/// The hull of two bars fills the corner between them; parts of a voxel's size do not.
+#[test]
+fn a_mesh_is_taken_apart_where_that_is_asked_for() {
+    let model = bars();
     let hull = Shapes::reusing(&model, MeshShapes::Hull, &[]);
     let parts = Arc::new(Shapes::reusing(&model, MeshShapes::Decomposition, &[]));
     assert_eq!(hull.len(), 1);
@@ -262,4 +268,65 @@ fn a_mesh_is_taken_apart_where_that_is_asked_for() {
     // The way is part of what hulls are known by.
     let again = Shapes::reusing(&model, MeshShapes::Hull, std::slice::from_ref(&parts));
     assert_eq!(again.len(), 1);
+}
+
+/// They are read back from parry's shapes.
+#[test]
+fn colliders_of_primitives_equal_the_description() {
+    let model = robot();
+    let shapes = Shapes::new(&model);
+    let colliders: Vec<Collider> = shapes.colliders(&Tree::new(&model, true)).collect();
+    assert_eq!(colliders.iter().map(|collider| collider.link).collect::<Vec<_>>(), [0, 1, 1, 2]);
+    assert_eq!(colliders[0].geometry, ColliderGeometry::Box { size: DVec3::new(0.1, 0.2, 0.3) });
+    assert_eq!(colliders[1].geometry, ColliderGeometry::Sphere { radius: 0.1 });
+    assert_eq!(colliders[2].geometry, ColliderGeometry::Cylinder { radius: 0.1, length: 0.4 });
+    assert!(matches!(colliders[3].geometry, ColliderGeometry::Convex { .. }), "{colliders:?}");
+    let placed =
+        model.links.iter().flat_map(|link| &link.collisions).map(|collision| collision.link_from_shape);
+    for (collider, pose) in colliders.iter().zip(placed) {
+        // A cylinder is turned to parry's axis and back, which rounds: a few times 1e-16.
+        let off = pose.inverse() * collider.link_from_shape;
+        let turn = off.rotation.xyz().length();
+        assert!(off.translation.length() + turn < 1e-15, "{collider:?}");
+    }
+}
+
+/// The vertices are those that parry keeps, and its triangles enclose what it encloses.
+#[test]
+fn convex_colliders_are_found_by_their_hash() {
+    let model = bars();
+    for meshes in [MeshShapes::Hull, MeshShapes::Decomposition] {
+        let shapes = Shapes::reusing(&model, meshes, &[]);
+        let colliders: Vec<Collider> = shapes.colliders(&Tree::new(&model, true)).collect();
+        assert_eq!(colliders.len(), shapes.len());
+        for (collider, part) in colliders.iter().zip(&shapes.parts) {
+            let ColliderGeometry::Convex { sha256 } = &collider.geometry else { panic!("{collider:?}") };
+            let mesh = shapes.convex_mesh(sha256).unwrap();
+            let hull = part.shape.as_convex_polyhedron().unwrap();
+            assert_eq!((mesh.vertices.as_slice(), mesh.sha256()), (hull.points(), *sha256));
+            // The divergence theorem: a sixth of the sum of a . (b x c) over triangles that wind outwards.
+            let signed = |triangle: &[u32; 3]| {
+                let [a, b, c] = triangle.map(|vertex| mesh.vertices[vertex as usize]);
+                a.dot(b.cross(c)) / 6.0
+            };
+            let volume: f64 = mesh.triangles.iter().map(signed).sum();
+            let exact = part.shape.mass_properties(1.0).mass();
+            assert!((volume - exact).abs() < 1e-9 * exact, "{volume} {exact}");
+        }
+        assert!(shapes.convex_mesh(&Sha256([9; 32])).is_none());
+    }
+}
+
+#[test]
+fn a_plane_that_could_move_is_no_collider() {
+    let mut model = robot();
+    model.links.truncate(1);
+    model.joints.clear();
+    model.links[0].collisions = vec![collision(DVec3::ZERO, Geometry::Plane { normal: DVec3::Y })];
+    let shapes = Shapes::new(&model);
+    let colliders = |fixed| -> Vec<ColliderGeometry> {
+        shapes.colliders(&Tree::new(&model, fixed)).map(|collider| collider.geometry).collect()
+    };
+    assert_eq!(colliders(true), [ColliderGeometry::Plane { normal: DVec3::Y }]);
+    assert_eq!(colliders(false), []);
 }

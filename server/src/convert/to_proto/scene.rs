@@ -1,6 +1,7 @@
 //! What is to be drawn of a robot: its shapes in one flat list, each with its link.
 
-use glamx::DPose3;
+use glamx::{DPose3, DVec3};
+use simd_core::collision::{Collider, ColliderGeometry};
 use simd_core::simulation::snapshot::EntityLayout;
 use simd_model::robot::Geometry;
 use simd_proto::v1;
@@ -8,7 +9,7 @@ use simd_proto::v1;
 use super::geometry;
 use super::simulation::count;
 
-/// Visuals and colliders of a robot.
+/// Visuals, collisions and colliders of a robot.
 pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
     let links = || entity.model.links.iter().enumerate();
     v1::RobotScene {
@@ -24,39 +25,67 @@ pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
             .flat_map(|(index, link)| link.collisions.iter().map(move |collision| (index, collision)))
             .map(|(index, collision)| shape(index, collision.link_from_shape, &collision.geometry, None))
             .collect(),
+        colliders: entity.shapes.colliders(&entity.tree).map(collider).collect(),
     }
 }
 
 fn shape(link: usize, pose: DPose3, geometry: &Geometry, color: Option<v1::Color>) -> v1::Shape {
-    v1::Shape {
-        link: count(link),
-        pose: Some(geometry::pose(pose)),
-        geometry: Some(shape_geometry(geometry)),
-        color,
+    let (pose, geometry) = (Some(geometry::pose(pose)), Some(shape_geometry(geometry)));
+    v1::Shape { link: count(link), pose, geometry, color }
+}
+
+fn collider(collider: Collider) -> v1::Shape {
+    let Collider { link, link_from_shape, geometry } = collider;
+    let (pose, geometry) = (Some(geometry::pose(link_from_shape)), Some(collider_geometry(&geometry)));
+    v1::Shape { link: count(link), pose, geometry, color: None }
+}
+
+fn collider_geometry(geometry: &ColliderGeometry) -> v1::shape::Geometry {
+    match geometry {
+        ColliderGeometry::Box { size } => box_of(*size),
+        ColliderGeometry::Sphere { radius } => sphere(*radius),
+        ColliderGeometry::Cylinder { radius, length } => cylinder(*radius, *length),
+        ColliderGeometry::Capsule { radius, length } => capsule(*radius, *length),
+        ColliderGeometry::Plane { normal } => plane(*normal),
+        ColliderGeometry::Convex { sha256 } => {
+            v1::shape::Geometry::Convex(v1::ConvexGeometry { sha256: sha256.to_string() })
+        }
     }
 }
 
 fn shape_geometry(geometry: &Geometry) -> v1::shape::Geometry {
     match geometry {
-        Geometry::Box { size } => {
-            v1::shape::Geometry::Box(v1::BoxGeometry { size: Some(geometry::vector(*size)) })
-        }
-        Geometry::Sphere { radius } => v1::shape::Geometry::Sphere(v1::SphereGeometry { radius: *radius }),
-        Geometry::Cylinder { radius, length } => {
-            v1::shape::Geometry::Cylinder(v1::CylinderGeometry { radius: *radius, length: *length })
-        }
-        Geometry::Capsule { radius, length } => {
-            v1::shape::Geometry::Capsule(v1::CapsuleGeometry { radius: *radius, length: *length })
-        }
-        Geometry::Plane { normal } => {
-            v1::shape::Geometry::Plane(v1::PlaneGeometry { normal: Some(geometry::vector(*normal)) })
-        }
+        Geometry::Box { size } => box_of(*size),
+        Geometry::Sphere { radius } => sphere(*radius),
+        Geometry::Cylinder { radius, length } => cylinder(*radius, *length),
+        Geometry::Capsule { radius, length } => capsule(*radius, *length),
+        Geometry::Plane { normal } => plane(*normal),
         Geometry::Mesh { uri, scale, asset } => v1::shape::Geometry::Mesh(v1::MeshGeometry {
             sha256: asset.as_ref().map(|asset| asset.sha256.to_string()).unwrap_or_default(),
             uri: uri.clone(),
             scale: Some(geometry::vector(*scale)),
         }),
     }
+}
+
+fn box_of(size: DVec3) -> v1::shape::Geometry {
+    v1::shape::Geometry::Box(v1::BoxGeometry { size: Some(geometry::vector(size)) })
+}
+
+fn sphere(radius: f64) -> v1::shape::Geometry {
+    v1::shape::Geometry::Sphere(v1::SphereGeometry { radius })
+}
+
+fn cylinder(radius: f64, length: f64) -> v1::shape::Geometry {
+    v1::shape::Geometry::Cylinder(v1::CylinderGeometry { radius, length })
+}
+
+fn capsule(radius: f64, length: f64) -> v1::shape::Geometry {
+    v1::shape::Geometry::Capsule(v1::CapsuleGeometry { radius, length })
+}
+
+fn plane(normal: DVec3) -> v1::shape::Geometry {
+    v1::shape::Geometry::Plane(v1::PlaneGeometry { normal: Some(geometry::vector(normal)) })
 }
 
 fn color([red, green, blue, alpha]: [f64; 4]) -> v1::Color {

@@ -1,0 +1,124 @@
+//! Colliders as plain data, for those who draw them: read back from the shapes that the physics touches with.
+
+use glamx::{DPose3, DVec3};
+use parry3d_f64::shape::{ConvexPolyhedron, ShapeType, TypedShape};
+use simd_model::robot::Sha256;
+
+use super::Shapes;
+use super::shapes::{Part, upright};
+use crate::dynamics::Tree;
+
+/// A shape that a robot touches with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collider {
+    /// Index of the link.
+    pub link: usize,
+    /// `link_from_shape`.
+    pub link_from_shape: DPose3,
+    /// In the shape's frame.
+    pub geometry: ColliderGeometry,
+}
+
+/// What a collider is. Metres; cylinders and capsules are about z.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ColliderGeometry {
+    /// Full lengths of the sides, centred on the origin.
+    Box {
+        /// Along each axis.
+        size: DVec3,
+    },
+    /// Centred on the origin.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+    },
+    /// Centred on the origin.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Along z.
+        length: f64,
+    },
+    /// Centred on the origin.
+    Capsule {
+        /// Of the cylinder and of the caps.
+        radius: f64,
+        /// Along z, without the caps.
+        length: f64,
+    },
+    /// A half-space: all below the plane through the origin is inside.
+    Plane {
+        /// Of unit length.
+        normal: DVec3,
+    },
+    /// The convex hull of a mesh, or one of its convex parts, with the mesh's scale applied.
+    Convex {
+        /// By which [`Shapes::convex_mesh`] finds it.
+        sha256: Sha256,
+    },
+}
+
+/// The surface of a convex collider, in the shape's frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConvexMesh {
+    /// Metres.
+    pub vertices: Vec<DVec3>,
+    /// Indices into `vertices`, counterclockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl ConvexMesh {
+    /// The surface of parry's polyhedron, whose faces become fans of triangles.
+    pub(super) fn of(hull: &ConvexPolyhedron) -> Self {
+        let (vertices, triangles) = hull.to_trimesh();
+        Self { vertices, triangles }
+    }
+
+    /// The hash of the numbers, little-endian.
+    pub fn sha256(&self) -> Sha256 {
+        let coordinates =
+            self.vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes);
+        let indices = self.triangles.iter().flatten().flat_map(|index| index.to_le_bytes());
+        Sha256::of(&coordinates.chain(indices).collect::<Vec<u8>>())
+    }
+}
+
+impl Part {
+    /// Whether it touches anything: a plane that could move does not.
+    pub(super) fn is_used(&self, tree: &Tree) -> bool {
+        let is_plane = self.shape.shape_type() == ShapeType::HalfSpace;
+        tree.links.get(self.link).is_some_and(|frame| frame.body.is_none() || !is_plane)
+    }
+
+    fn collider(&self) -> Option<Collider> {
+        let mut link_from_shape = self.link_from_shape;
+        let geometry = match self.shape.as_typed_shape() {
+            TypedShape::Cuboid(cuboid) => ColliderGeometry::Box { size: 2.0 * cuboid.half_extents },
+            TypedShape::Ball(ball) => ColliderGeometry::Sphere { radius: ball.radius },
+            TypedShape::Cylinder(cylinder) => {
+                link_from_shape *= upright().inverse();
+                ColliderGeometry::Cylinder { radius: cylinder.radius, length: 2.0 * cylinder.half_height }
+            }
+            TypedShape::Capsule(capsule) => {
+                ColliderGeometry::Capsule { radius: capsule.radius, length: capsule.height() }
+            }
+            TypedShape::HalfSpace(plane) => ColliderGeometry::Plane { normal: plane.normal },
+            // `shapes` makes no other.
+            _ => ColliderGeometry::Convex { sha256: self.convex? },
+        };
+        Some(Collider { link: self.link, link_from_shape, geometry })
+    }
+}
+
+impl Shapes {
+    /// What a robot of this tree touches with, link by link.
+    pub fn colliders(&self, tree: &Tree) -> impl Iterator<Item = Collider> {
+        self.parts.iter().filter(|part| part.is_used(tree)).filter_map(Part::collider)
+    }
+
+    /// The convex collider of this hash; `None` where the robot has none.
+    pub fn convex_mesh(&self, sha256: &Sha256) -> Option<ConvexMesh> {
+        let part = self.parts.iter().find(|part| part.convex.as_ref() == Some(sha256))?;
+        part.shape.as_convex_polyhedron().map(ConvexMesh::of)
+    }
+}
