@@ -24,6 +24,7 @@ export default defineConfig({
     proxy: {
       "/simd.v1.": proxied,
       "/meshes": proxied,
+      "/colliders": proxied,
     },
   },
 });

@@ -9,7 +9,7 @@ import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
 import { type Bounds, bounds, Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { corners, moved } from "./mesh";
-import { stand } from "./stand";
+import { fixtures } from "./fixtures";
 
 const MESH = resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/meshes/arm.STL");
 /** The arm is orange: rgb 0.96 0.52 0.12 has a hue of 29 degrees. */
@@ -17,13 +17,13 @@ const ORANGE = [18, 42] as const;
 /** Pixels that a picture may be away from where the daemon's pose puts it. */
 const CLOSE = 5;
 
-const here = stand();
+const use = fixtures();
 let context: BrowserContext;
 let daemon: Daemon;
 
 beforeEach(async () => {
-  context = await here.context({ acceptDownloads: true });
-  daemon = await here.daemon(Daemon.demo());
+  context = await use.context({ acceptDownloads: true });
+  daemon = await use.daemon(Daemon.demo());
 });
 
 /** The box around the arm as the daemon's link pose says it should be seen. */
@@ -119,6 +119,59 @@ test("what is moved by others moves the slider", async () => {
   await daemon.aim("bench_arm", { shoulder: -0.8 });
   await expect.poll(() => tab.page.getByTestId("number").first().inputValue()).toContain("-0.8");
   await expect.poll(() => tab.page.getByTestId("joint-row-bench_arm/shoulder").textContent()).toContain("test");
+});
+
+test("a reload keeps the camera, the unit and the plotted joints", async () => {
+  const tab = await Tab.open(context, daemon.url);
+  await tab.page.getByTestId("deg").click();
+  await tab.page.getByTestId("plot-joint").first().click();
+  await tab.page.getByTestId("plots").waitFor();
+  const box = await tab.page.getByTestId("viewport").boundingBox();
+  if (box === null) throw new Error("the view has no size");
+  // From the corner, where no link is.
+  await tab.page.mouse.move(box.x + 20, box.y + 20);
+  await tab.page.mouse.down();
+  await tab.page.mouse.move(box.x + 90, box.y + 60, { steps: 4 });
+  await tab.page.mouse.up();
+  const camera = () => tab.page.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
+  const stored = () => tab.page.evaluate(() => JSON.parse(sessionStorage.getItem("simd.view.camera") ?? "null") as number[][] | null);
+  await expect.poll(stored).not.toBeNull();
+  const kept = ((await stored()) ?? []).flat();
+  await tab.page.reload();
+  await tab.page.waitForFunction(() => window.simd?.frame() != null && window.simd.settled());
+  (await camera()).forEach((value, index) => expect(value).toBeCloseTo(kept[index] ?? Number.NaN, 6));
+  expect(await tab.page.getByTestId("deg").getAttribute("aria-pressed")).toBe("true");
+  expect(await tab.page.getByTestId("plot-joint").first().getAttribute("aria-pressed")).toBe("true");
+});
+
+test("a plot on a narrow page can be zoomed", async () => {
+  const narrow = await use.context({ viewport: { width: 700, height: 900 } });
+  const tab = await Tab.open(narrow, daemon.url);
+  if (!(await tab.page.getByTestId("plots").isVisible())) await tab.page.keyboard.press("p");
+  const plot = tab.page.getByTestId("plot-position");
+  await plot.waitFor();
+  await tab.page.waitForFunction(() => (window.simd.frame()?.simTime ?? 0) > 1);
+  /** Pixels with a colour of their own: the line, unlike the grid and the labels, which are grey. */
+  const coloured = () =>
+    plot.locator("canvas").evaluate((canvas: HTMLCanvasElement) => {
+      const data = canvas.getContext("2d")?.getImageData(0, 0, canvas.width, canvas.height).data ?? [];
+      let count = 0;
+      for (let at = 0; at < data.length; at += 4) {
+        const [red = 0, green = 0, blue = 0, alpha = 0] = [data[at], data[at + 1], data[at + 2], data[at + 3]];
+        if (alpha > 100 && Math.max(red, green, blue) - Math.min(red, green, blue) > 60) count += 1;
+      }
+      return count;
+    });
+  await expect.poll(coloured).toBeGreaterThan(50);
+  const box = await plot.boundingBox();
+  if (box === null) throw new Error("the plot has no size");
+  await tab.page.mouse.move(box.x + 70, box.y + box.height / 2);
+  await tab.page.mouse.down();
+  await tab.page.mouse.move(box.x + 70 + box.width / 3, box.y + box.height / 2, { steps: 5 });
+  await tab.page.mouse.up();
+  await expect.poll(() => tab.page.getByTestId("zoom-out").isEnabled()).toBe(true);
+  await tab.page.waitForFunction((from) => window.simd.stats.frames() > from + 10, await tab.page.evaluate(() => window.simd.stats.frames()));
+  await expect.poll(coloured).toBeGreaterThan(50);
 });
 
 test("a plot draws the joint, and its figures can be saved", async () => {

@@ -1,4 +1,4 @@
-// Debian's Chromium without a window, drawing in software, and what tests ask of its pages.
+// Headless Chromium with a software renderer, and helpers for its pages.
 
 import { existsSync } from "node:fs";
 import { mkdir } from "node:fs/promises";
@@ -10,13 +10,13 @@ import { REPOSITORY } from "./daemon";
 
 const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
-/** Milliseconds after which something has hung: far beyond what a machine needs that draws in software. */
-const HUNG = 120_000;
+/** Milliseconds after which an operation has failed, far more than a software renderer needs. */
+const TIMEOUT = 120_000;
 
-/** Where pictures go; git ignores it. */
+/** The folder of screenshots, which git ignores. */
 export const PICTURES = resolve(REPOSITORY, "target/screenshots");
 
-/** A browser that asks no other host anything by itself. */
+/** A browser that connects to no other host by itself. */
 export async function launch(): Promise<Browser> {
   const executablePath = EXECUTABLES.find((path) => path !== undefined && existsSync(path));
   if (executablePath === undefined) throw new Error("there is no Chromium: `apt-get install chromium`, or name one in CHROMIUM");
@@ -33,21 +33,21 @@ export async function launch(): Promise<Browser> {
   return chromium.launch({ executablePath, args, headless: true });
 }
 
-/** A page on a daemon, with what it asked for and what it complained about. */
+/** A page of a daemon, with its requests and the errors and warnings of its console. */
 export class Tab {
   readonly requests: URL[] = [];
-  readonly complaints: string[] = [];
+  readonly consoleMessages: string[] = [];
 
   private constructor(readonly page: Page) {
-    page.setDefaultTimeout(HUNG);
+    page.setDefaultTimeout(TIMEOUT);
     page.on("request", (request) => this.requests.push(new URL(request.url())));
     page.on("console", (message) => {
-      if (message.type() === "error" || message.type() === "warning") this.complaints.push(message.text());
+      if (message.type() === "error" || message.type() === "warning") this.consoleMessages.push(message.text());
     });
-    page.on("pageerror", (error) => this.complaints.push(String(error)));
+    page.on("pageerror", (error) => this.consoleMessages.push(String(error)));
   }
 
-  /** Opens one and waits until it shows what the daemon simulates. */
+  /** Opens a page and waits until it is drawn. */
   static async open(context: BrowserContext, url: string): Promise<Tab> {
     const tab = new Tab(await context.newPage());
     await tab.page.goto(url);
@@ -55,17 +55,17 @@ export class Tab {
     return tab;
   }
 
-  /** Where a point of the world is on the page, in CSS pixels. */
+  /** The position of a point of the world on the page, in CSS pixels. */
   project(point: number[]): Promise<{ x: number; y: number }> {
     return this.page.evaluate((at) => window.simd.project(at as [number, number, number]), point);
   }
 
-  /** Waits until the page draws a state at least as new as what the daemon says now. */
+  /** Waits until the page has drawn a state of at least this sequence. */
   async caughtUp(sequence: bigint): Promise<void> {
     await this.page.waitForFunction((least) => window.simd.drawn() >= BigInt(least), sequence.toString());
   }
 
-  /** The box around what is seen of a hue, in degrees from red to yellow, within an area; and how many pixels that is. */
+  /** The bounding box and the number of pixels of a range of hues, in degrees from red to yellow, within an area. */
   async seen(area: Bounds, from: number, to: number): Promise<{ box: Bounds; pixels: number }> {
     const png = (await this.page.screenshot()).toString("base64");
     return this.page.evaluate(
@@ -98,7 +98,7 @@ export class Tab {
     );
   }
 
-  /** Keeps a picture for people to look at. */
+  /** Saves a screenshot. */
   async picture(name: string): Promise<void> {
     await mkdir(PICTURES, { recursive: true });
     await this.page.screenshot({ path: resolve(PICTURES, `${name}.png`) });

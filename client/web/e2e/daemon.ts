@@ -1,4 +1,4 @@
-// The real daemon as a process, on a free port of loopback, and clients that ask it what is true.
+// A daemon as a process, on a free port of the loopback address, with clients of its services.
 
 import { type ChildProcess, spawn } from "node:child_process";
 import { once } from "node:events";
@@ -18,18 +18,18 @@ import { JointService } from "../src/gen/simd/v1/joint_pb";
 import { ParameterService } from "../src/gen/simd/v1/parameter_pb";
 import { SimulationService } from "../src/gen/simd/v1/simulation_pb";
 
-/** The folder that the paths in the README begin at. */
+/** The root of the repository. */
 export const REPOSITORY = resolve(import.meta.dirname, "../../..");
 
 const BINARY = process.env.SIMD_BINARY ?? resolve(REPOSITORY, "target/debug/simd");
 
-const sayVersion: Interceptor = (next) => (request) => {
+const identify: Interceptor = (next) => (request) => {
   request.header.set("simd-api-version", API_VERSION);
   request.header.set("simd-client", "test");
   return next(request);
 };
 
-/** A daemon. Dispose of it with `stop` or `kill`. */
+/** A daemon. End it with `stop` or `kill`. */
 export class Daemon {
   readonly simulation;
   readonly joints;
@@ -43,7 +43,7 @@ export class Daemon {
     private readonly child: ChildProcess,
     private readonly home: string,
   ) {
-    const transport = createGrpcWebTransport({ baseUrl: url, interceptors: [sayVersion] });
+    const transport = createGrpcWebTransport({ baseUrl: url, interceptors: [identify] });
     this.simulation = createClient(SimulationService, transport);
     this.joints = createClient(JointService, transport);
     this.entities = createClient(EntityService, transport);
@@ -51,7 +51,7 @@ export class Daemon {
     this.contacts = createClient(ContactService, transport);
   }
 
-  /** Starts one with these flags, and waits until it says where it listens. */
+  /** Starts a daemon with these flags, and waits until it prints its address. */
   static async start(flags: string[], listen = "127.0.0.1:0"): Promise<Daemon> {
     if (!existsSync(BINARY)) throw new Error(`there is no ${BINARY}: \`make build\` builds it`);
     const home = await mkdtemp(`${tmpdir()}/simd-e2e-`);
@@ -73,12 +73,12 @@ export class Daemon {
     return Daemon.start(["--config", "tests/assets/demo.toml", ...flags]);
   }
 
-  /** Ends it in good order. */
+  /** Shuts it down. */
   async stop(): Promise<void> {
     await this.end("SIGTERM");
   }
 
-  /** Ends it as a power cut would. */
+  /** Kills it. */
   async kill(): Promise<void> {
     await this.end("SIGKILL");
   }
@@ -92,23 +92,23 @@ export class Daemon {
     await rm(this.home, { recursive: true, force: true });
   }
 
-  /** Where a robot's link is: world_from_link as x y z and the quaternion x y z w. */
+  /** world_from_link of a link: x y z and the quaternion x y z w. */
   async linkPose(robot: string, link: string): Promise<number[]> {
     const { entity } = await this.entities.getEntityInfo({ robot });
-    const place = entity?.links.findIndex((one) => one.name === link) ?? -1;
+    const index = entity?.links.findIndex((one) => one.name === link) ?? -1;
     const { robots } = await this.entities.getLinkPoses({ robots: [robot] });
-    const pose = robots[0]?.poses.slice(7 * place, 7 * place + 7) ?? [];
-    if (place < 0 || pose.length !== 7) throw new Error(`${robot} has no link ${link}`);
+    const pose = robots[0]?.poses.slice(7 * index, 7 * index + 7) ?? [];
+    if (index < 0 || pose.length !== 7) throw new Error(`${robot} has no link ${link}`);
     return pose;
   }
 
-  /** Waits until a playing world has gone on by so many simulated seconds. */
+  /** Waits until this much simulated time has passed in a playing world. */
   async pass(seconds: number): Promise<void> {
     const now = async () => (await this.simulation.getSimulationState({})).stamp?.simTime ?? 0;
     for (const end = (await now()) + seconds; (await now()) < end; );
   }
 
-  /** Gives joints positions to go to. */
+  /** Sets position targets. */
   async aim(robot: string, positions: Record<string, number>): Promise<void> {
     const joints = Object.entries(positions).map(([joint, position]) => ({
       joint,
@@ -117,7 +117,7 @@ export class Daemon {
     await this.joints.setJointTargets({ robots: [{ robot, joints }] });
   }
 
-  /** A joint with one axis, as it is now. */
+  /** The present state of a joint with one axis. */
   async joint(robot: string, joint: string): Promise<{ position: number; velocity: number; target: number; mode: number }> {
     const selections = [{ robot, joints: [joint] }];
     const state = (await this.joints.getJointStates({ selections })).states?.robots[0];

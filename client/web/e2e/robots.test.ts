@@ -8,17 +8,17 @@ import { resolve } from "node:path";
 import type { BrowserContext } from "playwright-core";
 import { beforeEach, expect, test } from "vitest";
 
-import { Base } from "../src/gen/simd/v1/entity_pb";
+import { Base, MeshShapes } from "../src/gen/simd/v1/entity_pb";
 import { Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
-import { stand } from "./stand";
+import { fixtures } from "./fixtures";
 
-const here = stand();
+const use = fixtures();
 let context: BrowserContext;
 let daemon: Daemon;
 
 beforeEach(async () => {
-  context = await here.context();
+  context = await use.context();
 });
 
 /** The robots of the package `pybullet_data`, which `make test-data` installs. */
@@ -28,12 +28,14 @@ function pybulletData(): string {
   return resolve(libraries, python ?? "", "site-packages/pybullet_data");
 }
 
-async function load(path: string, more: { base: Base; z?: number; joints?: Record<string, number> }): Promise<string> {
+async function load(path: string, more: { base: Base; z?: number; joints?: Record<string, number>; meshShapes?: MeshShapes }): Promise<string> {
   const { entity } = await daemon.entities.spawnEntity({
     source: { source: { case: "path", value: path } },
     base: more.base,
     pose: { position: { x: 0, y: 0, z: more.z ?? 0 } },
+    allowRenaming: true,
     jointPositions: more.joints ?? {},
+    meshShapes: more.meshShapes ?? MeshShapes.HULL,
   });
   return entity?.name ?? "";
 }
@@ -44,14 +46,14 @@ async function ground(): Promise<void> {
 }
 
 test("the demo arm, as it is first seen", async () => {
-  daemon = await here.daemon(Daemon.demo());
+  daemon = await use.daemon(Daemon.demo());
   const tab = await Tab.open(context, daemon.url);
   expect(await tab.page.getByTestId("slider").count()).toBe(1);
   await tab.picture("bench-arm");
 });
 
 test("an iiwa moves, and its meshes are there", async () => {
-  daemon = await here.daemon(Daemon.start(["--asset-root", pybulletData()]));
+  daemon = await use.daemon(Daemon.start(["--asset-root", pybulletData()]));
   const robot = await load(resolve(pybulletData(), "kuka_iiwa/model.urdf"), { base: Base.FIXED });
   const tab = await Tab.open(context, daemon.url);
   await tab.page.getByTestId("plots-toggle").click();
@@ -65,8 +67,82 @@ test("an iiwa moves, and its meshes are there", async () => {
   await tab.picture("iiwa");
 });
 
+test("the collision view draws the hulls or convex parts that the daemon has", async () => {
+  daemon = await use.daemon(Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets")]));
+  const urdf = resolve(REPOSITORY, "tests/assets/Bench_Arm-1.2 rev B/urdf/Bench_Arm-1.2 rev B.urdf");
+  const hulls = await load(urdf, { base: Base.FIXED });
+  const tab = await Tab.open(context, daemon.url);
+  const drawn = () => new Set(tab.requests.map((url) => url.pathname).filter((path) => path.startsWith("/colliders/")));
+  const served = async (robots: string[]) => {
+    const { robots: scenes } = await daemon.entities.getScene({ robots });
+    const shapes = scenes.flatMap((scene) => scene.colliders);
+    return new Set(shapes.flatMap(({ geometry }) => (geometry.case === "convex" ? [`/colliders/${geometry.value.sha256}.glb`] : [])));
+  };
+  expect(drawn()).toEqual(new Set());
+  await tab.page.getByTestId("toggle-collision").click();
+  const ofHulls = await served([hulls]);
+  expect(ofHulls.size).toBeGreaterThan(0);
+  await expect.poll(drawn).toEqual(ofHulls);
+  await load(urdf, { base: Base.FIXED, meshShapes: MeshShapes.DECOMPOSITION });
+  const all = await served([]);
+  await expect.poll(drawn).toEqual(all);
+  await tab.page.waitForFunction(() => window.simd.settled());
+  expect(tab.consoleMessages).toEqual([]);
+  await tab.picture("colliders");
+});
+
+test("the ends of long joint names are seen", async () => {
+  const joint = (side: string) =>
+    `<link name="${side}"/><joint name="robot_assembly_v2_gripper_finger_distal_joint_${side}" type="continuous"><parent link="base"/><child link="${side}"/></joint>`;
+  const urdf = new TextEncoder().encode(`<robot name="hand"><link name="base"/>${joint("left")}${joint("right")}</robot>`);
+  daemon = await use.daemon(Daemon.start([]));
+  await daemon.entities.spawnEntity({ source: { source: { case: "urdf", value: urdf } } });
+  const tab = await Tab.open(context, daemon.url);
+  const ends = tab.page.locator(".joint .joint-name .end");
+  await expect.poll(() => ends.count()).toBe(2);
+  const texts = [];
+  for (const end of await ends.all()) {
+    const name = await end.locator("xpath=..").boundingBox();
+    const box = await end.boundingBox();
+    if (box === null || name === null) throw new Error("a name has no size");
+    expect(box.x + box.width).toBeLessThanOrEqual(name.x + name.width + 1);
+    texts.push(await end.textContent());
+  }
+  expect(new Set(texts).size).toBe(2);
+});
+
+test("a robot that is looked at while its meshes load is framed as if they had been there", async () => {
+  daemon = await use.daemon(Daemon.demo());
+  const fitted = async (tab: Tab) => {
+    await tab.page.waitForFunction(() => window.simd.settled());
+    return tab.page.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
+  };
+  const tab = await Tab.open(context, daemon.url);
+  // The user has moved the camera: it is not fitted by itself any more.
+  const move = () => window.simd.camera.look([9, 9, 9], [8, 8, 8]);
+  await tab.page.evaluate(move);
+  await tab.page.keyboard.press("f");
+  const expected = await fitted(tab);
+
+  const slow = await context.newPage();
+  let release = (): void => undefined;
+  const held = new Promise<void>((resolve) => (release = resolve));
+  await slow.route("**/meshes/*", async (route) => {
+    await held;
+    await route.continue();
+  });
+  await slow.goto(daemon.url);
+  await slow.waitForFunction(() => (window.simd?.stats.pictures() ?? 0) > 0);
+  await slow.evaluate(move);
+  await slow.keyboard.press("f");
+  release();
+  await slow.waitForFunction(() => window.simd.settled());
+  const seen = await slow.evaluate(() => [...window.simd.camera.position(), ...window.simd.camera.target()]);
+  seen.forEach((value, index) => expect(value).toBeCloseTo(expected[index] ?? Number.NaN, 3));
+});
+
 test("an A1 stands, and its contacts are shown", async () => {
-  daemon = await here.daemon(Daemon.start(["--asset-root", pybulletData()]));
+  daemon = await use.daemon(Daemon.start(["--asset-root", pybulletData()]));
   await ground();
   const joints: Record<string, number> = {};
   for (const leg of ["FR", "FL", "RR", "RL"]) {
@@ -83,7 +159,7 @@ test("an A1 stands, and its contacts are shown", async () => {
 });
 
 test("a robot of thirty joints can be used: filtered, and moved by its slider", async () => {
-  daemon = await here.daemon(Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets")]));
+  daemon = await use.daemon(Daemon.start(["--asset-root", resolve(REPOSITORY, "tests/assets")]));
   const robot = await load(resolve(REPOSITORY, "tests/assets/humanoid/urdf/humanoid.urdf"), { base: Base.FIXED, z: 1.2 });
   const tab = await Tab.open(context, daemon.url);
   const { layout } = await daemon.joints.getJointLayout({ robot });
@@ -128,7 +204,7 @@ async function fallback(): Promise<{ url: string; close: () => void }> {
 }
 
 test("the page that stands in for the viewer shows the joints and says how to get the rest", async () => {
-  daemon = await here.daemon(Daemon.demo());
+  daemon = await use.daemon(Daemon.demo());
   const tables = await fallback();
   try {
     const page = await context.newPage();

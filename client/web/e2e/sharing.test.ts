@@ -1,22 +1,22 @@
-// Several tabs, a daemon that goes and comes back, and what the page asks of whom.
+// Several tabs, a daemon that is restarted, and the requests of the page.
 
 import { expect, test } from "vitest";
 
 import { SimulationState } from "../src/gen/simd/v1/simulation_pb";
 import { Tab } from "./browser";
 import { Daemon } from "./daemon";
-import { stand } from "./stand";
+import { fixtures } from "./fixtures";
 
-const here = stand();
+const use = fixtures();
 
 test("a daemon that was killed and started again is found again, with the robots that it has then", async () => {
-  const first = await here.daemon(Daemon.demo());
-  const tab = await Tab.open(await here.context(), first.url);
+  const first = await use.daemon(Daemon.demo());
+  const tab = await Tab.open(await use.context(), first.url);
   await first.kill();
   await tab.page.getByTestId("banner").waitFor({ state: "visible" });
   expect(await tab.page.getByTestId("banner").textContent()).toMatch(/\d/);
   await tab.picture("connection-lost");
-  await here.daemon(Daemon.start(["--load", "tests/assets/Two Link.v2"], new URL(first.url).host));
+  await use.daemon(Daemon.start(["--load", "tests/assets/Two Link.v2"], new URL(first.url).host));
   await tab.page.getByTestId("banner").waitFor({ state: "detached" });
   await tab.page.getByTestId("filter").waitFor();
   await expect.poll(() => tab.page.evaluate(() => [...(window.simd.frame()?.joints.keys() ?? [])])).not.toContain("bench_arm");
@@ -24,8 +24,8 @@ test("a daemon that was killed and started again is found again, with the robots
 });
 
 test("seven tabs of one browser are all live, playing and paused", async () => {
-  const daemon = await here.daemon(Daemon.demo());
-  const context = await here.context();
+  const daemon = await use.daemon(Daemon.demo());
+  const context = await use.context();
   const tabs: Tab[] = [];
   for (let i = 0; i < 7; i += 1) tabs.push(await Tab.open(context, daemon.url));
   const steps = () => Promise.all(tabs.map((tab) => tab.page.evaluate(() => Number(window.simd.frame()?.step ?? 0n))));
@@ -42,8 +42,8 @@ test("seven tabs of one browser are all live, playing and paused", async () => {
 });
 
 test("a page asks no other host anything, and its policy says so", async () => {
-  const daemon = await here.daemon(Daemon.demo());
-  const tab = await Tab.open(await here.context(), daemon.url);
+  const daemon = await use.daemon(Daemon.demo());
+  const tab = await Tab.open(await use.context(), daemon.url);
   await tab.page.keyboard.press("p");
   await tab.page.keyboard.press("?");
   const hosts = new Set(tab.requests.filter((url) => url.protocol.startsWith("http")).map((url) => url.origin));
@@ -53,6 +53,6 @@ test("a page asks no other host anything, and its policy says so", async () => {
   expect(policy).toContain("default-src 'self'");
   expect(policy).not.toContain("unsafe");
   expect(policy).not.toMatch(/https?:|\*/);
-  // What the policy forbids would be complained about.
-  expect(tab.complaints).toEqual([]);
+  // Violations of the policy would be in the console.
+  expect(tab.consoleMessages).toEqual([]);
 });

@@ -1,11 +1,11 @@
-// Where the page begins: mounts it, and starts to ask the daemon.
+// The entry point: starts polling the daemon, and mounts the page.
 import { render } from "preact";
-import { startLink } from "./daemon/page";
+import { startPolling } from "./daemon/page";
 import { App } from "./panels/App";
 
 const root = document.getElementById("app");
 if (root) {
-  // First: the daemon answers while the page is put together.
-  startLink();
+  // First, so that the daemon answers while the page is rendered.
+  startPolling();
   render(<App />, root);
 }

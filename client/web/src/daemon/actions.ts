@@ -1,4 +1,4 @@
-// Every change that people make to the world. Each answers once it holds; refusals become toasts.
+// Every change that the user makes to the world. Each resolves once it is applied; errors are shown as toasts.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { WrenchFrame } from "../gen/simd/v1/entity_pb";
 import { JointMode, type JointTargetSchema, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
@@ -7,8 +7,8 @@ import { loadDropped, type DroppedFile } from "../load/load";
 import { toast } from "../state/toasts";
 import { simulation, type Axis, type Mode } from "../state/world";
 import { Coalescer } from "./coalesce";
-import { link } from "./page";
-import { sentenceOf } from "./refusal";
+import { daemonConnection } from "./page";
+import { messageOf } from "./error-message";
 import { services } from "./services";
 
 export type { DroppedFile };
@@ -16,25 +16,25 @@ export type { DroppedFile };
 type Vector = readonly [number, number, number];
 type WireTarget = MessageInitShape<typeof JointTargetSchema>;
 
-/** Simulated seconds that a push lasts unless it is renewed: a page that goes away does not push for ever. */
-const PUSH_DURATION = 0.2;
+/** Simulated seconds after which a pull ends unless it is renewed, so that it does not outlive the page. */
+const PULL_DURATION = 0.2;
 
 const targets = new Coalescer<string, { axis: Axis; mode: Mode; value: number }>((values) => attempt(() => sendTargets(values)));
 const sliders = new Coalescer<string, number>((values) => attempt(() => sendParameters(values)));
 const speed = new Coalescer<"speed", number>((values) => attempt(() => sendSpeed(values.get("speed") ?? 1)));
-const pushes = new Coalescer<string, Push>((values) => attempt(() => sendPushes(values)));
+const pulls = new Coalescer<string, Pull>((values) => attempt(() => sendPulls(values)));
 
-/** Gives an axis a target. Newest wins per axis; one call is in flight, and takes all that wait. */
+/** Sets the target of an axis. The newest of each axis is sent, with one call in flight. */
 export function setTarget(axis: Axis, mode: Mode, value: number): Promise<void> {
   return targets.set(axis.key, { axis, mode, value });
 }
 
-/** Lets all joints of a robot hold where they are. */
+/** Makes all joints of a robot hold their positions. */
 export function holdAll(robot: string): Promise<void> {
   return setWhole(robot, JointMode.HOLD);
 }
 
-/** Takes the actuators of a robot away. */
+/** Makes all joints of a robot passive. */
 export function freeAll(robot: string): Promise<void> {
   return setWhole(robot, JointMode.PASSIVE);
 }
@@ -47,19 +47,19 @@ export function pause(): Promise<void> {
   return setState(SimulationState.PAUSED);
 }
 
-/** Does `n` steps; a world that plays is paused first. */
+/** Runs `n` steps; a playing simulation is paused first. */
 export async function step(n: number): Promise<void> {
   await attempt(async () => {
     if (simulation.value.state === "playing") await services().simulation.setSimulationState({ state: SimulationState.PAUSED });
     await services().simulation.stepSimulation({ steps: BigInt(Math.max(1, Math.round(n))) });
   });
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
-/** Puts time and robots back to the start. */
+/** Resets time and robots. */
 export async function reset(): Promise<void> {
   await attempt(() => services().simulation.resetSimulation({ time: true, state: true }));
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
 /** Real-time factor; Infinity is as fast as possible. */
@@ -74,18 +74,18 @@ export function setParameter(name: string, value: number): Promise<void> {
 export async function pressButton(name: string): Promise<void> {
   const change = { name, change: { case: "presses", value: 1n } } as const;
   await attempt(() => services().parameters.setParameters({ changes: [change] }));
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
 export async function deleteRobot(name: string): Promise<void> {
   await attempt(() => services().entities.deleteEntity({ robot: name }));
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
 /** Loads the robots that the files describe. */
 export async function loadFiles(files: DroppedFile[]): Promise<void> {
   await attempt(() => loadDropped(services().entities, files));
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
 /** Moves a robot's root up, metres. */
@@ -96,32 +96,32 @@ export async function lift(robot: string, by: number): Promise<void> {
     if (!position || !orientation) return;
     await entities.setEntityState({ robot, pose: { position: { ...position, z: position.z + by }, orientation } });
   });
-  link().poke();
+  daemonConnection().pollNow();
 }
 
-/** Pushes a link: newtons in world axes, at a point in the link's frame. Ends by itself unless it is renewed. */
-export function pushLink(robot: string, linkName: string, force: Vector, pointInLink: Vector): Promise<void> {
-  return pushes.set(`${robot}/${linkName}`, { robot, link: linkName, force, point: pointInLink });
+/** Applies a force to a link: newtons in world axes, at a point in the link's frame. Ends by itself unless it is renewed. */
+export function pullLink(robot: string, linkName: string, force: Vector, pointInLink: Vector): Promise<void> {
+  return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, force, point: pointInLink });
 }
 
-/** Ends what `pushLink` does. */
-export function stopPushing(robot: string, linkName: string): Promise<void> {
-  return pushes.set(`${robot}/${linkName}`, { robot, link: linkName, force: [0, 0, 0], point: [0, 0, 0] });
+/** Ends the force of `pullLink`. */
+export function stopPulling(robot: string, linkName: string): Promise<void> {
+  return pulls.set(`${robot}/${linkName}`, { robot, link: linkName, force: [0, 0, 0], point: [0, 0, 0] });
 }
 
-interface Push {
+interface Pull {
   robot: string;
   link: string;
   force: Vector;
   point: Vector;
 }
 
-/** Does it, and tells people where the daemon refused. */
+/** Runs a change, and shows its error as a toast. */
 async function attempt(change: () => Promise<unknown>): Promise<void> {
   try {
     await change();
   } catch (error) {
-    toast("error", sentenceOf(error));
+    toast("error", messageOf(error));
   }
 }
 
@@ -133,11 +133,11 @@ async function sendTargets(values: Map<string, { axis: Axis; mode: Mode; value: 
   }
   if (robots.size === 0) return;
   const wire = [...robots].map(([robot, joints]) => ({ robot, joints }));
-  tellClamped(await services().joints.setJointTargets({ robots: wire }));
-  link().poke();
+  reportClamped(await services().joints.setJointTargets({ robots: wire }));
+  daemonConnection().pollNow();
 }
 
-/** A target as the wire has it; nothing for joints without an actuator. */
+/** A target as a message; undefined for joints without an actuator. */
 export function targetOf(axis: Axis, mode: Mode, value: number): WireTarget | undefined {
   const where = { joint: axis.joint, axis: axis.axis };
   switch (mode) {
@@ -156,7 +156,7 @@ export function targetOf(axis: Axis, mode: Mode, value: number): WireTarget | un
   }
 }
 
-function tellClamped(response: SetJointTargetsResponse): void {
+function reportClamped(response: SetJointTargetsResponse): void {
   for (const { robot, joint, requested, applied } of response.clamped) {
     toast("info", `${robot}/${joint}: ${round(requested)} is beyond the limit; ${round(applied)} holds.`);
   }
@@ -167,15 +167,15 @@ function round(value: number): string {
 }
 
 async function setWhole(robot: string, mode: JointMode): Promise<void> {
-  // What waits for one of its joints would undo it.
+  // A pending target of one of its joints would undo this.
   targets.drop((key) => key.startsWith(`${robot}/`));
   await attempt(() => services().joints.setJointTargets({ robots: [{ robot, whole: { mode } }] }));
-  link().poke();
+  daemonConnection().pollNow();
 }
 
 async function setState(state: SimulationState): Promise<void> {
   await attempt(() => services().simulation.setSimulationState({ state }));
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
 async function sendSpeed(factor: number): Promise<void> {
@@ -184,16 +184,16 @@ async function sendSpeed(factor: number): Promise<void> {
       ? { realTimeFactor: factor, pace: PaceMode.REAL_TIME }
       : { pace: PaceMode.AS_FAST_AS_POSSIBLE },
   );
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
 async function sendParameters(values: Map<string, number>): Promise<void> {
   const changes = [...values].map(([name, value]) => ({ name, change: { case: "value", value } as const }));
   await services().parameters.setParameters({ changes });
-  link().pokeAll();
+  daemonConnection().pollAllNow();
 }
 
-async function sendPushes(values: Map<string, Push>): Promise<void> {
+async function sendPulls(values: Map<string, Pull>): Promise<void> {
   const calls = [...values.values()].map(({ robot, link: name, force, point }) =>
     services().entities.applyLinkWrench({
       robot,
@@ -201,7 +201,7 @@ async function sendPushes(values: Map<string, Push>): Promise<void> {
       wrench: { force: wire(force) },
       frame: WrenchFrame.WORLD,
       point: wire(point),
-      duration: PUSH_DURATION,
+      duration: PULL_DURATION,
     }),
   );
   await Promise.all(calls);

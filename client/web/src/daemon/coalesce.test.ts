@@ -13,7 +13,7 @@ function sender() {
 
 const settle = () => new Promise((resolve) => setImmediate(resolve));
 
-test("the first value goes at once, and those that come meanwhile go as the newest of each key", async () => {
+test("the first value is sent at once, and the newest of each key after that call", async () => {
   const { calls, coalescer } = sender();
   const done = [coalescer.set("a", 1), coalescer.set("a", 2), coalescer.set("b", 1), coalescer.set("a", 3)];
   expect(calls.map((call) => call.values)).toEqual([[["a", 1]]]);
@@ -35,7 +35,7 @@ test("one call is in flight, however many values come", async () => {
   expect(calls.map((call) => call.values)).toEqual([[["a", 0]], [["a", 99]]]);
 });
 
-test("whoever set a value that a newer one replaced is answered with the newer one's call", async () => {
+test("the promise of a replaced value resolves with the call of the newer one", async () => {
   const { calls, coalescer } = sender();
   void coalescer.set("a", 1);
   let answered = false;
@@ -48,7 +48,7 @@ test("whoever set a value that a newer one replaced is answered with the newer o
   await older;
 });
 
-test("values that wait can be taken back", async () => {
+test("pending values can be dropped", async () => {
   const { calls, coalescer } = sender();
   void coalescer.set("x", 0);
   const dropped = coalescer.set("arm/a", 1);

@@ -1,17 +1,17 @@
-// Sends changes that come faster than the daemon answers: the newest of each kind, one call in flight.
+// Coalesces changes that are made faster than the daemon answers: the newest of each key, one call in flight.
 
-/** Gathers values by key, and sends all that wait at once as soon as the call before has ended. */
+/** Collects values by key, and sends all pending ones in one call as soon as the call before has ended. */
 export class Coalescer<K, V> {
   private pending = new Map<K, V>();
   private waiting: (() => void)[] = [];
   private inFlight = false;
 
-  /** `send` must not reject: it tells people itself what was refused. */
+  /** `send` must not reject: it reports errors to the user itself. */
   constructor(private readonly send: (values: Map<K, V>) => Promise<void>) {}
 
-  /** Answers once this value, or the newer one that took its place, was sent. */
+  /** Resolves once this value, or the newer one that replaced it, was sent. */
   set(key: K, value: V): Promise<void> {
-    // Deleted first so that what was set last is sent last.
+    // Deleted first so that values are sent in the order of their last change.
     this.pending.delete(key);
     this.pending.set(key, value);
     const done = new Promise<void>((resolve) => this.waiting.push(resolve));
@@ -19,10 +19,10 @@ export class Coalescer<K, V> {
     return done;
   }
 
-  /** Forgets the values that wait for the call in flight and that `fits` names. */
-  drop(fits: (key: K) => boolean): void {
+  /** Discards the pending values whose keys match. */
+  drop(matches: (key: K) => boolean): void {
     for (const key of [...this.pending.keys()]) {
-      if (fits(key)) this.pending.delete(key);
+      if (matches(key)) this.pending.delete(key);
     }
   }
 

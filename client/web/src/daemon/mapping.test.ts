@@ -79,7 +79,7 @@ describe("scenes", () => {
   });
   const links = [{ name: "base" }, { name: "plate", parent: "base" }, { name: "arm", parent: "plate" }, { name: "tool", parent: "arm" }];
 
-  test("of a fixed robot, what hangs on a joint that moves can move", () => {
+  test("of a fixed robot, links below a moving joint can move", () => {
     const entity = create(EntityInfoSchema, { name: "r", base: Base.FIXED, links });
     const scene = sceneOf(entity, layout, create(RobotSceneSchema));
     expect(scene.links.map((link) => link.movable)).toEqual([false, false, true, true]);
@@ -91,7 +91,7 @@ describe("scenes", () => {
     expect(sceneOf(entity, layout, create(RobotSceneSchema)).links.every((link) => link.movable)).toBe(true);
   });
 
-  test("what is absent has the meaning that the schema gives it", () => {
+  test("absent fields have the defaults of the schema", () => {
     const entity = create(EntityInfoSchema, { name: "r", links });
     const wire = create(RobotSceneSchema, {
       visuals: [
@@ -149,12 +149,12 @@ test("sliders have a range, and buttons count", () => {
   expect(parameterOf(button)).toMatchObject({ kind: "button", presses: 2n });
 });
 
-test("the pace is told from the factor", () => {
+test("the pace mode is mapped apart from the factor", () => {
   const physics = create(PhysicsSchema, { timeStep: 1e-3, substeps: 2, realTimeFactor: 1, pace: PaceMode.AS_FAST_AS_POSSIBLE });
   expect(physicsOf(physics)).toMatchObject({ asFastAsPossible: true, timeStep: 1e-3, substeps: 2, gravity: [0, 0, 0] });
 });
 
-test("who did not say who they are set no target by name", () => {
+test("targets of clients without a name have no source", () => {
   const { targets } = create(ListClientsResponseSchema, {
     targets: [{ robot: "arm", joint: "elbow", client: "demo" }, { robot: "arm", joint: "wrist" }],
   });

@@ -1,4 +1,4 @@
-// From the wire to the state that the page draws: pure functions, and all of them.
+// Conversion from messages to the state of the page: pure functions.
 import type { ClientInfo, TargetSource } from "../gen/simd/v1/client_pb";
 import type { Contact } from "../gen/simd/v1/contact_pb";
 import { Base, Disposition, LoadPhase, Severity, type EntityInfo, type LoadProgress } from "../gen/simd/v1/entity_pb";
@@ -30,7 +30,7 @@ const PLANAR = [
   { suffix: "angle", kind: "angle" },
 ] as const;
 
-/** A robot, from what the daemon says of it and of its joints. */
+/** A robot, from its entity and its joint layout. */
 export function robotOf(entity: EntityInfo, layout: JointLayout): Robot {
   return {
     name: entity.name,
@@ -43,7 +43,7 @@ export function robotOf(entity: EntityInfo, layout: JointLayout): Robot {
   };
 }
 
-/** The rows of a joint: none for fixed and floating ones, one, or three for planar ones. */
+/** The axes of a joint: three for planar ones, none for fixed and floating ones, else one. */
 export function axesOf(robot: string, joint: JointInfo): Axis[] {
   const base = {
     robot,
@@ -89,7 +89,7 @@ export function axesOf(robot: string, joint: JointInfo): Axis[] {
   }
 }
 
-/** What is to be drawn of a robot. */
+/** The shapes of a robot. */
 export function sceneOf(entity: EntityInfo, layout: JointLayout, scene: WireScene): RobotScene {
   return {
     robot: entity.name,
@@ -97,6 +97,7 @@ export function sceneOf(entity: EntityInfo, layout: JointLayout, scene: WireScen
     links: linksOf(entity, layout),
     visuals: scene.visuals.flatMap(shapeOf),
     collisions: scene.collisions.flatMap(shapeOf),
+    colliders: scene.colliders.flatMap(shapeOf),
   };
 }
 
@@ -142,8 +143,10 @@ function geometryOf({ geometry }: WireShape): Geometry | undefined {
       const { sha256, uri, scale } = geometry.value;
       return { kind: "mesh", sha256, uri, scale: vectorOf(scale, [1, 1, 1]) };
     }
+    case "convex":
+      return { kind: "convex", sha256: geometry.value.sha256 };
     default:
-      // A shape that a newer daemon has and this page does not know.
+      // A shape of a newer version of the schema.
       return undefined;
   }
 }
@@ -159,13 +162,13 @@ function poseOf(pose: WirePose | undefined): Pose {
   return given ? [x, y, z, q.x, q.y, q.z, q.w] : [x, y, z, 0, 0, 0, 1];
 }
 
-/** The layouts of the robots in an answer, by name. */
+/** The layout versions in a response, by robot. */
 export function layoutsOf(response: NextJointStatesResponse): Map<string, bigint> {
   return new Map(response.states?.robots.map((robot) => [robot.robot, robot.layoutVersion]));
 }
 
 /**
- * All that moves. Robots whose layout is not the known one are left out: their arrays
+ * The state of all robots. Robots with an unknown layout version are left out: their arrays
  * do not fit what is drawn until the layout is fetched again.
  */
 export function frameOf(
@@ -212,7 +215,7 @@ const STATES: Record<SimulationState, Simulation["state"]> = {
   [SimulationState.PAUSED]: "paused",
 };
 
-/** How the world runs; whether it is behind is for `Punctuality` to say. */
+/** The statistics, without `behind`, which `LagDetector` derives. */
 export function simulationOf(statistics: WorldStatistics): Omit<Simulation, "behind"> {
   return {
     state: STATES[statistics.state] ?? "paused",
@@ -246,10 +249,10 @@ export function clientOf({ name, idle, isCaller, transport }: ClientInfo): Clien
   return { name, idle, isCaller, transport };
 }
 
-/** Who set a joint's last target, by "robot/joint"; those who did not say are left out. */
+/** The client that set the last target of each joint, by "robot/joint"; clients without a name are left out. */
 export function sourcesOf(targets: TargetSource[]): Map<string, string> {
-  const said = targets.filter((target) => target.client !== "");
-  return new Map(said.map((target) => [`${target.robot}/${target.joint}`, target.client]));
+  const named = targets.filter((target) => target.client !== "");
+  return new Map(named.map((target) => [`${target.robot}/${target.joint}`, target.client]));
 }
 
 const SEVERITIES: Record<Severity, Finding["severity"]> = {

@@ -1,24 +1,24 @@
-// The one link of this page, and when it asks: while somebody can see the page.
-import { Link } from "./link";
+// The one connection of this page, which polls while the page is visible.
+import { DaemonConnection } from "./daemon-connection";
 import { services } from "./services";
 
-let ours: Link | undefined;
+let connection: DaemonConnection | undefined;
 
-/** The link of this page. */
-export function link(): Link {
-  ours ??= new Link(services());
-  return ours;
+/** The connection of this page. */
+export function daemonConnection(): DaemonConnection {
+  connection ??= new DaemonConnection(services());
+  return connection;
 }
 
-/** Asks the daemon from now on, while the page is not hidden. */
-export function startLink(): void {
-  const follow = () => link().setVisible(!document.hidden);
-  document.addEventListener("visibilitychange", follow);
-  window.addEventListener("online", () => link().retry());
-  follow();
+/** Polls the daemon from now on, while the page is not hidden. */
+export function startPolling(): void {
+  const update = () => daemonConnection().setVisible(!document.hidden);
+  document.addEventListener("visibilitychange", update);
+  window.addEventListener("online", () => daemonConnection().retry());
+  update();
 }
 
-/** Tries a lost daemon now, without waiting for the countdown. */
+/** Reconnects to a lost daemon now, without waiting for the countdown. */
 export function retryNow(): void {
-  link().retry();
+  daemonConnection().retry();
 }

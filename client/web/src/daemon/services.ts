@@ -1,4 +1,4 @@
-// The daemon's services as this page calls them: gRPC-Web, binary, at the address that the page came from.
+// Clients of the daemon's services: binary gRPC-Web, at the origin of the page.
 import { createClient, type Client, type Interceptor, type Transport } from "@connectrpc/connect";
 import { createGrpcWebTransport } from "@connectrpc/connect-web";
 import { ClientService } from "../gen/simd/v1/client_pb";
@@ -7,7 +7,7 @@ import { EventService } from "../gen/simd/v1/event_pb";
 import { JointService } from "../gen/simd/v1/joint_pb";
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
-import { countRequest } from "./traffic";
+import { countRequest } from "./request-count";
 import { API_VERSION } from "./version";
 
 /** One client for each service. */
@@ -20,7 +20,7 @@ export interface Services {
   simulation: Client<typeof SimulationService>;
 }
 
-/** Clients over any transport; tests have one of their own. */
+/** Clients over any transport; tests use a router transport. */
 export function servicesOver(transport: Transport): Services {
   return {
     clients: createClient(ClientService, transport),
@@ -42,7 +42,7 @@ export function services(): Services {
   return ours;
 }
 
-/** Says with each call who we are and which version we speak. */
+/** Adds the name of this client and the version of the schema to each call. */
 function identify(name: string): Interceptor {
   return (next) => (request) => {
     request.header.set("simd-api-version", API_VERSION);
@@ -62,7 +62,7 @@ export function tabName(): string {
     sessionStorage.setItem(key, made);
     return made;
   } catch {
-    // Storage may be forbidden; then the name lasts until the page is loaded again.
+    // Storage may be disabled; then the name lasts until the page is reloaded.
     return makeName();
   }
 }

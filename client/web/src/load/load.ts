@@ -1,4 +1,4 @@
-// Brings dropped robots into the world: finds their files, sends what the daemon lacks, spawns.
+// Loads dropped robots: finds their files, uploads those that the daemon does not have, and spawns.
 import type { DescriptionSource, SpawnEntityResponse } from "../gen/simd/v1/entity_pb";
 import { AssetState, Base } from "../gen/simd/v1/entity_pb";
 import { loadingOf, reportOf } from "../daemon/mapping";
@@ -9,19 +9,19 @@ import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
 import { frame } from "../state/world";
 import { Locator } from "./locator";
-import { nextPlace } from "./place";
+import { nextSpawnPosition } from "./spawn-position";
 import { sha256 } from "./sha256";
 import { MOUNT, nameOf, Tree } from "./tree";
 import { findUrdfs } from "./urdfs";
-import { placesForReport } from "./why";
+import { searchedPlaces } from "./missing-file";
 
-/** A dropped file and where in what was dropped it was. */
+/** A dropped file and its path in the dropped folder. */
 export interface DroppedFile {
   path: string;
   file: File;
 }
 
-/** Of one message: far below the daemon's limit, and large enough that round trips do not matter. */
+/** Bytes of a file in one message: well below the limit of the daemon, and enough to make round trips negligible. */
 const PART_BYTES = 1024 * 1024;
 
 type Entities = Services["entities"];
@@ -30,7 +30,7 @@ type Source = Pick<DescriptionSource, "assets"> & {
   missing: Record<string, { places: string[] }>;
 };
 
-/** Loads each URDF among the files. Rejects with the daemon's refusal, or with a sentence of its own. */
+/** Loads each URDF among the files. Rejects with the error of the daemon, or with one of its own. */
 export async function loadDropped(entities: Entities, dropped: DroppedFile[]): Promise<void> {
   const files = new Map(dropped.map(({ path, file }) => [`${MOUNT}/${path.replace(/^\/+/, "")}`, file]));
   const urdfs = findUrdfs([...files.keys()]);
@@ -63,7 +63,7 @@ async function load(entities: Entities, files: Map<string, File>, tree: Tree, ur
   keepReport(spawned);
 }
 
-/** What was found for a robot's URIs. */
+/** The files of the URIs of a robot. */
 interface Found {
   /** By URI. */
   hashes: Record<string, string>;
@@ -75,16 +75,16 @@ interface Found {
 
 async function find(files: Map<string, File>, locator: Locator, uris: string[]): Promise<Found> {
   const found: Found = { hashes: {}, paths: new Map(), missing: {} };
-  // A visual and its collision shape often share a file.
+  // A visual and its collision often share a file.
   const known = new Map<string, string>();
   for (const uri of uris) {
-    const answer = locator.find(uri);
-    if ("why" in answer) {
-      const places = placesForReport(uri, answer).map((place) => place.replace(`${MOUNT}/`, ""));
+    const result = locator.find(uri);
+    if ("why" in result) {
+      const places = searchedPlaces(uri, result).map((place) => place.replace(`${MOUNT}/`, ""));
       found.missing[uri] = { places };
       continue;
     }
-    const { path } = answer;
+    const { path } = result;
     const hash = known.get(path) ?? (await sha256(await bytesOf(files, path)));
     known.set(path, hash);
     found.paths.set(hash, path);
@@ -93,7 +93,7 @@ async function find(files: Map<string, File>, locator: Locator, uris: string[]):
   return found;
 }
 
-/** Hashes of the files that the daemon does not have. */
+/** The hashes of the files that the daemon does not have. */
 async function lackingOf(
   entities: Entities,
   urdf: Uint8Array<ArrayBuffer>,
@@ -128,8 +128,8 @@ async function upload(
 }
 
 async function spawn(entities: Entities, what: string, source: Source): Promise<SpawnEntityResponse | undefined> {
-  // Bolted down: most of what is dropped is an arm, which would fall out of an empty world.
-  const pose = { position: nextPlace(scenes.value, frame.value) };
+  // With a fixed base: most dropped robots are arms, which would fall in an empty world.
+  const pose = { position: nextSpawnPosition(scenes.value, frame.value) };
   const request = { spawn: { source, allowRenaming: true, base: Base.FIXED, pose } };
   let spawned: SpawnEntityResponse | undefined;
   for await (const { event } of entities.spawnEntityWithProgress(request)) {
@@ -141,7 +141,7 @@ async function spawn(entities: Entities, what: string, source: Source): Promise<
 
 function keepReport(spawned: SpawnEntityResponse | undefined): void {
   const name = spawned?.entity?.name;
-  if (!spawned || name === undefined) throw new Error("The daemon ended the loading without saying what became of it.");
+  if (!spawned || name === undefined) throw new Error("The daemon ended the call without a result.");
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
   unmeasured.value = new Set(unmeasured.value).add(name);

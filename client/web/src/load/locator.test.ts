@@ -1,9 +1,9 @@
-// The page finds dropped files as every other client finds them on a disk: the shared vectors say how.
+// The page finds dropped files as the other clients find files on a disk: both run the shared test vectors.
 import { expect, test } from "vitest";
 import cases from "../../../assets/vectors/paths.json";
 import { Locator } from "./locator";
 import { MOUNT, Tree } from "./tree";
-import { placesForReport } from "./why";
+import { searchedPlaces } from "./missing-file";
 
 interface Case {
   name: string;
@@ -17,7 +17,7 @@ interface Case {
   find: { uri: string; path?: string; why?: string }[];
 }
 
-/** A page has neither symbolic links, nor a package map, nor variables of ROS, nor a root. */
+/** The cases without symbolic links, package maps, variables of ROS and asset roots, which a page does not have. */
 const ofPages = (cases as unknown as Case[]).filter(
   (each) => !each.links && !each.packages && !each.ros_package_path && !each.ament_prefix_path && !each.root,
 );
@@ -31,7 +31,7 @@ function treeOf(files: Record<string, string>): Tree {
   );
 }
 
-test("most of the shared cases are about what a page has", () => {
+test("most of the shared cases apply to a page", () => {
   expect(ofPages.length).toBeGreaterThanOrEqual(7);
 });
 
@@ -51,11 +51,11 @@ test("files that were dropped without a folder are found beside the urdf", () =>
   expect(locator.find("a.stl")).toEqual({ path: `${MOUNT}/a.stl` });
 });
 
-test("the report of a missing file says where it was looked for, and of a refused one why", () => {
+test("the report lists the paths that were tried for a missing file, and the reason for a refused one", () => {
   const locator = new Locator(treeOf({ "arm/urdf/arm.urdf": "", "arm/notes.txt": "" }), `${MOUNT}/arm/urdf/arm.urdf`);
   const missing = locator.find("package://arm/a.stl");
   const refused = locator.find("package://arm/notes.txt");
   if ("path" in missing || "path" in refused) throw new Error("nothing of it is there");
-  expect(placesForReport("package://arm/a.stl", missing)).toContain(`${MOUNT}/arm/a.stl`);
-  expect(placesForReport("package://arm/notes.txt", refused).at(-1)).toContain("not a mesh or an image");
+  expect(searchedPlaces("package://arm/a.stl", missing)).toContain(`${MOUNT}/arm/a.stl`);
+  expect(searchedPlaces("package://arm/notes.txt", refused).at(-1)).toContain("not a mesh or an image");
 });

@@ -1,12 +1,12 @@
-// From a URI that a URDF names to a dropped file: by the rules of client/assets, for a tree without links.
+// Resolves the URIs of a URDF to dropped files: by the rules of client/assets, for a tree without symbolic links.
 import { isWithin, join, nameOf, parent, steps, type Tree } from "./tree";
 import { readings, type Reading } from "./uri";
-import type { Missing, Why } from "./why";
+import type { Missing, MissingReason } from "./missing-file";
 
-/** How many folders above the URDF are looked at. */
+/** How many folders above the URDF are searched. */
 const MAX_ANCESTORS = 8;
 
-/** Of what a URDF may name: else a stranger's URDF would have a page send what lies beside it. */
+/** Extensions that a URDF may refer to: an untrusted URDF must not make the page upload other files beside it. */
 const EXTENSIONS = new Set(
   (
     "stl obj dae ply off gltf glb bin mtl 3ds 3mf fbx wrl x3d msh usd usda usdc usdz step stp iges igs " +
@@ -14,7 +14,7 @@ const EXTENSIONS = new Set(
   ).split(" "),
 );
 
-/** Finds the files that one URDF names. */
+/** Finds the files that one URDF refers to. */
 export class Locator {
   private readonly folder: string;
   private readonly above: string[];
@@ -28,12 +28,12 @@ export class Locator {
     this.above = ancestors(this.folder);
   }
 
-  /** The path of the file that `uri` names. */
+  /** The path of the file of `uri`. */
   find(uri: string): { path: string } | Missing {
     const wanted = readings(uri);
     if (typeof wanted === "string") return { why: wanted, places: [] };
     const search = new Search(this.tree);
-    // Files in other case only where there is none as it is written.
+    // Other spellings in case are tried only if there is no exact match.
     for (const anyCase of [false, true]) {
       search.anyCase = anyCase;
       for (const reading of wanted) {
@@ -57,7 +57,7 @@ export class Locator {
     }
   }
 
-  /** In the order of likelihood. */
+  /** The likeliest folder first. */
   private inPackage(search: Search, name: string, rest: string): string | undefined {
     const folders: string[] = [];
     if (name !== "") {
@@ -66,7 +66,7 @@ export class Locator {
         folders.push(join(folder, name));
       }
     }
-    // The folder of an export is often renamed, and the URDF in it is not.
+    // The folder of an export is often renamed without its URDF.
     folders.push(...this.above.filter((folder) => this.looksLikePackage(folder)));
     return firstOf(folders, (folder) => search.look(folder, folder, rest));
   }
@@ -80,15 +80,15 @@ export class Locator {
       if (first !== undefined && this.isPackage(join(folder, first))) folders.push(join(folder, first));
     }
     const known = folders.filter((folder) => isWithin(wanted, folder));
-    if (known.length === 0) search.passBy("absolute_outside");
+    if (known.length === 0) search.reject("absolute_outside");
     return firstOf(known, (folder) => search.look(folder, folder, wanted.slice(folder.length)));
   }
 
-  /** The package that the URDF is part of, as far as can be told: what it may name lies in it. */
+  /** The package that the URDF is presumably part of: relative URIs must stay in it. */
   private home(): string | undefined {
     const manifested = this.above.find((folder) => this.isPackage(folder));
     if (manifested !== undefined) return manifested;
-    // No deeper than `NAME/urdf/arm/arm.urdf`: farther up, a folder of that name means little.
+    // No deeper than `NAME/urdf/arm/arm.urdf`: farther up, such a name is no evidence of a package.
     const named = this.above.slice(0, 2).find((folder) => ["urdf", "robots", "robot"].includes(nameOf(folder)));
     return named === undefined ? this.above[0] : parent(named);
   }
@@ -117,19 +117,19 @@ function firstOf(folders: string[], look: (folder: string) => string | undefined
   return undefined;
 }
 
-/** One search: where it looked, and why it passed by what it saw. */
+/** One search: the paths that it tried, and why it rejected files. */
 class Search {
   anyCase = false;
   readonly places: string[] = [];
-  why: Why | undefined;
+  why: MissingReason | undefined;
 
   constructor(private readonly tree: Tree) {}
 
-  /** The path of `folder/rest`, if it is a file to be given away and lies within `boundary`. */
+  /** The path of `folder/rest`, if it is a file that may be uploaded and is within `boundary`. */
   look(folder: string, boundary: string, rest: string): string | undefined {
     const candidate = joinWithin(folder, boundary, rest);
     if (candidate === undefined) {
-      this.passBy("climbs_out");
+      this.reject("climbs_out");
       return undefined;
     }
     if (!this.places.includes(candidate)) this.places.push(candidate);
@@ -138,13 +138,13 @@ class Search {
     const name = nameOf(found);
     const dot = name.lastIndexOf(".");
     if (dot <= 0 || !EXTENSIONS.has(name.slice(dot + 1).toLowerCase())) {
-      this.passBy("not_a_mesh");
+      this.reject("not_a_mesh");
       return undefined;
     }
     return found;
   }
 
-  /** The one path that differs from `wanted` in capital letters alone. */
+  /** The only path that differs from `wanted` in case alone. */
   private inOtherCase(boundary: string, wanted: string): string | undefined {
     let at = boundary;
     for (const step of steps(wanted.slice(boundary.length))) {
@@ -153,7 +153,7 @@ class Search {
         continue;
       }
       const alike = this.tree.namesIn(at).filter((name) => name.toLowerCase() === step.toLowerCase());
-      if (alike.length > 1) this.passBy("ambiguous");
+      if (alike.length > 1) this.reject("ambiguous");
       const [only] = alike;
       if (only === undefined || alike.length > 1) return undefined;
       at = join(at, only);
@@ -161,13 +161,13 @@ class Search {
     return at;
   }
 
-  /** The first reason is kept: it is of the likeliest place. */
-  passBy(why: Why): void {
+  /** The first reason is kept, which belongs to the likeliest path. */
+  reject(why: MissingReason): void {
     this.why ??= why;
   }
 }
 
-/** Joins; nothing where a `..` climbs out of the boundary. */
+/** Joins the paths; undefined if a `..` leaves the boundary. */
 function joinWithin(folder: string, boundary: string, rest: string): string | undefined {
   let joined = folder;
   for (const step of steps(rest)) {

@@ -1,9 +1,9 @@
-// Dropped files as a tree of folders: what is in it, and which packages its manifests name.
+// Dropped files as a tree of folders, with the names of packages from their manifests.
 
-/** Where dropped files are mounted: what was dropped lies in some folder, whose name nobody tells a page. */
+/** Where dropped files are mounted, since a page does not learn the path of the folder that they are from. */
 export const MOUNT = "/dropped";
 
-/** A tree that can be asked for paths, all of them absolute. */
+/** A tree whose paths are all absolute. */
 export class Tree {
   private readonly files = new Set<string>();
   private readonly children = new Map<string, Set<string>>([["/", new Set()]]);
@@ -50,7 +50,7 @@ export class Tree {
   }
 }
 
-/** `<name>` in the text of a manifest: no more is needed of it. */
+/** `<name>` in the text of a manifest. */
 function manifestName(text: string): string | undefined {
   return /<name>([^]*?)<\/name>/.exec(text)?.[1]?.trim();
 }
@@ -63,7 +63,7 @@ export function nameOf(path: string): string {
   return path.slice(path.lastIndexOf("/") + 1);
 }
 
-/** The steps of a path, as a disk takes them: without `.` and doubled slashes. */
+/** The components of a path, without `.` and empty ones. */
 export function steps(path: string): string[] {
   return path.split("/").filter((step) => step !== "" && step !== ".");
 }

@@ -1,25 +1,25 @@
 // Which of the dropped files describe robots.
 import { nameOf, parent } from "./tree";
 
-/** More at once is a collection, of which people mean one. */
-const MOST = 4;
+/** More files than this are a collection, of which the user wants one. */
+const MAX_URDFS = 4;
 
-/** The URDF files to load, sorted. Throws a sentence where there is none, or too many to be meant. */
+/** The URDF files to load, sorted. Throws an error for the user if there are none, or too many. */
 export function findUrdfs(paths: string[]): string[] {
   const urdfs = paths.filter((path) => /\.urdf$/i.test(path)).sort();
-  if (urdfs.length === 0) throw new Error(nothing(paths));
-  // Those that lie highest: tests and examples are farther down. A folder `urdf` counts as what it is in.
+  if (urdfs.length === 0) throw new Error(noUrdf(paths));
+  // The topmost ones: tests and examples are in folders farther down. A folder `urdf` counts as its parent.
   const level = (path: string) => path.split("/").length - (nameOf(parent(path)) === "urdf" ? 1 : 0);
   const highest = Math.min(...urdfs.map(level));
   const meant = urdfs.filter((path) => level(path) === highest);
-  if (meant.length > MOST) {
-    const names = meant.slice(0, MOST).map(nameOf).join(", ");
+  if (meant.length > MAX_URDFS) {
+    const names = meant.slice(0, MAX_URDFS).map(nameOf).join(", ");
     throw new Error(`There are ${meant.length} .urdf files (${names}, ...): drop a folder that holds only the one to load.`);
   }
   return meant;
 }
 
-function nothing(paths: string[]): string {
+function noUrdf(paths: string[]): string {
   const xacro = paths.find((path) => /\.xacro$/i.test(path));
   return xacro === undefined
     ? "There is no .urdf file in what was dropped: drop the robot's folder, or its .urdf with its meshes."

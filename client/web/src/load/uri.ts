@@ -1,7 +1,7 @@
-// Takes apart what a URDF writes in `filename`: the same readings as in client/assets/src/uri.rs.
-import type { Why } from "./why";
+// Parses the `filename` attributes of a URDF: the same rules as in client/assets/src/uri.rs.
+import type { MissingReason } from "./missing-file";
 
-/** What a URI stands for. */
+/** A parsed URI. */
 export type Reading =
   /** `package://NAME/rest` and `model://NAME/rest`. */
   | { kind: "package"; name: string; rest: string }
@@ -10,8 +10,8 @@ export type Reading =
   /** A path from the URDF's folder. */
   | { kind: "relative"; path: string };
 
-/** The readings of a URI, the literal one first: a `%20` is rarely, but sometimes, part of a name. */
-export function readings(uri: string): Reading[] | Why {
+/** The possible readings of a URI, the literal one first: a `%20` is sometimes part of a name. */
+export function readings(uri: string): Reading[] | MissingReason {
   const text = uri.trim().replaceAll("\\", "/");
   if (text === "") return "empty";
   if (text.includes("$(") || text.includes("${")) return "xacro";
@@ -19,13 +19,13 @@ export function readings(uri: string): Reading[] | Why {
   if (typeof literal === "string" || !text.includes("%")) return typeof literal === "string" ? literal : [literal];
   const decodedText = decode(text);
   if (decodedText === undefined) return [literal];
-  // Decoding may have brought in characters with a meaning.
+  // Decoding may have introduced separators.
   const decoded = parse(decodedText.replaceAll("\\", "/"));
   if (typeof decoded === "string") return decoded;
   return JSON.stringify(decoded) === JSON.stringify(literal) ? [literal] : [literal, decoded];
 }
 
-/** Percent codes as bytes of UTF-8; a `%` that begins no code stays. */
+/** Percent codes as bytes of UTF-8; a `%` that starts no code is kept. */
 function decode(text: string): string | undefined {
   const coded = text.replace(/%(?![0-9A-Fa-f]{2})/g, "%25");
   try {
@@ -35,7 +35,7 @@ function decode(text: string): string | undefined {
   }
 }
 
-function parse(text: string): Reading | Why {
+function parse(text: string): Reading | MissingReason {
   if (text.includes("\0")) return "null";
   const separator = text.indexOf("://");
   if (separator < 0) {
@@ -57,7 +57,7 @@ function parse(text: string): Reading | Why {
     }
     case "file": {
       const local = path.startsWith("localhost/") ? path.slice("localhost".length) : path;
-      // Two slashes instead of three are a common slip, meant as a relative path.
+      // Two slashes instead of three are a common mistake for a relative path.
       return local === "" ? "no_file" : pathOf(local);
     }
     case "http":
@@ -69,7 +69,7 @@ function parse(text: string): Reading | Why {
   }
 }
 
-function pathOf(text: string): Reading | Why {
+function pathOf(text: string): Reading | MissingReason {
   if (/^\/*[A-Za-z]:\//.test(text)) return "windows";
   return text.startsWith("/") ? { kind: "absolute", path: text } : { kind: "relative", path: text };
 }

@@ -1,4 +1,4 @@
-// The page: the bar, the world, and the panels around it.
+// The page: the top bar, the view, and the panels around it.
 import "../style/tokens.css";
 import "../style/base.css";
 import "../style/layout.css";
@@ -29,13 +29,13 @@ import { Toasts } from "./Toasts";
 import { TopBar } from "./TopBar";
 import { ViewToggles } from "./ViewToggles";
 
-/** All of it. */
+/** The whole page. */
 export function App(): JSX.Element {
   useEffect(listen, []);
-  useEffect(keepOneOnPhones, []);
+  useEffect(keepOneOpenOnPhones, []);
   const state = useComputed(() => connection.value.state).value;
   const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null).value;
-  /** There is nothing to put into the panel. */
+  /** The panel would be empty. */
   const bare = useComputed(() => robots.value.length === 0 && parameters.value.length === 0).value;
   return (
     <div class="app" data-connection={state}>
@@ -61,8 +61,8 @@ export function App(): JSX.Element {
   );
 }
 
-/** A phone has no room for plots and panel at once: the one that was opened last stays. */
-function keepOneOnPhones(): () => void {
+/** A phone has no room for both plots and panel: the one that was opened last stays open. */
+function keepOneOpenOnPhones(): () => void {
   const narrow = matchMedia("(max-width: 760px)");
   let before = { plots: plotsOpen.peek(), panel: panelOpen.peek() };
   return effect(() => {

@@ -1,4 +1,4 @@
-// Says that the daemon is away, why, and when it is tried again.
+// Shown while the daemon is lost: why, and when the next attempt is.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
@@ -7,7 +7,7 @@ import { Icon } from "./icons";
 
 const now = signal(performance.now());
 
-/** Only there while the connection is lost. */
+/** Rendered only while the connection is lost. */
 export function Banner(): JSX.Element | null {
   const { state, reason, retryAt } = connection.value;
   const lost = state === "lost";

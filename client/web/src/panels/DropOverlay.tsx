@@ -1,18 +1,18 @@
-// Takes files that are dropped anywhere on the page, and says so while they are held over it.
+// Accepts files that are dropped anywhere on the page, and shows a hint while they are dragged over it.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { loadFiles } from "../daemon/actions";
 import { toast } from "../state/toasts";
-import { droppedFiles } from "./dropped";
+import { droppedFiles } from "./dropped-files";
 import { Icon } from "./icons";
 
-const held = signal(false);
+const dragging = signal(false);
 
-/** Invisible until files are over the page. */
+/** Rendered only while files are dragged over the page. */
 export function DropOverlay(): JSX.Element | null {
   useEffect(() => {
-    // Entering a child leaves its parent: only as many leaves as enters are out.
+    // The pointer also leaves a parent when it enters a child: the two events are counted.
     let inside = 0;
     const carries = (event: DragEvent): boolean => event.dataTransfer?.types.includes("Files") ?? false;
     const over = (event: DragEvent): void => {
@@ -21,16 +21,16 @@ export function DropOverlay(): JSX.Element | null {
     const enter = (event: DragEvent): void => {
       if (!carries(event)) return;
       inside += 1;
-      held.value = true;
+      dragging.value = true;
     };
     const leave = (event: DragEvent): void => {
       if (!carries(event)) return;
       inside = Math.max(0, inside - 1);
-      held.value = inside > 0;
+      dragging.value = inside > 0;
     };
     const drop = (event: DragEvent): void => {
       inside = 0;
-      held.value = false;
+      dragging.value = false;
       if (!carries(event) || !event.dataTransfer) return;
       event.preventDefault();
       droppedFiles(event.dataTransfer.items).then(loadFiles, (problem: unknown) => {
@@ -43,7 +43,7 @@ export function DropOverlay(): JSX.Element | null {
       for (const [name, handler] of Object.entries(handlers)) removeEventListener(name as "drop", handler);
     };
   }, []);
-  if (!held.value) return null;
+  if (!dragging.value) return null;
   return (
     <div class="drop-overlay" data-testid="drop-overlay">
       <div>

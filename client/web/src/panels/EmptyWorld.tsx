@@ -1,4 +1,4 @@
-// What the page says where there is no robot yet: how to load one.
+// How to load a robot, shown while the world is empty.
 import { signal } from "@preact/signals";
 import { Fragment, type JSX } from "preact";
 import { toast } from "../state/toasts";
@@ -8,19 +8,19 @@ import { OpenFolder } from "./OpenFolder";
 
 const copied = signal(false);
 
-/** In the middle of the empty view. */
+/** A card in the middle of the view. */
 export function EmptyWorld(): JSX.Element {
   const command = loadCommand(location.host);
   const copy = async (): Promise<void> => {
     try {
-      // Only pages over https or on this machine may write to the clipboard.
+      // Only pages over https or from this machine may write to the clipboard.
       await navigator.clipboard.writeText(command);
       copied.value = true;
       setTimeout(() => {
         copied.value = false;
       }, 1500);
     } catch {
-      toast("info", "The browser does not let this page copy; mark the line and copy it.");
+      toast("info", "The browser does not let this page copy; select the line and copy it.");
     }
   };
   return (

@@ -1,9 +1,9 @@
-// All keys and gestures on one sheet.
+// The sheet with all keys and gestures.
 import type { JSX } from "preact";
 import { Sheet } from "./Sheet";
 import { helpOpen, SHORTCUTS } from "./shortcuts";
 
-/** What the mouse and fingers do in the view. */
+/** Mouse and touch gestures in the view. */
 const GESTURES: readonly [string, string][] = [
   ["Drag", "Orbit"],
   ["Right drag, two fingers", "Pan"],
@@ -17,11 +17,11 @@ const GESTURES: readonly [string, string][] = [
 const FIELDS: readonly [string, string][] = [
   ["Arrow keys", "Nudge the target"],
   ["Shift + arrow keys", "Nudge ten times as far"],
-  ["90 deg, pi/2, 5 cm", "Typed with or without a unit, Enter takes it"],
+  ["90 deg, pi/2, 5 cm", "Type a value with or without a unit, Enter sets it"],
   ["Escape", "Leave the field as it was; close what is open"],
 ];
 
-/** There while it is open. */
+/** Rendered only while it is open. */
 export function HelpSheet(): JSX.Element | null {
   if (!helpOpen.value) return null;
   return (

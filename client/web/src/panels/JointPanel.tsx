@@ -1,4 +1,4 @@
-// The side panel: the chosen robot's joints, then the parameters of programs.
+// The side panel: the joints of the selected robot, then the parameters of programs.
 import { signal, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
@@ -37,7 +37,7 @@ export function JointPanel(): JSX.Element {
   );
 }
 
-/** One tab a robot. */
+/** One tab for each robot. */
 function RobotTabs(): JSX.Element {
   const shown = shownRobot.value?.name;
   const list = useRef<HTMLDivElement>(null);
@@ -83,19 +83,19 @@ function RobotTabs(): JSX.Element {
   );
 }
 
-/** What the robot is, and what can be done to all of it. */
+/** The summary of the robot, and actions on all of it. */
 function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
   const { name, model, mass, axes, disabledReason } = robot;
   const report = reports.value.get(name);
-  const doubts = report?.findings.filter(({ severity }) => severity !== "info").length ?? 0;
+  const warnings = report?.findings.filter(({ severity }) => severity !== "info").length ?? 0;
   const about = [model === name ? "" : model, `${axes.length} ${axes.length === 1 ? "axis" : "axes"}`, mass > 0 ? `${shortened(mass)} kg` : ""];
   return (
     <header class="robot">
       <div class="robot-line">
         {report ? (
-          <button type="button" class="robot-name link" data-testid="report" title="What was made of its description" onClick={() => openReport(name)}>
+          <button type="button" class="robot-name link" data-testid="report" title="Load report" onClick={() => openReport(name)}>
             {name}
-            {doubts > 0 && <span class="count">{doubts}</span>}
+            {warnings > 0 && <span class="count">{warnings}</span>}
           </button>
         ) : (
           <h2 class="robot-name" title={name}>
@@ -189,7 +189,7 @@ function JointTools(): JSX.Element {
   );
 }
 
-/** The rows, under headings where there are many. */
+/** The rows, under headings if there are many. */
 function JointList({ robot }: { robot: Robot }): JSX.Element {
   const groups = useComputed(() => {
     const { axes } = shownRobot.value ?? robot;

@@ -1,15 +1,16 @@
-// A joint in the panel: its name, what it does, and the means to move it.
+// A row of the joint panel: the name of a joint, its state, and its controls.
 import { useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { chosen, colourOf, togglePlot } from "../plots/chosen";
+import { plotted, colorSlotOf, togglePlot } from "../plots/plotted";
 import { degrees, hoveredLink } from "../state/view";
 import { clients, targetSources, type Axis, type Mode } from "../state/world";
 import { AxisControl } from "./axis-control";
+import { splitLabel } from "./groups";
 import { Icon } from "./icons";
-import { follow } from "./live";
+import { follow } from "./row-updates";
 
-/** The modes that people choose from, with their words for them: short, to leave the slider its length. */
+/** The modes of the menu, with short labels that leave room for the slider. */
 const MODES: readonly [Mode, string][] = [
   ["position", "pos"],
   ["velocity", "vel"],
@@ -18,8 +19,9 @@ const MODES: readonly [Mode, string][] = [
   ["hold", "hold"],
 ];
 
-/** A row; `label` is what is left of its name under a heading. */
+/** A row; `label` is the rest of its name under a heading. */
 export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.Element {
+  const [start, end] = splitLabel(label);
   const row = useRef<HTMLDivElement>(null);
   const fill = useRef<HTMLDivElement>(null);
   const tick = useRef<HTMLDivElement>(null);
@@ -55,19 +57,20 @@ export function JointRow({ axis, label }: { axis: Axis; label: string }): JSX.El
     const lit = hoveredLink.value;
     row.current?.toggleAttribute("data-lit", lit?.robot === axis.robot && lit.link === axis.childLink);
   });
-  const light = (): void => {
+  const highlight = (): void => {
     hoveredLink.value = { robot: axis.robot, link: axis.childLink };
   };
-  const unlight = (): void => {
+  const removeHighlight = (): void => {
     hoveredLink.value = null;
   };
 
   return (
-    <div ref={row} class="joint" data-testid={`joint-row-${axis.key}`} onPointerEnter={light} onPointerLeave={unlight}>
+    <div ref={row} class="joint" data-testid={`joint-row-${axis.key}`} onPointerEnter={highlight} onPointerLeave={removeHighlight}>
       <div class="joint-line">
         <PlotSwitch axis={axis} />
         <span class="joint-name" title={axis.label}>
-          {label}
+          <span class="start">{start}</span>
+          <span class="end">{end}</span>
         </span>
         <Source axis={axis} />
         <span ref={badge} class="badge" data-testid="badge" />
@@ -116,7 +119,7 @@ interface Part {
   control: { current: AxisControl | null };
 }
 
-/** The target, to drag. */
+/** The slider of the target. */
 function TargetSlider({ axis, input, control }: Part): JSX.Element {
   const release = (): void => control.current?.endDrag();
   return (
@@ -142,7 +145,7 @@ function TargetSlider({ axis, input, control }: Part): JSX.Element {
   );
 }
 
-/** The target, to type. */
+/** The number box of the target. */
 function TargetNumber({ axis, input, control }: Part): JSX.Element {
   const take = (box: HTMLInputElement): void => {
     if (box.dataset["typed"] === undefined) return;
@@ -173,7 +176,7 @@ function TargetNumber({ axis, input, control }: Part): JSX.Element {
       onBlur={(event) => {
         const box = event.currentTarget;
         take(box);
-        // What could not be read is not left standing where the target should be.
+        // Invalid text is replaced by the target.
         if (box.dataset["typed"] !== undefined) forget(box);
       }}
       onKeyDown={(event) => {
@@ -196,7 +199,7 @@ function TargetNumber({ axis, input, control }: Part): JSX.Element {
   );
 }
 
-/** Who set the joint's target last, and who holds a claim on it. */
+/** The client that set the last target of the joint, or the one that has claimed it. */
 function Source({ axis }: { axis: Axis }): JSX.Element | null {
   const source = useComputed(() => {
     const name = targetSources.value.get(`${axis.robot}/${axis.joint}`) ?? "";
@@ -219,22 +222,22 @@ function Source({ axis }: { axis: Axis }): JSX.Element | null {
   );
 }
 
-/** Puts the joint into the plots, or takes it out; shows its colour there. */
+/** Adds the joint to the plots, or removes it; shows its colour there. */
 function PlotSwitch({ axis }: { axis: Axis }): JSX.Element {
-  const plotted = useComputed(() => chosen.value.has(axis.key));
-  const colour = useComputed(() => colourOf(axis.key));
+  const isPlotted = useComputed(() => plotted.value.has(axis.key));
+  const colour = useComputed(() => colorSlotOf(axis.key));
   return (
     <button
       type="button"
       class="plot-switch"
       data-testid="plot-joint"
-      aria-pressed={plotted.value}
+      aria-pressed={isPlotted.value}
       aria-label={`Plot ${axis.label}`}
-      title={plotted.value ? "Take out of the plots" : "Plot this joint"}
+      title={isPlotted.value ? "Take out of the plots" : "Plot this joint"}
       data-series={colour.value}
       onClick={() => togglePlot(axis)}
     >
-      {plotted.value ? <span class="swatch" /> : <Icon name="plus" />}
+      {isPlotted.value ? <span class="swatch" /> : <Icon name="plus" />}
     </button>
   );
 }

@@ -1,8 +1,8 @@
-// How far the robot that is being loaded is.
+// The progress of the robot that is being loaded.
 import type { JSX } from "preact";
 import { loading } from "../state/report";
 
-/** Over the view, while something is loaded. */
+/** A card over the view, rendered only while a robot is being loaded. */
 export function LoadProgress(): JSX.Element | null {
   const now = loading.value;
   if (!now) return null;

@@ -1,8 +1,8 @@
-// A button that opens a robot's folder: what dropping does, for hands without a mouse.
+// A button that opens a robot's folder: an alternative to drag and drop.
 import type { ComponentChildren, JSX } from "preact";
 import { useRef } from "preact/hooks";
 import { loadFiles } from "../daemon/actions";
-import { chosenFiles } from "./dropped";
+import { chosenFiles } from "./dropped-files";
 
 /** The button. */
 export function OpenFolder({ children, class: className }: { children: ComponentChildren; class?: string }): JSX.Element {
@@ -21,7 +21,7 @@ export function OpenFolder({ children, class: className }: { children: Component
       <input
         ref={(element) => {
           input.current = element;
-          // A folder with all that is in it; there is no standard property for it.
+          // Choose a folder; there is no standard property for this.
           element?.setAttribute("webkitdirectory", "");
         }}
         type="file"

@@ -1,4 +1,4 @@
-// Sliders and buttons that programs put up and people move.
+// Sliders and buttons that programs have added.
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { pressButton, setParameter } from "../daemon/actions";
@@ -7,7 +7,7 @@ import { parameters, type Parameter } from "../state/world";
 import { shortened } from "./quantity";
 import { niceStep } from "./range";
 
-/** All of them, in the daemon's order. */
+/** All parameters, in the order of the daemon. */
 export function Parameters(): JSX.Element | null {
   if (parameters.value.length === 0) return null;
   return (
@@ -33,18 +33,18 @@ export function Parameters(): JSX.Element | null {
   );
 }
 
-/** How long the slider shows what was set here, until the daemon shows it: milliseconds. */
-const PATIENCE = 1500;
+/** Milliseconds after which a value that the daemon never reports is no longer shown. */
+const PENDING_TIMEOUT = 1500;
 
 function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const { name, minimum, maximum } = parameter;
   const [own, setOwn] = useState<{ value: number } | null>(null);
   const dragging = useRef(false);
-  // What was refused must not stand there until something else about the parameters changes.
+  // A refused value must not be shown until the next change of the parameters.
   useEffect(() => {
     const timer = setTimeout(() => {
       if (!dragging.current) setOwn(null);
-    }, PATIENCE);
+    }, PENDING_TIMEOUT);
     return () => clearTimeout(timer);
   }, [own]);
   const value = own?.value ?? parameter.value;
@@ -57,14 +57,14 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   const nudge = (event: KeyboardEvent): void => {
     const direction = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1 }[event.key];
     if (direction === undefined) return;
-    // In the box the arrows to the sides move the caret.
+    // In a text field the horizontal arrow keys move the caret.
     if (direction !== 0 && event.currentTarget instanceof HTMLInputElement && event.currentTarget.type === "text" && /Left|Right/.test(event.key)) return;
     event.preventDefault();
     const step = niceStep((maximum - minimum) / 200);
     set(Math.round((value + direction * step * (event.shiftKey ? 10 : 1)) / step) * step);
   };
   const type = (box: HTMLInputElement): void => {
-    // What is shown is rounded: left as it is, it asks for nothing.
+    // The shown text is rounded: if it was not edited, the value must not change.
     if (box.value === shortened(value)) return;
     const typed = Number(box.value.replace(",", "."));
     if (box.value.trim() === "" || !Number.isFinite(typed)) toast("error", `${name}: "${box.value}" is not a number.`);

@@ -1,28 +1,28 @@
-// A button that opens a small sheet under itself: the browser closes it on Escape and on a press elsewhere.
+// A button that opens a popover below itself: the browser closes it on Escape and on a press elsewhere.
 import type { ComponentChildren, JSX } from "preact";
 import { useId, useRef, useState } from "preact/hooks";
 
 interface Properties {
-  /** What is on the button. */
+  /** The content of the button. */
   face: ComponentChildren;
-  /** For people who point at the button. */
+  /** The tooltip of the button. */
   title: string;
-  /** Read out in place of the face, where that is only a sign. */
+  /** The accessible name, if the content is only an icon. */
   label?: string;
   class?: string;
   testId?: string;
-  /** Nothing of it is made until it opens. */
+  /** Rendered only while it is open. */
   children: (close: () => void) => ComponentChildren;
 }
 
-/** The button and its sheet. */
+/** The button and its popover. */
 export function Popover({ face, title, label, class: className, testId, children }: Properties): JSX.Element {
   const id = useId();
   const button = useRef<HTMLButtonElement>(null);
   const sheet = useRef<HTMLDivElement>(null);
   const [open, setOpen] = useState(false);
-  /** Under the button, and within the window. */
-  const place = (): void => {
+  /** Below the button, and within the window. */
+  const position = (): void => {
     if (!button.current || !sheet.current) return;
     const under = button.current.getBoundingClientRect();
     const { style } = sheet.current;
@@ -49,9 +49,9 @@ export function Popover({ face, title, label, class: className, testId, children
         popover="auto"
         class="popover"
         onBeforeToggle={(event) => {
-          // Made before it is painted, and placed once it has a size.
+          // Rendered before it is painted, and positioned once it has a size.
           setOpen(event.newState === "open");
-          if (event.newState === "open") requestAnimationFrame(place);
+          if (event.newState === "open") requestAnimationFrame(position);
         }}
       >
         {open && children(() => sheet.current?.hidePopover())}

@@ -1,4 +1,4 @@
-// What was made of a robot's description: the load report, finding by finding.
+// The load report of a robot, with its findings.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { reports, type Finding } from "../state/report";
@@ -6,14 +6,14 @@ import { Sheet } from "./Sheet";
 
 const shown = signal("");
 
-/** Opens the report of a robot that this tab loaded. */
+/** Opens the load report of a robot that this tab loaded. */
 export function openReport(robot: string): void {
   shown.value = robot;
 }
 
 const RANK = { error: 0, warning: 1, info: 2 } as const;
 
-/** There while a report is open. */
+/** Rendered only while a report is open. */
 export function ReportSheet(): JSX.Element | null {
   const report = reports.value.get(shown.value);
   if (!report) return null;
@@ -28,7 +28,7 @@ export function ReportSheet(): JSX.Element | null {
     >
       <p>{report.summary}</p>
       {findings.length === 0 ? (
-        <p class="hint">Nothing to remark.</p>
+        <p class="hint">No findings.</p>
       ) : (
         <ul class="findings">
           {findings.map((finding, index) => (

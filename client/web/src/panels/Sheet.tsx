@@ -1,4 +1,4 @@
-// A dialog over the page: the browser keeps the focus in it, and Escape closes it.
+// A modal dialog: the browser keeps the focus in it, and Escape closes it.
 import type { ComponentChildren, JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { Icon } from "./icons";
@@ -10,7 +10,7 @@ interface Properties {
   children: ComponentChildren;
 }
 
-/** Open for as long as it is there. */
+/** Open as long as it is rendered. */
 export function Sheet({ title, testId, onClose, children }: Properties): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);
   useEffect(() => {
@@ -24,7 +24,7 @@ export function Sheet({ title, testId, onClose, children }: Properties): JSX.Ele
       data-testid={testId}
       onClose={onClose}
       onClick={(event) => {
-        // The backdrop belongs to the dialog; what is inside lies in the frame.
+        // A press on the backdrop has the dialog itself as its target.
         if (event.target === dialog.current) dialog.current?.close();
       }}
     >

@@ -1,4 +1,4 @@
-// How fast the world should go, and how fast it goes.
+// The target real-time factor and the one reached.
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 import { setSpeed } from "../daemon/actions";
@@ -10,7 +10,7 @@ import { shownFactor, readFactor } from "./factor";
 const OFFERED: readonly number[] = [0.1, 0.2, 0.5, 1, 2, 5, 10];
 const OTHER = "other";
 
-/** The choice of a speed, and the factor reached. */
+/** The menu of real-time factors, and the factor reached. */
 export function Speed(): JSX.Element {
   return (
     <div class="speed">
@@ -75,13 +75,13 @@ function SpeedChoice(): JSX.Element {
   );
 }
 
-/** "0.62x of 1.00x", in the warning colour where it cannot keep up. */
+/** "0.62x of 1.00x", in the warning colour if the simulation cannot keep up. */
 function Factor(): JSX.Element {
   const { state, actual, target, behind, overruns, stepDuration } = simulation.value;
   const away = connection.value.state !== "live";
   if (away || state !== "playing") {
     return (
-      <span class="factor idle" data-testid="factor" title={away ? "The daemon does not answer" : "Time stands still"}>
+      <span class="factor idle" data-testid="factor" title={away ? "The daemon does not answer" : "Simulated time does not advance"}>
         {away ? "–" : state}
       </span>
     );

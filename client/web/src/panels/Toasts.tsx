@@ -1,9 +1,9 @@
-// Short messages in a corner; read out when they come.
+// Short messages in a corner; screen readers read them when they appear.
 import type { JSX } from "preact";
 import { dismiss, toasts } from "../state/toasts";
 import { Icon } from "./icons";
 
-/** Always there, so that what comes into it is read out. */
+/** Always rendered, so that new messages are read out. */
 export function Toasts(): JSX.Element {
   return (
     <div class="toasts" role="log" aria-live="polite" aria-label="Messages">

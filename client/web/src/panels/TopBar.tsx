@@ -1,4 +1,4 @@
-// The bar on top: is it alive, does it run, does it keep up, who else is here.
+// The top bar: playback, speed, time, clients and the connection.
 import { useComputed, useSignalEffect } from "@preact/signals";
 import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
@@ -66,7 +66,7 @@ function Transport(): JSX.Element {
   );
 }
 
-/** Simulated time, and how many steps a simulated second has. */
+/** Simulated time, and the step rate. */
 function Clock(): JSX.Element {
   const time = useRef<HTMLSpanElement>(null);
   useSignalEffect(() => {
@@ -100,7 +100,7 @@ function Clock(): JSX.Element {
   );
 }
 
-/** How many are here, and who. */
+/** The number of clients, and their list. */
 function Clients(): JSX.Element | null {
   const all = clients.value;
   if (all.length === 0) return null;
@@ -110,7 +110,7 @@ function Clients(): JSX.Element | null {
       testId="clients"
       title="Who is connected"
       face={
-        <span>{all.length} here</span>
+        <span>{all.length} connected</span>
       }
     >
       {() => (
@@ -143,7 +143,7 @@ function ConnectionState(): JSX.Element {
 
 const THEMES: readonly Theme[] = ["system", "light", "dark"];
 
-/** What is about the page itself. */
+/** The settings of the page. */
 function PageButtons(): JSX.Element {
   const next = THEMES[(THEMES.indexOf(theme.value) + 1) % THEMES.length] ?? "system";
   const name: IconName = theme.value;
@@ -187,7 +187,7 @@ interface SwitchProperties {
   shortcut: string;
 }
 
-/** A button that is on or off. */
+/** A toggle button. */
 export function Switch({ value, icon, testId, label, shortcut }: SwitchProperties): JSX.Element {
   return (
     <button

@@ -1,4 +1,4 @@
-// What is drawn of the world: switches over the view.
+// Toggles for the layers of the view.
 import type { JSX } from "preact";
 import { collisions, contacts, fit, frames, grid, visuals } from "../state/view";
 import { Icon, type IconName } from "./icons";
@@ -11,7 +11,7 @@ const TOGGLES = [
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
-/** The switches, and the button that fits everything into the view. */
+/** The toggles, and the button that fits everything into the view. */
 export function ViewToggles(): JSX.Element {
   return (
     <div class="view-toggles" role="group" aria-label="What is drawn">

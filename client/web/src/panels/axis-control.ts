@@ -1,18 +1,18 @@
-// One row of the joint panel at work: what the joint does, what it is asked to do, and what people do to the row.
+// Updates one row of the joint panel from the state of its axis, and sends the targets that the user sets.
 import { setTarget } from "../daemon/actions";
 import { toast } from "../state/toasts";
 import { degrees } from "../state/view";
 import type { Axis, JointValues, Mode } from "../state/world";
-import { Asked, PATIENCE } from "./asked";
-import { type Follower, show } from "./live";
+import { PendingTarget, PENDING_TIMEOUT } from "./pending-target";
+import { type Follower, show } from "./row-updates";
 import { digits, parse, quantityOf, unitOf, type Quantity, type Unit } from "./quantity";
 import { fractionOf, nudgeOf, rangeOf, turned, type Range } from "./range";
 
-/** The parts of a row that change. A joint that takes no targets has no inputs. */
+/** The elements of a row that change. A joint without an actuator has no inputs. */
 export interface RowParts {
   row: HTMLElement;
   fill: HTMLElement;
-  /** Marks as wide as the slider, moved by parts of their own width: moving them lays nothing out. */
+  /** Markers as wide as the slider, moved by percentages of their width, which needs no layout. */
   tick: HTMLElement;
   zero: HTMLElement;
   readout: HTMLElement;
@@ -26,19 +26,19 @@ const SATURATED = 1;
 const AT_LOWER = 2;
 const AT_UPPER = 4;
 
-/** Writes an axis to its row, and sends what people do there. */
+/** Updates the row of an axis, and handles its input. */
 export class AxisControl implements Follower {
   readonly robot: string;
   readonly element: HTMLElement;
-  private readonly asked = new Asked();
+  private readonly pending = new PendingTarget();
   private mode: Mode = "none";
   private target = 0;
   private present: Record<Quantity, number> = { position: 0, velocity: 0, effort: 0 };
-  private lookAgain: ReturnType<typeof setTimeout> | undefined;
+  private refreshTimer: ReturnType<typeof setTimeout> | undefined;
   private quantity: Quantity = "position";
   private range: Range;
   private unit: Unit;
-  /** What was written last, so that nothing is written twice. */
+  /** The text that was written last by name, so that nothing is written twice. */
   private written = new Map<string, string>();
 
   constructor(
@@ -57,21 +57,21 @@ export class AxisControl implements Follower {
     const mode = values.mode[velocityIndex];
     if (position === undefined || mode === undefined) return;
     this.present = { position, velocity: values.velocity[velocityIndex] ?? 0, effort: values.effort[velocityIndex] ?? 0 };
-    const shown = this.asked.shown({ mode, value: values.target[velocityIndex] ?? 0 }, performance.now());
+    const shown = this.pending.shown({ mode, value: values.target[velocityIndex] ?? 0 }, performance.now());
     this.mode = shown.mode;
-    // What is not driven has no target: the handle goes along with the joint.
+    // A joint that is not driven has no target: the handle follows its position.
     this.target = shown.mode === "passive" || shown.mode === "none" ? position : shown.value;
-    this.measure();
+    this.updateRange();
     this.write(values.flags[velocityIndex] ?? 0);
   }
 
-  /** The slider's ends for the mode. */
-  private measure(): void {
+  /** Sets the range of the slider for the mode. */
+  private updateRange(): void {
     const quantity = quantityOf(this.mode);
     this.unit = unitOf(this.axis.kind, quantity, degrees.peek());
     const range = rangeOf(this.axis, quantity);
-    // Ends that jumped while the slider is held would tear it from the hand.
-    if (quantity !== this.quantity || !this.asked.isHeld) {
+    // The range must not change during a drag.
+    if (quantity !== this.quantity || !this.pending.isHeld) {
       this.range = quantity === "position" ? turned(range, this.target, this.quantity === quantity ? this.range : range) : range;
     }
     this.quantity = quantity;
@@ -122,7 +122,7 @@ export class AxisControl implements Follower {
         slider.max = String(range.upper);
         this.written.delete("slider");
       });
-      if (!this.asked.isHeld) this.once("slider", String(this.target), (text) => void (slider.value = text));
+      if (!this.pending.isHeld) this.once("slider", String(this.target), (text) => void (slider.value = text));
       this.once("said", said, (text) => slider.setAttribute("aria-valuetext", text));
     }
     if (number && (document.activeElement !== number || number.dataset["typed"] === undefined)) {
@@ -133,70 +133,70 @@ export class AxisControl implements Follower {
     }
   }
 
-  /** Calls `put` where the text is another than before. */
+  /** Calls `put` if the text differs from the last one. */
   private once(what: string, text: string, put: (text: string) => void): void {
     if (this.written.get(what) === text) return;
     this.written.set(what, text);
     put(text);
   }
 
-  /** Asks for a target, in the mode that the joint has; a joint that was free or held takes positions from then on. */
-  private ask(value: number): void {
+  /** Sets the target in the present mode; a joint that is passive or holds changes to position mode. */
+  private setValue(value: number): void {
     const mode = this.mode === "velocity" || this.mode === "effort" ? this.mode : "position";
     this.send(mode, value);
   }
 
   private send(mode: Mode, value: number): void {
-    this.asked.set({ mode, value }, performance.now());
+    this.pending.set({ mode, value }, performance.now());
     void setTarget(this.axis, mode, value);
     show(this);
-    // What was refused must not stand there until the world moves on: it may be paused.
-    clearTimeout(this.lookAgain);
-    this.lookAgain = setTimeout(() => show(this), PATIENCE + 50);
+    // A refused target must not be shown until the next state, which may not come while the world is paused.
+    clearTimeout(this.refreshTimer);
+    this.refreshTimer = setTimeout(() => show(this), PENDING_TIMEOUT + 50);
   }
 
-  /** The present value is the new mode's first target, so that nothing jerks. */
+  /** The first target of the new mode is the present value, so that the joint does not jerk. */
   changeMode(mode: Mode): void {
     this.send(mode, mode === "passive" ? 0 : this.present[quantityOf(mode)]);
   }
 
   drag(value: number): void {
-    if (Number.isFinite(value)) this.ask(value);
+    if (Number.isFinite(value)) this.setValue(value);
   }
 
   beginDrag(): void {
-    this.asked.hold();
+    this.pending.hold();
   }
 
   endDrag(): void {
-    this.asked.release(performance.now());
+    this.pending.release(performance.now());
     this.written.delete("slider");
     show(this);
   }
 
-  /** Moves the target by so many nudges; at limits it stays. */
+  /** Moves the target by this many nudges, within the limits. */
   nudge(count: number): void {
     const { range } = this;
     const step = nudgeOf(range, this.unit);
-    // Nudges land on whole steps, so that they can be undone and read well.
+    // The target is rounded to whole steps, so that a nudge back returns to the same value.
     const next = Math.round((this.target + count * step) / step) * step;
     const low = range.openLower ? -Infinity : range.lower;
     const high = range.openUpper ? Infinity : range.upper;
-    this.ask(Math.min(high, Math.max(low, next)));
+    this.setValue(Math.min(high, Math.max(low, next)));
   }
 
-  /** Takes what was typed; says in a toast what is wrong with it. Whether it was taken. */
+  /** Sets a typed target, or shows a toast with what is wrong with it. Returns whether it was set. */
   type(text: string): boolean {
     const value = parse(text, this.axis.kind, quantityOf(this.mode), this.unit);
     if (typeof value === "string") {
       toast("error", `${this.axis.label}: ${value}.`);
       return false;
     }
-    this.ask(value);
+    this.setValue(value);
     return true;
   }
 
-  /** Writes everything again, for instance in another unit. */
+  /** Writes everything again, for instance after a change of the unit. */
   refresh(): void {
     this.written.clear();
     show(this);

@@ -10,6 +10,6 @@ test("a speed may be typed with its x and with a comma", () => {
   expect(["0.25", " 2x ", "0,5", "max", "10 X"].map(readFactor)).toEqual([0.25, 2, 0.5, Infinity, 10]);
 });
 
-test("what is no speed is answered with a sentence", () => {
+test("an invalid factor gives a message", () => {
   for (const text of ["", "fast", "0", "-1", "5000", "1e9"]) expect(typeof readFactor(text), text).toBe("string");
 });

@@ -1,6 +1,6 @@
 // Which joints are shown under one heading.
 import { expect, test } from "vitest";
-import { grouped, matches } from "./groups";
+import { grouped, matches, splitLabel } from "./groups";
 
 const shown = (names: string[]): Record<string, string[]> =>
   Object.fromEntries(grouped(names, (name) => name).map(({ heading, rows }) => [heading, rows.map(({ label }) => label)]));
@@ -17,7 +17,7 @@ test("legs that share a first word are grouped by it", () => {
   expect(groups["FL"]).toEqual(["hip joint", "thigh joint", "calf joint"]);
 });
 
-test("every joint is shown exactly once, what stands alone before the groups", () => {
+test("every joint is shown exactly once, those without a group first", () => {
   const side = ["shoulder_pitch", "shoulder_roll", "elbow", "wrist_yaw", "hip_yaw", "knee", "ankle_pitch"];
   const names = ["waist_yaw", "waist_roll", "neck_yaw", "neck_pitch", "tail", ...side.map((n) => `left_${n}`), ...side.map((n) => `right_${n}`)];
   const groups = grouped(names, (name) => name);
@@ -25,7 +25,7 @@ test("every joint is shown exactly once, what stands alone before the groups", (
   expect(groups.flatMap(({ rows }) => rows.map(({ item }) => item)).sort()).toEqual([...names].sort());
 });
 
-test("a first word that all share tells nothing and is no heading", () => {
+test("a first word that all names share is no heading", () => {
   const names = ["left", "right"].flatMap((side) => ["a", "b", "c", "d", "e"].map((part) => `robot_${side}_${part}`));
   expect(Object.keys(shown(names))).toEqual(["left", "right"]);
 });
@@ -39,4 +39,11 @@ test("a filter finds all of its words in any order and any case", () => {
   expect(matches("left_shoulder_pitch", "Pitch left")).toBe(true);
   expect(matches("left_shoulder_pitch", "right")).toBe(false);
   expect(matches("anything", "  ")).toBe(true);
+});
+
+test("long names that differ at their ends differ in what is never shortened", () => {
+  const names = ["left", "right"].map((side) => `robot_assembly_v2_gripper_finger_joint_${side}`);
+  const ends = names.map((name) => splitLabel(name)[1]);
+  expect(new Set(ends).size).toBe(2);
+  for (const name of [...names, "elbow", ""]) expect(splitLabel(name).join("")).toBe(name);
 });

@@ -1,15 +1,15 @@
-// Joints of a limb under one heading, by what their names begin with.
+// Groups joints under headings by the first words of their names.
 
-/** Rows under one heading; the heading is empty where there is none. */
+/** Rows under one heading, which may be empty. */
 export interface Group<T> {
   heading: string;
-  /** In their order, with what is left of each name. */
+  /** In their order, with the rest of each name. */
   rows: { item: T; label: string }[];
 }
 
-/** Fewer rows than this are read at once; headings would be in the way. */
-const MANY = 10;
-/** A group that is larger is split again where that makes groups. */
+/** Lists with fewer rows than this have no headings. */
+const MIN_ROWS = 10;
+/** A larger group is split again if the parts have at least `FEW` rows. */
 const LARGE = 10;
 const FEW = 2;
 
@@ -21,12 +21,12 @@ function words(name: string): string[] {
     .filter((word) => word !== "");
 }
 
-/** Puts rows under headings where there are many and their names share first words. In the order of their first rows. */
+/** Groups rows whose names share their first words, if there are many. Groups are in the order of their first rows. */
 export function grouped<T>(items: readonly T[], nameOf: (item: T) => string): Group<T>[] {
   const plain = items.map((item) => ({ item, label: nameOf(item) }));
-  if (items.length < MANY) return [{ heading: "", rows: plain }];
+  if (items.length < MIN_ROWS) return [{ heading: "", rows: plain }];
   const entries = plain.map(({ item, label }) => ({ item, label, words: words(label) }));
-  // What all names begin or end with tells none of them apart.
+  // Words at the start of all names are no heading.
   const shared = sharedWords(entries.map((entry) => entry.words));
   const split = splitBy(entries, shared);
   if (split.length < 2) return [{ heading: "", rows: plain }];
@@ -42,7 +42,7 @@ interface Entry<T> {
   words: string[];
 }
 
-/** How many words all names begin with; each name keeps at least two. */
+/** How many first words all names share; at least two are left of each name. */
 function sharedWords(all: string[][]): number {
   const first = all[0] ?? [];
   const shortest = Math.min(...all.map((one) => one.length));
@@ -52,8 +52,8 @@ function sharedWords(all: string[][]): number {
 }
 
 /**
- * Groups by the word at `from`; `depth` is how many words the group's names share there. What stands alone comes
- * first, so that it is not read as part of the group above it.
+ * Groups by the word at `from`; `depth` is how many words the names of the group share there. Rows without a group
+ * come first, so that they do not look like part of the group above them.
  */
 function splitBy<T>(entries: Entry<T>[], from: number): { depth: number; rows: Entry<T>[] }[] {
   const groups: { depth: number; rows: Entry<T>[] }[] = [];
@@ -70,7 +70,7 @@ function splitBy<T>(entries: Entry<T>[], from: number): { depth: number; rows: E
   return alone.length > 0 ? [{ depth: 0, rows: alone }, ...groups] : groups;
 }
 
-/** Entries by one of their words; a name that would have nothing left is by itself. */
+/** Entries by one of their words; a name without further words has a group of its own. */
 function collect<T>(entries: Entry<T>[], at: number): Map<string, Entry<T>[]> {
   const by = new Map<string, Entry<T>[]>();
   for (const entry of entries) {
@@ -80,13 +80,21 @@ function collect<T>(entries: Entry<T>[], at: number): Map<string, Entry<T>[]> {
   return by;
 }
 
-/** The name after its first `skip` words, as it is written. */
+/** The name without its first `skip` words. */
 function rest(all: string[], skip: number, label: string): string {
   const left = all.slice(skip).join(" ");
   return left === "" ? label : left;
 }
 
-/** Whether a name has all words of what was typed, in any order. */
+/** Characters at the end of a name that are always shown. */
+const END = 12;
+
+/** A name in two parts, of which the first may be shortened. Short names have no second part. */
+export function splitLabel(label: string): [string, string] {
+  return label.length < 2 * END ? [label, ""] : [label.slice(0, -END), label.slice(-END)];
+}
+
+/** Whether a name contains all words of the filter, in any order. */
 export function matches(name: string, filter: string): boolean {
   const plain = name.toLowerCase();
   return filter

@@ -48,10 +48,30 @@ test("parts of pi are radians, also where degrees are shown", () => {
   }
 });
 
-test("what does not fit is answered with a sentence that says what does", () => {
-  expect(parse("5 kg", "angle", "position", rad)).toMatch(/"kg" does not fit here.*rad, deg/);
-  expect(parse("5 deg", "length", "position", metre)).toMatch(/"deg" does not fit.*m, cm, mm/);
-  expect(parse("5 rad", "angle", "velocity", rad)).toMatch(/"rad" does not fit.*rad\/s/);
+test("products and quotients are computed, with a unit after them", () => {
+  for (const [text, value] of [
+    ["2*0.3", 0.6],
+    ["-2 * 0.3 rad", -0.6],
+    ["2*pi/3", (2 * Math.PI) / 3],
+    ["1/4", 0.25],
+    ["3*30 deg", Math.PI / 2],
+    ["pi*2", 2 * Math.PI],
+  ] as const) {
+    expect(parse(text, "angle", "position", rad), text).toBeCloseTo(value, 12);
+  }
+});
+
+test("errors quote the text as it was typed", () => {
+  expect(parse("2*0.3 foo", "angle", "position", rad)).toContain('"foo" in "2*0.3 foo"');
+  expect(parse("2**3", "angle", "position", rad)).toContain('"2**3" is not a number');
+  expect(parse("0.5+0.1", "angle", "position", rad)).toContain('"0.5+0.1" is not a number');
+  expect(parse("1.2.3", "angle", "position", rad)).toContain('"1.2.3" is not a number');
+});
+
+test("an invalid unit gives a message with valid ones", () => {
+  expect(parse("5 kg", "angle", "position", rad)).toMatch(/"kg" in "5 kg" does not fit here.*rad, deg/);
+  expect(parse("5 deg", "length", "position", metre)).toMatch(/"deg" in "5 deg" does not fit.*m, cm, mm/);
+  expect(parse("5 rad", "angle", "velocity", rad)).toMatch(/"rad" in "5 rad" does not fit.*rad\/s/);
   for (const text of ["", "abc", "deg", "--1", "1/0"]) expect(typeof parse(text, "angle", "position", rad), text).toBe("string");
 });
 
@@ -62,7 +82,7 @@ test("what is shown has fixed places, and no negative zero", () => {
   expect(digits(NaN, rad)).toBe("–");
 });
 
-test("what is shown reads back as itself", () => {
+test("formatted values parse to themselves", () => {
   for (const unit of [rad, deg]) {
     const value = parse(digits(1.234, unit), "angle", "position", unit);
     expect(value).toBeCloseTo(1.234, 3);

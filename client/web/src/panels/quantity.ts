@@ -1,7 +1,7 @@
-// Joint values as people read and type them: units, digits, "90 deg".
+// Formats and parses joint values with their units, for instance "90 deg".
 import type { Axis, Mode } from "../state/world";
 
-/** What a number says about a joint. */
+/** A quantity of a joint. */
 export type Quantity = "position" | "velocity" | "effort";
 
 /** The kind of axis that a value belongs to. */
@@ -10,7 +10,7 @@ export type Kind = Axis["kind"];
 const DEGREE = Math.PI / 180;
 const RPM = (2 * Math.PI) / 60;
 
-/** How many SI units one of each is. */
+/** The SI value of each unit. */
 const UNITS: Record<Kind, Record<Quantity, Record<string, number>>> = {
   angle: {
     position: { rad: 1, deg: DEGREE, "°": DEGREE, degree: DEGREE, degrees: DEGREE, mrad: 1e-3, turn: 2 * Math.PI },
@@ -39,12 +39,12 @@ export function unitOf(kind: Kind, quantity: Quantity, degrees: boolean): Unit {
   return { name: quantity === "position" ? name : `${name}/s`, scale: degrees ? DEGREE : 1 };
 }
 
-/** What a mode's target is; a joint without an actuator is looked at by its position. */
+/** The quantity of the target in a mode; a joint without an actuator is shown by its position. */
 export function quantityOf(mode: Mode): Quantity {
   return mode === "velocity" || mode === "effort" ? mode : "position";
 }
 
-/** A value with as many digits as are worth reading; never "-0.000". */
+/** A value with a fixed number of decimals; never "-0.000". */
 export function digits(value: number, unit: Unit): string {
   const shown = value / unit.scale;
   if (!Number.isFinite(shown)) return "–";
@@ -53,40 +53,54 @@ export function digits(value: number, unit: Unit): string {
   return Number(text) === 0 ? (0).toFixed(places) : text;
 }
 
-/** Three digits that count: 12.3, 0.123, 1230. */
+/** Three significant digits: 12.3, 0.123, 1230. */
 export function shortened(value: number): string {
   return Number.isFinite(value) ? String(Number(value.toPrecision(3))) : "–";
 }
 
-const NUMBER = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)?\s*\*?\s*(pi|π)?\s*(?:\/\s*(\d+(?:\.\d+)?))?/i;
+/** A number or pi, after the first one with its operator, which may be left out before pi. */
+const FACTOR = /^\s*([*/]?)\s*(?:((?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)|(pi|π))/i;
+
+/** The value of a product like "2*pi/3" at the start of a text, with the rest; undefined if there is none. */
+function product(text: string): { value: number; hasPi: boolean; rest: string } | undefined {
+  const sign = /^[+-]?/.exec(text)?.[0] ?? "";
+  let rest = text.slice(sign.length);
+  let value = sign === "-" ? -1 : 1;
+  let hasPi = false;
+  for (let count = 0; ; count += 1) {
+    const [whole, operator, number, pi] = FACTOR.exec(rest) ?? [];
+    // The first factor has no operator; another number has one.
+    const fits = count === 0 ? operator === "" : operator !== "" || pi !== undefined;
+    if (whole === undefined || !fits) return count === 0 ? undefined : { value, hasPi, rest: rest.trim() };
+    const factor = pi === undefined ? Number(number?.replace(",", ".")) : Math.PI;
+    value = operator === "/" ? value / factor : value * factor;
+    hasPi ||= pi !== undefined;
+    rest = rest.slice(whole.length);
+  }
+}
 
 /**
- * Reads what was typed, in SI: "90 deg", "0,2 rad", "5 cm", "pi/2 rad". Without a unit it is in `unit`, but
- * "pi/2" is radians whatever is shown. A sentence where it cannot be read.
+ * Reads what was typed, in SI: "90 deg", "0,2 rad", "5 cm", "pi/2 rad", "2*0.3". Without a unit it is in `unit`, but
+ * "pi/2" is radians whatever is shown. Returns a message if it cannot be read.
  */
 export function parse(text: string, kind: Kind, quantity: Quantity, unit: Unit): number | string {
   const typed = text.trim().replace("−", "-");
-  const signed = /^([+-])\s*(?=pi|π)/i.exec(typed);
-  const match = NUMBER.exec(signed ? typed.slice(signed[0].length) : typed);
-  const [whole, factor, pi, divisor] = match ?? [];
-  if (!whole || (factor === undefined && pi === undefined)) return `"${text}" is not a number`;
-  const rest = typed.slice(whole.length + (signed ? signed[0].length : 0)).trim();
-  let number = factor === undefined ? 1 : Number(factor.replace(",", "."));
-  if (pi !== undefined) number *= Math.PI;
-  if (divisor !== undefined) number /= Number(divisor);
-  if (signed?.[1] === "-") number = -number;
+  const read = product(typed);
+  // What follows a number is a unit, which begins with a letter or the sign for degrees.
+  if (!read || /^[^\p{L}°]/u.test(read.rest)) return `"${text}" is not a number`;
+  const { value: number, hasPi, rest } = read;
   const known = UNITS[kind][quantity];
-  const scale = rest === "" ? (pi !== undefined && kind === "angle" ? 1 : unit.scale) : known[rest] ?? byLetters(known, rest);
+  const scale = rest === "" ? (hasPi && kind === "angle" ? 1 : unit.scale) : known[rest] ?? findUnit(known, rest);
   if (scale === undefined) {
     const wanted = Object.keys(known).filter((name) => /^[\w/ ]+$/.test(name));
-    return `"${rest}" does not fit here: this takes ${wanted.slice(0, 4).join(", ")}`;
+    return `"${rest}" in "${text}" does not fit here: this takes ${wanted.slice(0, 4).join(", ")}`;
   }
   const value = number * scale;
   return Number.isFinite(value) ? value : `"${text}" is not a finite number`;
 }
 
-/** A unit whatever its capitals and blanks. */
-function byLetters(known: Record<string, number>, typed: string): number | undefined {
+/** A unit, ignoring case and blanks. */
+function findUnit(known: Record<string, number>, typed: string): number | undefined {
   const plain = (name: string): string => name.toLowerCase().replaceAll(" ", "");
   const wanted = plain(typed);
   return Object.entries(known).find(([name]) => plain(name) === wanted)?.[1];

@@ -1,4 +1,4 @@
-// How far a slider goes, and how much one press of an arrow key is.
+// The range of a slider, and the step of an arrow key.
 import type { Axis } from "../state/world";
 import type { Quantity, Unit } from "./quantity";
 
@@ -6,24 +6,24 @@ import type { Quantity, Unit } from "./quantity";
 export interface Range {
   lower: number;
   upper: number;
-  /** There is no limit at that end: the value may lie beyond it. */
+  /** There is no limit at that end: the value may be beyond it. */
   openLower: boolean;
   openUpper: boolean;
 }
 
-/** Where nothing says how fast or strong a joint is: what robots of a desk's size do. */
-const SENSIBLE = {
+/** Ranges of joints without limits: those of desktop robots. */
+const DEFAULTS = {
   angle: { position: Math.PI, velocity: 2 * Math.PI, effort: 10 },
   length: { position: 1, velocity: 1, effort: 50 },
 } as const;
 
 /** The range of a joint's slider: its limits, or a full turn (2 m) with open ends. */
 export function rangeOf(axis: Axis, quantity: Quantity): Range {
-  const sensible = SENSIBLE[axis.kind][quantity];
+  const sensible = DEFAULTS[axis.kind][quantity];
   if (quantity === "position") {
     const { lower, upper } = axis;
     if (lower !== undefined && upper !== undefined) {
-      // Both limits in one place leave a slider without length.
+      // Equal limits would be a slider without length.
       const width = upper > lower ? 0 : 1e-3;
       return { lower: lower - width, upper: upper + width, openLower: false, openUpper: false };
     }
@@ -39,8 +39,8 @@ export function rangeOf(axis: Axis, quantity: Quantity): Range {
 }
 
 /**
- * A range with both ends open, moved by whole widths to where `value` is: a joint that turns without end is shown
- * on the turn that it is in. It stays as it was, `before`, for as long as the value is in it.
+ * A range with both ends open, shifted by whole widths to contain `value`: a continuous joint is shown on its present
+ * turn. The range `before` is kept as long as the value is in it.
  */
 export function turned(range: Range, value: number, before: Range): Range {
   if (!range.openLower || !range.openUpper || !Number.isFinite(value)) return range;
@@ -51,18 +51,18 @@ export function turned(range: Range, value: number, before: Range): Range {
   return { ...range, lower: middle - width / 2, upper: middle + width / 2 };
 }
 
-/** Where a value is on a slider: 0 at its lower end, 1 at its upper. */
+/** The position of a value on a slider: 0 at the lower end, 1 at the upper. */
 export function fractionOf(value: number, range: Range): number {
   const fraction = (value - range.lower) / (range.upper - range.lower);
   return Number.isFinite(fraction) ? Math.min(1, Math.max(0, fraction)) : 0;
 }
 
-/** One press of an arrow key, SI: about a two-hundredth of the slider, round in the unit that is shown. */
+/** The step of an arrow key, SI: about 1/200 of the slider, a round number in the shown unit. */
 export function nudgeOf(range: Range, unit: Unit): number {
   return niceStep((range.upper - range.lower) / unit.scale / 200) * unit.scale;
 }
 
-/** The next number of 1, 2, 5, 10, ... that is no larger. */
+/** The largest of ..., 1, 2, 5, 10, ... that is not larger than `about`. */
 export function niceStep(about: number): number {
   if (!(about > 0) || !Number.isFinite(about)) return 0.01;
   const power = 10 ** Math.floor(Math.log10(about));

@@ -1,4 +1,4 @@
-// The drawer with the plots: position, velocity and effort of chosen joints, with their targets.
+// The drawer with the plots: position, velocity and effort of the plotted joints, with their targets.
 import "uplot/dist/uPlot.min.css";
 import { computed, effect, signal } from "@preact/signals";
 import type { JSX } from "preact";
@@ -10,26 +10,26 @@ import { shownTheme } from "../style/theme";
 import { degrees, plotsOpen } from "../state/view";
 import { daemonName, frame, robots } from "../state/world";
 import { Chart, type Line } from "./chart";
-import { addPlot, axisOf, chosen, MOST_PLOTTED, removePlot } from "./chosen";
+import { addPlot, axisOf, plotted, MAX_PLOTTED, removePlot } from "./plotted";
 import { asCsv, save } from "./export";
 import { recording, SPAN } from "./recorder";
 import type { Samples } from "./samples";
 import { following, type Extent } from "./visible";
 
 const QUANTITIES: readonly Quantity[] = ["position", "velocity", "effort"];
-/** Draws no oftener than so many milliseconds: more is not seen. */
+/** Milliseconds between two draws at least. */
 const INTERVAL = 50;
 
 const span = signal(10);
 const zoom = signal<Extent | null>(null);
-/** What is shown while paused: the recording goes on. */
-const held = signal<Samples | null>(null);
-/** On a narrow page, the one that is shown. */
+/** A copy that is shown while the plots are paused; the recording goes on. */
+const paused = signal<Samples | null>(null);
+/** The quantity that is shown on a narrow page. */
 const front = signal<Quantity>("position");
 
-/** Chosen axes that are there. */
+/** Plotted axes whose robots exist. */
 const shown = computed<Line[]>(() =>
-  [...chosen.value].flatMap(([key, slot]) => {
+  [...plotted.value].flatMap(([key, slot]) => {
     const axis = axisOf(key);
     return axis ? [{ axis, slot }] : [];
   }),
@@ -42,37 +42,37 @@ let waiting: number | undefined;
 function draw(): void {
   waiting = undefined;
   drawn = performance.now();
-  const samples = held.peek() ?? recording;
+  const samples = paused.peek() ?? recording;
   const range = zoom.peek() ?? following(samples.times(), span.peek());
   for (const chart of charts) chart.draw(samples, range, degrees.peek());
 }
 
-/** Draws soon. */
-function ask(): void {
+/** Schedules a draw. */
+function scheduleDraw(): void {
   if (waiting !== undefined) return;
   waiting = setTimeout(() => requestAnimationFrame(draw), Math.max(0, INTERVAL - (performance.now() - drawn))) as unknown as number;
 }
 
-/** Plots some joints where none is: somebody who opens the plots wants to see something. Once, as soon as there are any. */
-function offer(): () => void {
-  let offered = shown.peek().length > 0;
+/** Plots the first joints of the shown robot if none are plotted. Once, as soon as there are any. */
+function plotDefaults(): () => void {
+  let done = shown.peek().length > 0;
   return effect(() => {
     const axes = shownRobot.value?.axes ?? [];
-    if (offered || axes.length === 0) return;
-    offered = true;
+    if (done || axes.length === 0) return;
+    done = true;
     for (const { key } of axes.slice(0, 3)) addPlot(key);
   });
 }
 
-/** The drawer, while it is open. */
+/** The drawer, rendered only while it is open. */
 export function PlotsDrawer(): JSX.Element {
-  useEffect(offer, []);
+  useEffect(plotDefaults, []);
   useEffect(() => {
     return effect(() => {
-      void [zoom.value, span.value, held.value, degrees.value];
-      // What is held stands still.
-      if (held.value === null) void frame.value;
-      ask();
+      void [zoom.value, span.value, paused.value, degrees.value];
+      // Paused plots do not follow new states.
+      if (paused.value === null) void frame.value;
+      scheduleDraw();
     });
   }, []);
   return (
@@ -88,7 +88,7 @@ export function PlotsDrawer(): JSX.Element {
               aria-pressed={front.value === quantity}
               onClick={() => {
                 front.value = quantity;
-                requestAnimationFrame(ask);
+                requestAnimationFrame(scheduleDraw);
               }}
             >
               {quantity}
@@ -128,8 +128,8 @@ function Chips(): JSX.Element {
 
 /** Adds a joint. */
 function Picker(): JSX.Element | null {
-  const left = robots.value.map((robot) => ({ robot, axes: robot.axes.filter(({ key }) => !chosen.value.has(key)) })).filter(({ axes }) => axes.length > 0);
-  if (left.length === 0 || shown.value.length >= MOST_PLOTTED) return null;
+  const left = robots.value.map((robot) => ({ robot, axes: robot.axes.filter(({ key }) => !plotted.value.has(key)) })).filter(({ axes }) => axes.length > 0);
+  if (left.length === 0 || shown.value.length >= MAX_PLOTTED) return null;
   return (
     <select
       class="picker"
@@ -156,16 +156,16 @@ function Picker(): JSX.Element | null {
   );
 }
 
-/** Span, pause, zoom, file. */
+/** Buttons for zoom, span, pause and export. */
 function Tools(): JSX.Element {
-  const paused = held.value !== null;
-  const flip = (): void => {
-    held.value = paused ? null : recording.copy();
-    if (paused) zoom.value = null;
+  const isPaused = paused.value !== null;
+  const togglePause = (): void => {
+    paused.value = isPaused ? null : recording.copy();
+    if (isPaused) zoom.value = null;
   };
   const exportAll = (): void => {
     const axes = shown.peek().map(({ axis }) => axis);
-    save(`${daemonName.peek() || "simd"}-joints.csv`, asCsv(held.peek() ?? recording, axes));
+    save(`${daemonName.peek() || "simd"}-joints.csv`, asCsv(paused.peek() ?? recording, axes));
   };
   return (
     <div class="plot-tools">
@@ -174,7 +174,7 @@ function Tools(): JSX.Element {
         class="button sign"
         data-testid="zoom-out"
         aria-label="Reset the zoom"
-        title={zoom.value ? "Show the newest again (double click in a plot)" : "Drag in a plot to zoom in"}
+        title={zoom.value ? "Show the newest samples again (double click in a plot)" : "Drag in a plot to zoom in"}
         disabled={zoom.value === null}
         onClick={() => {
           zoom.value = null;
@@ -202,12 +202,12 @@ function Tools(): JSX.Element {
         type="button"
         class="button sign"
         data-testid="plot-pause"
-        aria-pressed={paused}
-        aria-label={paused ? "Go on" : "Pause the plots"}
-        title={paused ? "Go on" : "Pause the plots; drag in one to zoom, double click to come back"}
-        onClick={flip}
+        aria-pressed={isPaused}
+        aria-label={isPaused ? "Go on" : "Pause the plots"}
+        title={isPaused ? "Go on" : "Pause the plots; drag in one to zoom, double click to come back"}
+        onClick={togglePause}
       >
-        <Icon name={paused ? "play" : "pause"} />
+        <Icon name={isPaused ? "play" : "pause"} />
       </button>
       <button
         type="button"
@@ -246,7 +246,7 @@ function Plot({ quantity }: { quantity: Quantity }): JSX.Element {
       zoom.value = range;
     });
     charts.add(chart);
-    ask();
+    scheduleDraw();
     return () => {
       charts.delete(chart);
       chart.destroy();

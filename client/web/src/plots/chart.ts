@@ -14,14 +14,14 @@ export interface Line {
   slot: number;
 }
 
-/** The least height of a plot, in the unit that is shown: below that it is noise. */
-const LEAST = { position: 0.02, velocity: 0.02, effort: 0.2 } as const;
+/** The minimum range of the value axis, in the shown unit, so that noise does not fill the plot. */
+const MIN_RANGE = { position: 0.02, velocity: 0.02, effort: 0.2 } as const;
 
 /** A plot in an element of the page. */
 export class Chart {
   private readonly plot: uPlot;
-  private readonly watch: ResizeObserver;
-  /** What is drawn, kept from draw to draw: the time, then value and target of each line. */
+  private readonly resizing: ResizeObserver;
+  /** The plotted data, reused by each draw: the time, then value and target of each line. */
   private buffers: Float64Array[] = [];
   private degrees = false;
 
@@ -61,13 +61,13 @@ export class Chart {
         setSelect: [
           (plot) => {
             const { left, width } = plot.select;
-            // A press without a move is no zoom.
-            if (width < 4) return;
+            // A click is no zoom. Each drag reaches the other plots too; those that are hidden have no scale.
+            if (width < 4 || host.clientWidth === 0) return;
             onZoom({ min: plot.posToVal(left, "x"), max: plot.posToVal(left + width, "x") });
             plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
           },
         ],
-        setCursor: [(plot) => this.tell(plot)],
+        setCursor: [(plot) => this.updateReadout(plot)],
       },
       series: [
         {},
@@ -81,20 +81,20 @@ export class Chart {
       ],
     };
     this.plot = new uPlot(options, [[], ...shown.flatMap(() => [[], []])], host);
-    this.watch = new ResizeObserver(() => {
+    this.resizing = new ResizeObserver(() => {
       if (host.clientWidth > 0 && host.clientHeight > 0) this.plot.setSize({ width: host.clientWidth, height: host.clientHeight });
     });
-    this.watch.observe(host);
+    this.resizing.observe(host);
   }
 
   destroy(): void {
-    this.watch.disconnect();
+    this.resizing.disconnect();
     this.plot.destroy();
   }
 
-  /** Draws a stretch of a recording. */
+  /** Draws a range of a recording. */
   draw(samples: Samples, range: Extent, degrees: boolean): void {
-    // A plot that is folded away costs nothing.
+    // Hidden plots are not drawn.
     if (this.host.clientWidth === 0) return;
     this.degrees = degrees;
     const { from, to } = indicesBetween(samples.times(), range);
@@ -120,11 +120,11 @@ export class Chart {
     plot.batch(() => {
       plot.setData([time, ...drawn], false);
       plot.setScale("x", range);
-      plot.setScale("y", valueExtent(drawn, LEAST[this.quantity]));
+      plot.setScale("y", valueExtent(drawn, MIN_RANGE[this.quantity]));
     });
   }
 
-  /** An array of so many numbers, from the one of the draw before where that is long enough. */
+  /** An array of this length, a view of the one of the last draw if that is long enough. */
   private buffer(index: number, count: number): Float64Array {
     let kept = this.buffers[index];
     if (!kept || kept.length < count) {
@@ -134,8 +134,8 @@ export class Chart {
     return kept.subarray(0, count);
   }
 
-  /** Writes what the lines are at the pointer. */
-  private tell(plot: uPlot): void {
+  /** Shows the values of the lines at the pointer. */
+  private updateReadout(plot: uPlot): void {
     const at = plot.cursor.idx;
     const time = at === null || at === undefined ? undefined : plot.data[0][at];
     this.readout.hidden = time === undefined || (plot.cursor.left ?? -1) < 0;
@@ -155,7 +155,7 @@ export class Chart {
     const head = document.createElement("div");
     head.textContent = `${time.toFixed(3)} s`;
     this.readout.replaceChildren(head, ...rows);
-    // On the side where the pointer is not.
+    // On the other side than the pointer.
     this.readout.toggleAttribute("data-right", (plot.cursor.left ?? 0) < plot.bbox.width / devicePixelRatio / 2);
   }
 }

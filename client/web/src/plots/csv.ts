@@ -1,16 +1,16 @@
-// A recording as comma-separated values: SI units, named in the header.
+// Comma-separated values, in SI units with a header.
 
 /** A column to write. */
 export interface Column {
   /** For instance `arm/elbow.position`. */
   name: string;
-  /** For instance `rad`; none is written where it is empty. */
+  /** For instance `rad`; may be empty. */
   unit: string;
-  /** Numbers; a NaN is an empty field. Or words. */
+  /** Numbers, of which NaN is an empty field, or strings. */
   values: ArrayLike<number | string>;
 }
 
-/** The columns beside each other, the longest one's length, with a header. Lines end as RFC 4180 has it. */
+/** A table of the columns with a header; shorter columns end with empty fields. Lines end as in RFC 4180. */
 export function csv(columns: readonly Column[]): string {
   const length = Math.max(0, ...columns.map((column) => column.values.length));
   const lines = [columns.map(({ name, unit }) => field(unit === "" ? name : `${name} [${unit}]`)).join(",")];
@@ -26,7 +26,7 @@ function field(value: number | string | undefined): string {
   return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
 
-/** Nine digits are more than a plot or a fit needs, and hide what is only rounding. */
+/** Nine significant digits, which hides rounding errors. */
 function number(value: number): string {
   return String(Number(value.toPrecision(9)));
 }

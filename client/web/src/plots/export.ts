@@ -1,11 +1,11 @@
-// The recording as a file of comma-separated values.
+// Exports a recording as comma-separated values.
 import { quantityOf, unitOf } from "../panels/quantity";
 import type { Axis } from "../state/world";
 import { csv, type Column } from "./csv";
 import { columnOf, MODES } from "./recorder";
 import type { Samples } from "./samples";
 
-/** The time, then of each axis position, velocity, effort, target and mode, in SI units. */
+/** The time, then position, velocity, effort, target and mode of each axis, in SI units. */
 export function asCsv(samples: Samples, axes: readonly Axis[]): string {
   const columns: Column[] = [{ name: "sim_time", unit: "s", values: samples.times() }];
   for (const axis of axes) {
@@ -33,6 +33,6 @@ export function save(name: string, text: string): void {
   link.href = address;
   link.download = name;
   link.click();
-  // The download has begun by then; without this the text would stay in memory.
+  // Frees the text once the download has started.
   setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }

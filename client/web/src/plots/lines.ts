@@ -1,7 +1,7 @@
-// Draws a line through samples: at most four points a pixel column, and no line where values are absent.
+// Builds the path of a line through samples: at most four points for each pixel column, with gaps at NaN.
 import uPlot from "uplot";
 
-/** A path builder for uPlot whose data are `Float64Array`s with NaN for what is absent. */
+/** A path builder of uPlot for `Float64Array`s with NaN for absent values. */
 export const lines: uPlot.Series.PathBuilder = (plot, seriesIndex, from, to) => {
   const times = plot.data[0];
   const values = plot.data[seriesIndex];
@@ -13,7 +13,7 @@ export const lines: uPlot.Series.PathBuilder = (plot, seriesIndex, from, to) => 
   let high = 0;
   let last = 0;
   let pen = false;
-  /** Ends a pixel column: its extremes, then the value that the next one goes on from. */
+  /** Ends a pixel column: its minimum and maximum, then its last value. */
   const flush = (): void => {
     if (low !== high) {
       stroke.lineTo(column, low);

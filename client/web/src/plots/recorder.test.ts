@@ -1,7 +1,8 @@
 // What is recorded of the world, and the file that is made of it.
 import { beforeEach, expect, test } from "vitest";
 import { frame, robots, type Axis, type Frame, type JointValues, type Mode } from "../state/world";
-import { addPlot, chosen, MOST_PLOTTED, removePlot } from "./chosen";
+import { plottedSlots } from "../state/view";
+import { addPlot, plotted, MAX_PLOTTED, removePlot } from "./plotted";
 import { asCsv } from "./export";
 import { columnOf, recording } from "./recorder";
 
@@ -21,7 +22,7 @@ function show(simTime: number, mode: Mode = "position", epoch = 0n): void {
 beforeEach(() => {
   frame.value = null;
   robots.value = [{ name: "arm", model: "arm", layoutVersion: 1n, axes, links: [], disabledReason: "", mass: 1 }];
-  chosen.value = new Map();
+  plottedSlots.value = [];
   recording.clear();
 });
 
@@ -43,7 +44,7 @@ test("of robots that are not shown only plotted joints are recorded", () => {
   expect(recording.names).not.toContain(columnOf("other/k", "target"));
 });
 
-test("a reset begins the recording anew, also where time did not go back", () => {
+test("a reset clears the recording, even if time did not go back", () => {
   addPlot("arm/j0");
   for (const time of [0, 0.1]) show(time);
   show(0.2, "position", 1n);
@@ -60,10 +61,10 @@ test("a robot that is gone leaves no figures of its own", () => {
 
 test("no two plotted joints have one colour, and the oldest makes room", () => {
   for (const { key } of axes) addPlot(key);
-  expect(chosen.value.size).toBe(MOST_PLOTTED);
-  expect(new Set(chosen.value.values()).size).toBe(MOST_PLOTTED);
-  expect(chosen.value.has("arm/j0")).toBe(false);
-  expect(chosen.value.has("arm/j9")).toBe(true);
+  expect(plotted.value.size).toBe(MAX_PLOTTED);
+  expect(new Set(plotted.value.values()).size).toBe(MAX_PLOTTED);
+  expect(plotted.value.has("arm/j0")).toBe(false);
+  expect(plotted.value.has("arm/j9")).toBe(true);
 });
 
 test("the file has units in its header, and no target where nothing drives the joint", () => {

@@ -1,18 +1,18 @@
-// Records joints from each state of the world, in memory: those that are plotted, and those that may be next.
+// Records joints from each state, in memory: those that are plotted, and those of the shown robot.
 import { computed, effect } from "@preact/signals";
 import type { Quantity } from "../panels/quantity";
 import { shownRobot } from "../panels/shown-robot";
 import { frame, robots, type Axis, type Frame, type Mode } from "../state/world";
-import { chosen } from "./chosen";
+import { plotted } from "./plotted";
 import { Samples } from "./samples";
 
 /** Simulated seconds that are kept. */
 export const SPAN = 60;
-/** Of a world that plays slowly that many states, and not the whole span. */
-const MOST = 40_000;
+/** Upper bound of the number of states, which is reached when the world plays slowly. */
+const MAX_SAMPLES = 40_000;
 
-/** Of so many joints that are shown but not plotted: who plots one wants to see what it has just done. */
-const SHOWN = 40;
+/** Upper bound of joints that are recorded without being plotted, so that a new plot has a past. */
+const MAX_UNPLOTTED = 40;
 
 /** What is recorded of a joint. */
 export type Recorded = Quantity | "target" | "mode";
@@ -25,17 +25,17 @@ export function columnOf(key: string, part: Recorded): string {
   return `${key} ${part}`;
 }
 
-/** What was recorded until now. */
-export const recording = new Samples(SPAN, MOST);
+/** The recording. */
+export const recording = new Samples(SPAN, MAX_SAMPLES);
 
 interface Source {
   axis: Axis;
   part: Recorded;
 }
 const sources = computed<Map<string, Source>>(() => {
-  const keys = chosen.value;
-  const plotted = robots.value.flatMap((robot) => robot.axes.filter(({ key }) => keys.has(key)));
-  const axes = new Set([...plotted, ...(shownRobot.value?.axes.slice(0, SHOWN) ?? [])]);
+  const keys = plotted.value;
+  const ofPlots = robots.value.flatMap((robot) => robot.axes.filter(({ key }) => keys.has(key)));
+  const axes = new Set([...ofPlots, ...(shownRobot.value?.axes.slice(0, MAX_UNPLOTTED) ?? [])]);
   return new Map([...axes].flatMap((axis) => PARTS.map((part) => [columnOf(axis.key, part), { axis, part }])));
 });
 let epoch: bigint | null = null;
@@ -53,7 +53,7 @@ effect(() => {
   if (now) record(now);
 });
 
-/** Appends a state; begins anew where time went back. */
+/** Appends a state; clears the recording if time went back. */
 function record(now: Frame): void {
   if (epoch !== now.epoch) recording.clear();
   epoch = now.epoch;

@@ -24,7 +24,7 @@ test("memory stays bounded however slowly time passes", () => {
   expect(samples.column("a").at(-1)).toBe(10_000);
 });
 
-test("time that goes back begins anew", () => {
+test("an earlier time clears the recording", () => {
   const samples = recorded(1, 10);
   samples.push(0.5, () => 7);
   expect([...samples.times()]).toEqual([0.5]);

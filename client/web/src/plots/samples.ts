@@ -1,13 +1,13 @@
-// The last stretch of a recording: columns of numbers over a time that only grows, in plain arrays that plots can read.
+// The last part of a recording: columns of numbers over an increasing time, in arrays that plots can read.
 
-/** Columns beside the time. `NaN` is a value that there was not. */
+/** Columns with their times; `NaN` is an absent value. */
 export class Samples {
   private time: Float64Array<ArrayBuffer>;
   private columns = new Map<string, Float64Array<ArrayBuffer>>();
   private start = 0;
   private end = 0;
 
-  /** Keeps `span` seconds, and never more than `most` samples: the oldest go first. */
+  /** Keeps the last `span` seconds, and at most the last `most` samples. */
   constructor(
     readonly span: number,
     readonly most: number,
@@ -20,7 +20,7 @@ export class Samples {
     return this.end - this.start;
   }
 
-  /** Time of the newest sample; `-Infinity` before there is one. */
+  /** Time of the newest sample; `-Infinity` if there is none. */
   get last(): number {
     return this.length > 0 ? (this.time[this.end - 1] ?? -Infinity) : -Infinity;
   }
@@ -29,7 +29,7 @@ export class Samples {
     return [...this.columns.keys()];
   }
 
-  /** Adds a column, without values so far. One that is there stays. */
+  /** Adds a column of absent values, unless it exists. */
   add(name: string): void {
     if (this.columns.has(name)) return;
     this.columns.set(name, new Float64Array(this.time.length).fill(NaN));
@@ -39,15 +39,15 @@ export class Samples {
     this.columns.delete(name);
   }
 
-  /** Forgets what was recorded; columns stay. */
+  /** Removes all samples and keeps the columns. */
   clear(): void {
     this.start = 0;
     this.end = 0;
   }
 
   /**
-   * Appends a sample, or puts it in the newest one's place where no time has passed. A time before the newest
-   * one begins the recording anew. `valueOf` gives each column's value.
+   * Appends a sample, or replaces the newest one if the time is the same. An earlier time clears the recording first.
+   * `valueOf` returns the value of each column.
    */
   push(time: number, valueOf: (name: string) => number): void {
     if (time < this.last) this.clear();
@@ -66,12 +66,12 @@ export class Samples {
     return this.time.subarray(this.start, this.end);
   }
 
-  /** A column beside `times`; empty where there is none of that name. */
+  /** A column, aligned with `times`; empty if it does not exist. */
   column(name: string): Float64Array {
     return this.columns.get(name)?.subarray(this.start, this.end) ?? new Float64Array(0);
   }
 
-  /** What was recorded until now, by itself. */
+  /** A copy. */
   copy(): Samples {
     const other = new Samples(this.span, this.most, this.length + 1);
     other.time.set(this.times());
@@ -83,7 +83,7 @@ export class Samples {
     return other;
   }
 
-  /** Moves what is kept to the front where half of the arrays is spent; else doubles them. */
+  /** Moves the samples to the front of the arrays if half of these is free, else doubles the arrays. */
   private makeRoom(): void {
     const length = this.length;
     const capacity = this.start >= this.time.length / 2 ? this.time.length : 2 * this.time.length;

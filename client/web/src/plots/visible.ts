@@ -1,6 +1,6 @@
-// The part of a recording that a plot shows, in the unit that it shows, with the ends of both axes.
+// The range of a recording that a plot shows, and the limits of its axes.
 
-/** From and to. */
+/** Limits of an axis. */
 export interface Extent {
   min: number;
   max: number;
@@ -18,19 +18,19 @@ export function firstAt(times: ArrayLike<number>, time: number): number {
   return low;
 }
 
-/** The samples between two times, and one more on each side so that lines reach the edges. */
+/** The samples between two times, and one more on each side, so that lines reach the edges. */
 export function indicesBetween(times: ArrayLike<number>, { min, max }: Extent): { from: number; to: number } {
   return { from: Math.max(0, firstAt(times, min) - 1), to: Math.min(times.length, firstAt(times, max) + 1) };
 }
 
-/** What time to show while following: the last `span` seconds, filled from the left until there are as many. */
+/** The last `span` seconds; while there are fewer, the plot fills from the left. */
 export function following(times: ArrayLike<number>, span: number): Extent {
   const first = times[0] ?? 0;
   const last = times[times.length - 1] ?? 0;
   return last - first < span ? { min: first, max: first + span } : { min: last - span, max: last };
 }
 
-/** Ends of the value axis: all values with some air; noise is not blown up to fill the plot. */
+/** Limits of the value axis: all values with a margin, and a range of at least `least`. */
 export function valueExtent(series: readonly Float64Array[], least: number): Extent {
   let min = Infinity;
   let max = -Infinity;
@@ -41,6 +41,6 @@ export function valueExtent(series: readonly Float64Array[], least: number): Ext
     }
   }
   if (min > max) return { min: -least / 2, max: least / 2 };
-  const air = Math.max((max - min) * 0.08, (least - (max - min)) / 2);
-  return { min: min - air, max: max + air };
+  const margin = Math.max((max - min) * 0.08, (least - (max - min)) / 2);
+  return { min: min - margin, max: max + margin };
 }

@@ -1,14 +1,14 @@
-// The world, drawn: a canvas that fills its parent.
+// The 3D view: a canvas that fills its parent.
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { hook } from "./hook";
 import { Stage } from "./stage";
 
-/** Why nothing can be drawn; empty where it can. */
+/** Why nothing can be drawn; empty if it can. */
 const problem = signal("");
 
-/** Shows the world and lets people look around in it, choose robots and pull on links. */
+/** Draws the world; the camera can be moved, robots selected and links pulled. */
 export function Viewport(): JSX.Element {
   const holder = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);

@@ -1,27 +1,32 @@
-// Where the world is looked at from: orbit, pan, zoom, and fitting what is to be seen into the view.
+// The camera: orbit, pan, zoom, and fitting a box into the view.
 import { MathUtils, MOUSE, PerspectiveCamera, Vector3, type Box3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { cameraView } from "../state/view";
 
-/** Degrees, from top to bottom. */
+/** Vertical field of view, degrees. */
 const FIELD = 38;
-/** From the front, from its left, from above: a robot looks along x. */
+/** From the front, the left and above of a robot that faces x. */
 const FIRST_DIRECTION = new Vector3(1, 1.15, 0.62).normalize();
-/** Room around what is fitted: it is about to move, and buttons lie over the edge. */
+/** Margin around a fitted box, since robots move, and buttons cover the edges. */
 const MARGIN = 1.3;
 /** Metres. */
 const NEAREST = 0.05;
-/** Milliseconds that a flight takes. */
+/** Duration of an animation, milliseconds. */
 const FLIGHT = 260;
 
-/** A camera and the hands on it. */
+/** A camera with its controls. */
 export class Camera {
   readonly camera = new PerspectiveCamera(FIELD, 1, 0.01, 500);
   readonly controls: OrbitControls;
-  /** Somebody chose what to see; it is not chosen anew for them. */
-  touched = false;
+  /** The user has moved it: from then on it is not fitted to new content. */
+  movedByUser = false;
+  /** How many times the user has begun to move it. */
+  gestures = 0;
+  /** The user has moved it since its view was stored. */
+  private unsaved = false;
   private flight: { began: number; from: View; to: View } | null = null;
 
-  /** `changed` is called when a new picture is due. */
+  /** `changed` is called when the scene has to be drawn again. */
   constructor(canvas: HTMLElement, changed: () => void) {
     this.camera.up.set(0, 0, 1);
     this.camera.position.copy(FIRST_DIRECTION).multiplyScalar(3);
@@ -34,11 +39,29 @@ export class Camera {
     this.controls.maxDistance = 150;
     this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.PAN };
     this.controls.addEventListener("start", () => {
-      this.touched = true;
+      this.movedByUser = true;
+      this.gestures += 1;
+      this.unsaved = true;
       this.flight = null;
     });
     this.controls.addEventListener("change", changed);
+    this.restore();
     this.controls.update();
+  }
+
+  /** Keeps the view for a reload of the page. */
+  private store(): void {
+    this.unsaved = false;
+    const { position, target } = this.view();
+    cameraView.value = [position.toArray(), target.toArray()];
+  }
+
+  private restore(): void {
+    const view = cameraView.peek();
+    if (!view) return;
+    this.camera.position.set(...view[0]);
+    this.controls.target.set(...view[1]);
+    this.movedByUser = true;
   }
 
   resize(width: number, height: number): void {
@@ -46,28 +69,29 @@ export class Camera {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Looks at a box from the side that the camera is on, as near as all of it is in the view. */
+  /** Moves along the present direction to where all of a box is just in view. */
   fit(box: Box3, now: number, fly: boolean): void {
     const center = box.getCenter(new Vector3());
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
     const distance = MARGIN * Math.max(NEAREST, distanceToFit(box, direction, FIELD, this.camera.aspect));
     const to = { target: center, position: center.clone().addScaledVector(direction, distance) };
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.unsaved ||= fly;
     if (fly && !calm) {
       this.flight = { began: now, from: this.view(), to };
     } else {
       this.flight = null;
-      this.take(to);
+      this.apply(to);
     }
   }
 
-  /** Moves on. Answers whether it has to be asked again for the next picture. */
+  /** Called for each frame. Returns whether it is still moving. */
   update(now: number): boolean {
     if (this.flight) {
       const { began, from, to } = this.flight;
       const t = Math.min(1, Math.max(0, (now - began) / FLIGHT));
       const share = t * t * (3 - 2 * t);
-      this.take({
+      this.apply({
         target: from.target.clone().lerp(to.target, share),
         position: from.position.clone().lerp(to.position, share),
       });
@@ -76,6 +100,8 @@ export class Camera {
     }
     const moving = this.controls.update();
     this.limitDepth();
+    // Not before the damping has ended.
+    if (!moving && this.unsaved) this.store();
     return moving;
   }
 
@@ -83,7 +109,7 @@ export class Camera {
     return this.flight === null;
   }
 
-  /** Metres to what is looked at. */
+  /** The distance to the target, metres. */
   distance(): number {
     return this.camera.position.distanceTo(this.controls.target);
   }
@@ -96,14 +122,14 @@ export class Camera {
     return { target: this.controls.target.clone(), position: this.camera.position.clone() };
   }
 
-  private take({ target, position }: View): void {
+  private apply({ target, position }: View): void {
     this.controls.target.copy(target);
     this.camera.position.copy(position);
     this.controls.update();
     this.limitDepth();
   }
 
-  /** Depth is exact where the nearest and the farthest that is drawn are not too far apart. */
+  /** Keeps the ratio of the depth range small, for the precision of the depth buffer. */
   private limitDepth(): void {
     const near = Math.max(0.002, 0.02 * this.distance());
     if (Math.abs(near - this.camera.near) < 0.05 * near) return;
@@ -119,8 +145,8 @@ interface View {
 }
 
 /**
- * How far from the middle of a box a camera has to be, in a direction, that each corner is in its
- * field: a corner that is x to the side and z towards the camera is where x <= (distance - z) tan(field / 2).
+ * The distance from the centre of a box, in a direction, from which a camera has all its corners in view:
+ * a corner that is x to the side and z towards the camera is in view if x <= (distance - z) tan(field / 2).
  */
 export function distanceToFit(box: Box3, direction: Vector3, field: number, aspect: number): number {
   const up = Math.tan(MathUtils.degToRad(field / 2));

@@ -1,22 +1,22 @@
-// Where links touch, and how hard: a dot at each contact, and an arrow as long as the force is large.
+// Contacts: a dot at each point, and an arrow whose length is proportional to the force.
 import { ConeGeometry, CylinderGeometry, Group, InstancedMesh, Matrix4, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
 import type { ContactPoint } from "../state/world";
 import { CONTACT } from "./palette";
 
-/** More than this nobody tells apart. */
-const MOST = 400;
-/** Sizes, as parts of the size of what is seen. */
+/** Contacts that are drawn at most. */
+const MAX_CONTACTS = 400;
+/** Sizes, as fractions of the size of the scene. */
 const DOT = 0.012;
 const LONGEST = 0.7;
 const WIDTH = 0.006;
 
-/** The marks of all contacts. */
+/** The markers of all contacts. */
 export class ContactMarks {
   readonly group = new Group();
   private readonly material = new MeshBasicMaterial({ color: CONTACT, depthTest: false, transparent: true });
-  private readonly dots = new InstancedMesh(new SphereGeometry(1, 12, 8), this.material, MOST);
-  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 10)), this.material, MOST);
-  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 14)), this.material, MOST);
+  private readonly dots = new InstancedMesh(new SphereGeometry(1, 12, 8), this.material, MAX_CONTACTS);
+  private readonly shafts = new InstancedMesh(along(new CylinderGeometry(1, 1, 1, 10)), this.material, MAX_CONTACTS);
+  private readonly heads = new InstancedMesh(along(new ConeGeometry(1, 1, 14)), this.material, MAX_CONTACTS);
 
   constructor() {
     for (const marks of this.all()) {
@@ -27,9 +27,9 @@ export class ContactMarks {
     }
   }
 
-  /** Marks these contacts. `size` is that of the world in metres; `weight`, in newtons, has an arrow half as long. */
+  /** Draws these contacts. `size` is that of the scene in metres; the arrow of `weight`, in newtons, is half as long. */
   set(contacts: ContactPoint[], size: number, weight: number): void {
-    const shown = contacts.slice(0, MOST);
+    const shown = contacts.slice(0, MAX_CONTACTS);
     let arrows = 0;
     shown.forEach(({ point, normal, normalForce }, index) => {
       const at = new Vector3(...point);
@@ -63,7 +63,7 @@ export class ContactMarks {
 
 const Z = new Vector3(0, 0, 1);
 
-/** From its middle along y to its foot along z. */
+/** Moves the origin of a geometry to its base, and its axis from y to z. */
 function along<T extends CylinderGeometry>(geometry: T): T {
   return geometry.translate(0, 0.5, 0).rotateX(Math.PI / 2);
 }

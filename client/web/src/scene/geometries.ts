@@ -1,14 +1,14 @@
-// Primitives as triangles: about z, as URDF has them, made once for each size.
+// Triangles of primitives, about z as in URDF.
 import { BoxGeometry, CapsuleGeometry, CircleGeometry, CylinderGeometry, SphereGeometry, type BufferGeometry } from "three";
 import type { Geometry } from "../state/scene";
 
-/** Metres from the middle of a plane to its end: it fades into the distance before that. */
+/** Radius of a drawn plane, metres: the fog hides its edge. */
 export const PLANE_RADIUS = 200;
 
-/** All but meshes. */
-export type Primitive = Exclude<Geometry, { kind: "mesh" }>;
+/** All shapes but those that are fetched from the daemon. */
+export type Primitive = Exclude<Geometry, { kind: "mesh" | "convex" }>;
 
-/** The triangles of a primitive; whoever asks disposes of them. */
+/** The triangles of a primitive; the caller disposes of them. */
 export function triangles(primitive: Primitive): BufferGeometry {
   switch (primitive.kind) {
     case "box":
@@ -20,7 +20,7 @@ export function triangles(primitive: Primitive): BufferGeometry {
     case "capsule":
       return new CapsuleGeometry(primitive.radius, primitive.length, 12, 32).rotateX(Math.PI / 2);
     case "plane":
-      // Along z; the shape is turned to its normal where it is placed.
+      // Along z; the caller rotates it to its normal.
       return new CircleGeometry(PLANE_RADIUS, 64);
   }
 }

@@ -1,8 +1,8 @@
-// What robots stand over: lines a metre apart that fade into the distance, and their shadow.
+// The grid, with lines a metre apart that fade out with the distance, and the shadow of the robots.
 import { Color, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, type Object3D } from "three";
 import type { Palette } from "./palette";
 
-/** Metres from the middle to the end; the lines are gone before. */
+/** Radius in metres; the lines fade out before. */
 const REACH = 200;
 
 const VERTEX = /* glsl */ `
@@ -13,7 +13,7 @@ void main() {
   gl_Position = projectionMatrix * viewMatrix * at;
 }`;
 
-/** Lines as wide as a pixel whatever the distance, by the derivative of the place. */
+/** Lines one pixel wide at any distance, by the derivative of the position. */
 const FRAGMENT = /* glsl */ `
 uniform vec3 colour;
 uniform vec2 middle;
@@ -24,7 +24,7 @@ float lines(float spacing) {
   vec2 at = world.xy / spacing;
   vec2 width = fwidth(at);
   vec2 near = abs(fract(at - 0.5) - 0.5) / width;
-  // Where they come closer than a few pixels they would flicker.
+  // Lines closer than a few pixels would flicker.
   float clear = 1.0 - smoothstep(0.12, 0.5, max(width.x, width.y));
   return (1.0 - min(min(near.x, near.y), 1.0)) * clear;
 }
@@ -44,7 +44,7 @@ void main() {
   #include <colorspace_fragment>
 }`;
 
-/** The lines and the shadow; neither is anything that the daemon simulates. */
+/** The grid and the shadow, which are not part of the simulation. */
 export class Ground {
   private readonly lines: ShaderMaterial;
   private readonly shade = new ShadowMaterial();
@@ -74,13 +74,13 @@ export class Ground {
     this.shade.opacity = palette.shadow;
   }
 
-  /** Planes of the world have shadows of their own. */
+  /** The shadow is not needed where a plane receives it. */
   show(grid: boolean, shadow: boolean): void {
     this.grid.visible = grid;
     this.shadow.visible = shadow;
   }
 
-  /** Lets the lines fade around what is looked at, farther away where it is looked at from afar. */
+  /** Centres the grid on the target of the camera; the fade distance grows with that of the camera. */
   follow(x: number, y: number, distance: number): void {
     const { middle, fade } = this.lines.uniforms;
     if (middle) middle.value = [x, y];

@@ -1,21 +1,21 @@
-// What tests, and the curious, can ask this page: `window.simd`.
+// The interface of the page for tests and scripts: `window.simd`.
 import { Vector3 } from "three";
-import { requestCount } from "../daemon/traffic";
+import { requestCount } from "../daemon/request-count";
 import { fit } from "../state/view";
 import { frame, type Frame } from "../state/world";
 import type { Stage } from "./stage";
 
 /** `window.simd`. */
 export interface Hook {
-  /** Where a point of the world, in metres, is on the page, in CSS pixels. */
+  /** The position of a point of the world, in metres, on the page, in CSS pixels. */
   project(point: readonly [number, number, number]): { x: number; y: number };
   /** The newest state. */
   frame(): Frame | null;
   /** The sequence of the newest state that is drawn. */
   drawn(): bigint;
-  /** All that was asked for is drawn: meshes have come, nothing is on its way. */
+  /** Whether nothing is pending: all meshes are loaded, and the newest state is drawn. */
   settled(): boolean;
-  /** Puts the camera somewhere, or says where it is: metres. */
+  /** Moves the camera, or returns where it is: metres. */
   camera: {
     position(): [number, number, number];
     target(): [number, number, number];
@@ -37,7 +37,7 @@ declare global {
   }
 }
 
-/** Puts up the hook for a stage. Answers how to take it down. */
+/** Installs the interface for a stage. Returns a function that ends its counts. */
 export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
   let frames = 0;
   const { camera, controls } = stage.camera;
@@ -55,7 +55,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
       position: () => camera.position.toArray(),
       target: () => controls.target.toArray(),
       look(position, target) {
-        stage.camera.touched = true;
+        stage.camera.movedByUser = true;
         camera.position.set(...position);
         controls.target.set(...target);
         stage.invalidate();

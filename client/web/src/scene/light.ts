@@ -1,8 +1,8 @@
-// Light from the sky and from one sun, whose soft shadow covers what there is.
+// A hemisphere light and a directional light with a soft shadow.
 import { DirectionalLight, HemisphereLight, Vector3, type Scene, type Sphere } from "three";
 import type { Palette } from "./palette";
 
-/** Where the sun stands: high, in front, a little to the left. */
+/** Direction to the directional light: above, in front, a little to the left. */
 const SUN = new Vector3(1.2, 0.5, 2.4).normalize();
 const SHADOW_PIXELS = 2048;
 
@@ -12,7 +12,7 @@ export class Light {
   private readonly sun = new DirectionalLight();
 
   constructor(scene: Scene) {
-    // The light from above comes along z here, not along y.
+    // z is up here, not y.
     this.sky.position.set(0, 0, 1);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
@@ -28,7 +28,7 @@ export class Light {
     this.sun.intensity = palette.sunIntensity;
   }
 
-  /** Lets the shadow be as sharp as can be for what lies within. */
+  /** Fits the shadow map to a sphere. */
   cover({ center, radius }: Sphere): void {
     const reach = Math.max(0.2, 1.6 * radius);
     const { camera } = this.sun.shadow;

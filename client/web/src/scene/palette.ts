@@ -3,14 +3,14 @@
 /** One theme's colours, as numbers 0xRRGGBB. */
 export interface Palette {
   background: number;
-  /** Of planes. */
+  /** Planes. */
   ground: number;
-  /** Of lines on the ground. */
+  /** Grid lines. */
   grid: number;
-  /** How much of the light a shadow takes, 0 to 1. */
+  /** Opacity of the shadow, 0 to 1. */
   shadow: number;
   sky: number;
-  /** Light that comes back from below. */
+  /** Light from below. */
   earth: number;
   skyIntensity: number;
   sunIntensity: number;
@@ -39,9 +39,9 @@ export const PALETTES: Record<"light" | "dark", Palette> = {
   },
 };
 
-/** Of shapes to which nobody gave a colour. */
+/** Shapes without a colour. */
 export const UNCOLOURED = 0xa3adba;
-/** Of what is under the pointer, added to its own. */
+/** Added to the colour of a highlighted link. */
 export const HIGHLIGHT = 0x2f7fd6;
 export const COLLISION = 0x2fae74;
 export const MISSING = 0xd9822b;

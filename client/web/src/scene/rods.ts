@@ -1,7 +1,7 @@
-// Rods, which lines cannot be: browsers draw those one pixel wide. They are seen through what is before them.
+// Axes and rods as cylinders, since WebGL draws lines one pixel wide. They are drawn over everything else.
 import { CylinderGeometry, Group, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
 
-/** Of an axis, for a length of one. */
+/** Radius of an axis of unit length. */
 const THICKNESS = 0.03;
 const AXES = [
   { colour: 0xe0453f, direction: new Vector3(1, 0, 0) },
@@ -10,17 +10,17 @@ const AXES = [
 ] as const;
 const Z = new Vector3(0, 0, 1);
 
-/** From its foot along z, one long and one in radius. */
+/** From the origin along z, of unit length and radius. */
 const ROD = new CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0).rotateX(Math.PI / 2);
 const BALL = new SphereGeometry(1, 16, 12);
-const MATERIALS = AXES.map(({ colour }) => seenThrough(colour));
+const MATERIALS = AXES.map(({ colour }) => overlay(colour));
 
-function seenThrough(color: number): MeshBasicMaterial {
-  // Transparent things come last, and so do these.
+function overlay(color: number): MeshBasicMaterial {
+  // Transparent objects are drawn last.
   return new MeshBasicMaterial({ color, depthTest: false, transparent: true });
 }
 
-/** The axes of a frame: x red, y green, z blue, one long. All share what they are made of. */
+/** The axes of a frame, of unit length: x red, y green, z blue. All share geometry and materials. */
 export class Triad {
   readonly group = new Group();
 
@@ -43,7 +43,7 @@ export class Rod {
   private readonly ball: Mesh;
 
   constructor(color: number) {
-    this.material = seenThrough(color);
+    this.material = overlay(color);
     this.rod = new Mesh(ROD, this.material);
     this.ball = new Mesh(BALL, this.material);
     for (const mesh of [this.rod, this.ball]) {

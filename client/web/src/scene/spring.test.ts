@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 import type { RobotScene } from "../state/scene";
 import type { Mode } from "../state/world";
-import { pull, springFor } from "./spring";
+import { springFor, springForce } from "./spring";
 
 /** A base of 8 kg, an upper arm of 2, a forearm of 1 and a hand of half a kilogram. */
 const arm: RobotScene = {
@@ -16,6 +16,7 @@ const arm: RobotScene = {
   ],
   visuals: [],
   collisions: [],
+  colliders: [],
 };
 const modes = (passive: string[]) => (link: string): Mode | undefined => (link === "base" ? undefined : passive.includes(link) ? "passive" : "hold");
 
@@ -49,7 +50,7 @@ function unrest(delay: number): number {
   for (let step = 0; step < 60_000; step += 1) {
     past.push([x, v]);
     const [seen, rate] = past[Math.max(0, step - half)] ?? [0, 0];
-    if (step % half === 0) force = pull(spring, [seen, 0, 0], [rate, 0, 0], [1, 0, 0])[0];
+    if (step % half === 0) force = springForce(spring, [seen, 0, 0], [rate, 0, 0], [1, 0, 0])[0];
     v += (force / inertia) * 0.001;
     x += v * 0.001;
     if (step > 59_000) worst = Math.max(worst, Math.abs(x - 1));
@@ -63,11 +64,11 @@ test("the end of a rod comes to rest at the target, however slow the page is", (
 
 test("the force is k times the distance less d times the velocity", () => {
   const spring = { stiffness: 10, damping: 2, limit: 100 };
-  expect(pull(spring, [0, 0, 1], [1, 0, 0], [0, 2, 1])).toEqual([-2, 20, 0]);
+  expect(springForce(spring, [0, 0, 1], [1, 0, 0], [0, 2, 1])).toEqual([-2, 20, 0]);
 });
 
 test("the force keeps its direction at the limit", () => {
   const spring = { stiffness: 1000, damping: 0, limit: 5 };
-  const [x, y, z] = pull(spring, [0, 0, 0], [0, 0, 0], [3, 0, 4]);
+  const [x, y, z] = springForce(spring, [0, 0, 0], [0, 0, 0], [3, 0, 4]);
   expect([x, y, z]).toEqual([3, 0, 4]);
 });

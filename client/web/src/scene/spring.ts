@@ -1,24 +1,24 @@
-// The law by which a dragged link follows the pointer: a spring and a damper, as strong as what hangs on it is heavy
-// and as the page is quick.
+// The spring and damper that pull a dragged link to the pointer, scaled by the mass that is moved and limited by the
+// delay of the page.
 import type { RobotScene, Vector } from "../state/scene";
 import type { Mode } from "../state/world";
 
-/** Per second squared, at the most: one metre pulls with this acceleration, about six times that of gravity. */
+/** Upper bound of stiffness per mass, 1/s^2: one metre accelerates with about six times gravity. */
 const STIFFNESS = 60;
-/** Per second, at the most. */
+/** Upper bound of damping per mass, 1/s. */
 const DAMPING = 5;
-/** Metres per second squared, of the mass that is pulled. */
-const MOST = 60;
+/** Upper bound of force per mass, m/s^2. */
+const MAX_ACCELERATION = 60;
 /**
- * A force that follows the state by a delay T is stable on a mass m alone while d T / m < pi / 2 and k T < d: the delay takes
- * k T from the damper. The end of a rod moves as a quarter of its mass, which leaves the first a third of room.
+ * A force with a delay T is stable on a single mass m while d T / m < pi / 2 and k T < d: the delay reduces the damping by
+ * k T. The effective mass at the end of a rod is a quarter of its mass, which leaves a margin of a third for the former.
  */
 const DAMPING_DELAY = 0.25;
 const STIFFNESS_DELAY = 0.4;
-/** Held joints make one body of what they connect, but give way at their limits: no more than so many times what is carried is pulled. */
-const HELD = 4;
+/** Joints that hold make one body of what they connect, but only up to their effort limits: at most this many times the carried mass is pulled. */
+const MAX_MASS_RATIO = 4;
 
-/** What a link is pulled with. */
+/** A spring and damper with a limit. */
 export interface Spring {
   /** N/m. */
   stiffness: number;
@@ -29,19 +29,19 @@ export interface Spring {
 }
 
 /**
- * `modeOf` says what the joint does that moves a link; nothing for joints that cannot move. `delay` is how many
- * simulated seconds pass between a state and the end of the force that answers it.
+ * `modeOf` returns the mode of the joint that moves a link; undefined for joints that cannot move. `delay` is the time
+ * from a state to the end of the force for it, in simulated seconds.
  */
 export function springFor(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined, delay: number): Spring {
   const carried = massBelow(scene, link);
-  const pulled = Math.min(HELD * carried, massBelow(scene, firstFree(scene, link, modeOf)));
+  const pulled = Math.min(MAX_MASS_RATIO * carried, massBelow(scene, firstCompliant(scene, link, modeOf)));
   const damping = Math.min(DAMPING, DAMPING_DELAY / delay);
   const stiffness = Math.min(STIFFNESS, (STIFFNESS_DELAY * damping) / delay);
-  return { stiffness: stiffness * pulled, damping: damping * carried, limit: MOST * pulled };
+  return { stiffness: stiffness * pulled, damping: damping * carried, limit: MAX_ACCELERATION * pulled };
 }
 
-/** Up to the first joint that gives way, all of it is pulled. */
-function firstFree(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined): number {
+/** The link at the first joint towards the root that is not held. */
+function firstCompliant(scene: RobotScene, link: number, modeOf: (link: string) => Mode | undefined): number {
   let at = link;
   for (;;) {
     const here = scene.links[at];
@@ -52,7 +52,7 @@ function firstFree(scene: RobotScene, link: number, modeOf: (link: string) => Mo
   }
 }
 
-/** Kilograms of a link and all that it carries. */
+/** The mass of a link and its descendants, kilograms. */
 function massBelow(scene: RobotScene, link: number): number {
   const carried = new Set([link]);
   let mass = 0;
@@ -64,8 +64,8 @@ function massBelow(scene: RobotScene, link: number): number {
   return mass;
 }
 
-/** Newtons, in the axes of the points: metres, and metres per second. */
-export function pull(spring: Spring, point: Vector, velocity: Vector, target: Vector): [number, number, number] {
+/** The force in newtons, in the axes of the arguments: metres, and metres per second. */
+export function springForce(spring: Spring, point: Vector, velocity: Vector, target: Vector): [number, number, number] {
   const force = [0, 1, 2].map((i) => spring.stiffness * ((target[i] ?? 0) - (point[i] ?? 0)) - spring.damping * (velocity[i] ?? 0));
   const [x = 0, y = 0, z = 0] = force;
   const strength = Math.hypot(x, y, z);

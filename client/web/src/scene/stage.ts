@@ -1,4 +1,4 @@
-// The picture: drawn when something in it has changed, and not otherwise.
+// Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
 import { Color, Fog, PCFShadowMap, Scene, Sphere, WebGLRenderer } from "three";
 import { lift } from "../daemon/actions";
@@ -10,26 +10,26 @@ import { shownTheme } from "../style/theme";
 import { Camera } from "./camera";
 import { ContactMarks } from "./contacts";
 import { Ground } from "./ground";
-import { Hands } from "./hands";
+import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
-import { Motion } from "./motion";
+import { PoseInterpolator } from "./pose-interpolator";
 import { PALETTES } from "./palette";
-import { Robots } from "./robots";
+import { RobotViews } from "./robot-views";
 
-/** More pixels than this for one of CSS cost more than they show. */
-const SHARPEST = 2;
-/** Milliseconds after which the shadow follows those who walked away. */
+/** Upper bound of device pixels per CSS pixel. */
+const MAX_PIXEL_RATIO = 2;
+/** Milliseconds between updates of the area that the shadow covers. */
 const SHADOW_INTERVAL = 500;
 const GRAVITY = 9.81;
-/** Metres that a foot may be below the ground. */
-const SUNK = 1e-3;
+/** Metres that a robot may be below the ground. */
+const MAX_DEPTH = 1e-3;
 
-/** What is drawn on one canvas. */
+/** The scene of one canvas, and its render loop. */
 export class Stage {
   readonly camera: Camera;
-  readonly motion = new Motion();
-  readonly robots: Robots;
-  /** Pictures drawn so far. */
+  readonly interpolator = new PoseInterpolator();
+  readonly robots: RobotViews;
+  /** Frames rendered so far. */
   pictures = 0;
   /** The newest state that was drawn. */
   drawn = 0n;
@@ -39,54 +39,56 @@ export class Stage {
   private readonly ground = new Ground(this.scene);
   private readonly light = new Light(this.scene);
   private readonly marks = new ContactMarks();
-  private readonly hands: Hands;
+  private readonly interaction: PointerInteraction;
   private readonly ends: (() => void)[] = [];
   private request = 0;
   private dirty = true;
   private covered = 0;
-  /** A robot or a mesh came that nobody has looked at yet. */
-  private unseen = false;
+  /** A robot or a mesh was added since the camera was last fitted. */
+  private unfitted = false;
+  /** What the user asked to fit while its meshes were loading; the user had moved the camera this many times then. */
+  private pendingFit: { robot: string; gestures: number } | null = null;
 
-  /** Throws where the browser cannot draw. */
+  /** Throws if the browser has no WebGL 2. */
   constructor(canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
-    this.robots = new Robots(() => this.grown());
+    this.robots = new RobotViews(() => this.contentChanged());
     this.scene.fog = this.fog;
     this.scene.add(this.robots.group, this.marks.group);
     this.camera = new Camera(canvas, () => this.invalidate());
-    this.hands = new Hands(canvas, this.camera, this.robots, this.motion, () => this.wake());
-    this.scene.add(this.hands.rod.group);
-    this.follow();
+    this.interaction = new PointerInteraction(canvas, this.camera, this.robots, this.interpolator, () => this.wake());
+    this.scene.add(this.interaction.rod.group);
+    this.subscribe();
   }
 
-  /** Draws again, soon. */
+  /** Requests a new frame. */
   invalidate(): void {
     this.dirty = true;
     this.wake();
   }
 
-  /** Nothing is on its way any more: what is seen is what there is. */
+  /** Whether nothing is pending: the picture shows the newest state. */
   isSettled(): boolean {
-    const still = this.camera.isStill() && this.motion.isSettled(performance.now());
-    const complete = this.motion.newest() !== null && this.robots.meshes.isComplete() && !this.unseen;
+    const still = this.camera.isStill() && this.interpolator.isSettled(performance.now());
+    const complete = this.interpolator.newest() !== null && this.robots.meshes.isComplete() && !this.unfitted;
     return this.pictures > 0 && !this.dirty && still && complete;
   }
 
   resize(width: number, height: number): void {
-    this.renderer.setPixelRatio(Math.min(SHARPEST, devicePixelRatio));
+    this.renderer.setPixelRatio(Math.min(MAX_PIXEL_RATIO, devicePixelRatio));
     this.renderer.setSize(width, height, false);
     this.camera.resize(width, height);
     this.invalidate();
-    // At once: else the old picture is stretched until the next.
+    // At once, since the old picture is stretched until the next.
     if (this.pictures > 0) this.draw(performance.now());
   }
 
   dispose(): void {
     cancelAnimationFrame(this.request);
     for (const end of this.ends) end();
-    this.hands.dispose();
+    this.interaction.dispose();
     this.robots.dispose();
     this.marks.dispose();
     this.ground.dispose();
@@ -95,17 +97,17 @@ export class Stage {
     this.renderer.dispose();
   }
 
-  /** Looks whether there is something to draw, soon. */
+  /** Requests an animation frame, which draws if there is something to draw. */
   private wake(): void {
     if (this.request === 0) this.request = requestAnimationFrame((now) => this.tick(now));
   }
 
-  /** Draws what the state of the page says. */
-  private follow(): void {
+  /** Keeps the scene up to date with the signals of the page. */
+  private subscribe(): void {
     this.ends.push(
       effect(() => {
-        this.robots.keep(scenes.value);
-        this.grown();
+        this.robots.sync(scenes.value);
+        this.contentChanged();
       }),
       effect(() => {
         if (frame.value) this.take(frame.value);
@@ -131,7 +133,7 @@ export class Stage {
         const palette = PALETTES[shownTheme.value];
         this.scene.background = new Color(palette.background);
         this.fog.color.set(palette.background);
-        this.robots.paints.ground.color.set(palette.ground);
+        this.robots.materials.ground.color.set(palette.ground);
         this.ground.paint(palette);
         this.light.paint(palette);
         this.invalidate();
@@ -139,13 +141,15 @@ export class Stage {
       fitRequest.subscribe(({ robot, count }) => {
         if (count === 0) return;
         this.camera.fit(this.robots.bounds(robot), performance.now(), true);
+        const isComplete = this.robots.meshes.isComplete() && !this.unfitted;
+        this.pendingFit = isComplete ? null : { robot, gestures: this.camera.gestures };
         this.invalidate();
       }),
     );
   }
 
   private take(next: Frame): void {
-    this.motion.push(next);
+    this.interpolator.push(next);
     if (contacts.value) {
       this.marks.set(next.contacts, this.robots.size(), this.weight());
       this.dirty = true;
@@ -153,13 +157,13 @@ export class Stage {
     this.wake();
   }
 
-  /** A robot or a mesh has come, or one has gone. */
-  private grown(): void {
-    this.unseen = true;
+  /** A robot or a mesh was added or removed. */
+  private contentChanged(): void {
+    this.unfitted = true;
     this.invalidate();
   }
 
-  /** Newtons, of the heaviest that can move. */
+  /** The weight of the heaviest robot, without links that cannot move, newtons. */
   private weight(): number {
     const masses = [...this.robots.all()].map(({ scene }) => sum(scene.links.map((link) => (link.movable ? link.mass : 0))));
     return GRAVITY * Math.max(0, ...masses);
@@ -167,36 +171,40 @@ export class Stage {
 
   private tick(at: number): void {
     this.request = 0;
-    // Nothing is known of the world yet: the first picture, which takes longest, is not of an empty one.
+    // Before the first state nothing is drawn: the first frame is the slowest, and would be empty.
     if (frame.peek() === null && connection.peek().state !== "lost") return;
-    // The time of the picture may be a little before that of the state that it is to show.
+    // The time of the animation frame may be a little before that of the newest state.
     const now = Math.max(at, performance.now());
-    const moved = this.robots.pose(this.motion, now);
-    if (this.unseen && this.robots.arePosed()) this.look(now);
-    const pulled = this.hands.update();
+    const moved = this.robots.pose(this.interpolator, now);
+    if (this.unfitted && this.robots.arePosed()) this.fitContent(now);
+    const dragging = this.interaction.update();
     const flying = this.camera.update(now);
-    if (moved || pulled || flying || this.dirty) this.draw(now);
-    else this.reach(now);
-    if (flying || pulled || !this.motion.isSettled(now)) this.wake();
+    if (moved || dragging || flying || this.dirty) this.draw(now);
+    else this.updateDrawn(now);
+    if (flying || dragging || !this.interpolator.isSettled(now)) this.wake();
   }
 
-  /** What came is measured, and looked at unless somebody chose what to see. */
-  private look(now: number): void {
-    this.unseen = false;
+  /** Measures new content, and fits the camera to it unless the user has moved the camera. */
+  private fitContent(now: number): void {
+    this.unfitted = false;
     this.covered = 0;
     this.robots.show({ visuals: visuals.peek(), collisions: collisions.peek(), frames: frames.peek() });
-    if (this.robots.meshes.isComplete()) this.measure();
-    if (!this.camera.touched && scenes.peek().size > 0) this.camera.fit(this.robots.bounds(), now, false);
+    const isComplete = this.robots.meshes.isComplete();
+    if (isComplete) this.measure();
+    const { pendingFit } = this;
+    if (isComplete) this.pendingFit = null;
+    if (pendingFit?.gestures === this.camera.gestures) this.camera.fit(this.robots.bounds(pendingFit.robot), now, true);
+    if (!this.camera.movedByUser && scenes.peek().size > 0) this.camera.fit(this.robots.bounds(), now, false);
   }
 
-  /** Those that this tab loaded are stood on the ground, which their description knows nothing of. */
+  /** Lifts the robots that this tab loaded onto the ground, which is not part of their description. */
   private measure(): void {
     const waiting = [...unmeasured.peek()].filter((name) => this.robots.get(name));
     if (waiting.length === 0) return;
     unmeasured.value = new Set([...unmeasured.peek()].filter((name) => !waiting.includes(name)));
     for (const name of waiting) {
       const lowest = this.robots.get(name)?.bounds().min.z ?? 0;
-      if (lowest < -SUNK) void lift(name, -lowest);
+      if (lowest < -MAX_DEPTH) void lift(name, -lowest);
     }
   }
 
@@ -209,16 +217,16 @@ export class Stage {
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
     this.ground.follow(target.x, target.y, distance);
-    // The ground ends in the distance, and nobody is to see where.
+    // The fog hides the edge of the ground.
     this.fog.near = Math.max(12, 3 * distance);
     this.fog.far = Math.max(120, 8 * distance);
     this.renderer.render(this.scene, this.camera.camera);
     this.pictures += 1;
-    this.reach(now);
+    this.updateDrawn(now);
   }
 
-  private reach(now: number): void {
-    this.drawn = this.motion.reached(now)?.sequence ?? this.drawn;
+  private updateDrawn(now: number): void {
+    this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;
   }
 }
 

@@ -1,4 +1,4 @@
-// What became of the robots that this tab loaded, and how far the one that is being loaded is.
+// The load reports of the robots that this tab loaded, and the progress of the one that is being loaded.
 import { signal } from "@preact/signals";
 
 /** What was done to one element of a description. */
@@ -27,17 +27,17 @@ export interface LoadReport {
 export interface Loading {
   /** The file, or the robot once its name is known. */
   what: string;
-  /** For people: "uploading", "reading meshes". */
+  /** For the user: "uploading", "reading meshes". */
   phase: string;
-  /** Of `total`, files or bytes; 0 of 0 where nobody can say. */
+  /** Of `total`, files or bytes; both are 0 if unknown. */
   done: number;
   total: number;
-  /** The file that it is at; may be empty. */
+  /** The current file; may be empty. */
   item: string;
 }
 
 /** By the robot's name. */
 export const reports = signal<Map<string, LoadReport>>(new Map());
 export const loading = signal<Loading | null>(null);
-/** Robots that this tab loaded and whose lowest point nobody has measured yet: they may be sunk in the ground. */
+/** Robots that this tab loaded and whose lowest point was not measured yet: it may be below the ground. */
 export const unmeasured = signal<ReadonlySet<string>>(new Set());

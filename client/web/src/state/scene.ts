@@ -1,4 +1,4 @@
-// What is to be drawn of each robot: its links with their shapes, as the daemon flattened them.
+// The shapes of each robot, in flat lists as in the scene of the daemon.
 import { signal } from "@preact/signals";
 
 /** A rigid transform: x y z, then the quaternion x y z w. */
@@ -14,8 +14,10 @@ export type Geometry =
   /** `length` without the caps. */
   | { kind: "capsule"; radius: number; length: number }
   | { kind: "plane"; normal: Vector }
-  /** `sha256` is empty where nobody found the file. */
-  | { kind: "mesh"; sha256: string; uri: string; scale: Vector };
+  /** `sha256` is empty if the file is missing. */
+  | { kind: "mesh"; sha256: string; uri: string; scale: Vector }
+  /** A convex hull or part of a mesh, which the daemon made. */
+  | { kind: "convex"; sha256: string };
 
 /** One shape of a link. */
 export interface Shape {
@@ -23,7 +25,7 @@ export interface Shape {
   link: number;
   linkFromShape: Pose;
   geometry: Geometry;
-  /** Red, green, blue, alpha, each 0 to 1; absent where the file says none. */
+  /** Red, green, blue, alpha, each 0 to 1; absent if the description has none. */
   color?: readonly [number, number, number, number];
 }
 
@@ -44,7 +46,10 @@ export interface RobotScene {
   layoutVersion: bigint;
   links: SceneLink[];
   visuals: Shape[];
+  /** As the description has them. */
   collisions: Shape[];
+  /** What the physics uses in their place. */
+  colliders: Shape[];
 }
 
 /** By the robot's name. */

@@ -1,4 +1,4 @@
-// Short messages that come and go: what was refused, what was done.
+// Short messages about errors and results, which disappear by themselves.
 import { signal } from "@preact/signals";
 
 /** One message. */
@@ -6,21 +6,21 @@ export interface Toast {
   id: number;
   kind: "error" | "info";
   sentence: string;
-  /** How often it was said again while it was there. */
+  /** How many times the same message was shown. */
   count: number;
 }
 
-/** How long each kind stays, milliseconds. */
-const STAYS = { error: 8000, info: 4000 } as const;
-/** More than this at once nobody reads. */
-const MOST = 5;
+/** How long each kind is shown, milliseconds. */
+const DURATION = { error: 8000, info: 4000 } as const;
+/** Messages that are shown at once. */
+const MAX_TOASTS = 5;
 
 export const toasts = signal<Toast[]>([]);
 
 let lastId = 0;
 const timers = new Map<number, ReturnType<typeof setTimeout>>();
 
-/** Shows a sentence for a while. One that is already there is counted instead of shown twice. */
+/** Shows a message for a while. One that is shown already is counted instead of shown twice. */
 export function toast(kind: "error" | "info", sentence: string): void {
   const same = toasts.value.find((there) => there.kind === kind && there.sentence === sentence);
   if (same) {
@@ -29,11 +29,11 @@ export function toast(kind: "error" | "info", sentence: string): void {
     return;
   }
   lastId += 1;
-  toasts.value = [...toasts.value, { id: lastId, kind, sentence, count: 1 }].slice(-MOST);
+  toasts.value = [...toasts.value, { id: lastId, kind, sentence, count: 1 }].slice(-MAX_TOASTS);
   expire(lastId, kind);
 }
 
-/** Takes a message away. */
+/** Removes a message. */
 export function dismiss(id: number): void {
   clearTimeout(timers.get(id));
   timers.delete(id);
@@ -44,6 +44,6 @@ function expire(id: number, kind: "error" | "info"): void {
   clearTimeout(timers.get(id));
   timers.set(
     id,
-    setTimeout(() => dismiss(id), STAYS[kind]),
+    setTimeout(() => dismiss(id), DURATION[kind]),
   );
 }

@@ -1,7 +1,8 @@
-// How this page shows the world: what people switch on and off, kept in the browser from visit to visit.
+// The view settings of this page, kept in the local storage of the browser.
 import { effect, signal, type Signal } from "@preact/signals";
+import type { Vector } from "./scene";
 
-/** Light and dark, or as the system has it. */
+/** Light, dark, or the setting of the system. */
 export type Theme = "system" | "light" | "dark";
 
 /** A link of a robot. */
@@ -12,23 +13,23 @@ export interface LinkName {
 
 const PREFIX = "simd.view.";
 
-/** A signal that is read from the browser's storage and written back to it. */
-function kept<T extends string | boolean>(name: string, initial: T, fits: (value: unknown) => value is T): Signal<T> {
-  const value = signal<T>(read(name, initial, fits));
+/** A signal that is read from a storage of the browser and written back to it. */
+function stored<T>(name: string, initial: T, isValid: (value: unknown) => value is T, storage = () => localStorage): Signal<T> {
+  const value = signal<T>(read(name, initial, isValid, storage));
   effect(() => {
     try {
-      localStorage.setItem(PREFIX + name, JSON.stringify(value.value));
+      storage().setItem(PREFIX + name, JSON.stringify(value.value));
     } catch {
-      // Storage may be full or forbidden; the page works without.
+      // Storage may be full or disabled; the page works without it.
     }
   });
   return value;
 }
 
-function read<T>(name: string, initial: T, fits: (value: unknown) => value is T): T {
+function read<T>(name: string, initial: T, isValid: (value: unknown) => value is T, storage: () => Storage): T {
   try {
-    const value: unknown = JSON.parse(localStorage.getItem(PREFIX + name) ?? "null");
-    return fits(value) ? value : initial;
+    const value: unknown = JSON.parse(storage().getItem(PREFIX + name) ?? "null");
+    return isValid(value) ? value : initial;
   } catch {
     return initial;
   }
@@ -38,24 +39,38 @@ const isBoolean = (value: unknown): value is boolean => typeof value === "boolea
 const isString = (value: unknown): value is string => typeof value === "string";
 const isTheme = (value: unknown): value is Theme => value === "system" || value === "light" || value === "dark";
 
-export const visuals = kept("visuals", true, isBoolean);
-export const collisions = kept("collisions", false, isBoolean);
-export const frames = kept("frames", false, isBoolean);
-export const grid = kept("grid", true, isBoolean);
-export const contacts = kept("contacts", false, isBoolean);
-export const degrees = kept("degrees", false, isBoolean);
-export const theme = kept<Theme>("theme", "system", isTheme);
-export const plotsOpen = kept("plotsOpen", false, isBoolean);
-export const panelOpen = kept("panelOpen", true, isBoolean);
-/** Name of the robot that the panel shows; empty, or gone, for none chosen. */
-export const selectedRobot = kept("selectedRobot", "", isString);
+export const visuals = stored("visuals", true, isBoolean);
+export const collisions = stored("collisions", false, isBoolean);
+export const frames = stored("frames", false, isBoolean);
+export const grid = stored("grid", true, isBoolean);
+export const contacts = stored("contacts", false, isBoolean);
+export const degrees = stored("degrees", false, isBoolean);
+export const theme = stored<Theme>("theme", "system", isTheme);
+export const plotsOpen = stored("plotsOpen", false, isBoolean);
+export const panelOpen = stored("panelOpen", true, isBoolean);
+/** Name of the robot that the panel shows; empty for the default. A robot of this name may not exist. */
+export const selectedRobot = stored("selectedRobot", "", isString);
+
+const isNumber = (value: unknown): value is number => typeof value === "number" && Number.isFinite(value);
+const isSlot = (value: unknown): value is [string, number] => Array.isArray(value) && value.length === 2 && isString(value[0]) && isNumber(value[1]);
+/** Keys and colour slots of the plotted axes, oldest first. */
+export const plottedSlots = stored<readonly (readonly [string, number])[]>("plotted", [], (value): value is [string, number][] => Array.isArray(value) && value.every(isSlot));
+
+/** The position and the target of the camera, metres. */
+export type CameraView = readonly [Vector, Vector];
+
+const isVector = (value: unknown): value is Vector => Array.isArray(value) && value.length === 3 && value.every(isNumber);
+const isView = (value: unknown): value is CameraView => Array.isArray(value) && value.length === 2 && value.every(isVector);
+/** Where the user has moved the camera; null if it is fitted to the scene. Of this tab: another visit may find other robots. */
+export const cameraView = stored<CameraView | null>("camera", null, isView, () => sessionStorage);
+
 /** The link under the pointer, in the scene or in the panel. */
 export const hoveredLink = signal<LinkName | null>(null);
 
-/** Asks the scene to fit a robot, or all there is where `robot` is empty. */
+/** A request to the scene to fit a robot, or everything if `robot` is empty. */
 export const fitRequest = signal<{ robot: string; count: number }>({ robot: "", count: 0 });
 
-/** Puts the camera where the robot, or with an empty name everything, fills the view. */
+/** Moves the camera such that a robot, or everything if the name is empty, fills the view. */
 export function fit(robot = ""): void {
   fitRequest.value = { robot, count: fitRequest.value.count + 1 };
 }

@@ -1,4 +1,4 @@
-// The world as this page knows it: written by the link to the daemon, read by everything that is drawn.
+// The state of the world as signals: written by the connection to the daemon, read by the scene and the panels.
 import { signal } from "@preact/signals";
 
 /** What a joint's actuator does; "none" is a joint without one. */
@@ -12,7 +12,7 @@ export interface Axis {
   joint: string;
   /** Which of a planar joint's axes: 0 x, 1 y, 2 angle; else 0. */
   axis: number;
-  /** What to write beside it. */
+  /** The label of its row. */
   label: string;
   kind: "angle" | "length";
   lower?: number;
@@ -24,11 +24,11 @@ export interface Axis {
   /** Index into the other arrays of `JointValues`. */
   velocityIndex: number;
   childLink: string;
-  /** Whether it takes targets: false for joints that follow another. */
+  /** Whether it takes targets: false for mimic joints. */
   actuated: boolean;
-  /** The joint that it follows. */
+  /** The joint that it mimics. */
   mimics?: string;
-  /** Who holds a claim on it; empty for nobody. */
+  /** The client that has claimed it; empty if none has. */
   claimedBy: string;
 }
 
@@ -43,7 +43,7 @@ export interface Robot {
   axes: Axis[];
   /** Names of its links; the first is the root. */
   links: string[];
-  /** Why it is out of the simulation; empty where it is not. */
+  /** Why it is disabled; empty if it is not. */
   disabledReason: string;
   /** Kilograms. */
   mass: number;
@@ -75,11 +75,11 @@ export interface ContactPoint {
   normalForce: number;
 }
 
-/** All that moves, of one moment. */
+/** The state of all robots at one step. */
 export interface Frame {
-  /** Only grows while the daemon lives. */
+  /** Increases as long as the daemon runs. */
   sequence: bigint;
-  /** Grows where time goes back: resets and restored snapshots. */
+  /** Increases when time is set back: by a reset or a restored state. */
   epoch: bigint;
   step: bigint;
   simTime: number;
@@ -91,30 +91,30 @@ export interface Frame {
   contacts: ContactPoint[];
 }
 
-/** How the page and the daemon stand. */
+/** The state of the connection to the daemon. */
 export interface Connection {
   state: "connecting" | "live" | "lost";
-  /** A sentence, where it is lost. */
+  /** A message for the user, if it is lost. */
   reason: string;
-  /** When it is tried again, as `performance.now()`. */
+  /** The time of the next attempt, as `performance.now()`. */
   retryAt: number;
 }
 
-/** How the world runs. */
+/** The state and the speed of the simulation. */
 export interface Simulation {
   state: "stopped" | "playing" | "paused";
-  /** Real-time factor that was asked for; infinite as fast as possible. */
+  /** Target real-time factor; infinite for as fast as possible. */
   target: number;
   /** Real-time factor reached over the last second. */
   actual: number;
-  /** It cannot keep up. */
+  /** The simulation cannot keep up with the target. */
   behind: boolean;
   overruns: bigint;
   /** Wall seconds that a step takes. */
   stepDuration: number;
 }
 
-/** The world's settings. */
+/** The physics settings. */
 export interface Physics {
   /** Seconds. */
   timeStep: number;
@@ -124,7 +124,7 @@ export interface Physics {
   gravity: [number, number, number];
 }
 
-/** A slider or a button that a program put up. */
+/** A slider or a button that a program has added. */
 export interface Parameter {
   name: string;
   kind: "slider" | "button";
@@ -134,7 +134,7 @@ export interface Parameter {
   presses: bigint;
 }
 
-/** Somebody else who uses this daemon, or this page. */
+/** A client of this daemon, which may be this page. */
 export interface Client {
   name: string;
   /** Wall seconds since its last call. */
@@ -157,6 +157,6 @@ export const simulation = signal<Simulation>({
 export const physics = signal<Physics | null>(null);
 export const parameters = signal<Parameter[]>([]);
 export const clients = signal<Client[]>([]);
-/** Who set a joint's last target, by "robot/joint". */
+/** The client that set the last target of a joint, by "robot/joint". */
 export const targetSources = signal<Map<string, string>>(new Map());
 export const daemonName = signal("");

@@ -1,4 +1,4 @@
-// Light or dark: what people chose, or else what the system has, on the root element.
+// The theme, light or dark: the setting of the page, or else that of the system, as an attribute of the root element.
 import { computed, effect, signal, type ReadonlySignal } from "@preact/signals";
 import { theme } from "../state/view";
 
@@ -8,7 +8,7 @@ dark.addEventListener("change", (event) => {
   systemIsDark.value = event.matches;
 });
 
-/** What is shown now. */
+/** The present theme. */
 export const shownTheme: ReadonlySignal<"light" | "dark"> = computed(() =>
   theme.value === "system" ? (systemIsDark.value ? "dark" : "light") : theme.value,
 );

@@ -1,15 +1,15 @@
-// Materials, made once for each colour, and their twins that light up under the pointer.
+// Materials, one for each colour, with highlighted variants.
 import { Color, DoubleSide, FrontSide, MeshBasicMaterial, MeshStandardMaterial, SRGBColorSpace, type Material } from "three";
 import type { Shape } from "../state/scene";
 import { COLLISION, HIGHLIGHT, MISSING, UNCOLOURED } from "./palette";
 
 type Rgba = NonNullable<Shape["color"]>;
 
-/** All materials but those that meshes bring. */
-export class Paints {
+/** All materials but those of mesh files. */
+export class Materials {
   private readonly solids = new Map<string, MeshStandardMaterial>();
-  private readonly lit = new Map<Material, Material>();
-  /** Translucent, with both sides, so that what is within shows. */
+  private readonly highlights = new Map<Material, Material>();
+  /** Translucent and two-sided, so that the inside is visible. */
   readonly collision = new MeshStandardMaterial({
     color: COLLISION,
     transparent: true,
@@ -23,13 +23,13 @@ export class Paints {
   readonly ground = new MeshStandardMaterial({ roughness: 1, metalness: 0 });
 
   constructor() {
-    // Lines of the grid lie in the same plane.
+    // The grid lies in the same plane.
     this.ground.polygonOffset = true;
     this.ground.polygonOffsetFactor = 1;
     this.ground.polygonOffsetUnits = 1;
   }
 
-  /** Of a colour as the description gives it, or of the one for shapes without. Meshes may be shells of one layer. */
+  /** The material of a colour, or of the default one. Meshes may be open shells, which are drawn two-sided. */
   solid(color: Rgba | undefined, isShell = false): MeshStandardMaterial {
     const key = `${color?.join() ?? ""} ${isShell}`;
     let material = this.solids.get(key);
@@ -47,25 +47,25 @@ export class Paints {
     return material;
   }
 
-  /** The same, lit up. */
+  /** The highlighted variant of a material. */
   highlighted(material: Material): Material {
-    let twin = this.lit.get(material);
-    if (!twin) {
-      twin = material.clone();
-      if (twin instanceof MeshStandardMaterial) light(twin);
-      this.lit.set(material, twin);
+    let variant = this.highlights.get(material);
+    if (!variant) {
+      variant = material.clone();
+      if (variant instanceof MeshStandardMaterial) highlight(variant);
+      this.highlights.set(material, variant);
     }
-    return twin;
+    return variant;
   }
 
   dispose(): void {
     const own = [this.collision, this.wire, this.missing, this.ground];
-    for (const material of [...own, ...this.solids.values(), ...this.lit.values()]) material.dispose();
+    for (const material of [...own, ...this.solids.values(), ...this.highlights.values()]) material.dispose();
   }
 }
 
-/** What is lit up shines in its own colour, which stays what it was; what is bright already is tinted, and what is dark, too. */
-function light(material: MeshStandardMaterial): void {
+/** Adds emission of the own colour; bright and dark colours are tinted instead, on which that would hardly show. */
+function highlight(material: MeshStandardMaterial): void {
   const accent = new Color(HIGHLIGHT);
   const { r, g, b } = material.color;
   const luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;

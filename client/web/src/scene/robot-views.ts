@@ -1,26 +1,26 @@
-// All robots as they are drawn, kept to what the daemon says there is.
+// The drawings of all robots, kept up to date with the scenes.
 import { Box3, Group, Sphere, Vector3 } from "three";
 import type { RobotScene } from "../state/scene";
 import type { LinkName } from "../state/view";
-import { Meshes } from "./meshes";
-import type { Motion } from "./motion";
-import { Paints } from "./paint";
-import { RobotView, type Shown } from "./robot";
+import { MeshCache } from "./mesh-cache";
+import type { PoseInterpolator } from "./pose-interpolator";
+import { Materials } from "./materials";
+import { RobotView, type Shown } from "./robot-view";
 
-/** Axes of links are this part of their robot's size. */
-const AXIS_SHARE = 0.18;
+/** The length of the axes of links, as a fraction of the size of the robot. */
+const AXIS_FRACTION = 0.18;
 
 /** The views of robots, by name. */
-export class Robots {
+export class RobotViews {
   readonly group = new Group();
-  readonly paints = new Paints();
-  readonly meshes = new Meshes();
+  readonly materials = new Materials();
+  readonly meshes = new MeshCache();
   private readonly views = new Map<string, RobotView>();
   private readonly poses = new Map<string, Float64Array>();
   private shown: Shown = { visuals: true, collisions: false, frames: false };
 
-  /** `grown` is called when a mesh has come. */
-  constructor(private readonly grown: () => void) {}
+  /** `changed` is called when a mesh was loaded. */
+  constructor(private readonly changed: () => void) {}
 
   all(): Iterable<RobotView> {
     return this.views.values();
@@ -30,8 +30,8 @@ export class Robots {
     return this.views.get(name);
   }
 
-  /** Makes what is new, and lets go of what is gone. */
-  keep(scenes: ReadonlyMap<string, RobotScene>): void {
+  /** Creates views of new scenes, and disposes of those that are gone. */
+  sync(scenes: ReadonlyMap<string, RobotScene>): void {
     for (const [name, view] of this.views) {
       if (scenes.get(name) === view.scene) continue;
       view.dispose();
@@ -40,7 +40,7 @@ export class Robots {
     }
     for (const [name, scene] of scenes) {
       if (this.views.has(name)) continue;
-      const view = new RobotView(scene, this.meshes, this.paints, this.grown);
+      const view = new RobotView(scene, this.meshes, this.materials, this.changed);
       this.views.set(name, view);
       this.poses.set(name, new Float64Array(7 * scene.links.length));
       this.group.add(view.group);
@@ -48,17 +48,17 @@ export class Robots {
     }
   }
 
-  /** Places all links as they are at `now`. Answers whether any moved. */
-  pose(motion: Motion, now: number): boolean {
+  /** Sets the poses of all links at `now`. Returns whether any moved. */
+  pose(interpolator: PoseInterpolator, now: number): boolean {
     let moved = false;
     for (const [name, view] of this.views) {
       const poses = this.poses.get(name);
-      if (poses && motion.sample(name, now, poses)) moved = view.pose(poses) || moved;
+      if (poses && interpolator.sample(name, now, poses)) moved = view.pose(poses) || moved;
     }
     return moved;
   }
 
-  /** Whether it is known of each where it is. */
+  /** Whether all links have a pose. */
   arePosed(): boolean {
     return [...this.views.values()].every((view) => view.isPosed());
   }
@@ -68,7 +68,7 @@ export class Robots {
     for (const view of this.views.values()) this.showOne(view);
   }
 
-  /** Lights up one link and no other. Answers whether that changed anything. */
+  /** Highlights one link and no other. Returns whether that changed anything. */
   highlight(link: LinkName | null): boolean {
     let changed = false;
     for (const [name, view] of this.views) {
@@ -83,28 +83,28 @@ export class Robots {
     return [...this.views.values()].some(isPlane);
   }
 
-  /** Around one robot, or all; planes do not count. */
+  /** The bounding box of one robot, or of all, without planes. */
   bounds(name = ""): Box3 {
     const box = new Box3();
     const one = this.views.get(name);
     for (const view of one ? [one] : this.views.values()) box.union(view.bounds());
-    // A plane alone is looked at where the world begins.
+    // If there is only a plane, the origin is shown.
     return box.isEmpty() ? new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5)) : box;
   }
 
-  /** Metres: the radius of what there is. */
+  /** The radius of the bounding sphere, metres. */
   size(): number {
     return this.bounds().getBoundingSphere(new Sphere()).radius;
   }
 
   dispose(): void {
-    this.keep(new Map());
-    this.paints.dispose();
+    this.sync(new Map());
+    this.materials.dispose();
   }
 
   private showOne(view: RobotView): void {
     const box = view.bounds();
     const size = box.isEmpty() ? 1 : box.getBoundingSphere(new Sphere()).radius;
-    view.show(this.shown, AXIS_SHARE * size);
+    view.show(this.shown, AXIS_FRACTION * size);
   }
 }

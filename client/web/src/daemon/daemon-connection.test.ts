@@ -1,4 +1,4 @@
-// The link against a daemon that is a few functions: what it asks for, how often, and how it gets over a loss.
+// The connection against a stub of a daemon: which calls it makes, how often, and how it recovers from a loss.
 import { create } from "@bufbuild/protobuf";
 import { Code, ConnectError, createRouterTransport } from "@connectrpc/connect";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
@@ -11,7 +11,7 @@ import { SimulationService } from "../gen/simd/v1/simulation_pb";
 import { scenes } from "../state/scene";
 import { contacts } from "../state/view";
 import { connection, daemonName, frame, robots, simulation } from "../state/world";
-import { Link } from "./link";
+import { DaemonConnection } from "./daemon-connection";
 import { servicesOver } from "./services";
 
 /** A world whose states the test publishes. */
@@ -64,7 +64,7 @@ class World {
 }
 
 let world: World;
-let link: Link;
+let daemonConnection: DaemonConnection;
 
 beforeEach(() => {
   vi.useFakeTimers();
@@ -73,16 +73,16 @@ beforeEach(() => {
   scenes.value = new Map();
   frame.value = null;
   world = new World();
-  link = new Link(world.services);
+  daemonConnection = new DaemonConnection(world.services);
 });
 
 afterEach(() => {
-  link.setVisible(false);
+  daemonConnection.setVisible(false);
   vi.useRealTimers();
 });
 
 test("a daemon that answers is live, with its robots and their state", async () => {
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(100);
   expect(connection.value.state).toBe("live");
   expect(daemonName.value).toBe("lab");
@@ -91,9 +91,9 @@ test("a daemon that answers is live, with its robots and their state", async () 
   expect([...(frame.value?.joints.keys() ?? [])]).toEqual(["arm"]);
 });
 
-test("a world that plays is asked at most sixty times a second", async () => {
+test("a playing world is polled at most sixty times a second", async () => {
   world.playing = true;
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
   const before = world.count("states");
   await vi.advanceTimersByTimeAsync(2000);
@@ -103,8 +103,8 @@ test("a world that plays is asked at most sixty times a second", async () => {
   expect(world.asked.at(-1)).toMatchObject({ timeout: 0.02, returnLinkPoses: true, returnContacts: false });
 });
 
-test("a world that rests is asked four times a second, and no call waits for it", async () => {
-  link.setVisible(true);
+test("an idle world is polled four times a second, with calls that return at once", async () => {
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(2000);
   const before = world.count("states");
   await vi.advanceTimersByTimeAsync(5000);
@@ -112,8 +112,8 @@ test("a world that rests is asked four times a second, and no call waits for it"
   expect(world.asked.at(-1)?.timeout).toBeLessThanOrEqual(0.001);
 });
 
-test("a world that rested is followed at once when it moves again", async () => {
-  link.setVisible(true);
+test("an idle world is polled at full rate as soon as it moves again", async () => {
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(2000);
   world.playing = true;
   await vi.advanceTimersByTimeAsync(250);
@@ -122,20 +122,20 @@ test("a world that rested is followed at once when it moves again", async () => 
   expect(world.count("states") - before).toBeGreaterThan(25);
 });
 
-test("what this page changes in a world that rests is seen at once", async () => {
-  link.setVisible(true);
+test("a change by this page to an idle world is shown at once", async () => {
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(2000);
   world.sequence += 1n;
-  link.poke();
+  daemonConnection.pollNow();
   await vi.advanceTimersByTimeAsync(1);
   expect(frame.value?.sequence).toBe(world.sequence);
 });
 
-test("contacts of a world that rests come when they are to be shown, also where a call was under way", async () => {
-  link.setVisible(true);
+test("contacts of an idle world are fetched when they are switched on, also during a call", async () => {
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(2000);
   const before = frame.value;
-  link.poke();
+  daemonConnection.pollNow();
   contacts.value = true;
   await vi.advanceTimersByTimeAsync(50);
   contacts.value = false;
@@ -143,23 +143,23 @@ test("contacts of a world that rests come when they are to be shown, also where 
   expect(frame.value).not.toBe(before);
 });
 
-test("a hidden page asks nothing", async () => {
+test("a hidden page makes no calls", async () => {
   world.playing = true;
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
-  link.setVisible(false);
+  daemonConnection.setVisible(false);
   await vi.advanceTimersByTimeAsync(100);
   const before = world.calls.length;
   await vi.advanceTimersByTimeAsync(60_000);
   expect(world.calls.length).toBe(before);
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(50);
   expect(world.calls.length).toBeGreaterThan(before);
 });
 
-test("scenes and layouts are asked for only when a robot or a layout comes or goes", async () => {
+test("scenes and layouts are fetched only when a robot or a layout changes", async () => {
   world.playing = true;
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(3000);
   expect([world.count("entities"), world.count("scene"), world.count("layout")]).toEqual([1, 1, 1]);
   world.robots.set("leg", 2n);
@@ -177,8 +177,8 @@ test("scenes and layouts are asked for only when a robot or a layout comes or go
   expect(world.count("layout")).toBe(3);
 });
 
-test("what surrounds the robots is asked for slowly", async () => {
-  link.setVisible(true);
+test("statistics, parameters and clients are polled slowly", async () => {
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
   const before = ["statistics", "parameters", "clients"].map((name) => world.count(name));
   await vi.advanceTimersByTimeAsync(10_000);
@@ -187,9 +187,9 @@ test("what surrounds the robots is asked for slowly", async () => {
   expect(simulation.value.state).toBe("playing");
 });
 
-test("a lost daemon is told, tried again ever more seldom, and its last picture kept", async () => {
+test("a lost daemon is reported and retried with growing delays, and the last state stays", async () => {
   world.playing = true;
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
   world.alive = false;
   const last = frame.value;
@@ -204,9 +204,9 @@ test("a lost daemon is told, tried again ever more seldom, and its last picture 
   expect(frame.value?.sequence).toBeGreaterThanOrEqual(last?.sequence ?? 0n);
 });
 
-test("a daemon that comes back with other robots and smaller numbers is shown as it is", async () => {
+test("a daemon that comes back with other robots and a smaller sequence is shown as it is", async () => {
   world.playing = true;
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
   world.alive = false;
   await vi.advanceTimersByTimeAsync(1000);
@@ -220,9 +220,9 @@ test("a daemon that comes back with other robots and smaller numbers is shown as
   expect([...(frame.value?.joints.keys() ?? [])]).toEqual(["dog"]);
 });
 
-test("a daemon that was replaced between two calls is noticed by its smaller numbers", async () => {
+test("a daemon that was replaced between two calls is detected by its smaller sequence", async () => {
   world.playing = true;
-  link.setVisible(true);
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
   world.sequence = 1n;
   const before = world.count("info");
@@ -231,13 +231,13 @@ test("a daemon that was replaced between two calls is noticed by its smaller num
   expect(connection.value.state).toBe("live");
 });
 
-test("whoever asks for it has a lost daemon tried at once", async () => {
-  link.setVisible(true);
+test("a retry reconnects to a lost daemon at once", async () => {
+  daemonConnection.setVisible(true);
   await vi.advanceTimersByTimeAsync(1000);
   world.alive = false;
   await vi.advanceTimersByTimeAsync(20_000);
   world.alive = true;
-  link.retry();
+  daemonConnection.retry();
   await vi.advanceTimersByTimeAsync(20);
   expect(connection.value.state).toBe("live");
 });

@@ -1,18 +1,18 @@
-// Where a loaded robot is put: beside those that are there, since robots that overlap push each other away.
+// Where a loaded robot is spawned: beside the others, since robots that overlap push each other apart.
 import type { RobotScene } from "../state/scene";
 import type { Frame } from "../state/world";
 
-/** Metres between the links of those that are there and a robot whose size nobody knows yet. */
-const ROOM = 1;
+/** Metres between the links of other robots and the new one, whose size is not known yet. */
+const DISTANCE = 1;
 
 /** world_from_root of the next robot: the origin of an empty world, else to the left of all, along y. */
-export function nextPlace(scenes: ReadonlyMap<string, RobotScene>, frame: Frame | null): { x: number; y: number; z: number } {
+export function nextSpawnPosition(scenes: ReadonlyMap<string, RobotScene>, frame: Frame | null): { x: number; y: number; z: number } {
   let left = -Infinity;
   for (const [name, scene] of scenes) {
-    // Planes are stood on.
+    // Planes are the ground.
     if (scene.collisions.some((shape) => shape.geometry.kind === "plane")) continue;
     const poses = frame?.poses.get(name) ?? [];
     for (let at = 1; at < poses.length; at += 7) left = Math.max(left, poses[at] ?? left);
   }
-  return { x: 0, y: Number.isFinite(left) ? left + ROOM : 0, z: 0 };
+  return { x: 0, y: Number.isFinite(left) ? left + DISTANCE : 0, z: 0 };
 }

@@ -1,8 +1,8 @@
-// A robot that is loaded does not come to stand in another.
+// A loaded robot is not spawned inside another.
 import { expect, test } from "vitest";
 import type { RobotScene } from "../state/scene";
 import type { Frame } from "../state/world";
-import { nextPlace } from "./place";
+import { nextSpawnPosition } from "./spawn-position";
 
 const scene = (robot: string, plane = false): [string, RobotScene] => [
   robot,
@@ -11,18 +11,19 @@ const scene = (robot: string, plane = false): [string, RobotScene] => [
     layoutVersion: 1n,
     links: [],
     visuals: [],
+    colliders: [],
     collisions: plane ? [{ link: 0, linkFromShape: [0, 0, 0, 0, 0, 0, 1], geometry: { kind: "plane", normal: [0, 0, 1] } }] : [],
   },
 ];
 const at = (...ys: number[]) => Float64Array.from(ys.flatMap((y) => [0, y, 0, 0, 0, 0, 1]));
 const frame = (poses: [string, Float64Array][]) => ({ poses: new Map(poses) }) as Frame;
 
-test("the first robot stands at the origin, also on a ground", () => {
-  expect(nextPlace(new Map(), null)).toEqual({ x: 0, y: 0, z: 0 });
-  expect(nextPlace(new Map([scene("ground", true)]), frame([["ground", at(7)]]))).toEqual({ x: 0, y: 0, z: 0 });
+test("the first robot is spawned at the origin, also with a ground", () => {
+  expect(nextSpawnPosition(new Map(), null)).toEqual({ x: 0, y: 0, z: 0 });
+  expect(nextSpawnPosition(new Map([scene("ground", true)]), frame([["ground", at(7)]]))).toEqual({ x: 0, y: 0, z: 0 });
 });
 
-test("the next stands a metre to the left of the leftmost link", () => {
+test("the next is spawned a metre to the left of the leftmost link", () => {
   const scenes = new Map([scene("arm"), scene("leg")]);
-  expect(nextPlace(scenes, frame([["arm", at(0, 0.4, -0.2)], ["leg", at(-3)]]))).toEqual({ x: 0, y: 1.4, z: 0 });
+  expect(nextSpawnPosition(scenes, frame([["arm", at(0, 0.4, -0.2)], ["leg", at(-3)]]))).toEqual({ x: 0, y: 1.4, z: 0 });
 });

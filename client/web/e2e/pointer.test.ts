@@ -1,4 +1,4 @@
-// What hands do beside sliders: pull a link, bring a folder, look from a phone.
+// Pulling on links, loading folders, and the layout on a phone.
 
 import { resolve } from "node:path";
 
@@ -7,14 +7,14 @@ import { expect, test } from "vitest";
 import { Tab } from "./browser";
 import { Daemon, REPOSITORY } from "./daemon";
 import { corners, moved } from "./mesh";
-import { stand } from "./stand";
+import { fixtures } from "./fixtures";
 
-const here = stand();
+const use = fixtures();
 
-test("a link that is dragged follows, and is let go with the button", async () => {
+test("a dragged link follows the pointer until the button is released", async () => {
   // Without gravity nothing else moves the arm.
-  const daemon = await here.daemon(Daemon.start(["--config", "tests/assets/demo.toml", "--gravity", "0,0,0"]));
-  const context = await here.context();
+  const daemon = await use.daemon(Daemon.start(["--config", "tests/assets/demo.toml", "--gravity", "0,0,0"]));
+  const context = await use.context();
   const tab = await Tab.open(context, daemon.url);
   await daemon.joints.setJointTargets({
     robots: [{ robot: "bench_arm", joints: [{ joint: "shoulder", target: { case: "passive", value: {} } }] }],
@@ -30,7 +30,7 @@ test("a link that is dragged follows, and is let go with the button", async () =
   await tab.page.mouse.move(x, y - 120, { steps: 6 });
   await expect.poll(async () => Math.abs((await daemon.joint("bench_arm", "shoulder")).position - start)).toBeGreaterThan(0.05);
   await tab.page.mouse.up();
-  // A push lasts 0.2 s; after that nothing brakes or drives the arm, and its rate stays what it is.
+  // A pull lasts 0.2 s; after that nothing brakes or drives the arm, and its velocity is constant.
   await daemon.pass(0.5);
   const { velocity } = await daemon.joint("bench_arm", "shoulder");
   await daemon.pass(0.2);
@@ -38,8 +38,8 @@ test("a link that is dragged follows, and is let go with the button", async () =
 });
 
 test("a folder that is chosen becomes a robot, with its report", async () => {
-  const daemon = await here.daemon(Daemon.start([]));
-  const context = await here.context();
+  const daemon = await use.daemon(Daemon.start([]));
+  const context = await use.context();
   const tab = await Tab.open(context, daemon.url);
   await tab.page.getByTestId("empty-world").waitFor();
   await tab.picture("empty-world");
@@ -53,8 +53,8 @@ test("a folder that is chosen becomes a robot, with its report", async () => {
 });
 
 test("a phone has the same, one thing below the other", async () => {
-  const daemon = await here.daemon(Daemon.start(["--config", "tests/assets/demo.toml"]));
-  const context = await here.context({ viewport: { width: 390, height: 844 }, hasTouch: true, colorScheme: "dark" });
+  const daemon = await use.daemon(Daemon.start(["--config", "tests/assets/demo.toml"]));
+  const context = await use.context({ viewport: { width: 390, height: 844 }, hasTouch: true, colorScheme: "dark" });
   const tab = await Tab.open(context, daemon.url);
   if (!(await tab.page.getByTestId("slider").first().isVisible())) await tab.page.getByTestId("panel-toggle").tap();
   await tab.page.getByTestId("slider").first().waitFor({ state: "visible" });

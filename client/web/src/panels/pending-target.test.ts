@@ -1,15 +1,15 @@
 // Which target a row shows between a hand here and the daemon there.
 import { expect, test } from "vitest";
-import { Asked } from "./asked";
+import { PendingTarget } from "./pending-target";
 
 const at = (value: number) => ({ mode: "position", value }) as const;
 
-test("without a hand on it a row shows what the daemon says", () => {
-  expect(new Asked().shown(at(1), 0)).toEqual(at(1));
+test("without a pending target a row shows that of the daemon", () => {
+  expect(new PendingTarget().shown(at(1), 0)).toEqual(at(1));
 });
 
-test("what was asked for is shown until the daemon shows it, and what others ask for after that", () => {
-  const asked = new Asked();
+test("a pending target is shown until the daemon reports it, and those of other clients after that", () => {
+  const asked = new PendingTarget();
   asked.set(at(2), 0);
   expect(asked.shown(at(1), 20)).toEqual(at(2));
   expect(asked.shown(at(2), 40)).toEqual(at(2));
@@ -17,14 +17,14 @@ test("what was asked for is shown until the daemon shows it, and what others ask
 });
 
 test("a target that the daemon clamped is shown in the end", () => {
-  const asked = new Asked();
+  const asked = new PendingTarget();
   asked.set(at(9), 0);
   expect(asked.shown(at(1.5), 900)).toEqual(at(9));
   expect(asked.shown(at(1.5), 1100)).toEqual(at(1.5));
 });
 
-test("a slider that is held stays under the hand", () => {
-  const asked = new Asked();
+test("a slider stays under the pointer during a drag", () => {
+  const asked = new PendingTarget();
   asked.hold();
   asked.set(at(2), 0);
   expect(asked.shown(at(2), 10)).toEqual(at(2));
@@ -35,8 +35,8 @@ test("a slider that is held stays under the hand", () => {
   expect(asked.shown(at(5), 60_300)).toEqual(at(5));
 });
 
-test("a joint that was freed or held is known by its mode alone", () => {
-  const asked = new Asked();
+test("a passive or holding joint is recognised by its mode alone", () => {
+  const asked = new PendingTarget();
   asked.set({ mode: "hold", value: 0.5 }, 0);
   expect(asked.shown(at(1), 10)).toEqual({ mode: "hold", value: 0.5 });
   expect(asked.shown({ mode: "hold", value: 0.4 }, 20)).toEqual({ mode: "hold", value: 0.4 });

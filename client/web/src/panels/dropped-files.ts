@@ -1,16 +1,16 @@
-// The files of what was dropped or chosen, folders with all that is in them.
+// The files that were dropped or chosen, including those in folders.
 import type { DroppedFile } from "../daemon/actions";
 
-/** More files than a package of robots has: somebody dropped a whole disk. */
-const MOST = 20_000;
+/** More files than a robot package has: this is a whole disk. */
+const MAX_FILES = 20_000;
 
-/** All files below what was dropped. Must be called before the drop's handler returns. */
+/** All files that were dropped. Must be called before the handler of the event returns. */
 export async function droppedFiles(items: DataTransferItemList): Promise<DroppedFile[]> {
   const entries: FileSystemEntry[] = [];
   const files: DroppedFile[] = [];
   for (const item of items) {
     const entry = item.webkitGetAsEntry();
-    // What is dragged out of another program may be a file that lies on no disk.
+    // A file that is dragged out of another program may have no entry.
     const file = entry ? null : item.getAsFile();
     if (entry) entries.push(entry);
     if (file) files.push({ path: file.name, file });
@@ -30,7 +30,7 @@ async function filesBelow(entries: FileSystemEntry[]): Promise<DroppedFile[]> {
     if (entry.isFile) {
       const file = await fileOf(entry as FileSystemFileEntry);
       files.push({ path: entry.fullPath.replace(/^\//, ""), file });
-      if (files.length > MOST) throw new Error(`that is more than ${MOST} files; drop only the robot's own folder`);
+      if (files.length > MAX_FILES) throw new Error(`that is more than ${MAX_FILES} files; drop only the robot's own folder`);
     } else {
       waiting.push(...(await childrenOf(entry as FileSystemDirectoryEntry)));
     }
@@ -46,7 +46,7 @@ async function childrenOf(folder: FileSystemDirectoryEntry): Promise<FileSystemE
   const reader = folder.createReader();
   const children: FileSystemEntry[] = [];
   for (;;) {
-    // A reader gives a hundred at a time, and nothing once all were given.
+    // A reader returns up to a hundred entries at a time, and none at the end.
     const some = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
     if (some.length === 0) return children;
     children.push(...some);

@@ -1,15 +1,15 @@
-// What to tell people when a call did not succeed.
+// The message that the user sees after a failed call.
 import { Code, ConnectError } from "@connectrpc/connect";
 
-/** The daemon's own sentence or, where it did not say any, what that means. */
-export function sentenceOf(error: unknown): string {
+/** The daemon's own message or, if there is none, what the failure means. */
+export function messageOf(error: unknown): string {
   if (error instanceof ConnectError && isFromDaemon(error)) return sentence(error.rawMessage);
   if (error instanceof ConnectError && error.code === Code.DeadlineExceeded) return "The daemon did not answer in time.";
   if (error instanceof ConnectError || isNetworkFailure(error)) return "The daemon does not answer.";
   return error instanceof Error ? sentence(error.message) : String(error);
 }
 
-/** A status that the daemon sent has metadata; what the browser says of a failed fetch has a cause. */
+/** Tells a status from the daemon from an error of the browser, which has a cause, or of a proxy. */
 function isFromDaemon(error: ConnectError): boolean {
   if (error.cause !== undefined || error.rawMessage === "") return false;
   return !/^(HTTP \d|missing trailer|protocol error|unsupported content type)/i.test(error.rawMessage);
@@ -19,11 +19,11 @@ function isNetworkFailure(error: unknown): boolean {
   return error instanceof TypeError;
 }
 
-/** Refusals are fragments that fit after a colon; alone they begin with a capital and end with a stop. */
+/** Messages of the daemon are fragments that fit after a colon; alone they get a capital and a full stop. */
 function sentence(text: string): string {
   const trimmed = text.trim();
   const first = trimmed.charAt(0);
-  // A name stays as it is written.
+  // A first word that is a name stays as it is.
   const start = /^[a-z]+[ ,;]/.test(trimmed) ? first.toUpperCase() : first;
   return start + trimmed.slice(1) + (/[.!?)]$/.test(trimmed) ? "" : ".");
 }

@@ -1,4 +1,4 @@
-// Counts the calls that this page makes, for those who want to know what a tab costs.
+// Counts the calls of this page, for measurements.
 let requests = 0;
 
 export function countRequest(): void {

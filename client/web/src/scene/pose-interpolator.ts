@@ -1,13 +1,13 @@
-// Where links are between two states: the picture is one interval behind, and moves evenly.
+// Interpolates the poses of links between two states: the picture is one interval late, and moves evenly.
 import type { Frame } from "../state/world";
 
-/** Milliseconds: states that come more seldom than this are gone to as fast as if they came so often. */
-const LONGEST = 100;
-/** States this far apart, in milliseconds, have nothing to do with each other: a pause, a hidden tab. */
+/** Milliseconds: upper bound of the time of an interpolation. */
+const MAX_INTERVAL = 100;
+/** Milliseconds between two states from which they are not interpolated: the page was paused or hidden. */
 const GAP = 1000;
 
-/** The last two states, and how far the picture is from the one to the other. */
-export class Motion {
+/** The last two states, and the progress from one to the other. */
+export class PoseInterpolator {
   private before: Frame | null = null;
   private last: Frame | null = null;
 
@@ -24,49 +24,49 @@ export class Motion {
     return this.last;
   }
 
-  /** The newest two, where the one follows from the other. */
+  /** The newest two, if they are of one continuous motion. */
   lastTwo(): [Frame, Frame] | null {
     return this.before && this.last ? [this.before, this.last] : null;
   }
 
   /** Whether the picture at `now` is that of the newest state. */
   isSettled(now: number): boolean {
-    return this.share(now) >= 1;
+    return this.progress(now) >= 1;
   }
 
-  /** The newest state that the picture at `now` has reached. */
+  /** The newest state that the picture at `now` shows or has passed. */
   reached(now: number): Frame | null {
     return this.isSettled(now) ? this.last : this.before;
   }
 
-  /** Poses of a robot's links at `now`, into `out`: seven a link. Answers whether there are any. */
+  /** Writes the poses of a robot's links at `now` into `out`, seven numbers a link. Returns whether there are any. */
   sample(robot: string, now: number, out: Float64Array): boolean {
     const to = this.last?.poses.get(robot);
     if (!to || to.length !== out.length) return false;
     const from = this.before?.poses.get(robot);
-    const share = this.share(now);
-    if (!from || from.length !== to.length || share >= 1) out.set(to);
-    else for (let at = 0; at < to.length; at += 7) interpolate(from, to, at, share, out);
+    const progress = this.progress(now);
+    if (!from || from.length !== to.length || progress >= 1) out.set(to);
+    else for (let at = 0; at < to.length; at += 7) interpolate(from, to, at, progress, out);
     return true;
   }
 
-  /** How far from the state before to the last one: 0 to 1. */
-  private share(now: number): number {
+  /** The progress from the state before to the last one: 0 to 1. */
+  private progress(now: number): number {
     if (!this.before || !this.last) return 1;
-    const interval = Math.min(LONGEST, this.last.receivedAt - this.before.receivedAt);
+    const interval = Math.min(MAX_INTERVAL, this.last.receivedAt - this.before.receivedAt);
     return interval <= 0 ? 1 : Math.min(1, Math.max(0, (now - this.last.receivedAt) / interval));
   }
 }
 
-/** Places along the line, rotations along the shorter great circle (Shoemake, 1985). */
+/** Linear for positions, along the shorter great circle for rotations (slerp, Shoemake, 1985). */
 export function interpolate(from: Float64Array, to: Float64Array, at: number, share: number, out: Float64Array): void {
   for (let i = at; i < at + 3; i += 1) out[i] = mix(from, to, i, 1 - share, share);
   let dot = 0;
   for (let i = at + 3; i < at + 7; i += 1) dot += (from[i] ?? 0) * (to[i] ?? 0);
-  // A quaternion and its negative are one rotation: the nearer of the two is meant.
+  // A quaternion and its negative are the same rotation: the nearer of the two is taken.
   const sign = dot < 0 ? -1 : 1;
   const angle = Math.acos(Math.min(1, Math.abs(dot)));
-  // Where they are as good as equal, the line between them is the circle.
+  // For almost equal rotations the line is as good as the circle.
   const [a, b] = angle < 1e-4 ? [1 - share, share] : [Math.sin((1 - share) * angle) / Math.sin(angle), Math.sin(share * angle) / Math.sin(angle)];
   for (let i = at + 3; i < at + 7; i += 1) out[i] = mix(from, to, i, a, sign * b);
 }

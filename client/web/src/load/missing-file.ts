@@ -1,6 +1,6 @@
-// Why a URI leads to no file: the words of client/assets, and what they say to people.
+// Why there is no file for a URI: the reasons of client/assets, with messages for the user.
 
-export type Why =
+export type MissingReason =
   | "missing"
   | "empty"
   | "xacro"
@@ -15,7 +15,7 @@ export type Why =
   | "not_a_mesh"
   | "ambiguous";
 
-const PHRASES: Record<Why, string> = {
+const PHRASES: Record<MissingReason, string> = {
   missing: "names no file that was dropped",
   empty: "is empty",
   xacro: "is an unexpanded xacro expression: run `xacro` on the file first",
@@ -24,7 +24,7 @@ const PHRASES: Record<Why, string> = {
   scheme: "has a scheme other than package, model and file",
   no_file: "names a package and no file in it",
   no_package: "names no package",
-  windows: "is a path of a Windows disk, which means nothing to others",
+  windows: "is a path of a Windows disk, which other machines do not have",
   climbs_out: "climbs out of the robot's package with `..`",
   absolute_outside: "is an absolute path outside of the robot's package",
   not_a_mesh: "is not a mesh or an image by its name",
@@ -33,13 +33,13 @@ const PHRASES: Record<Why, string> = {
 
 /** There is no file for a URI. */
 export interface Missing {
-  why: Why;
-  /** The files that would have been it, in the order in which they were looked for. */
+  why: MissingReason;
+  /** The paths that were tried, in order. */
   places: string[];
 }
 
-/** For people to read in the load report, after "looked in". */
-export function placesForReport(uri: string, { why, places }: Missing): string[] {
+/** For the load report, after "looked in". */
+export function searchedPlaces(uri: string, { why, places }: Missing): string[] {
   const reason = why === "missing" ? `no file for \`${uri}\` was dropped` : `\`${uri}\` ${PHRASES[why]}`;
   if (places.length === 0) return [`no place, because ${reason}`];
   if (why === "missing") return places;

@@ -1,72 +1,72 @@
-// What changes seldom: how the world runs, its settings, sliders, who else is here, what happened.
+// Polls what changes slowly: statistics, physics settings, parameters, clients and events.
 import { batch } from "@preact/signals";
 import type { Event } from "../gen/simd/v1/event_pb";
 import { clients, connection, parameters, physics, robots, simulation, targetSources } from "../state/world";
 import { clientOf, parameterOf, physicsOf, simulationOf, sourcesOf } from "./mapping";
-import { Punctuality } from "./punctuality";
-import type { Roster } from "./roster";
+import { LagDetector } from "./lag-detector";
+import type { RobotRegistry } from "./robot-registry";
 import type { Services } from "./services";
 
-/** Milliseconds between two turns. */
+/** Milliseconds between two polls. */
 const INTERVAL = 500;
-/** Who is here is asked each second time. */
-const SELDOM = 2;
-/** Seconds; 0 would be a whole second of waiting. */
+/** The clients are fetched at every second poll. */
+const CLIENTS_EVERY = 2;
+/** Seconds; 0 would mean the default of one second. */
 const NO_WAIT = 0.001;
 const CALL = { timeoutMs: 5000 };
-/** After all events that there will ever be: the answer says only which was the last. */
-const LAST = 2n ** 64n - 1n;
+/** Larger than any sequence: the response has no events, only the sequence of the last one. */
+const LAST_SEQUENCE = 2n ** 64n - 1n;
 
-/** Asks for it, slowly, one call after the other, so that a tab takes one connection for it at most. */
-export class Surroundings {
-  private turns = 0;
+/** Makes one call after the other, so that a tab needs at most one connection for it. */
+export class DaemonPoller {
+  private polls = 0;
   private parametersVersion = 0n;
   private lastEvent = 0n;
-  private punctuality = new Punctuality();
+  private lag = new LagDetector();
 
   constructor(
     private readonly services: Services,
-    private readonly roster: Roster,
+    private readonly registry: RobotRegistry,
   ) {}
 
-  /** Forgets what was true of the daemon before, and asks for what only events bring anew. */
+  /** Forgets the state of the daemon before, and fetches what is later fetched only after an event. */
   async begin(): Promise<void> {
-    this.turns = 0;
+    this.polls = 0;
     this.parametersVersion = 0n;
-    this.punctuality = new Punctuality();
-    const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: LAST }, CALL), this.askPhysics()]);
+    this.lag = new LagDetector();
+    const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: LAST_SEQUENCE }, CALL), this.fetchPhysics()]);
     this.lastEvent = events.lastSequence;
   }
 
-  /** Answers in how many milliseconds the next turn is due. */
-  async turn(): Promise<number> {
+  /** Returns the milliseconds until the next poll. */
+  async poll(): Promise<number> {
     if (connection.value.state !== "live") return INTERVAL;
-    const seldom = this.turns % SELDOM === 0;
-    this.turns += 1;
+    const withClients = this.polls % CLIENTS_EVERY === 0;
+    this.polls += 1;
     try {
-      await this.askStatistics();
-      await this.askParameters();
-      await this.askEvents();
-      if (seldom) await this.askClients();
+      await this.fetchStatistics();
+      await this.fetchParameters();
+      await this.fetchEvents();
+      if (withClients) await this.fetchClients();
     } catch {
-      // Whether the daemon is there is for the states to say, which are asked for more often.
+      // A lost daemon is detected by the poll of states, which is more frequent.
     }
     return INTERVAL;
   }
 
-  private async askStatistics(): Promise<void> {
+  private async fetchStatistics(): Promise<void> {
     const { statistics } = await this.services.simulation.getWorldStatistics({}, CALL);
     if (!statistics) return;
-    const said = simulationOf(statistics);
-    simulation.value = { ...said, behind: this.punctuality.judge(said) };
+    const reported = simulationOf(statistics);
+    simulation.value = { ...reported, behind: this.lag.update(reported) };
   }
 
-  private async askPhysics(): Promise<void> {
+  private async fetchPhysics(): Promise<void> {
     const response = await this.services.simulation.getPhysics({}, CALL);
     if (response.physics) physics.value = physicsOf(response.physics);
   }
 
-  private async askParameters(): Promise<void> {
+  private async fetchParameters(): Promise<void> {
     const request = { afterVersion: this.parametersVersion, timeout: NO_WAIT };
     const { list } = await this.services.parameters.nextParameters(request, CALL);
     if (!list || list.version === this.parametersVersion) return;
@@ -74,7 +74,7 @@ export class Surroundings {
     parameters.value = list.parameters.map(parameterOf);
   }
 
-  private async askClients(): Promise<void> {
+  private async fetchClients(): Promise<void> {
     const response = await this.services.clients.listClients({}, CALL);
     batch(() => {
       clients.value = response.clients.map(clientOf);
@@ -82,25 +82,25 @@ export class Surroundings {
     });
   }
 
-  private async askEvents(): Promise<void> {
+  private async fetchEvents(): Promise<void> {
     const request = { afterSequence: this.lastEvent, timeout: 0 };
     const { events, missed, lastSequence } = await this.services.events.nextEvents(request, CALL);
     this.lastEvent = lastSequence;
-    const after = consequences(events);
-    if (after.physicsChanged || missed > 0n) await this.askPhysics();
-    if (after.robots.size > 0) await this.roster.refresh(after.robots);
+    const stale = staleAfter(events);
+    if (stale.physics || missed > 0n) await this.fetchPhysics();
+    if (stale.robots.size > 0) await this.registry.refresh(stale.robots);
   }
 }
 
-/** What has to be asked for again after these events: the settings, and which robots. */
-function consequences(events: Event[]): { physicsChanged: boolean; robots: Set<string> } {
-  let physicsChanged = false;
+/** What has to be fetched again after these events: the physics settings, and which robots. */
+function staleAfter(events: Event[]): { physics: boolean; robots: Set<string> } {
+  let physics = false;
   const robots = new Set<string>();
   for (const { kind } of events) {
     switch (kind.case) {
       case "physicsChanged":
       case "snapshotRestored":
-        physicsChanged = true;
+        physics = true;
         break;
       case "jointsClaimed":
       case "jointsReleased":
@@ -110,12 +110,12 @@ function consequences(events: Event[]): { physicsChanged: boolean; robots: Set<s
         robots.add(kind.value.robot);
         break;
       case "simulationReset":
-        // It brings back robots that were disabled.
+        // A reset enables disabled robots again.
         for (const robot of disabledRobots()) robots.add(robot);
         break;
     }
   }
-  return { physicsChanged, robots };
+  return { physics, robots };
 }
 
 function disabledRobots(): string[] {

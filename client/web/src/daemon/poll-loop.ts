@@ -1,13 +1,13 @@
-// Does something again and again, never twice at once, and not while it is stopped.
+// Repeats an asynchronous task, one run at a time, until it is stopped.
 
-/** A loop whose `turn` says in how many milliseconds the next one is due. */
-export class Loop {
+/** A loop whose `task` returns the milliseconds until its next run. */
+export class PollLoop {
   private running = false;
   private busy = false;
   private woken = false;
   private timer: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly turn: () => Promise<number>) {}
+  constructor(private readonly task: () => Promise<number>) {}
 
   start(): void {
     if (this.running) return;
@@ -15,13 +15,13 @@ export class Loop {
     this.wake();
   }
 
-  /** The turn that is under way comes to its end; no other begins. */
+  /** A run in progress completes; no other starts. */
   stop(): void {
     this.running = false;
     clearTimeout(this.timer);
   }
 
-  /** The next turn begins now, or when the present one has ended. */
+  /** Starts the next run now, or right after the one in progress. */
   wake(): void {
     if (!this.running) return;
     clearTimeout(this.timer);
@@ -35,7 +35,7 @@ export class Loop {
   private async run(): Promise<void> {
     this.busy = true;
     this.woken = false;
-    const delay = await this.turn();
+    const delay = await this.task();
     this.busy = false;
     if (!this.running) return;
     this.timer = setTimeout(() => void this.run(), this.woken ? 0 : delay);

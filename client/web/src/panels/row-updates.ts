@@ -1,12 +1,12 @@
-// What changes with every state of the world, written to the page past the component tree: rows in view only.
+// Updates rows with every state of the world, outside of the component tree, and only those that are in view.
 import { effect } from "@preact/signals";
 import { frame, type JointValues } from "../state/world";
 
-/** Shows one joint's values. */
+/** A row that shows the values of one joint. */
 export interface Follower {
-  /** Whose values it shows. */
+  /** The robot of the joint. */
   robot: string;
-  /** The element that has to be in view. */
+  /** The row is updated while this element is in view. */
   element: HTMLElement;
   update(values: JointValues): void;
 }
@@ -27,7 +27,7 @@ const observer = new IntersectionObserver((entries) => {
   }
 });
 
-/** Shows the newest values from now on, until the answer is called. */
+/** Updates a row from now on, until the returned function is called. */
 export function follow(follower: Follower): () => void {
   followers.set(follower.element, follower);
   observer.observe(follower.element);
@@ -39,7 +39,7 @@ export function follow(follower: Follower): () => void {
   };
 }
 
-/** Shows the newest values once more: for what changed besides the world. */
+/** Updates a row now, for a change that is not part of a state. */
 export function show(follower: Follower): void {
   const values = frame.peek()?.joints.get(follower.robot);
   if (values) follower.update(values);

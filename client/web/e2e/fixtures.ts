@@ -1,4 +1,4 @@
-// What each file of tests stands on: one browser, and for each test contexts and daemons that end with it.
+// Fixtures: one browser for each file of tests, and for each test contexts and daemons that end with it.
 
 import type { Browser, BrowserContext, BrowserContextOptions } from "playwright-core";
 import { afterAll, afterEach, beforeAll } from "vitest";
@@ -6,16 +6,16 @@ import { afterAll, afterEach, beforeAll } from "vitest";
 import { launch } from "./browser";
 import type { Daemon } from "./daemon";
 
-/** What tests take from; all of it is cleared away after each. */
-export interface Stand {
-  /** As a browser that was just started, 1280 by 720 where nothing else is said. */
+/** Creates fixtures, all of which are closed after the test. */
+export interface Fixtures {
+  /** A fresh profile, 1280 by 720 by default. */
   context(options?: BrowserContextOptions): Promise<BrowserContext>;
-  /** Ends the daemon with the test, however that ends. */
+  /** Stops the daemon after the test, also if the test fails. */
   daemon(starting: Promise<Daemon>): Promise<Daemon>;
 }
 
-/** Sets it up for the file that calls it. */
-export function stand(): Stand {
+/** Sets them up for the file that calls it. */
+export function fixtures(): Fixtures {
   let browser: Browser;
   const contexts: BrowserContext[] = [];
   const daemons: Daemon[] = [];

@@ -1,4 +1,4 @@
-// Which robots are in the world and what they are made of: asked for only when a robot or a layout comes or goes.
+// Which robots are in the world, with their joints and shapes: fetched only when a robot or a layout changes.
 import { batch } from "@preact/signals";
 import type { EntityInfo, RobotScene as WireScene } from "../gen/simd/v1/entity_pb";
 import type { JointLayout } from "../gen/simd/v1/joint_pb";
@@ -10,38 +10,38 @@ import type { Services } from "./services";
 /** Layout versions by robot. */
 export type Layouts = ReadonlyMap<string, bigint>;
 
-/** Milliseconds until what could not be fetched is asked for again. */
-const PATIENCE = 500;
+/** Milliseconds between a failed fetch and the next. */
+const RETRY_INTERVAL = 500;
 
-/** Keeps `robots` and `scenes` to what the daemon has. */
-export class Roster {
+/** Keeps the signals `robots` and `scenes` up to date with the daemon. */
+export class RobotRegistry {
   private known: Layouts = new Map();
   private fetching = false;
   private notBefore = 0;
 
-  /** `changed` is called when `layouts` are others than before. */
+  /** `changed` is called after each fetch: `layouts` may differ from then on. */
   constructor(
     private readonly services: Services,
     private readonly changed: () => void,
   ) {}
 
-  /** The layouts that `robots` and `scenes` are of. */
+  /** The layout versions of `robots` and `scenes`. */
   layouts(): Layouts {
     return this.known;
   }
 
-  /** Fetches all of it: the daemon may be another than before. Rejects where it does not answer. */
+  /** Fetches everything, since this may be another daemon than before. Rejects if it does not answer. */
   async load(): Promise<void> {
     await this.fetch(new Map(), new Set());
   }
 
-  /** What a state says there is; what is not known of it is fetched. */
-  async see(layouts: Layouts): Promise<void> {
+  /** Compares with the layouts of a state, and fetches what is new or has changed. */
+  async update(layouts: Layouts): Promise<void> {
     if (this.fetching || performance.now() < this.notBefore || same(this.known, layouts)) return;
     await this.try(new Set());
   }
 
-  /** Fetches what changes without a new layout: who claimed joints of these robots, and whether any is disabled. */
+  /** Fetches what changes without a new layout: the claims on joints of these robots, and whether a robot is disabled. */
   async refresh(names: ReadonlySet<string>): Promise<void> {
     if (!this.fetching) await this.try(names);
   }
@@ -51,20 +51,20 @@ export class Roster {
     try {
       await this.fetch(this.known, names);
     } catch {
-      // A robot went while it was asked for, or the daemon did: the states that follow show which.
-      this.notBefore = performance.now() + PATIENCE;
+      // A robot was deleted in the meantime, or the daemon is lost: the next states show which.
+      this.notBefore = performance.now() + RETRY_INTERVAL;
     } finally {
       this.fetching = false;
     }
   }
 
-  /** Keeps what `known` has, except that the joints of the robots in `again` are asked for again. */
+  /** Reuses what is in `known`, except the joints of the robots in `again`. */
   private async fetch(known: Layouts, again: ReadonlySet<string>): Promise<void> {
     const { entities } = await this.services.entities.listEntities({});
     const isKnown = (entity: EntityInfo) => known.get(entity.name) === entity.layoutVersion;
     const unknown = entities.filter((entity) => !isKnown(entity));
-    const asked = entities.filter((entity) => !isKnown(entity) || again.has(entity.name));
-    const [drawn, layouts] = await Promise.all([this.scenesOf(unknown), this.layoutsOf(asked)]);
+    const stale = entities.filter((entity) => !isKnown(entity) || again.has(entity.name));
+    const [wireScenes, layouts] = await Promise.all([this.scenesOf(unknown), this.layoutsOf(stale)]);
 
     const oldRobots = new Map(robots.value.map((robot) => [robot.name, robot]));
     const newRobots: Robot[] = [];
@@ -74,9 +74,9 @@ export class Roster {
       const layout = layouts.get(name);
       const old = oldRobots.get(name);
       const robot = layout ? robotOf(entity, layout) : old && { ...old, disabledReason };
-      const wire = drawn.get(name);
+      const wire = wireScenes.get(name);
       const scene = wire && layout ? sceneOf(entity, layout, wire) : scenes.value.get(name);
-      // One that was reloaded between the calls is taken with the next state.
+      // A robot that was reloaded between the calls is fetched again with the next state.
       if (robot?.layoutVersion !== layoutVersion || scene?.layoutVersion !== layoutVersion) continue;
       newRobots.push(robot);
       newScenes.set(name, scene);
@@ -96,9 +96,9 @@ export class Roster {
   }
 
   private async layoutsOf(entities: EntityInfo[]): Promise<Map<string, JointLayout>> {
-    const ask = ({ name }: EntityInfo) => this.services.joints.getJointLayout({ robot: name });
-    const answers = await Promise.all(entities.map(ask));
-    return new Map(answers.flatMap(({ layout }) => (layout ? [[layout.robot, layout]] : [])));
+    const fetch = ({ name }: EntityInfo) => this.services.joints.getJointLayout({ robot: name });
+    const responses = await Promise.all(entities.map(fetch));
+    return new Map(responses.flatMap(({ layout }) => (layout ? [[layout.robot, layout]] : [])));
   }
 }
 

@@ -1,8 +1,8 @@
-// What is under the pointer.
+// Which link is under the pointer.
 import { Raycaster, Vector2, type Camera, type Object3D, type Vector3 } from "three";
-import type { RobotView } from "./robot";
+import type { RobotView } from "./robot-view";
 
-/** A link that is pointed at. */
+/** A point on a link. */
 export interface Hit {
   view: RobotView;
   /** Index of the link. */
@@ -13,15 +13,15 @@ export interface Hit {
 
 const raycaster = new Raycaster();
 
-/** The line of sight through a place of the canvas; x and y from -1 to 1, y up. */
-export function sightLine(at: Vector2, camera: Camera): Raycaster {
+/** The ray of the camera through a point of the canvas; x and y from -1 to 1, y up. */
+export function pickRay(at: Vector2, camera: Camera): Raycaster {
   raycaster.setFromCamera(at, camera);
   return raycaster;
 }
 
-/** The link nearest to the eye. */
+/** The nearest link on that ray. */
 export function pick(at: Vector2, camera: Camera, views: Iterable<RobotView>): Hit | undefined {
-  const ray = sightLine(at, camera);
+  const ray = pickRay(at, camera);
   let nearest: Hit | undefined;
   let distance = Infinity;
   for (const view of views) {

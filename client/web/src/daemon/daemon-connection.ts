@@ -1,0 +1,136 @@
+// The page's connection to its daemon: polls states, detects a lost daemon, and reconnects.
+import { batch } from "@preact/signals";
+import { contacts } from "../state/view";
+import { connection, daemonName, frame } from "../state/world";
+import { retryDelay } from "./backoff";
+import { PollLoop } from "./poll-loop";
+import { frameOf, layoutsOf } from "./mapping";
+import { messageOf } from "./error-message";
+import { RobotRegistry } from "./robot-registry";
+import type { Services } from "./services";
+import { DaemonPoller } from "./daemon-poller";
+
+/** Milliseconds between the starts of two calls: 60 states a second. */
+const INTERVAL = 1000 / 60;
+/** Seconds that the daemon waits for a newer state. */
+const WAIT = 0.02;
+/** After this many responses in a row without a new state, the world counts as idle. */
+const IDLE_AFTER = 5;
+/** Milliseconds between two calls while the world is idle: no connection is held for it. */
+const IDLE_INTERVAL = 250;
+const IDLE_WAIT = 0.001;
+/** Milliseconds without a response after which the daemon is lost. */
+const TIMEOUT = 5000;
+
+/** Writes what it receives into the signals of `state`. */
+export class DaemonConnection {
+  private readonly registry: RobotRegistry;
+  private readonly states = new PollLoop(() => this.run());
+  private readonly poller: DaemonPoller;
+  private readonly slow: PollLoop;
+  private sequence = 0n;
+  /** The next response counts as new even if its sequence is not: the request differs from the last one. */
+  private forceNew = true;
+  private unchanged = 0;
+  private failures = 0;
+  private due = 0;
+
+  constructor(private readonly services: Services) {
+    this.registry = new RobotRegistry(services, () => this.refresh());
+    this.poller = new DaemonPoller(services, this.registry);
+    this.slow = new PollLoop(() => this.poller.poll());
+    // Contacts are requested only if they are drawn, and an idle world has to be polled again for them.
+    contacts.subscribe(() => this.refresh());
+  }
+
+  /** Starts polling, or stops it while the page is hidden. */
+  setVisible(visible: boolean): void {
+    for (const loop of [this.states, this.slow]) {
+      if (visible) loop.start();
+      else loop.stop();
+    }
+  }
+
+  /** Polls an idle world at once: this page has changed something. */
+  pollNow(): void {
+    const idle = this.unchanged >= IDLE_AFTER;
+    this.unchanged = 0;
+    if (idle && connection.value.state === "live") this.states.wake();
+  }
+
+  /** Polls what changes slowly at once, too. */
+  pollAllNow(): void {
+    this.pollNow();
+    this.slow.wake();
+  }
+
+  /** Reconnects to a lost daemon now, without waiting for the next attempt. */
+  retry(): void {
+    if (connection.value.state === "lost") this.states.wake();
+  }
+
+  private refresh(): void {
+    this.forceNew = true;
+    this.pollNow();
+  }
+
+  private async run(): Promise<number> {
+    const now = performance.now();
+    this.due = Math.max(this.due + INTERVAL, now);
+    try {
+      if (connection.value.state !== "live") await this.connect();
+      const idle = this.unchanged >= IDLE_AFTER;
+      await this.poll(idle ? IDLE_WAIT : WAIT);
+    } catch (error) {
+      return this.disconnect(error);
+    }
+    return this.unchanged >= IDLE_AFTER ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());
+  }
+
+  private async connect(): Promise<void> {
+    const fetchInfo = () => this.services.simulation.getSimulatorInfo({}, { timeoutMs: TIMEOUT });
+    // One call is enough to detect that a lost daemon is still lost.
+    if (connection.value.state === "lost") await fetchInfo();
+    const [info] = await Promise.all([fetchInfo(), this.registry.load(), this.poller.begin()]);
+    this.sequence = 0n;
+    this.forceNew = true;
+    this.unchanged = 0;
+    this.failures = 0;
+    batch(() => {
+      daemonName.value = info.name;
+      connection.value = { state: "live", reason: "", retryAt: 0 };
+    });
+    this.slow.wake();
+  }
+
+  private async poll(timeout: number): Promise<void> {
+    const { forceNew } = this;
+    this.forceNew = false;
+    const response = await this.services.joints.nextJointStates(
+      { afterSequence: forceNew ? 0n : this.sequence, timeout, returnLinkPoses: true, returnContacts: contacts.value },
+      { timeoutMs: TIMEOUT },
+    );
+    const sequence = response.states?.stamp?.sequence ?? 0n;
+    if (sequence < this.sequence) {
+      // A state older than the last one is from another daemon, which was started between two calls.
+      await this.connect();
+      return;
+    }
+    void this.registry.update(layoutsOf(response));
+    if (sequence === this.sequence && !forceNew) {
+      this.unchanged += 1;
+      return;
+    }
+    this.unchanged = 0;
+    this.sequence = sequence;
+    const next = frameOf(response, this.registry.layouts(), performance.now());
+    if (next) frame.value = next;
+  }
+
+  private disconnect(error: unknown): number {
+    this.failures += 1;
+    const delay = retryDelay(this.failures);
+    connection.value = { state: "lost", reason: messageOf(error), retryAt: performance.now() + delay };
+    return delay;
+  }
+}

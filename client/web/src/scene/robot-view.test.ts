@@ -1,0 +1,69 @@
+// A robot is drawn from its scene; its colliders are those of the physics.
+import { BoxGeometry, Group, Mesh, MeshStandardMaterial, type Object3D } from "three";
+import { expect, test } from "vitest";
+import type { RobotScene, Shape } from "../state/scene";
+import { addressOf, type MeshCache } from "./mesh-cache";
+import { Materials } from "./materials";
+import { RobotView } from "./robot-view";
+
+const HASH = "ab".repeat(32);
+const PART = "cd".repeat(32);
+
+function shape(geometry: Shape["geometry"]): Shape {
+  return { link: 0, linkFromShape: [0, 0, 0, 0, 0, 0, 1], geometry };
+}
+
+/** A link whose mesh the physics has as two convex parts and a box. */
+const SCENE: RobotScene = {
+  robot: "arm",
+  layoutVersion: 1n,
+  links: [{ name: "base", parent: -1, movable: false, mass: 1 }],
+  visuals: [shape({ kind: "sphere", radius: 1 })],
+  collisions: [shape({ kind: "mesh", sha256: HASH, uri: "a.stl", scale: [2, 2, 2] })],
+  colliders: [shape({ kind: "convex", sha256: HASH }), shape({ kind: "convex", sha256: PART }), shape({ kind: "box", size: [1, 1, 1] })],
+};
+
+/** A stub that returns a cube for each address. */
+class MeshStub {
+  readonly acquired: string[] = [];
+  readonly released: string[] = [];
+
+  acquire(address: string): Promise<Object3D> {
+    this.acquired.push(address);
+    return Promise.resolve(new Group().add(new Mesh(new BoxGeometry(), new MeshStandardMaterial())));
+  }
+
+  release(address: string): void {
+    this.released.push(address);
+  }
+}
+
+function meshesIn(object: Object3D): Mesh[] {
+  const meshes: Mesh[] = [];
+  object.traverse((each) => {
+    if (each instanceof Mesh) meshes.push(each);
+  });
+  return meshes;
+}
+
+test("colliders are meshes when they are first shown, unscaled, and released with the robot", async () => {
+  const meshes = new MeshStub();
+  const materials = new Materials();
+  const view = new RobotView(SCENE, meshes as unknown as MeshCache, materials, () => undefined);
+  expect(meshes.acquired).toEqual([]);
+  view.show({ visuals: true, collisions: true, frames: false }, 1);
+  await Promise.resolve();
+  await Promise.resolve();
+  expect(meshes.acquired).toEqual([`/colliders/${HASH}.glb`, `/colliders/${PART}.glb`]);
+  const drawn = meshesIn(view.group).filter((mesh) => mesh.material === materials.collision);
+  expect(drawn.length).toBe(3);
+  view.group.updateWorldMatrix(true, true);
+  expect(drawn.map((mesh) => mesh.matrixWorld.getMaxScaleOnAxis())).toEqual([1, 1, 1]);
+  view.dispose();
+  expect(meshes.released).toEqual(meshes.acquired);
+});
+
+test("a mesh whose file is missing has no address", () => {
+  expect(addressOf({ kind: "mesh", sha256: "", uri: "a.stl", scale: [1, 1, 1] })).toBeUndefined();
+  expect(addressOf({ kind: "mesh", sha256: HASH, uri: "a.stl", scale: [1, 1, 1] })).toBe(`/meshes/${HASH}.glb`);
+});
