@@ -1,6 +1,7 @@
 //! The `simd.v1` schema as Rust types, and what both ends must agree on beside
 //! it: versions, the names of headers, and the keys of Zenoh. No logic.
 
+pub mod checked;
 pub mod keys;
 pub mod methods;
 pub mod raw;

@@ -1,6 +1,6 @@
 //! A limit on everything, and a refusal that names it.
 
-use simd_client::proto::{ErrorReason, SetJointTargetsRequest};
+use simd_client::proto::{ErrorReason, RobotTargets, SetJointTargetsRequest};
 use simd_client::{Target, joint_target};
 use simd_tests::daemon::{Daemon, Via, fixed};
 use simd_tests::robots::assets;
@@ -41,6 +41,30 @@ async fn snapshots_beyond_the_limit_are_refused(via: Via) {
     assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
 }
 
+/// In memory they would take fifty times what they take on the wire.
+async fn empty_elements_without_end_are_refused_before_they_are_decoded(via: Via) {
+    let daemon = arm(via).await;
+    let robots = vec![RobotTargets::default(); 200_000];
+    let error =
+        daemon.client.set_targets(SetJointTargetsRequest { robots, ..Default::default() }).await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
+    assert!(error.to_string().contains("too many elements"), "{error}");
+    daemon.client.simulator_info().await.unwrap();
+}
+
+/// They are read and refused for their names, and not for their number.
+async fn targets_of_a_thousand_robots_of_thirty_joints_are_read(via: Via) {
+    let daemon = arm(via).await;
+    let robot = |number: usize| {
+        let joints = (0..30).map(|joint| joint_target(&format!("joint_{joint}"), Target::position(0.1)));
+        simd_client::robot_targets(&format!("robot_{number}"), joints)
+    };
+    let robots = (0..1000).map(robot).collect();
+    let error =
+        daemon.client.set_targets(SetJointTargetsRequest { robots, ..Default::default() }).await.unwrap_err();
+    assert_eq!(error.reason(), Some(ErrorReason::RobotNotFound), "{error}");
+}
+
 /// An answer that is larger than any buffer on the way comes whole.
 async fn a_large_answer_comes_whole(via: Via) {
     let daemon = arm(via).await;
@@ -67,5 +91,7 @@ crate::over_every_transport![
     robots_beyond_the_limit_are_refused_and_those_there_stay,
     steps_beyond_the_limit_are_refused_and_none_is_done,
     snapshots_beyond_the_limit_are_refused,
+    empty_elements_without_end_are_refused_before_they_are_decoded,
+    targets_of_a_thousand_robots_of_thirty_joints_are_read,
     a_large_answer_comes_whole,
 ];

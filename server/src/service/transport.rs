@@ -73,8 +73,12 @@ pub fn with_reason(status: Status) -> Status {
         message => format!("{sentence}: {message}"),
     };
     match status.code() {
-        Code::OutOfRange | Code::ResourceExhausted => {
+        Code::OutOfRange => {
             let message = because("the message is longer than Limits.max_message_bytes");
+            Explained::new(ErrorReason::LimitExceeded, message).into()
+        }
+        Code::ResourceExhausted => {
+            let message = because("the message has too many elements");
             Explained::new(ErrorReason::LimitExceeded, message).into()
         }
         Code::Internal | Code::InvalidArgument | Code::Unknown => {

@@ -1,18 +1,17 @@
 //! Joint targets that come as publications: taken in the order in which they come,
 //! without an answer. Refusals are counted, and logged once a second at the most.
 //!
-//! Bounded: what comes while [`WAITING`] messages wait is lost and counted, since the
-//! next one is newer anyway.
+//! Bounded: what comes while [`WAITING`] messages wait, or as many bytes as one message may have, is lost and
+//! counted, since the next one is newer anyway. A message that is longer than a call may be is refused unread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use futures_util::StreamExt as _;
-use prost::Message as _;
 use simd_core::Command;
-use simd_proto::{CLIENT_HEADER, keys, v1};
-use tokio::sync::mpsc;
+use simd_proto::{CLIENT_HEADER, checked, keys, v1};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
@@ -28,11 +27,48 @@ use crate::handle::{Aim, Caller, Transport};
 const WAITING: usize = 256;
 /// Commands that wait for their step.
 const UNDER_WAY: usize = 64;
+/// The most that the bytes of messages can be limited to.
+const MOST_BYTES: usize = 1 << 28;
 /// How often refusals are logged.
 const REPORT: Duration = Duration::from_secs(1);
 
 /// Targets, and what goes with them.
-type Sent = (ZBytes, Option<ZBytes>);
+#[derive(Debug)]
+struct Sent {
+    payload: ZBytes,
+    attachment: Option<ZBytes>,
+    /// Held until the targets are set or refused.
+    _room: OwnedSemaphorePermit,
+}
+
+/// What comes, on the way to who reads it.
+struct Inbox {
+    sender: mpsc::Sender<Sent>,
+    /// A permit for each byte.
+    room: Arc<Semaphore>,
+    /// Bytes of one message, and of all that wait or are worked on.
+    limit: usize,
+    lost: Arc<AtomicU64>,
+    long: Arc<AtomicU64>,
+}
+
+impl Inbox {
+    /// On Zenoh's own thread: nothing is waited for.
+    fn take(&self, payload: &ZBytes, attachment: Option<&ZBytes>) {
+        let bytes = payload.len() + attachment.map_or(0, ZBytes::len);
+        if bytes > self.limit {
+            self.long.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        let room =
+            u32::try_from(bytes).ok().and_then(|bytes| self.room.clone().try_acquire_many_owned(bytes).ok());
+        let sent =
+            room.map(|room| Sent { payload: payload.clone(), attachment: attachment.cloned(), _room: room });
+        if sent.is_none_or(|sent| self.sender.try_send(sent).is_err()) {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
 
 /// Takes targets from now on.
 pub(super) async fn serve(
@@ -41,22 +77,25 @@ pub(super) async fn serve(
     handle: &SimHandle,
     ended: &CancellationToken,
 ) -> Result<(), Error> {
-    let (sender, receiver) = mpsc::channel(WAITING);
-    let lost = Arc::new(AtomicU64::new(0));
-    let counted = lost.clone();
-    let subscriber = session.declare_subscriber(keys::joint_targets(name)).callback(move |sample| {
-        let waiting = (sample.payload().clone(), sample.attachment().cloned());
-        if sender.try_send(waiting).is_err() {
-            counted.fetch_add(1, Ordering::Relaxed);
-        }
-    });
+    let (inbox, receiver) = inbox(handle.info().limits.message_bytes);
+    let refusals = Refusals::new(&inbox);
+    let subscriber = session
+        .declare_subscriber(keys::joint_targets(name))
+        .callback(move |sample| inbox.take(sample.payload(), sample.attachment()));
     subscriber.background().await.map_err(Error::session)?;
-    tokio::spawn(ended.clone().run_until_cancelled_owned(take(handle.clone(), receiver, lost)));
+    tokio::spawn(ended.clone().run_until_cancelled_owned(take(handle.clone(), receiver, refusals)));
     Ok(())
 }
 
-async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, lost: Arc<AtomicU64>) {
-    let mut refusals = Refusals::new(lost);
+/// For messages of at most so many bytes.
+fn inbox(limit: u64) -> (Inbox, mpsc::Receiver<Sent>) {
+    let (sender, receiver) = mpsc::channel(WAITING);
+    let limit = usize::try_from(limit).unwrap_or(usize::MAX).min(MOST_BYTES);
+    let (lost, long) = Default::default();
+    (Inbox { sender, room: Arc::new(Semaphore::new(limit)), limit, lost, long }, receiver)
+}
+
+async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: Refusals) {
     // Polled in the order in which they came, so that they enter the mailbox in that order.
     let mut results = ReceiverStream::new(receiver).map(|sent| set(&handle, sent)).buffered(UNDER_WAY);
     loop {
@@ -71,13 +110,13 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, lost: Arc<Atomi
     }
 }
 
-async fn set(handle: &SimHandle, (payload, attachment): Sent) -> Result<(), String> {
-    let request = v1::SetJointTargetsRequest::decode(&*payload.to_bytes())
+async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
+    let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
         .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
     let targets = set_joint_targets(request).map_err(|error| error.to_string())?;
     let aim = Aim::of(&targets);
     handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
-    let caller = attachment.and_then(|attachment| caller(&attachment.to_bytes()));
+    let caller = sent.attachment.as_ref().and_then(|attachment| caller(&attachment.to_bytes()));
     if let Some(caller) = &caller {
         // It is here, though nobody answers it.
         drop(handle.begin_call(caller.clone()));
@@ -98,14 +137,18 @@ struct Refusals {
     /// Why the last of them was.
     last: String,
     lost: Arc<AtomicU64>,
+    long: Arc<AtomicU64>,
+    /// Bytes that a message may have.
+    limit: usize,
     ticks: Interval,
 }
 
 impl Refusals {
-    fn new(lost: Arc<AtomicU64>) -> Self {
+    fn new(inbox: &Inbox) -> Self {
         let mut ticks = interval(REPORT);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        Self { number: 0, last: String::new(), lost, ticks }
+        let (lost, long) = (inbox.lost.clone(), inbox.long.clone());
+        Self { number: 0, last: String::new(), lost, long, limit: inbox.limit, ticks }
     }
 
     fn count(&mut self, sentence: String) {
@@ -118,9 +161,67 @@ impl Refusals {
         if lost > 0 {
             tracing::warn!(lost, "joint targets come over Zenoh faster than they can be read");
         }
+        let long = self.long.swap(0, Ordering::Relaxed);
+        if long > 0 {
+            let limit = self.limit;
+            tracing::warn!(
+                refused = long,
+                limit,
+                "joint targets over Zenoh are longer than max_message_bytes"
+            );
+        }
         if self.number > 0 {
             tracing::warn!(refused = self.number, "joint targets over Zenoh are refused: {}", self.last);
             self.number = 0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bytes(length: usize) -> ZBytes {
+        vec![0; length].into()
+    }
+
+    fn counts(inbox: &Inbox) -> (u64, u64) {
+        (inbox.lost.load(Ordering::Relaxed), inbox.long.load(Ordering::Relaxed))
+    }
+
+    #[test]
+    fn what_waits_is_bounded_in_bytes_with_its_attachments() {
+        let (inbox, mut receiver) = inbox(1000);
+        for _ in 0..5 {
+            inbox.take(&bytes(300), Some(&bytes(100)));
+        }
+        assert_eq!(counts(&inbox), (3, 0));
+        let first = receiver.try_recv().unwrap();
+        inbox.take(&bytes(300), Some(&bytes(100)));
+        assert_eq!(counts(&inbox), (4, 0), "what is worked on counts too");
+        drop(first);
+        inbox.take(&bytes(300), Some(&bytes(100)));
+        assert_eq!(counts(&inbox), (4, 0));
+    }
+
+    #[test]
+    fn a_message_beyond_the_limit_of_messages_is_refused_unread() {
+        let (inbox, mut receiver) = inbox(1000);
+        inbox.take(&bytes(1001), None);
+        inbox.take(&bytes(1000), Some(&bytes(1)));
+        assert_eq!(counts(&inbox), (0, 2));
+        assert!(receiver.try_recv().is_err());
+        inbox.take(&bytes(1000), None);
+        assert!(receiver.try_recv().is_ok());
+    }
+
+    #[test]
+    fn what_waits_is_bounded_in_number() {
+        let (inbox, receiver) = inbox(1000);
+        for _ in 0..WAITING + 3 {
+            inbox.take(&bytes(1), None);
+        }
+        assert_eq!(counts(&inbox), (3, 0));
+        assert_eq!(receiver.len(), WAITING);
     }
 }

@@ -4,6 +4,8 @@
 #[cfg(feature = "commands")]
 mod commands;
 #[cfg(feature = "commands")]
+mod requests;
+#[cfg(feature = "commands")]
 mod snapshots;
 
 use std::collections::BTreeMap;
@@ -12,6 +14,8 @@ use std::sync::Arc;
 
 #[cfg(feature = "commands")]
 pub use commands::commands;
+#[cfg(feature = "commands")]
+pub use requests::requests_of_strangers;
 use simd_assets::Locator;
 use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
 use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
@@ -31,6 +35,8 @@ pub const TARGETS: &[Target] = &[
     ("xacro", xacro),
     #[cfg(feature = "commands")]
     ("commands", commands::commands),
+    #[cfg(feature = "commands")]
+    ("requests", requests::requests_of_strangers),
     #[cfg(feature = "commands")]
     ("snapshots", |bytes| {
         snapshots::snapshots(bytes);

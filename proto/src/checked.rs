@@ -1,0 +1,257 @@
+//! What a message takes in memory, before it is decoded.
+//!
+//! Two bytes on the wire may become hundreds: an empty message in a list is a struct of all its fields. A request is
+//! therefore walked through first, with the schema at hand and without allocating, and what its lists, maps and
+//! texts would take is added up. Decoding then takes no more than [`most`] bytes.
+
+use std::marker::PhantomData;
+
+use bytes::Buf as _;
+use prost::Message;
+use prost::encoding::{WireType, decode_key, decode_varint};
+use tonic::Status;
+use tonic::codec::{BufferSettings, Codec, DecodeBuf, Decoder};
+use tonic_prost::{ProstDecoder, ProstEncoder};
+
+/// Bytes of memory for each byte of a request.
+const FACTOR: usize = 4;
+/// Bytes of memory that every request may take: targets for some fifty thousand joints in one call.
+const FREE: usize = 32 << 20;
+/// Messages inside one another. The schema has fewer.
+const MOST_DEPTH: usize = 16;
+/// A list doubles, holds at least four and is copied when it grows: what it takes at the worst moment
+/// is at most four times what is in it.
+const LIST: usize = 4;
+/// A map is made of nodes of eleven entries, the first of which may hold one.
+const MAP: usize = 12;
+/// What an allocation takes beside what was asked for.
+const ALLOCATION: usize = 32;
+
+/// What is known of a message of the schema.
+pub trait Known: Message + Default {
+    /// Its name, without its package.
+    const NAME: &'static str;
+    /// What it is made of.
+    const SHAPE: &'static Shape;
+    /// Whether a method takes it: requests are checked, and a daemon's answers are not.
+    const IS_REQUEST: bool;
+}
+
+/// A request that may say by an id that it is the same as one before.
+pub trait Identified: Known {
+    /// Empty for none.
+    fn request_id(&self) -> &str;
+}
+
+/// The fields of a message.
+#[derive(Debug)]
+pub struct Shape {
+    /// By number.
+    fields: &'static [Field],
+}
+
+#[derive(Debug)]
+struct Field {
+    number: u32,
+    kind: Kind,
+    /// Of one value, or of a key and a value, without what they point to.
+    size: usize,
+    inside: Inside,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// Lies in its message.
+    One,
+    List,
+    Map,
+}
+
+#[derive(Debug)]
+enum Inside {
+    /// Of so many bytes each where all have the same.
+    Numbers(Option<usize>),
+    Bytes,
+    Message(&'static Shape),
+}
+
+include!(concat!(env!("OUT_DIR"), "/shapes.rs"));
+
+/// A request's name, and what decodes it.
+pub type Request = (&'static str, fn(&[u8]) -> Result<(), Refused>);
+
+/// Every request of the schema.
+pub fn requests() -> &'static [Request] {
+    REQUESTS
+}
+
+/// Why a message is not decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refused {
+    /// It is no message.
+    #[error("the bytes are no message")]
+    Malformed,
+    /// Decoding it would take too much memory.
+    #[error("{bytes} bytes would take more than {most} bytes of memory; send fewer elements in one message")]
+    TooMuch {
+        /// Of the message.
+        bytes: usize,
+        /// What it may take.
+        most: usize,
+    },
+}
+
+/// The most memory that decoding a message of so many bytes takes.
+pub fn most(bytes: usize) -> usize {
+    bytes.saturating_mul(FACTOR).saturating_add(FREE)
+}
+
+/// Looks whether a message is well-formed, and decoding it takes no more than [`most`].
+///
+/// # Errors
+/// Where it does not.
+pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
+    let most = most(bytes.len());
+    let mut scales = Scales { left: most };
+    match scales.message(shape, bytes, MOST_DEPTH) {
+        Ok(()) => Ok(()),
+        Err(Stop::Malformed) => Err(Refused::Malformed),
+        Err(Stop::Empty) => Err(Refused::TooMuch { bytes: bytes.len(), most }),
+    }
+}
+
+/// Decodes a message that came from anybody.
+///
+/// # Errors
+/// Where it is none, or would take too much memory.
+pub fn decode<M: Known>(bytes: &[u8]) -> Result<M, Refused> {
+    check(M::SHAPE, bytes)?;
+    M::decode(bytes).map_err(|_| Refused::Malformed)
+}
+
+/// What of the memory is left.
+struct Scales {
+    left: usize,
+}
+
+enum Stop {
+    Malformed,
+    Empty,
+}
+
+impl Scales {
+    fn take(&mut self, bytes: usize) -> Result<(), Stop> {
+        self.left = self.left.checked_sub(bytes).ok_or(Stop::Empty)?;
+        Ok(())
+    }
+
+    /// Bytes that are no message are refused here and not left to the decoder, which reads what a length claims
+    /// before it finds that it reaches too far.
+    fn message(&mut self, shape: &Shape, mut rest: &[u8], depth: usize) -> Result<(), Stop> {
+        let depth = depth.checked_sub(1).ok_or(Stop::Malformed)?;
+        while !rest.is_empty() {
+            let (number, wire) = decode_key(&mut rest).map_err(|_| Stop::Malformed)?;
+            let found = shape.fields.binary_search_by_key(&number, |field| field.number);
+            let field = found.ok().and_then(|place| shape.fields.get(place));
+            let length = match wire {
+                WireType::Varint => {
+                    decode_varint(&mut rest).map_err(|_| Stop::Malformed)?;
+                    0
+                }
+                WireType::SixtyFourBit => 8,
+                WireType::ThirtyTwoBit => 4,
+                WireType::LengthDelimited => {
+                    let length = decode_varint(&mut rest).map_err(|_| Stop::Malformed)?;
+                    usize::try_from(length).map_err(|_| Stop::Malformed)?
+                }
+                // Gone since the third version of the language.
+                WireType::StartGroup | WireType::EndGroup => return Err(Stop::Malformed),
+            };
+            let (value, behind) = rest.split_at_checked(length).ok_or(Stop::Malformed)?;
+            rest = behind;
+            if let Some(field) = field {
+                self.field(field, wire, value, depth)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn field(&mut self, field: &Field, wire: WireType, value: &[u8], depth: usize) -> Result<(), Stop> {
+        let is_packed = wire == WireType::LengthDelimited;
+        let count = match &field.inside {
+            Inside::Numbers(Some(size)) if is_packed => value.len() / size,
+            // The last byte of a number of any length is the one without its highest bit.
+            Inside::Numbers(None) if is_packed => value.iter().filter(|byte| **byte < 0x80).count(),
+            Inside::Numbers(_) | Inside::Bytes | Inside::Message(_) => 1,
+        };
+        self.take(match field.kind {
+            Kind::One => 0,
+            Kind::List => LIST.saturating_mul(field.size).saturating_mul(count),
+            Kind::Map => MAP.saturating_mul(field.size).saturating_add(ALLOCATION),
+        })?;
+        match field.inside {
+            Inside::Message(shape) => self.message(shape, value, depth),
+            Inside::Bytes if !value.is_empty() => self.take(value.len().saturating_add(ALLOCATION)),
+            Inside::Bytes | Inside::Numbers(_) => Ok(()),
+        }
+    }
+}
+
+/// Prost's codec, which checks requests before it decodes them.
+#[derive(Clone, Debug)]
+pub struct CheckedCodec<T, U>(PhantomData<(T, U)>);
+
+impl<T, U> Default for CheckedCodec<T, U> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<T, U> Codec for CheckedCodec<T, U>
+where
+    T: Message + Send + 'static,
+    U: Known + Send + 'static,
+{
+    type Encode = T;
+    type Decode = U;
+    type Encoder = ProstEncoder<T>;
+    type Decoder = CheckedDecoder<U>;
+
+    fn encoder(&mut self) -> Self::Encoder {
+        ProstEncoder::default()
+    }
+
+    fn decoder(&mut self) -> Self::Decoder {
+        CheckedDecoder(ProstDecoder::default())
+    }
+}
+
+/// The half of [`CheckedCodec`] that reads.
+#[derive(Clone, Debug)]
+pub struct CheckedDecoder<U>(ProstDecoder<U>);
+
+impl<U: Known + Send + 'static> Decoder for CheckedDecoder<U> {
+    type Item = U;
+    type Error = Status;
+
+    fn decode(&mut self, buffer: &mut DecodeBuf<'_>) -> Result<Option<U>, Status> {
+        if U::IS_REQUEST {
+            let whole = buffer.chunk();
+            if whole.len() < buffer.remaining() {
+                return Err(Status::internal("the message lies in pieces"));
+            }
+            check(U::SHAPE, whole).map_err(|refused| match refused {
+                Refused::Malformed => Status::internal(refused.to_string()),
+                Refused::TooMuch { .. } => Status::resource_exhausted(refused.to_string()),
+            })?;
+        }
+        self.0.decode(buffer)
+    }
+
+    fn buffer_settings(&self) -> BufferSettings {
+        self.0.buffer_settings()
+    }
+}
+
+#[cfg(test)]
+mod tests;
