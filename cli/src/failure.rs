@@ -100,6 +100,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
         }
+        ErrorReason::RequestIdReused => Some("send a new id with each new request".to_owned()),
         ErrorReason::ParameterExists => {
             Some("--replace puts the new one in its place, --rename gives it another name".to_owned())
         }

@@ -149,6 +149,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
             return Err(error);
         }
     };
+    tokio::spawn(handle.clone().keep_tidy());
     let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener, page));
     Ok(Running { handle, address, zenoh, server })
 }

@@ -28,16 +28,18 @@ use std::time::Duration;
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
 use simd_core::{Command, PhysicsSettings};
 use tokio::sync::oneshot;
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 pub use call_error::CallError;
-pub(crate) use clients::UnderWay;
-pub use clients::{Aim, Caller, Client, TargetSource, Transport};
+pub use clients::{Aim, Caller, Client, Peer, TargetSource, Transport};
+pub(crate) use clients::{Scope, UnderWay};
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub(crate) use heavy::Cancelled;
 use heavy::HeavyWork;
 pub use info::{DaemonInfo, Limits};
+pub(crate) use once::{Asked, Outcome};
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 pub use published::{Done, Pace, PaceChange, Published, RunState, Statistics, Stepped};
 pub use robots::{AssetState, Loaded, Prepared, Reloaded, Source, SpawnRequest, Validated};
@@ -48,6 +50,9 @@ use claims::Leases;
 use clients::Clients;
 use once::Answers;
 use parameters::Parameters;
+
+/// How often what nobody needs any more is looked for.
+const TIDY: Duration = Duration::from_secs(10);
 
 /// The one way to the world. Clones are the same handle.
 #[derive(Clone, Debug)]
@@ -242,36 +247,21 @@ impl SimHandle {
         &self.inner.info
     }
 
-    /// Does the work of a request, or gives the answer that the same id got
-    /// before; the last 1,024 ids are remembered. Work with an id runs to its end
-    /// even where the caller goes away. Work without one is simply awaited.
+    /// Does the work of a request, or gives the answer that the same request got before.
     ///
     /// # Errors
-    /// Those of the work; and where the id was used for another kind of request.
-    pub async fn once<T, W>(&self, request_id: &str, work: W) -> Result<T, CallError>
+    /// Where its id was that of another request; what the work gives is in the outcome.
+    pub(crate) async fn once<W>(&self, asked: Asked, work: W) -> Result<Outcome, CallError>
     where
-        T: Clone + Send + Sync + 'static,
-        W: Future<Output = Result<T, CallError>> + Send + 'static,
+        W: Future<Output = Outcome> + Send + 'static,
     {
-        self.inner.answers.once(request_id, |_| 0, work).await
+        self.inner.answers.once(asked, work).await
     }
 
-    /// [`SimHandle::once`] for answers that grow with the world: `weigh` gives their
-    /// bytes, and of all of them no more than 64 MiB are remembered, the newest.
-    ///
-    /// # Errors
-    /// Those of [`SimHandle::once`].
-    pub async fn once_weighing<T, W>(
-        &self,
-        request_id: &str,
-        weigh: fn(&T) -> usize,
-        work: W,
-    ) -> Result<T, CallError>
-    where
-        T: Clone + Send + Sync + 'static,
-        W: Future<Output = Result<T, CallError>> + Send + 'static,
-    {
-        self.inner.answers.once(request_id, weigh, work).await
+    /// Bytes of all remembered answers.
+    #[cfg(test)]
+    pub(crate) fn remembered(&self) -> usize {
+        self.inner.answers.weight()
     }
 
     /// What happened after an event's number, at once.
@@ -305,6 +295,20 @@ impl SimHandle {
     /// Ends the driver after the step that it is in.
     pub(crate) fn end_driver(&self) {
         self.inner.driver.mailbox.close();
+    }
+
+    /// Looks now and then for what nobody needs any more. Ends when the daemon drains.
+    pub(crate) async fn keep_tidy(self) {
+        let draining = self.draining();
+        let mut ticks = tokio::time::interval(TIDY);
+        while draining.run_until_cancelled(ticks.tick()).await.is_some() {
+            self.tidy(Instant::now());
+        }
+    }
+
+    /// Lets go of what nobody needs any more.
+    pub(crate) fn tidy(&self, now: Instant) {
+        self.inner.answers.tidy(now);
     }
 
     /// What is known of robots' descriptions.

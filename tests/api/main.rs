@@ -14,6 +14,7 @@ mod lockstep;
 mod others_robots;
 mod parameters;
 mod refusals;
+mod retries;
 mod robots;
 mod snapshot_files;
 mod streams;

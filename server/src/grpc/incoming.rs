@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -14,12 +15,17 @@ use tokio::time::{Instant, Sleep};
 use tokio_stream::{Stream, StreamExt as _};
 use tonic::transport::server::Connected;
 
+use crate::handle::Peer;
+
 /// How long nothing is accepted after an error: most, such as too many open
 /// files, are still there at once, and tonic would try again without a pause.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
 /// find out whether somebody is there.
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+
+/// Connections that were accepted by this process.
+static ACCEPTED: AtomicU64 = AtomicU64::new(0);
 
 /// What connections are held to.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +86,8 @@ where
 #[derive(Debug)]
 pub(super) struct Connection<T> {
     io: T,
+    /// No other connection has it.
+    number: u64,
     speaks: Speaks,
     /// Dropped after `io`, so that there are never more connections than places.
     _place: OwnedSemaphorePermit,
@@ -100,7 +108,7 @@ impl<T> Connection<T> {
     fn new(io: T, place: OwnedSemaphorePermit, http1: Arc<Semaphore>, limits: Limits) -> Self {
         let deadline = Box::pin(tokio::time::sleep(limits.preface));
         let speaks = Speaks::Opening { sent: 0, deadline, http1, silence: limits.http1_silence };
-        Self { io, speaks, _place: place }
+        Self { io, number: ACCEPTED.fetch_add(1, Ordering::Relaxed), speaks, _place: place }
     }
 }
 
@@ -212,10 +220,11 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
     }
 }
 
-impl<T: Connected> Connected for Connection<T> {
-    type ConnectInfo = T::ConnectInfo;
+/// Services find in each request by which connection it came.
+impl<T> Connected for Connection<T> {
+    type ConnectInfo = Peer;
 
-    fn connect_info(&self) -> Self::ConnectInfo {
-        self.io.connect_info()
+    fn connect_info(&self) -> Peer {
+        Peer::Connection(self.number)
     }
 }

@@ -3,6 +3,7 @@
 mod control;
 mod draining;
 mod incoming;
+mod retries;
 mod services;
 
 use std::net::SocketAddr;

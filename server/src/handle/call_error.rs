@@ -115,6 +115,14 @@ pub enum CallError {
         /// What is wrong with it, and with which robot.
         message: String,
     },
+    /// A request's id was used before, and not for this request.
+    #[error("the request id {id:?} {how}")]
+    RequestIdReused {
+        /// The id.
+        id: String,
+        /// What it was used for, and what to do.
+        how: String,
+    },
     /// The daemon goes down.
     #[error("the daemon is shutting down")]
     ShuttingDown,

@@ -18,7 +18,7 @@ const STAYS: Duration = Duration::from_secs(5);
 const KEPT: usize = 256;
 
 /// How a call came.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Transport {
     /// Over gRPC.
     Grpc,
@@ -42,8 +42,39 @@ impl Transport {
     }
 }
 
+/// The other end of the way by which a call came.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Peer {
+    /// Of a connection, by its number: no two have the same as long as the daemon runs.
+    Connection(u64),
+    /// Of a session of Zenoh, by the id that it says it has.
+    Session(Arc<str>),
+    /// Somebody within the daemon's own process.
+    Process,
+}
+
+impl Peer {
+    /// Whether nobody else can seem to be this one: Zenoh does not tell whose query it is, and an id can be
+    /// made up.
+    pub(crate) fn is_certain(&self) -> bool {
+        match self {
+            Self::Connection(_) | Self::Process => true,
+            Self::Session(_) => false,
+        }
+    }
+}
+
+/// Whose ids of requests are meant: two callers with the same id have nothing to do with each other.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Scope {
+    /// Of all who give this name.
+    Named(Caller),
+    /// Of one who gives none.
+    Unnamed(Peer),
+}
+
 /// Who calls, where it says so.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Caller {
     /// As it calls itself.
     pub name: Arc<str>,

@@ -14,7 +14,7 @@ use tonic::codegen::{Bytes, Service};
 use tonic::server::NamedService;
 
 use crate::SimHandle;
-use crate::handle::{Caller, Transport, UnderWay};
+use crate::handle::{Caller, Peer, Transport, UnderWay};
 
 /// A service whose callers are noted.
 #[derive(Clone, Debug)]
@@ -46,6 +46,9 @@ where
 
     fn call(&mut self, mut request: Request<Body>) -> Self::Future {
         let transport = request.extensions().get().copied().unwrap_or(self.transport);
+        if transport == Transport::Handle {
+            request.extensions_mut().insert(Peer::Process);
+        }
         let said = request.headers().get(CLIENT_HEADER).and_then(|said| said.to_str().ok());
         let call = said.and_then(|said| Caller::said(said, transport)).map(|caller| {
             request.extensions_mut().insert(caller.clone());

@@ -16,12 +16,13 @@ use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
 use super::mismatched;
+use super::once::Refused;
 use super::status::Explained;
 use super::transport::with_reason;
 use crate::SimHandle;
 use crate::convert::from_proto::joint::set_targets;
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
-use crate::convert::{BadField, Selection, to_proto};
+use crate::convert::{Selection, to_proto};
 use crate::handle::{Aim, CallError, Caller, Done, Published, RunState};
 
 /// One controller's stream.
@@ -79,9 +80,8 @@ impl Control {
                 self.refused = None;
                 return Some(answer);
             }
-            Err(Refused::Field(error)) => Explained::from(&error),
             Err(Refused::Call(CallError::ShuttingDown)) => return None,
-            Err(Refused::Call(error)) => Explained::from(&error),
+            Err(refused) => Explained::from(&refused),
         };
         // One who asks for each newer state and is refused each time must not get
         // refusals faster than there are states.
@@ -151,29 +151,5 @@ impl Control {
         self.refused = Some(newest.sequence);
         let states = self.states(&newest).ok();
         v1::ControlResponse { states, clamped: Vec::new(), refusal: Some(explained.into()) }
-    }
-}
-
-/// Why a request is refused.
-enum Refused {
-    Field(BadField),
-    Call(CallError),
-}
-
-impl From<BadField> for Refused {
-    fn from(error: BadField) -> Self {
-        Self::Field(error)
-    }
-}
-
-impl From<CallError> for Refused {
-    fn from(error: CallError) -> Self {
-        Self::Call(error)
-    }
-}
-
-impl From<simd_core::Error> for Refused {
-    fn from(error: simd_core::Error) -> Self {
-        Self::Call(error.into())
     }
 }

@@ -8,8 +8,9 @@ use simd_proto::v1::{self, entity_service_server::EntityService};
 use tokio::sync::watch;
 use tonic::{Request, Response, Status};
 
+use super::BoxStream;
+use super::once::once;
 use super::spawning::spawning;
-use super::{BoxStream, command_once};
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::entity as from_proto;
@@ -125,13 +126,12 @@ impl EntityService for Service {
         &self,
         request: Request<v1::SpawnEntityRequest>,
     ) -> Result<Response<v1::SpawnEntityResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let spawn = from_proto::spawn(request)?;
-        let handle = self.handle.clone();
-        let work = async move { handle.spawn(spawn).await };
-        let loaded = self.handle.once(&request_id, work).await?;
-        Ok(Response::new(self.spawned(loaded)))
+        let service = self.clone();
+        once(&self.handle, request, |handle, request| async move {
+            let loaded = handle.spawn(from_proto::spawn(request)?).await?;
+            Ok(service.spawned(loaded))
+        })
+        .await
     }
 
     type SpawnEntityWithProgressStream = BoxStream<v1::SpawnEntityWithProgressResponse>;
@@ -140,17 +140,19 @@ impl EntityService for Service {
         &self,
         request: Request<v1::SpawnEntityWithProgressRequest>,
     ) -> Result<Response<Self::SpawnEntityWithProgressStream>, Status> {
-        let request = Path::ROOT.field("spawn").given(request.into_inner().spawn)?;
-        let request_id = request.request_id.clone();
-        let spawn = from_proto::spawn(request)?;
+        let (metadata, extensions, request) = request.into_parts();
+        let spawn = Path::ROOT.field("spawn").given(request.spawn)?;
+        let request = Request::from_parts(metadata, extensions, spawn);
         let (say, heard) = watch::channel(Progress::default());
         let service = self.clone();
         // A task of its own: the robot comes, though the one who asked for it goes away.
         let work = tokio::spawn(async move {
-            let handle = service.handle.clone();
-            let work = async move { handle.spawn_reporting(spawn, say).await };
-            let loaded = service.handle.once(&request_id, work).await?;
-            Ok(service.spawned(loaded))
+            let own = service.clone();
+            let spawned = once(&service.handle, request, |handle, request| async move {
+                let loaded = handle.spawn_reporting(from_proto::spawn(request)?, say).await?;
+                Ok(own.spawned(loaded))
+            });
+            spawned.await.map(Response::into_inner)
         });
         let work = async {
             work.await.unwrap_or_else(|error| Err(CallError::Internal { message: error.to_string() }.into()))
@@ -162,28 +164,32 @@ impl EntityService for Service {
         &self,
         request: Request<v1::ReloadEntityRequest>,
     ) -> Result<Response<v1::ReloadEntityResponse>, Status> {
-        let v1::ReloadEntityRequest { robot, source, strict, request_id } = request.into_inner();
-        let (robot, source) = from_proto::reload(robot, source)?;
-        let (handle, name) = (self.handle.clone(), robot.clone());
-        let work = async move { handle.reload(name, source, strict).await };
-        let Reloaded { done, report, summary, added, removed } = self.handle.once(&request_id, work).await?;
-        Ok(Response::new(v1::ReloadEntityResponse {
-            entity: self.info_of(&robot),
-            report: Some(to_proto::entity::report(report, summary)),
-            stamp: Some(stamp::done(&done)),
-            added_joints: added,
-            removed_joints: removed,
-        }))
+        let service = self.clone();
+        once(&self.handle, request, |handle, request| async move {
+            let (robot, source) = from_proto::reload(request.robot, request.source)?;
+            let reloaded = handle.reload(robot.clone(), source, request.strict).await?;
+            let Reloaded { done, report, summary, added, removed } = reloaded;
+            Ok(v1::ReloadEntityResponse {
+                entity: service.info_of(&robot),
+                report: Some(to_proto::entity::report(report, summary)),
+                stamp: Some(stamp::done(&done)),
+                added_joints: added,
+                removed_joints: removed,
+            })
+        })
+        .await
     }
 
     async fn delete_entity(
         &self,
         request: Request<v1::DeleteEntityRequest>,
     ) -> Result<Response<v1::DeleteEntityResponse>, Status> {
-        let request = request.into_inner();
-        let command = Command::Delete { robot: from_proto::robot(request.robot)? };
-        let done = command_once(&self.handle, &request.request_id, command).await?;
-        Ok(Response::new(v1::DeleteEntityResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let command = Command::Delete { robot: from_proto::robot(request.robot)? };
+            let done = handle.command(command).await?;
+            Ok(v1::DeleteEntityResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn list_entities(
@@ -228,11 +234,11 @@ impl EntityService for Service {
         &self,
         request: Request<v1::SetEntityStateRequest>,
     ) -> Result<Response<v1::SetEntityStateResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let command = from_proto::set_entity_state(request)?;
-        let done = command_once(&self.handle, &request_id, command).await?;
-        Ok(Response::new(v1::SetEntityStateResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::set_entity_state(request)?).await?;
+            Ok(v1::SetEntityStateResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn get_link_poses(
@@ -283,11 +289,11 @@ impl EntityService for Service {
         &self,
         request: Request<v1::ApplyLinkWrenchRequest>,
     ) -> Result<Response<v1::ApplyLinkWrenchResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let command = from_proto::link_wrench(request)?;
-        let done = command_once(&self.handle, &request_id, command).await?;
-        Ok(Response::new(v1::ApplyLinkWrenchResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::link_wrench(request)?).await?;
+            Ok(v1::ApplyLinkWrenchResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn get_link_properties(
@@ -309,11 +315,11 @@ impl EntityService for Service {
         &self,
         request: Request<v1::SetLinkPropertiesRequest>,
     ) -> Result<Response<v1::SetLinkPropertiesResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let command = from_proto::set_link_properties(request)?;
-        let done = command_once(&self.handle, &request_id, command).await?;
-        Ok(Response::new(v1::SetLinkPropertiesResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::set_link_properties(request)?).await?;
+            Ok(v1::SetLinkPropertiesResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 }
 

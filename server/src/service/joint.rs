@@ -7,7 +7,8 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Request, Response, Status, Streaming};
 
 use super::control::Control;
-use super::{BoxStream, command_once, joints_of, mismatched};
+use super::once::{once, once_in_secret};
+use super::{BoxStream, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
@@ -53,71 +54,68 @@ impl JointService for Service {
         request: Request<v1::SetJointTargetsRequest>,
     ) -> Result<Response<v1::SetJointTargetsResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let targets = from_proto::set_joint_targets(request)?;
-        let aim = Aim::of(&targets);
         // Here and not by the command alone: a retry that is answered from memory renews too.
-        if let Some(claim) = &targets.claim {
-            self.handle.renew(claim);
-        }
-        let done = command_once(&self.handle, &request_id, Command::SetTargets(targets)).await?;
-        self.handle.note_targets(caller.as_ref(), aim);
-        let stamp = Some(stamp::done(&done));
-        match done.applied.reply {
-            Reply::Targets { clamped, changed_law: _ } => {
-                let clamped = to_proto::joint::clamped(clamped);
-                Ok(Response::new(v1::SetJointTargetsResponse { stamp, clamped }))
+        self.handle.renew(&request.get_ref().claim);
+        once(&self.handle, request, |handle, request| async move {
+            let targets = from_proto::set_joint_targets(request)?;
+            let aim = Aim::of(&targets);
+            let done = handle.command(Command::SetTargets(targets)).await?;
+            handle.note_targets(caller.as_ref(), aim);
+            let stamp = Some(stamp::done(&done));
+            match done.applied.reply {
+                Reply::Targets { clamped, changed_law: _ } => {
+                    let clamped = to_proto::joint::clamped(clamped);
+                    Ok(v1::SetJointTargetsResponse { stamp, clamped })
+                }
+                other => Err(mismatched(&other).into()),
             }
-            other => Err(mismatched(&other).into()),
-        }
+        })
+        .await
     }
 
     async fn reset_joints(
         &self,
         request: Request<v1::ResetJointsRequest>,
     ) -> Result<Response<v1::ResetJointsResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let command = from_proto::reset_joints(request)?;
-        let done = command_once(&self.handle, &request_id, command).await?;
-        Ok(Response::new(v1::ResetJointsResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::reset_joints(request)?).await?;
+            Ok(v1::ResetJointsResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn set_joint_properties(
         &self,
         request: Request<v1::SetJointPropertiesRequest>,
     ) -> Result<Response<v1::SetJointPropertiesResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let command = from_proto::set_joint_properties(request)?;
-        let done = command_once(&self.handle, &request_id, command).await?;
-        Ok(Response::new(v1::SetJointPropertiesResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::set_joint_properties(request)?).await?;
+            Ok(v1::SetJointPropertiesResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn claim_joints(
         &self,
         request: Request<v1::ClaimJointsRequest>,
     ) -> Result<Response<v1::ClaimJointsResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let (joints, holder, lease) = from_proto::claim_joints(request)?;
-        let handle = self.handle.clone();
-        let work = async move { handle.claim(joints, holder, lease).await };
-        let (claim, done) = self.handle.once(&request_id, work).await?;
-        Ok(Response::new(v1::ClaimJointsResponse { claim, stamp: Some(stamp::done(&done)) }))
+        once_in_secret(&self.handle, request, |handle, request| async move {
+            let (joints, holder, lease) = from_proto::claim_joints(request)?;
+            let (claim, done) = handle.claim(joints, holder, lease).await?;
+            Ok(v1::ClaimJointsResponse { claim, stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn release_joints(
         &self,
         request: Request<v1::ReleaseJointsRequest>,
     ) -> Result<Response<v1::ReleaseJointsResponse>, Status> {
-        let request = request.into_inner();
-        let claim = from_proto::claim(&request)?;
-        let handle = self.handle.clone();
-        let work = async move { handle.release(&claim).await };
-        let done = self.handle.once(&request.request_id, work).await?;
-        Ok(Response::new(v1::ReleaseJointsResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.release(&from_proto::claim(&request)?).await?;
+            Ok(v1::ReleaseJointsResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     type ControlStream = BoxStream<v1::ControlResponse>;

@@ -5,6 +5,7 @@
 //!   [`client`]: one file a service.
 //! * [`callers`]: who calls.
 //! * [`control`]: the stream that controllers use.
+//! * `once`: requests that come more than once.
 //! * `spawning`: the stream of those who wait for a robot.
 //! * [`status`]: why a call is refused.
 //! * [`transport`]: reasons for what tonic itself refuses.
@@ -18,6 +19,7 @@ pub mod entity;
 pub mod event;
 pub mod joint;
 pub mod kinematics;
+mod once;
 pub mod parameter;
 pub mod simulation;
 mod spawning;
@@ -30,7 +32,6 @@ pub mod version;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use simd_core::Command;
 use simd_core::simulation::robot_settings::JointStatus;
 use simd_core::simulation::snapshot::EntityLayout;
 use simd_proto::v1::client_service_server::ClientServiceServer;
@@ -49,7 +50,7 @@ use self::callers::Noted;
 use self::transport::Reasoned;
 use self::version::Versioned;
 use crate::SimHandle;
-use crate::handle::{CallError, Done, Published, Transport};
+use crate::handle::{CallError, Published, Transport};
 
 /// The answers of a stream.
 pub(crate) type BoxStream<T> = Pin<Box<dyn Stream<Item = Result<T, Status>> + Send>>;
@@ -92,12 +93,6 @@ impl Checked<'_> {
     fn service<S>(&self, service: S) -> Versioned<Reasoned<Noted<S>>> {
         Versioned(Reasoned(Noted { service, handle: self.handle.clone(), transport: self.transport }))
     }
-}
-
-/// Does a command once for each request id.
-async fn command_once(handle: &SimHandle, request_id: &str, command: Command) -> Result<Done, CallError> {
-    let doer = handle.clone();
-    handle.once(request_id, async move { doer.command(command).await }).await
 }
 
 /// A published state, the index of a robot there, its layout, and what holds for its joints: all of one moment.

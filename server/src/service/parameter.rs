@@ -5,6 +5,7 @@ use simd_proto::v1::{self, parameter_service_server::ParameterService};
 use tonic::{Request, Response, Status};
 
 use super::BoxStream;
+use super::once::once;
 use crate::SimHandle;
 use crate::convert::from_proto::parameter as from_proto;
 use crate::convert::to_proto::{parameter as to_proto, stamp};
@@ -20,19 +21,6 @@ impl Service {
     /// Serves what a handle leads to.
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
-    }
-
-    /// What is done at once and answered alike to each retry.
-    async fn once<T>(
-        &self,
-        request_id: &str,
-        work: impl FnOnce(&SimHandle) -> Result<T, CallError> + Send + 'static,
-    ) -> Result<Response<T>, Status>
-    where
-        T: Clone + Send + Sync + 'static,
-    {
-        let handle = self.handle.clone();
-        Ok(Response::new(self.handle.once(request_id, async move { work(&handle) }).await?))
     }
 }
 
@@ -50,29 +38,25 @@ impl ParameterService for Service {
         &self,
         request: Request<v1::AddParameterRequest>,
     ) -> Result<Response<v1::AddParameterResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let (name, kind, taken) = from_proto::add(request)?;
-        let work = move |handle: &SimHandle| {
+        once(&self.handle, request, |handle, request| async move {
+            let (name, kind, taken) = from_proto::add(request)?;
             let added = handle.add_parameter(&name, kind, taken)?;
             let parameter = Some(to_proto::parameter(&added));
-            Ok(v1::AddParameterResponse { parameter, stamp: now(handle) })
-        };
-        self.once(&request_id, work).await
+            Ok(v1::AddParameterResponse { parameter, stamp: now(&handle) })
+        })
+        .await
     }
 
     async fn set_parameters(
         &self,
         request: Request<v1::SetParametersRequest>,
     ) -> Result<Response<v1::SetParametersResponse>, Status> {
-        let request = request.into_inner();
-        let changes = from_proto::changes(request.changes)?;
-        let work = move |handle: &SimHandle| {
-            let set = handle.set_parameters(&changes)?;
+        once(&self.handle, request, |handle, request| async move {
+            let set = handle.set_parameters(&from_proto::changes(request.changes)?)?;
             let parameters = set.iter().map(to_proto::parameter).collect();
-            Ok(v1::SetParametersResponse { parameters, stamp: now(handle) })
-        };
-        self.once(&request.request_id, work).await
+            Ok(v1::SetParametersResponse { parameters, stamp: now(&handle) })
+        })
+        .await
     }
 
     async fn get_parameters(
@@ -114,13 +98,11 @@ impl ParameterService for Service {
         &self,
         request: Request<v1::RemoveParametersRequest>,
     ) -> Result<Response<v1::RemoveParametersResponse>, Status> {
-        let request = request.into_inner();
-        let names = from_proto::names(request.names)?;
-        let work = move |handle: &SimHandle| {
-            let removed = handle.remove_parameters(&names)?;
-            Ok(v1::RemoveParametersResponse { removed, stamp: now(handle) })
-        };
-        self.once(&request.request_id, work).await
+        once(&self.handle, request, |handle, request| async move {
+            let removed = handle.remove_parameters(&from_proto::names(request.names)?)?;
+            Ok(v1::RemoveParametersResponse { removed, stamp: now(&handle) })
+        })
+        .await
     }
 }
 

@@ -1,11 +1,11 @@
 //! The simulation service: the world, its time, whether it runs, how it is stepped.
 
-use prost::Message;
 use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
-use super::{command_once, mismatched};
+use super::mismatched;
+use super::once::once;
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
@@ -48,12 +48,11 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::SetSimulationStateRequest>,
     ) -> Result<Response<v1::SetSimulationStateResponse>, Status> {
-        let request = request.into_inner();
-        let state = from_proto::run_state(&request)?;
-        let handle = self.handle.clone();
-        let done =
-            self.handle.once(&request.request_id, async move { handle.set_state(state).await }).await?;
-        Ok(Response::new(v1::SetSimulationStateResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.set_state(from_proto::run_state(&request)?).await?;
+            Ok(v1::SetSimulationStateResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn step_simulation(
@@ -61,15 +60,10 @@ impl SimulationService for Service {
         request: Request<v1::StepSimulationRequest>,
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
-        let mut request = request.into_inner();
-        let request_id = std::mem::take(&mut request.request_id);
-        let Steps { steps, targets, claim, mut selection, with_links } = from_proto::steps(request)?;
         // Here and not by the step alone: a retry that is answered from memory renews too.
-        if let Some(claim) = &claim {
-            self.handle.renew(claim);
-        }
-        let handle = self.handle.clone();
-        let work = async move {
+        self.handle.renew(&request.get_ref().claim);
+        once(&self.handle, request, |handle, request| async move {
+            let Steps { steps, targets, mut selection, with_links } = from_proto::steps(request)?;
             // Nothing is done where its answer cannot be given.
             if let Some(selection) = &mut selection {
                 selection.resolve(&handle.newest().snapshot.world)?;
@@ -93,22 +87,23 @@ impl SimulationService for Service {
                 clamped: joint::clamped(stepped.clamped),
                 link_states,
             })
-        };
-        Ok(Response::new(self.handle.once_weighing(&request_id, Message::encoded_len, work).await?))
+        })
+        .await
     }
 
     async fn reset_simulation(
         &self,
         request: Request<v1::ResetSimulationRequest>,
     ) -> Result<Response<v1::ResetSimulationResponse>, Status> {
-        let request = request.into_inner();
-        let command = Command::Reset(from_proto::reset_scope(&request));
-        let done = command_once(&self.handle, &request.request_id, command).await?;
-        let stamp = Some(stamp::done(&done));
-        match done.applied.reply {
-            Reply::Reset { deleted } => Ok(Response::new(v1::ResetSimulationResponse { stamp, deleted })),
-            other => Err(mismatched(&other).into()),
-        }
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(Command::Reset(from_proto::reset_scope(&request))).await?;
+            let stamp = Some(stamp::done(&done));
+            match done.applied.reply {
+                Reply::Reset { deleted } => Ok(v1::ResetSimulationResponse { stamp, deleted }),
+                other => Err(mismatched(&other).into()),
+            }
+        })
+        .await
     }
 
     async fn get_physics(
@@ -123,15 +118,15 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::SetPhysicsRequest>,
     ) -> Result<Response<v1::SetPhysicsResponse>, Status> {
-        let request = request.into_inner();
-        let (change, pace) = from_proto::physics_change(&request)?;
-        let handle = self.handle.clone();
-        let work = async move { handle.set_physics(change, pace).await };
-        let (done, settings, pace) = self.handle.once(&request.request_id, work).await?;
-        Ok(Response::new(v1::SetPhysicsResponse {
-            physics: Some(to_proto::physics(&settings, pace)),
-            stamp: Some(stamp::done(&done)),
-        }))
+        once(&self.handle, request, |handle, request| async move {
+            let (change, pace) = from_proto::physics_change(&request)?;
+            let (done, settings, pace) = handle.set_physics(change, pace).await?;
+            Ok(v1::SetPhysicsResponse {
+                physics: Some(to_proto::physics(&settings, pace)),
+                stamp: Some(stamp::done(&done)),
+            })
+        })
+        .await
     }
 
     async fn get_world_statistics(
@@ -147,28 +142,29 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::SaveSnapshotRequest>,
     ) -> Result<Response<v1::SaveSnapshotResponse>, Status> {
-        let request = request.into_inner();
-        // The world makes up a name where none is given, so that two callers never get the same.
-        let name = from_proto::new_snapshot_name(request.name)?.unwrap_or_default();
-        let handle = self.handle.clone();
-        let work = async move { handle.command(Command::SaveSnapshot { name }).await };
-        let done = self.handle.once(&request.request_id, work).await?;
-        match done.applied.reply {
-            Reply::Snapshot(info) => {
-                Ok(Response::new(v1::SaveSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) }))
+        once(&self.handle, request, |handle, request| async move {
+            // The world makes up a name where none is given, so that two callers never get the same.
+            let name = from_proto::new_snapshot_name(request.name)?.unwrap_or_default();
+            match handle.command(Command::SaveSnapshot { name }).await?.applied.reply {
+                Reply::Snapshot(info) => {
+                    Ok(v1::SaveSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) })
+                }
+                other => Err(mismatched(&other).into()),
             }
-            other => Err(mismatched(&other).into()),
-        }
+        })
+        .await
     }
 
     async fn restore_snapshot(
         &self,
         request: Request<v1::RestoreSnapshotRequest>,
     ) -> Result<Response<v1::RestoreSnapshotResponse>, Status> {
-        let request = request.into_inner();
-        let command = Command::RestoreSnapshot { name: from_proto::snapshot_name(request.name)? };
-        let done = command_once(&self.handle, &request.request_id, command).await?;
-        Ok(Response::new(v1::RestoreSnapshotResponse { stamp: Some(stamp::done(&done)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let command = Command::RestoreSnapshot { name: from_proto::snapshot_name(request.name)? };
+            let done = handle.command(command).await?;
+            Ok(v1::RestoreSnapshotResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
     }
 
     async fn list_snapshots(
@@ -184,10 +180,12 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::DeleteSnapshotRequest>,
     ) -> Result<Response<v1::DeleteSnapshotResponse>, Status> {
-        let request = request.into_inner();
-        let command = Command::DeleteSnapshot { name: from_proto::snapshot_name(request.name)? };
-        command_once(&self.handle, &request.request_id, command).await?;
-        Ok(Response::new(v1::DeleteSnapshotResponse {}))
+        once(&self.handle, request, |handle, request| async move {
+            let command = Command::DeleteSnapshot { name: from_proto::snapshot_name(request.name)? };
+            handle.command(command).await?;
+            Ok(v1::DeleteSnapshotResponse {})
+        })
+        .await
     }
 
     async fn export_snapshot(
@@ -203,12 +201,11 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::ImportSnapshotRequest>,
     ) -> Result<Response<v1::ImportSnapshotResponse>, Status> {
-        let request = request.into_inner();
-        let request_id = request.request_id.clone();
-        let (sha256, name) = from_proto::import_snapshot(request)?;
-        let handle = self.handle.clone();
-        let work = async move { handle.import_snapshot(sha256, name).await };
-        let info = self.handle.once(&request_id, work).await?;
-        Ok(Response::new(v1::ImportSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) }))
+        once(&self.handle, request, |handle, request| async move {
+            let (sha256, name) = from_proto::import_snapshot(request)?;
+            let info = handle.import_snapshot(sha256, name).await?;
+            Ok(v1::ImportSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) })
+        })
+        .await
     }
 }

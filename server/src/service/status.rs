@@ -69,7 +69,9 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::SnapshotNotFound
         | ErrorReason::FileNotFound
         | ErrorReason::ParameterNotFound => Code::NotFound,
-        ErrorReason::RobotExists | ErrorReason::ParameterExists => Code::AlreadyExists,
+        ErrorReason::RobotExists | ErrorReason::ParameterExists | ErrorReason::RequestIdReused => {
+            Code::AlreadyExists
+        }
         ErrorReason::InvalidValue
         | ErrorReason::JointNotActuated
         | ErrorReason::InvalidDescription
@@ -126,6 +128,9 @@ impl From<&CallError> for Explained {
             }
             CallError::ParameterExists { name } => new(ErrorReason::ParameterExists).with("parameter", name),
             CallError::InvalidSnapshot { message: _ } => new(ErrorReason::InvalidSnapshot),
+            CallError::RequestIdReused { id, how: _ } => {
+                new(ErrorReason::RequestIdReused).with("request_id", id)
+            }
             CallError::ShuttingDown => new(ErrorReason::ShuttingDown),
             CallError::Internal { message: _ } => new(ErrorReason::Internal),
         }

@@ -1,8 +1,8 @@
 //! A query becomes a call of the services within this process, so that Zenoh has every
 //! method that gRPC has, with the same checks and the same refusals.
 //!
-//! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included. One more is refused
-//! with MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
+//! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included, and [`MESSAGES`] times the bytes that one may
+//! have. One more is refused with MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -24,18 +24,23 @@ use tonic::metadata::{MetadataMap, MetadataValue};
 use tonic::service::Routes;
 use tonic::{Code, Request, Status, Streaming};
 use tonic_types::pb;
+use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait as _};
 
 use super::{Error, sending};
 use crate::SimHandle;
-use crate::handle::{CallError, Transport};
+use crate::handle::{CallError, Peer, Transport};
 use crate::service::routes;
 use crate::service::status::Explained;
 use crate::service::transport::with_reason;
 
 /// Queries that are answered at one time.
 const UNDER_WAY: usize = 1024;
+/// The most that the bytes of one query can be limited to.
+const MOST_BYTES: usize = 1 << 28;
+/// Messages of the largest size that there is room for at one time.
+const MESSAGES: usize = 16;
 /// Refusals that are on their way at one time.
 const REFUSALS: usize = 1024;
 /// How long a stream goes on where the query does not say: as long as a query of
@@ -53,10 +58,13 @@ pub(super) async fn serve(
     handle: &SimHandle,
     answers: &TaskTracker,
 ) -> Result<Queryable<()>, Error> {
+    let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX).min(MOST_BYTES);
     let calls = Arc::new(Calls {
         routes: routes(handle, Transport::Zenoh),
         draining: handle.draining(),
         under_way: Arc::new(Semaphore::new(UNDER_WAY)),
+        room: Arc::new(Semaphore::new(MESSAGES.saturating_mul(limit))),
+        limit,
         refusals: Arc::new(Semaphore::new(REFUSALS)),
         answers: answers.clone(),
         runtime: tokio::runtime::Handle::current(),
@@ -68,11 +76,18 @@ pub(super) async fn serve(
         .map_err(Error::session)
 }
 
+/// Of a query under way: one of so many, and its bytes.
+type Place = (OwnedSemaphorePermit, OwnedSemaphorePermit);
+
 /// What queries are answered with.
 struct Calls {
     routes: Routes,
     draining: CancellationToken,
     under_way: Arc<Semaphore>,
+    /// A permit for each byte of the queries under way.
+    room: Arc<Semaphore>,
+    /// Bytes of one query.
+    limit: usize,
     refusals: Arc<Semaphore>,
     answers: TaskTracker,
     runtime: tokio::runtime::Handle,
@@ -81,20 +96,46 @@ struct Calls {
 impl Calls {
     /// On Zenoh's own thread, which reads for others too: nothing is done here.
     fn take(self: &Arc<Self>, query: Query) {
-        if let Ok(place) = self.under_way.clone().try_acquire_owned() {
-            let calls = self.clone();
-            self.answers.spawn_on(async move { calls.answer(query, place).await }, &self.runtime);
-        } else if let Ok(place) = self.refusals.clone().try_acquire_owned() {
+        let refusal = match self.admit(&query) {
+            Ok(place) => {
+                let calls = self.clone();
+                self.answers.spawn_on(async move { calls.answer(query, place).await }, &self.runtime);
+                return;
+            }
+            Err(refusal) => refusal,
+        };
+        if let Ok(place) = self.refusals.clone().try_acquire_owned() {
             let refuse = async move {
-                let message = format!("{UNDER_WAY} queries are being answered already; try again");
-                end(query, Some(Err(Explained::new(ErrorReason::MailboxFull, message).into())));
+                end(query, Some(Err(refusal.into())));
                 drop(place);
             };
             self.answers.spawn_on(refuse, &self.runtime);
         }
     }
 
-    async fn answer(&self, query: Query, _place: OwnedSemaphorePermit) {
+    /// A place and room for a query, until it is answered.
+    fn admit(&self, query: &Query) -> Result<Place, Explained> {
+        let bytes = query.payload().map_or(0, ZBytes::len) + query.attachment().map_or(0, ZBytes::len);
+        if bytes > self.limit {
+            let message = format!(
+                "the message is longer than Limits.max_message_bytes: it has {bytes} bytes, the limit is {}",
+                self.limit
+            );
+            return Err(Explained::new(ErrorReason::LimitExceeded, message));
+        }
+        let place = self.under_way.clone().try_acquire_owned().ok();
+        let bytes = u32::try_from(bytes).ok();
+        let room = bytes.and_then(|bytes| self.room.clone().try_acquire_many_owned(bytes).ok());
+        let full = || {
+            let message = format!(
+                "{UNDER_WAY} queries, or {MESSAGES} of the largest size, are being answered already; try again"
+            );
+            Explained::new(ErrorReason::MailboxFull, message)
+        };
+        place.zip(room).ok_or_else(full)
+    }
+
+    async fn answer(&self, query: Query, _place: Place) {
         let last = match self.call(&query).await {
             Ok((method, answers)) if method.gives_many => stream_to(&query, method, answers).await,
             Ok((method, mut answers)) => Some(match answers.message().await {
@@ -118,6 +159,9 @@ impl Calls {
         let payload = query.payload().map(|payload| Bytes::from(payload.to_bytes().into_owned()));
         let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
         copy_headers(query, request.metadata_mut())?;
+        if let Some(source) = query.source_info() {
+            request.extensions_mut().insert(Peer::Session(source.source_id().zid().to_string().into()));
+        }
         // Answers may be of any length, as over gRPC: a scene is.
         let mut services = Grpc::new(self.routes.clone()).max_decoding_message_size(usize::MAX);
         let never = |error| Status::internal(format!("the services are not ready: {error}"));

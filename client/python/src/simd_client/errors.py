@@ -175,6 +175,10 @@ class ParameterExists(Refused):
     """A parameter of that name exists. Metadata: `parameter`."""
 
 
+class RequestIdReused(Refused):
+    """The id of a request is that of another one. Metadata: `request_id`."""
+
+
 def _reason_of(refused: type[Refused]) -> str:
     return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", refused.__name__).upper()
 

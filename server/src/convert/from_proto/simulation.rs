@@ -37,8 +37,6 @@ pub struct Steps {
     pub steps: u64,
     /// To be set before the first.
     pub targets: Option<SetTargets>,
-    /// To be renewed, also where there are no targets.
-    pub claim: Option<String>,
     /// Whose states to answer with; `None` for no states.
     pub selection: Option<Selection>,
     /// Whether the answer also has the links of those robots.
@@ -54,7 +52,6 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     let selections = state::selections(request.selections)?;
     Ok(Steps {
         steps: request.steps,
-        claim: targets.claim.clone(),
         targets: (!targets.robots.is_empty()).then_some(targets),
         selection: request.return_states.then(|| Selection::new(selections)),
         with_links: request.return_link_states,

@@ -16,6 +16,12 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
     let message = text("a sentence");
     vec![
         (
+            CallError::RequestIdReused { id: text("x"), how: text("is that of another request") },
+            Code::AlreadyExists,
+            "REQUEST_ID_REUSED",
+            &["request_id"],
+        ),
+        (
             Error::RobotNotFound { robot: robot.clone(), known: known.clone() }.into(),
             Code::NotFound,
             "ROBOT_NOT_FOUND",
