@@ -309,6 +309,7 @@ impl SimHandle {
     /// Lets go of what nobody needs any more.
     pub(crate) fn tidy(&self, now: Instant) {
         self.inner.answers.tidy(now);
+        self.inner.loader.tidy(now);
     }
 
     /// What is known of robots' descriptions.

@@ -29,6 +29,7 @@ use simd_core::collision::MeshShapes;
 use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
+use tokio::time::Instant;
 
 pub use progress::{Phase, Progress};
 
@@ -120,14 +121,21 @@ impl Loader {
         origin: Origin,
         making: Making,
     ) -> Result<(), CallError> {
-        let Used { description, urdf, files } = used;
+        let Used { description, urdf, files, uris } = used;
+        let kept = |mut assets: BTreeMap<String, Sha256>, mut missing: BTreeMap<String, Vec<String>>| {
+            // What a client says of files that the description does not name is nobody's to keep.
+            assets.retain(|uri, _| uris.contains(uri));
+            missing.retain(|uri, _| uris.contains(uri));
+            Origin::Kept { description, assets, missing }
+        };
         let origin = match origin {
-            Origin::Inline { assets, missing, .. } => Origin::Kept { description, assets, missing },
-            Origin::Sent { files, .. } => {
-                let assets = files.into_iter().map(|(uri, file)| (uri, file.sha256)).collect();
-                Origin::Kept { description, assets, missing: BTreeMap::new() }
+            Origin::Inline { assets, missing, .. } | Origin::Kept { assets, missing, .. } => {
+                kept(assets, missing)
             }
-            Origin::Kept { .. } | Origin::BelowRoot(_) | Origin::Operator(_) => origin,
+            Origin::Sent { files, .. } => {
+                kept(files.into_iter().map(|(uri, file)| (uri, file.sha256)).collect(), BTreeMap::new())
+            }
+            Origin::BelowRoot(_) | Origin::Operator(_) => origin,
         };
         let mut shelf = self.lock();
         shelf.forget_the_dead();
@@ -153,6 +161,32 @@ impl Loader {
         shelf.store.insert(sha256, bytes)
     }
 
+    /// Lets go of what nobody has come back for: uploads that were abandoned, files that no robot uses, and what
+    /// belonged to robots that are gone.
+    pub(crate) fn tidy(&self, now: Instant) {
+        let mut shelf = self.lock();
+        shelf.forget_the_dead();
+        shelf.partials.forget_abandoned(now);
+        shelf.store.forget_unused(now);
+        drop(shelf);
+        self.decoded.tidy();
+    }
+
+    /// Bytes of all files and of what is kept with robots and uploads.
+    #[cfg(test)]
+    pub(crate) fn held(&self) -> usize {
+        let shelf = self.lock();
+        let of_origin = |known: &Known| match &known.origin {
+            Origin::Kept { assets, missing, .. } => {
+                let places = missing.values().flatten().map(String::len).sum::<usize>();
+                assets.keys().chain(missing.keys()).map(String::len).sum::<usize>() + places
+            }
+            _ => 0,
+        };
+        let known: usize = shelf.known.iter().map(|it| size_of::<Known>() + of_origin(it)).sum();
+        shelf.store.bytes() as usize + shelf.partials.bytes() + known
+    }
+
     fn with_known<T>(&self, model: &Arc<RobotModel>, look: impl FnOnce(&Known) -> T) -> Option<T> {
         let shelf = self.lock();
         let model = Arc::as_ptr(model);
@@ -171,5 +205,6 @@ impl Shelf {
             }
             lives
         });
+        known.shrink_to_fit();
     }
 }

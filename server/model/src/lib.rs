@@ -21,4 +21,6 @@ pub use name::wire_name;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
-pub use urdf::{Asset, Assets, Description, ReadOptions, Refused, describe, other_case, read, readdress};
+pub use urdf::{
+    Asset, Assets, Description, ReadOptions, Refused, describe, first_places, other_case, read, readdress,
+};

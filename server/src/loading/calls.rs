@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
 
 use bytes::Bytes;
 use simd_core::collision::{ConvexMesh, MeshShapes};
@@ -12,6 +11,7 @@ use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{RobotModel, wire_name};
 use tokio::sync::watch;
+use tokio::time::Instant;
 
 use super::partial;
 use super::progress::{Phase, Progress, Reporter};

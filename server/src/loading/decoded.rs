@@ -42,6 +42,12 @@ impl Decoded {
         self.shapes.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::downgrade(shapes));
     }
 
+    /// Forgets those that are no more.
+    pub(super) fn tidy(&self) {
+        self.shapes.lock().unwrap_or_else(PoisonError::into_inner).retain(|shapes| shapes.strong_count() > 0);
+        self.meshes.lock().unwrap_or_else(PoisonError::into_inner).retain(|_, mesh| mesh.strong_count() > 0);
+    }
+
     fn known(&self, key: &Key) -> Option<Arc<MeshAsset>> {
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(key)?.upgrade()
     }

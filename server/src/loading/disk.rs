@@ -143,8 +143,8 @@ impl DiskAssets {
     }
 
     /// Everything that was read.
-    pub(super) fn into_files(self) -> Vec<(Sha256, Arc<[u8]>)> {
-        self.read.into_inner().into_iter().collect()
+    pub(super) fn into_files(self) -> BTreeMap<Sha256, Arc<[u8]>> {
+        self.read.into_inner()
     }
 }
 

@@ -2,9 +2,10 @@
 //! when nothing more comes. Told the time.
 
 use std::collections::HashMap;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use simd_model::robot::Sha256;
+use tokio::time::Instant;
 
 use crate::handle::CallError;
 
@@ -51,7 +52,7 @@ impl Partials {
         data: &[u8],
         now: Instant,
     ) -> Result<Progress, CallError> {
-        self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < ABANDONED);
+        self.forget_abandoned(now);
         if offset.checked_add(data.len() as u64).is_none_or(|end| end > total) {
             return Err(mismatch(format!(
                 "the part of {} bytes at {offset} goes beyond the file's {total} bytes",
@@ -86,6 +87,17 @@ impl Partials {
         }
         self.make_room(COUNT, BYTES, Some(&sha256));
         Ok(Progress::Received(received))
+    }
+
+    /// Forgets uploads for which nothing came for long.
+    pub(super) fn forget_abandoned(&mut self, now: Instant) {
+        self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < ABANDONED);
+    }
+
+    /// Bytes of all of them.
+    #[cfg(test)]
+    pub(super) fn bytes(&self) -> usize {
+        self.by_hash.values().map(|partial| partial.bytes.capacity()).sum()
     }
 
     fn check_continues(&self, sha256: &Sha256, total: u64, offset: u64) -> Result<(), CallError> {

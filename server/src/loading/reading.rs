@@ -1,7 +1,8 @@
 //! From where a description is to what it says: off the physics thread and off
 //! the async workers, two at a time.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -72,7 +73,10 @@ pub(super) struct Made {
 pub(super) struct Used {
     pub(super) description: Sha256,
     pub(super) urdf: Arc<[u8]>,
-    pub(super) files: Vec<(Sha256, Arc<[u8]>)>,
+    /// Each once.
+    pub(super) files: BTreeMap<Sha256, Arc<[u8]>>,
+    /// That the description names, of a robot that was sent.
+    pub(super) uris: BTreeSet<String>,
 }
 
 /// Bytes to read a robot from, or where they are.
@@ -85,10 +89,22 @@ enum Material {
 struct SentAssets {
     found: BTreeMap<String, Asset>,
     missing: BTreeMap<String, Vec<String>>,
+    /// What the description asked for.
+    asked: RefCell<BTreeSet<String>>,
+}
+
+impl SentAssets {
+    /// What a robot was made from, of all that was sent.
+    fn into_used(mut self) -> (BTreeMap<Sha256, Arc<[u8]>>, BTreeSet<String>) {
+        let asked = self.asked.into_inner();
+        self.found.retain(|uri, _| asked.contains(uri));
+        (self.found.into_values().map(|file| (file.sha256, file.bytes)).collect(), asked)
+    }
 }
 
 impl Assets for SentAssets {
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        self.asked.borrow_mut().insert(uri.to_owned());
         self.found.get(uri).cloned().ok_or_else(|| self.missing.get(uri).cloned().unwrap_or_default())
     }
 }
@@ -134,7 +150,7 @@ impl Loader {
             reporter.say(Phase::Reading);
             let material = match (sent, &origin) {
                 (Some((urdf, found, missing)), _) => {
-                    Material::Sent { urdf, files: SentAssets { found, missing } }
+                    Material::Sent { urdf, files: SentAssets { found, missing, asked: RefCell::default() } }
                 }
                 (None, Origin::BelowRoot(path)) => Material::Disk(roots.find(path)?),
                 (None, Origin::Operator(path)) => Material::Disk(find_for_operator(path)?),
@@ -145,14 +161,14 @@ impl Loader {
             match material {
                 Material::Sent { urdf, files } => {
                     let outcome = read(&urdf, &files, &making, &decoded, &reporter)?;
-                    let files = files.found.into_values().map(|file| (file.sha256, file.bytes)).collect();
-                    Ok(Reading::new(urdf, files, outcome))
+                    let (files, uris) = files.into_used();
+                    Ok(Reading::new(urdf, files, uris, outcome))
                 }
                 Material::Disk(place) => {
                     let urdf = read_file(&place.urdf, limits.description_bytes)?;
                     let files = DiskAssets::new(&place, limits.asset_bytes);
                     let outcome = read(&urdf, &files, &making, &decoded, &reporter)?;
-                    Ok(Reading::new(urdf, files.into_files(), outcome))
+                    Ok(Reading::new(urdf, files.into_files(), BTreeSet::new(), outcome))
                 }
             }
         })
@@ -207,8 +223,13 @@ impl Loader {
 }
 
 impl Reading {
-    fn new(urdf: Arc<[u8]>, files: Vec<(Sha256, Arc<[u8]>)>, outcome: Result<Made, Refused>) -> Self {
-        Self { used: Used { description: Sha256::of(&urdf), urdf, files }, outcome }
+    fn new(
+        urdf: Arc<[u8]>,
+        files: BTreeMap<Sha256, Arc<[u8]>>,
+        uris: BTreeSet<String>,
+        outcome: Result<Made, Refused>,
+    ) -> Self {
+        Self { used: Used { description: Sha256::of(&urdf), urdf, files, uris }, outcome }
     }
 }
 

@@ -1,10 +1,12 @@
-//! Files that were uploaded, by their hash: what no robot uses goes first, the
-//! longest unused before the rest.
+//! Files that were uploaded, by their hash: what no robot uses goes after a while, and earlier where there is no
+//! room, the longest unused before the rest.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
+use std::time::Duration;
 
 use simd_model::robot::Sha256;
+use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 use crate::handle::CallError;
@@ -12,6 +14,8 @@ use crate::handle::CallError;
 /// What a file is charged beside its bytes, so that a million empty files are
 /// not free.
 const ENTRY_BYTES: u64 = 1024;
+/// How long a file is kept that no robot uses and nobody asks for: far longer than from an upload to its spawn.
+const UNUSED: Duration = Duration::from_secs(600);
 
 /// Files by hash, up to a number of bytes.
 #[derive(Debug)]
@@ -31,6 +35,8 @@ pub(super) struct Store {
 struct File {
     bytes: Arc<[u8]>,
     used: u64,
+    /// When that was.
+    since: Instant,
     /// Robots that use it.
     pins: u32,
 }
@@ -70,6 +76,7 @@ impl Store {
         let file = self.files.get_mut(sha256)?;
         self.clock += 1;
         let before = std::mem::replace(&mut file.used, self.clock);
+        file.since = Instant::now();
         if self.idle.remove(&before).is_some() {
             self.idle.insert(self.clock, *sha256);
         }
@@ -100,7 +107,7 @@ impl Store {
         self.clock += 1;
         self.bytes += size;
         self.idle.insert(self.clock, sha256);
-        self.files.insert(sha256, File { bytes, used: self.clock, pins: 0 });
+        self.files.insert(sha256, File { bytes, used: self.clock, since: Instant::now(), pins: 0 });
         Ok(())
     }
 
@@ -120,10 +127,33 @@ impl Store {
             if let Some(file) = self.files.get_mut(sha256) {
                 file.pins = file.pins.saturating_sub(1);
                 if file.pins == 0 {
-                    self.idle.insert(file.used, *sha256);
+                    // It was in use until now.
+                    self.clock += 1;
+                    (file.used, file.since) = (self.clock, Instant::now());
+                    self.idle.insert(self.clock, *sha256);
                 }
             }
         }
+    }
+
+    /// Lets go of files that nobody used for long.
+    pub(super) fn forget_unused(&mut self, now: Instant) {
+        while let Some(first) = self.idle.first_entry() {
+            let file = self.files.get(first.get());
+            if file.is_some_and(|file| now.saturating_duration_since(file.since) < UNUSED) {
+                return;
+            }
+            let sha256 = first.remove();
+            if let Some(file) = self.files.remove(&sha256) {
+                self.bytes -= charge(&file.bytes);
+            }
+        }
+    }
+
+    /// Bytes of all files, with what each is charged beside.
+    #[cfg(test)]
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
     }
 }
 
@@ -178,6 +208,25 @@ mod tests {
             put(&mut store, n);
         }
         assert_eq!(used.map(|file| store.contains(&file)), [true, false], "the first is pinned once more");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_nobody_uses_goes_after_a_while() {
+        let mut store = store();
+        let [used, asked, idle] = [0, 1, 2].map(|n| put(&mut store, n));
+        store.pin(&[used]);
+        tokio::time::advance(UNUSED / 2).await;
+        assert!(store.get(&asked).is_some());
+        tokio::time::advance(UNUSED / 2).await;
+        store.forget_unused(Instant::now());
+        assert_eq!([used, asked, idle].map(|file| store.contains(&file)), [true, true, false]);
+        store.unpin(&[used]);
+        tokio::time::advance(UNUSED / 2).await;
+        store.forget_unused(Instant::now());
+        assert_eq!([used, asked].map(|file| store.contains(&file)), [true, false], "it was in use until now");
+        tokio::time::advance(UNUSED / 2).await;
+        store.forget_unused(Instant::now());
+        assert_eq!(store.bytes(), 0);
     }
 
     #[test]

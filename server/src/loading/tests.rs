@@ -236,6 +236,47 @@ async fn files_of_robots_stay_and_those_of_deleted_robots_make_room() {
     assert!(handle.asset(&Sha256::of(text(1).as_bytes())).is_some());
 }
 
+/// Fourteen megabytes of places where a file was looked for, under its URI and under others.
+fn missing() -> BTreeMap<String, Vec<String>> {
+    let places = |uri: &str| (uri.to_owned(), vec!["/nowhere/at/all".to_owned(); 200_000]);
+    [URI, "package://arm/meshes/nobody_asks.stl"].into_iter().map(places).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn deleting_robots_frees_what_they_held_also_in_a_paused_world() {
+    let handle = daemon(Limits::default(), &[]);
+    let names: Vec<String> = (0..10).map(|n| format!("arm{n}")).collect();
+    for name in &names {
+        let urdf = urdf(name, &["elbow"]).replace(&format!("package://{name}/meshes/base.STL"), URI);
+        let source = Source::Inline { urdf: urdf.into(), assets: BTreeMap::new(), missing: missing() };
+        let loaded = handle.spawn(request(source)).await.unwrap();
+        let longest = loaded.report.findings.iter().map(|finding| finding.message.len()).max();
+        assert!(longest < Some(1000), "{longest:?} bytes in one finding");
+    }
+    let held = handle.loader().held();
+    assert!(held < names.len() * (4 << 20), "{held} bytes");
+    for robot in names {
+        handle.command(Command::Delete { robot }).await.unwrap();
+    }
+    handle.tidy(Instant::now());
+    let files = handle.loader().held();
+    assert!(files < 10 * 3000, "{files} bytes");
+    tokio::time::advance(std::time::Duration::from_secs(600)).await;
+    handle.tidy(Instant::now());
+    assert_eq!(handle.loader().held(), 0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn abandoned_uploads_are_dropped_although_no_other_comes() {
+    let handle = daemon(Limits::default(), &[]);
+    handle.upload(Sha256::of(b"a"), 1 << 20, 0, vec![0; 1000].into()).await.unwrap();
+    handle.tidy(Instant::now());
+    assert!(handle.loader().held() >= 1000);
+    tokio::time::advance(std::time::Duration::from_secs(60)).await;
+    handle.tidy(Instant::now());
+    assert_eq!(handle.loader().held(), 0);
+}
+
 #[tokio::test]
 async fn a_fault_while_reading_is_a_fault_of_one_call() {
     let handle = daemon(Limits::default(), &[]);

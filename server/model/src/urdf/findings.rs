@@ -38,11 +38,26 @@ pub(super) struct Findings {
     rooms: [Room; 3],
 }
 
+/// Bytes of the findings of one room.
+const ROOM_BYTES: usize = 512 << 10;
+/// Bytes of a finding's sentence; a longer one is cut.
+const SENTENCE: usize = 2000;
+/// Bytes of what an element is called; a longer name is cut.
+const ELEMENT: usize = 500;
+
 /// Each kind has its own room, so that no crowd of trifles hides a warning.
 #[derive(Clone, Copy, Default)]
 struct Room {
     taken: usize,
+    /// Of those that were taken.
+    bytes: usize,
     left_out: usize,
+}
+
+impl Room {
+    fn is_full(&self, most: usize) -> bool {
+        self.taken >= most || self.bytes >= ROOM_BYTES
+    }
 }
 
 /// What [`Findings`] keeps of one finding until it is written down.
@@ -79,7 +94,7 @@ impl Findings {
     /// Whether there is no more room for trifles.
     pub(super) fn is_full(&self) -> bool {
         let [_, infos, _] = &self.rooms;
-        infos.taken >= self.most
+        infos.is_full(self.most)
     }
 
     /// What was taken from an element as it is.
@@ -127,6 +142,7 @@ impl Findings {
             self.serious.push(self.list.len());
         }
         let element = "file".to_owned();
+        let message = cut(message, SENTENCE);
         self.list.push(Finding { severity, disposition, element, file: None, line, message });
     }
 
@@ -166,24 +182,20 @@ impl Findings {
             (Severity::Info, _) => infos,
             (Severity::Warning | Severity::Error, _) => warnings,
         };
-        if room.taken >= self.most {
+        if room.is_full(self.most) {
             room.left_out += 1;
             self.serious_left_out += usize::from(serious);
             return;
         }
+        let Place { node, file } = place;
+        let (element, message) = (cut(label(node), ELEMENT), cut(message(), SENTENCE));
         room.taken += 1;
+        room.bytes += size_of::<Finding>() + element.len() + message.len() + file.map_or(0, str::len);
         if serious {
             self.serious.push(self.list.len());
         }
-        let Place { node, file } = place;
-        self.list.push(Finding {
-            severity,
-            disposition,
-            element: label(node),
-            file: file.map(str::to_owned),
-            line: Some(self.line(node)),
-            message: message(),
-        });
+        let (file, line) = (file.map(str::to_owned), Some(self.line(node)));
+        self.list.push(Finding { severity, disposition, element, file, line, message });
     }
 
     /// The report of a robot that was read, in the order of the file.
@@ -206,6 +218,7 @@ impl Findings {
     /// The report of a robot that was refused.
     pub(super) fn refused(self, refusal: Refusal) -> Refused {
         let Refusal { element, line, message } = refusal;
+        let (element, message) = (cut(element, ELEMENT), cut(message, SENTENCE));
         let sentence = match (element.as_str(), line) {
             ("file", Some(line)) => format!("line {line}: {message}"),
             ("file", None) => message.clone(),
@@ -238,6 +251,16 @@ pub(super) fn label(node: Node) -> String {
     }
     words.reverse();
     words.join(" ")
+}
+
+/// Text of at most so many bytes, with an ellipsis where it was longer.
+pub(super) fn cut(mut text: String, bytes: usize) -> String {
+    if text.len() > bytes {
+        text.truncate(text.floor_char_boundary(bytes));
+        text.push_str("...");
+        text.shrink_to_fit();
+    }
+    text
 }
 
 /// A value of the file in quotes, cut where it is long.

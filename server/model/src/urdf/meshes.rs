@@ -6,7 +6,7 @@ use std::sync::Arc;
 use roxmltree::Node;
 
 use super::Assets;
-use super::findings::{Findings, quoted};
+use super::findings::{Findings, cut, quoted};
 use crate::limits::Limits;
 use crate::mesh;
 use crate::report::Disposition::{Ignored, Repaired};
@@ -99,7 +99,7 @@ impl<'s> Meshes<'s> {
         let asset = self
             .assets
             .find(uri)
-            .map_err(|places| format!("mesh {} {}", quoted(uri), absent(uri, &places)))?;
+            .map_err(|places| format!("mesh {} {}", quoted(uri), absent(uri, places)))?;
         let content = (asset.sha256, mesh::format(uri));
         if let Some(found) = self.by_content.get(&content) {
             return found.clone();
@@ -134,11 +134,28 @@ impl<'s> Meshes<'s> {
     }
 }
 
+/// Places that a report names.
+const PLACES: usize = 8;
+/// Bytes of one of them; a longer one is cut.
+const PLACE_BYTES: usize = 500;
+
+/// The first of the places where a file was looked for, and how many more there were.
+pub fn first_places(mut places: Vec<String>) -> Vec<String> {
+    if places.len() > PLACES {
+        let more = places.len() + 1 - PLACES;
+        places.truncate(PLACES - 1);
+        places.push(format!("{more} more places"));
+    }
+    places.shrink_to_fit();
+    places.into_iter().map(|place| cut(place, PLACE_BYTES)).collect()
+}
+
 /// Why there is no file, after its URI.
-fn absent(uri: &str, places: &[String]) -> String {
+fn absent(uri: &str, places: Vec<String>) -> String {
+    let places = first_places(places);
     // Where the URI itself is what is wrong, no place was looked at.
     let wrong = format!("because `{uri}` ");
-    match places {
+    match &places[..] {
         [] => "is not found".to_owned(),
         [only] => match only.split_once(&wrong) {
             Some((_, why)) => why.to_owned(),

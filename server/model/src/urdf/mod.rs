@@ -38,7 +38,7 @@ use crate::robot::{MeshAsset, RobotModel, Sha256};
 use deadline::Deadline;
 use findings::{Findings, Refusal};
 
-pub use meshes::other_case;
+pub use meshes::{first_places, other_case};
 pub use rewrite::readdress;
 
 /// A file that a description names.

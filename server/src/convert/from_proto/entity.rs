@@ -56,11 +56,30 @@ pub fn upload(request: v1::UploadAssetRequest) -> Result<(Sha256, u64, u64, Byte
     Ok((digest, request.total_bytes, request.offset, request.data.into()))
 }
 
+/// Bytes of all places of a description where its files were looked for: they are for people to read, and are
+/// kept with the robot.
+const MISSING_BYTES: usize = 32 << 10;
+
+/// Where the client looked for files, the first places of each, and of as many files as there is room for.
+fn missing(given: BTreeMap<String, v1::AssetSearch>) -> BTreeMap<String, Vec<String>> {
+    let mut left = MISSING_BYTES;
+    let mut kept = BTreeMap::new();
+    for (uri, search) in given {
+        let places = simd_model::first_places(search.places);
+        let bytes = uri.len() + places.iter().map(String::len).sum::<usize>();
+        if let Some(rest) = left.checked_sub(bytes) {
+            left = rest;
+            kept.insert(uri, places);
+        }
+    }
+    kept
+}
+
 /// Where a description comes from.
 pub fn source(at: &Path<'_>, given: Option<v1::DescriptionSource>) -> Result<Source, BadField> {
     let given = at.given(given)?;
     let assets = assets(at, given.assets)?;
-    let missing = given.missing.into_iter().map(|(uri, search)| (uri, search.places)).collect();
+    let missing = missing(given.missing);
     Ok(match at.field("source").given(given.source)? {
         v1::description_source::Source::Description(text) => {
             Source::Uploaded { description: sha256(&at.field("description"), &text)?, assets, missing }
