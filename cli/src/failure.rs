@@ -5,9 +5,9 @@ use std::{
     process::ExitCode,
 };
 
-use simd_client::{Error, proto::ErrorReason};
+use simd_client::{Error, printable_lines, proto::ErrorReason};
 
-use crate::output::{has_colour, plain};
+use crate::output::has_colour;
 
 /// A failure of this side.
 const OWN: u8 = 1;
@@ -25,9 +25,9 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     let mut stderr = io::stderr().lock();
     let name = if has_colour(stderr.is_terminal()) { "\x1b[31msimctl:\x1b[0m" } else { "simctl:" };
     // Nothing is left to tell it to where stderr is gone.
-    let _ = writeln!(stderr, "{name} {}", plain(&format!("{error:#}")));
+    let _ = writeln!(stderr, "{name} {}", printable_lines(&format!("{error:#}")));
     if let Some(remedy) = remedy(error) {
-        let _ = writeln!(stderr, "        {}", plain(&remedy));
+        let _ = writeln!(stderr, "        {}", printable_lines(&remedy));
     }
     ExitCode::from(code(error))
 }
@@ -46,7 +46,7 @@ fn say(kind: &str, sentence: &str) {
     let mut stderr = io::stderr().lock();
     let (begin, end) = if has_colour(stderr.is_terminal()) { ("\x1b[33m", "\x1b[0m") } else { ("", "") };
     // Nothing is left to tell it to where stderr is gone.
-    let _ = writeln!(stderr, "{begin}simctl: {kind}:{end} {}", plain(sentence));
+    let _ = writeln!(stderr, "{begin}simctl: {kind}:{end} {}", printable_lines(sentence));
 }
 
 fn is_closed_pipe(error: &anyhow::Error) -> bool {

@@ -1,10 +1,11 @@
 //! The `simd.v1` schema as Rust types, and what both ends must agree on beside
-//! it: versions, the names of headers, and the keys of Zenoh. No logic.
+//! it: versions, the names of headers, the keys of Zenoh, and which characters of a name are shown.
 
 pub mod checked;
 pub mod keys;
 pub mod methods;
 pub mod raw;
+pub mod text;
 
 /// The messages and services of `simd/v1/*.proto`.
 #[allow(missing_docs, unreachable_pub, clippy::all, clippy::pedantic)]

@@ -145,8 +145,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let zenoh = match ready.await {
         Ok(zenoh) => zenoh,
         Err(error) => {
+            // A robot that cannot be loaded because the physics thread panicked is no fault of the robot.
+            let failure = handle.driver_failure().map(str::to_owned);
             handle.end_driver();
-            return Err(error);
+            return Err(failure.map_or(error, Error::Driver));
         }
     };
     tokio::spawn(handle.clone().keep_tidy());
@@ -210,16 +212,22 @@ impl Running {
             }
         };
         let abort = self.server.abort_handle();
-        let (served, ()) = tokio::join!(tokio::time::timeout(DRAIN, self.server), zenoh);
-        match served {
-            Ok(Ok(Ok(()))) => {}
-            Ok(Ok(Err(error))) => tracing::warn!(%error, "the server failed while draining"),
-            Ok(Err(error)) => tracing::warn!(%error, "the server failed while draining"),
-            Err(_elapsed) => {
-                tracing::warn!("calls did not end in time and are cut off");
-                abort.abort();
+        let server = async {
+            // One that failed was asked for its result already.
+            if self.server.is_finished() {
+                return;
             }
-        }
+            match tokio::time::timeout(DRAIN, self.server).await {
+                Ok(Ok(Ok(()))) => {}
+                Ok(Ok(Err(error))) => tracing::warn!(%error, "the server failed while draining"),
+                Ok(Err(error)) => tracing::warn!(%error, "the server failed while draining"),
+                Err(_elapsed) => {
+                    tracing::warn!("calls did not end in time and are cut off");
+                    abort.abort();
+                }
+            }
+        };
+        tokio::join!(server, zenoh);
         self.handle.end_driver();
         if tokio::time::timeout(LAST_STEP, self.handle.driver_ended().cancelled()).await.is_err() {
             tracing::warn!("the last step takes too long and is left behind");
@@ -239,6 +247,17 @@ fn viewer(address: SocketAddr) -> String {
     format!("viewer: http://{place}/{lack}")
 }
 
+/// Writes to stdout on a thread of its own, which the process does not wait for: stdout may be a pipe
+/// that nobody reads, or a stopped terminal.
+fn announce(text: String) -> std::io::Result<()> {
+    std::thread::Builder::new().name("simd-stdout".into()).spawn(move || {
+        let mut stdout = std::io::stdout().lock();
+        // Whoever closed stdout does not want the lines.
+        let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
+    })?;
+    Ok(())
+}
+
 /// Runs a daemon as the process: says on stdout when it is ready, in one line, and where the
 /// viewer is in another, and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
 ///
@@ -256,23 +275,26 @@ pub async fn run(config: Config) -> Result<(), Error> {
     tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");
     let places = std::iter::once(format!("http://{}", running.address));
     let places: Vec<String> = places.chain(running.locators().iter().cloned()).collect();
-    // Whoever closed stdout does not want the line.
-    let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "simd {name} is listening on {}", places.join(" and "))
-        .and_then(|()| writeln!(stdout, "{}", viewer(running.address)))
-        .and_then(|()| stdout.flush());
-    drop(stdout);
+    let listening = format!("simd {name} is listening on {}", places.join(" and "));
+    announce(format!("{listening}\n{}\n", viewer(running.address))).map_err(Error::System)?;
 
     let signal = tokio::select! {
         signal = signals.next() => signal,
-        error = running.failed() => return Err(error),
+        error = running.failed() => {
+            running.drain().await;
+            return Err(error);
+        }
     };
     tracing::info!(signal, "draining");
+    let handle = running.handle.clone();
     tokio::select! {
-        () = running.drain() => {
-            tracing::info!("drained");
-            Ok(())
-        }
+        () = running.drain() => match handle.driver_failure() {
+            Some(failure) => Err(Error::Driver(failure.to_owned())),
+            None => {
+                tracing::info!("drained");
+                Ok(())
+            }
+        },
         _ = signals.next() => Err(Error::CutOff),
     }
 }

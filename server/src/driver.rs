@@ -34,7 +34,7 @@ use crate::handle::{EventLog, Pace, RunState, Statistics};
 use board::Publisher;
 use call_budget::CallBudget;
 use long_step::LongSteps;
-use mailbox::{Inbox, mailbox};
+use mailbox::mailbox;
 use main_loop::{Driver, period};
 use meter::Meter;
 use pacer::Pacer;
@@ -115,22 +115,22 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
 }
 
 /// Until it is told to end or fails. A fault in the world ends the world; it
-/// must not leave its clients hanging.
+/// must not leave its clients hanging, whatever else fails on the way.
 fn run<W: World>(mut driver: Driver<W>) {
+    // Last to be dropped.
+    let ending = driver.inbox.ending();
     sharpen_timer();
     let outcome = catch_unwind(AssertUnwindSafe(|| driver.run()));
-    let failure = outcome.err().map(|payload| panic_message(payload.as_ref()));
-    if let Some(failure) = &failure {
+    let Driver { world, inbox, steps, .. } = driver;
+    let cleaned = catch_unwind(AssertUnwindSafe(|| drop(world)));
+    if let Err(payload) = outcome.and(cleaned) {
+        let failure = panic_message(payload.as_ref());
+        ending.fail(&failure);
         tracing::error!(%failure, "the physics thread panicked; the daemon ends");
     }
-    let Driver { inbox, steps, .. } = driver;
-    end(inbox, steps, failure);
-}
-
-/// The reason is there before anybody who waits is let go.
-fn end(inbox: Inbox, steps: StepQueue, failure: Option<String>) {
-    inbox.end(failure);
-    drop(steps);
+    // Whoever waits finds the reason.
+    ending.end();
+    drop((inbox, steps));
 }
 
 /// What a panic said.

@@ -8,6 +8,7 @@
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
+//! * [`log`]: lines on stderr, which hold nobody up.
 //! * [`daemon`]: all of it put together, from start to drain.
 
 pub mod config;
@@ -18,6 +19,7 @@ pub mod grpc;
 pub mod handle;
 pub mod http;
 pub mod loading;
+pub mod log;
 pub mod service;
 pub mod zenoh;
 

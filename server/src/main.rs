@@ -9,45 +9,65 @@
 //! * 6: a daemon of the same name is on the Zenoh network.
 
 use std::io::{IsTerminal as _, Write as _};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use simd_server::config::{Config, ConfigError};
 use simd_server::daemon;
+use simd_server::log::Log;
 use tracing_subscriber::EnvFilter;
 
 /// What is left after a drain (a mesh that is being parsed) may take so long.
 const LEFTOVERS: Duration = Duration::from_millis(100);
+/// The last lines of the log may take so long, and are lost where nobody reads them.
+const LAST_WORDS: Duration = Duration::from_millis(200);
 
 fn main() -> ExitCode {
+    let log = match Log::to_stderr() {
+        Ok(log) => log,
+        // There is no thread to say so.
+        Err(_) => return ExitCode::FAILURE,
+    };
+    log.take_panics();
+    let ended = catch_unwind(AssertUnwindSafe(|| run(&log)));
+    // Its panic is in the log.
+    let code = ended.unwrap_or(ExitCode::FAILURE);
+    log.flush(LAST_WORDS);
+    code
+}
+
+fn run(log: &Log) -> ExitCode {
     let config = match Config::from_args(std::env::args_os()) {
         Ok(config) => config,
         Err(ConfigError::Shown(text)) => {
             let _ = write!(std::io::stdout(), "{text}");
             return ExitCode::SUCCESS;
         }
-        Err(error @ ConfigError::Usage(_)) => return complain(&error, 2),
-        Err(error @ ConfigError::File(_)) => return complain(&error, 3),
+        Err(error @ ConfigError::Usage(_)) => return complain(log, &error, 2),
+        Err(error @ ConfigError::File(_)) => return complain(log, &error, 3),
     };
     // Zenoh logs what operators need not read; who wants it says so with --log zenoh=info.
     let filter = EnvFilter::try_new(format!("zenoh=off,{}", config.log)).unwrap_or_default();
     let colors =
         std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colors).init();
+    // Its own errors would go to stderr past the log, which may block and panics.
+    let lines = tracing_subscriber::fmt().with_writer(log.clone()).log_internal_errors(false);
+    lines.with_env_filter(filter).with_ansi(colors).init();
     let runtime = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
         Ok(runtime) => runtime,
-        Err(error) => return complain(&error, 1),
+        Err(error) => return complain(log, &error, 1),
     };
     let ended = runtime.block_on(daemon::run(config));
     runtime.shutdown_timeout(LEFTOVERS);
     match ended {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => complain(&error, error.exit_code()),
+        Err(error) => complain(log, &error, error.exit_code()),
     }
 }
 
 /// One sentence on stderr.
-fn complain(error: &dyn std::error::Error, code: u8) -> ExitCode {
-    let _ = writeln!(std::io::stderr(), "simd: {error}");
+fn complain(log: &Log, error: &dyn std::error::Error, code: u8) -> ExitCode {
+    log.say(&format!("simd: {error}"));
     ExitCode::from(code)
 }

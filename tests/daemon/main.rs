@@ -4,6 +4,7 @@
 
 mod client;
 mod draining;
+mod logs;
 mod mistakes;
 mod network;
 mod papers;

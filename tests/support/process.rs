@@ -22,7 +22,8 @@ pub struct Process {
     /// `tcp/127.0.0.1:PORT`, where it listens for Zenoh.
     pub locator: Option<String>,
     child: Child,
-    log: Lines<BufReader<ChildStderr>>,
+    /// None where stderr goes elsewhere.
+    log: Option<Lines<BufReader<ChildStderr>>>,
     /// Held open: a daemon may say more.
     _stdout: Lines<BufReader<ChildStdout>>,
     home: Home,
@@ -158,15 +159,27 @@ impl Process {
         zenoh: [&str; 2],
         arguments: impl IntoIterator<Item = I>,
     ) -> Self {
+        Self::start_logging_to(Stdio::piped(), zenoh, arguments).await
+    }
+
+    /// The same, with its stderr at another place than this test.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn start_logging_to<I: AsRef<OsStr>>(
+        stderr: Stdio,
+        zenoh: [&str; 2],
+        arguments: impl IntoIterator<Item = I>,
+    ) -> Self {
         let home = Home::new();
         let mut command = home.command(binaries().join("simd"));
-        command.args(["--listen", "127.0.0.1:0"]).args(zenoh).args(arguments).stdin(Stdio::piped());
+        command.args(["--listen", "127.0.0.1:0"]).args(zenoh).args(arguments);
+        command.stdin(Stdio::piped()).stderr(stderr);
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{error}"));
-        let (Some(stdout), Some(stderr)) = (child.stdout.take(), child.stderr.take()) else {
-            panic!("the daemon has no stdout and stderr");
-        };
+        let Some(stdout) = child.stdout.take() else { panic!("the daemon has no stdout") };
         let mut stdout = BufReader::new(stdout).lines();
-        let mut log = BufReader::new(stderr).lines();
+        let mut log = child.stderr.take().map(|stderr| BufReader::new(stderr).lines());
         let ready = soon("the daemon's line on stdout", stdout.next_line()).await;
         let endpoints = match ready.as_ref().map(Option::as_deref) {
             Ok(Some(line)) => line.split_once(" is listening on ").map(|(_, endpoints)| endpoints),
@@ -174,14 +187,21 @@ impl Process {
         };
         let Some(endpoints) = endpoints else {
             let mut said = String::new();
-            while let Ok(Some(line)) = log.next_line().await {
-                said = said + &line + "\n";
+            if let Some(log) = &mut log {
+                while let Ok(Some(line)) = log.next_line().await {
+                    said = said + &line + "\n";
+                }
             }
             panic!("the daemon does not say where it listens, but {ready:?} and\n{said}");
         };
         let mut endpoints = endpoints.split(" and ").map(str::to_owned);
         let (endpoint, locator) = (endpoints.next().unwrap_or_default(), endpoints.next());
         Self { endpoint, locator, child, log, _stdout: stdout, home }
+    }
+
+    /// Its number; none once it has ended.
+    pub fn pid(&self) -> Option<u32> {
+        self.child.id()
     }
 
     /// `127.0.0.1:PORT`.
@@ -254,8 +274,9 @@ impl Process {
     /// Where it ends or hangs before that.
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn logged(&mut self, text: &str) {
+        let Some(log) = &mut self.log else { panic!("its log goes elsewhere") };
         loop {
-            match soon(&format!("a line with {text:?} in the log"), self.log.next_line()).await {
+            match soon(&format!("a line with {text:?} in the log"), log.next_line()).await {
                 Ok(Some(line)) if line.contains(text) => return,
                 Ok(Some(_)) => {}
                 ended => panic!("the log ends without a line with {text:?}: {ended:?}"),
@@ -270,8 +291,10 @@ impl Process {
     #[allow(clippy::panic, reason = "the test has failed")]
     pub async fn ended(&mut self) -> (ExitStatus, String) {
         let mut left = String::new();
-        while let Ok(Some(line)) = soon("the end of the daemon's log", self.log.next_line()).await {
-            left = left + &line + "\n";
+        if let Some(log) = &mut self.log {
+            while let Ok(Some(line)) = soon("the end of the daemon's log", log.next_line()).await {
+                left = left + &line + "\n";
+            }
         }
         let status = soon("the daemon's end", self.child.wait()).await;
         (status.unwrap_or_else(|error| panic!("{error}")), left)

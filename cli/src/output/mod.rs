@@ -10,6 +10,7 @@ use std::{
 };
 
 use serde::Serialize;
+use simd_client::is_printable;
 
 use crate::args::Format;
 use table::Page;
@@ -36,8 +37,8 @@ impl Output {
     pub(crate) fn one(self, view: &impl View) -> anyhow::Result<()> {
         match self.format {
             Format::Table => self.write(&view.page().render(self.colour)),
-            Format::Json => self.write(&format!("{}\n", serde_json::to_string_pretty(view)?)),
-            Format::Jsonl => self.write(&format!("{}\n", serde_json::to_string(view)?)),
+            Format::Json => self.json(serde_json::to_string_pretty(view)?),
+            Format::Jsonl => self.json(serde_json::to_string(view)?),
         }
     }
 
@@ -49,7 +50,7 @@ impl Output {
     ) -> anyhow::Result<()> {
         match self.format {
             Format::Table => self.write(&page(items).render(self.colour)),
-            Format::Json => self.write(&format!("{}\n", serde_json::to_string_pretty(items)?)),
+            Format::Json => self.json(serde_json::to_string_pretty(items)?),
             Format::Jsonl => items.iter().try_for_each(|item| self.line(item)),
         }
     }
@@ -71,7 +72,11 @@ impl Output {
     }
 
     fn line(self, item: &impl Serialize) -> anyhow::Result<()> {
-        self.write(&format!("{}\n", serde_json::to_string(item)?))
+        self.json(serde_json::to_string(item)?)
+    }
+
+    fn json(self, document: String) -> anyhow::Result<()> {
+        self.write(&format!("{}\n", shown(&document)))
     }
 
     /// As it is.
@@ -94,8 +99,28 @@ pub(crate) fn has_colour(is_terminal: bool) -> bool {
     is_terminal && !is_set("NO_COLOR") && env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Without control characters: names come from strangers' files, and a terminal
-/// would obey an escape sequence in them.
-pub(crate) fn plain(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect()
+/// The same document with what a terminal would obey or hide written out as `\u202e`: names come from
+/// strangers' files. Such a character can only be within a text.
+fn shown(json: &str) -> String {
+    let mut clean = String::with_capacity(json.len());
+    for c in json.chars() {
+        if c == '\n' || is_printable(c) {
+            clean.push(c);
+        } else {
+            clean.extend(c.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")));
+        }
+    }
+    clean
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn json_is_the_same_document_without_what_a_terminal_obeys() {
+        let text = "a\u{202e}b\u{e0041}\u{7f}\n";
+        let json = serde_json::to_string(text).unwrap();
+        let shown = super::shown(&json);
+        assert_eq!(shown, r#""a\u202eb\udb40\udc41\u007f\n""#);
+        assert_eq!(serde_json::from_str::<String>(&shown).unwrap(), text);
+    }
 }

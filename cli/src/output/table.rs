@@ -2,7 +2,7 @@
 
 use comfy_table::{CellAlignment, presets};
 
-use super::plain;
+use simd_client::{printable, printable_lines};
 
 /// What a command says, from top to bottom.
 #[derive(Debug, Default)]
@@ -47,7 +47,7 @@ impl Page {
         let mut text = String::new();
         for block in &self.blocks {
             match block {
-                Block::Line(line) => text.push_str(&plain(line)),
+                Block::Line(line) => text.push_str(&printable_lines(line)),
                 Block::Table(table) => text.push_str(&table.render(colour)),
             }
             text.push('\n');
@@ -96,7 +96,9 @@ impl Table {
         }
         for row in &self.rows {
             // A line break would push the rest of the table out of line.
-            table.add_row(row.iter().map(|cell| plain(&cell.replace('\n', " "))).collect::<Vec<_>>());
+            table.add_row(
+                row.iter().map(|cell| printable(&cell.replace('\n', " ")).into_owned()).collect::<Vec<_>>(),
+            );
         }
         for (index, column) in self.columns.iter().enumerate() {
             if let Some(inner) = table.column_mut(index) {
@@ -131,7 +133,7 @@ mod tests {
         let expected = "\
 JOINT     POSITION [rad]
 shoulder          0.5000
-e\u{fffd}[31m          -10.2500
+e\u{1b}[31m         -10.2500
 ";
         assert_eq!(text, expected);
     }

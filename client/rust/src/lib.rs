@@ -59,6 +59,7 @@ pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
+pub use simd_proto::text::{is_printable, printable, printable_lines};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
 pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;

@@ -154,17 +154,39 @@ impl Inbox {
         self.shared.refusals.load(Ordering::Relaxed)
     }
 
-    /// Says how the driver ended. What still waits is dropped with the inbox
-    /// after that, so that whoever waited finds the reason.
-    pub(crate) fn end(self, failure: Option<String>) {
-        if let Some(failure) = failure {
-            let _ = self.shared.failure.set(failure);
-        }
-        self.shared.ended.cancel();
+    /// What tells the others that the driver has ended.
+    pub(crate) fn ending(&self) -> Ending {
+        Ending(self.shared.clone())
     }
 
     /// Whether it was closed, with calls in it or not.
     pub(crate) fn is_closing(&self) -> bool {
         self.shared.closing.load(Ordering::Acquire)
+    }
+}
+
+/// Tells the others that the driver has ended, at the latest when it is dropped: also by a panic of
+/// whatever the driver does last.
+#[derive(Debug)]
+pub(crate) struct Ending(Arc<Shared>);
+
+impl Ending {
+    /// Why it failed; the first reason holds.
+    pub(crate) fn fail(&self, failure: &str) {
+        let _ = self.0.failure.set(failure.to_owned());
+    }
+
+    /// What still waits is to be dropped after this, so that whoever waited finds the reason.
+    pub(crate) fn end(&self) {
+        self.0.ended.cancel();
+    }
+}
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.fail("it panicked while it ended");
+        }
+        self.end();
     }
 }

@@ -362,7 +362,8 @@ fn a_full_mailbox_does_not_keep_the_driver_from_ending() {
     bench.link.mailbox.close();
     assert!(bench.driver.turn().is_break());
     let Driver { inbox, .. } = bench.driver;
-    inbox.end(None);
+    inbox.ending().end();
+    drop(inbox);
     let Applied { .. } = answers.remove(0).try_recv().unwrap().unwrap().applied;
     assert!(answers[0].try_recv().is_err(), "the others are dropped");
     assert!(matches!(bench.link.mailbox.end(), CallError::ShuttingDown));

@@ -19,6 +19,7 @@ pub(crate) struct Toy {
     panics_at: Option<u64>,
     /// Called in the midst of each step that can be interrupted.
     pub(crate) midst: Option<Midst>,
+    panics_when_dropped: bool,
     /// Each command that was applied, with its step.
     pub(crate) applied: Arc<Mutex<Vec<(u64, Command)>>>,
 }
@@ -35,7 +36,16 @@ impl std::fmt::Debug for Midst {
 impl Toy {
     /// A world that fails in this step.
     pub(crate) fn panicking_at(step: u64) -> Self {
-        Self { panics_at: Some(step), ..Self::default() }
+        let mut toy = Self::default();
+        toy.panics_at = Some(step);
+        toy
+    }
+
+    /// The same, and cleaning up after it fails too.
+    pub(crate) fn panicking_twice_at(step: u64) -> Self {
+        let mut toy = Self::panicking_at(step);
+        toy.panics_when_dropped = true;
+        toy
     }
 }
 
@@ -47,6 +57,12 @@ pub(crate) fn nothing() -> Command {
 /// A command that the toy refuses.
 pub(crate) fn refused() -> Command {
     Command::Delete { robot: "nobody".into() }
+}
+
+impl Drop for Toy {
+    fn drop(&mut self) {
+        assert!(!self.panics_when_dropped, "while it is cleaned up");
+    }
 }
 
 impl World for Toy {

@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use simd_proto::text::{is_printable, printable};
 use tokio::sync::Notify;
 
 use super::{CallError, SimHandle};
@@ -14,7 +15,7 @@ const MAX_NAME: usize = 256;
 /// Something to move or to press.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Unique; 1 to 256 bytes without control characters.
+    /// Unique; 1 to 256 bytes of visible characters.
     pub name: Arc<str>,
     /// What it is, and where it stands.
     pub kind: ParameterKind,
@@ -299,8 +300,8 @@ fn check_name(name: &str) -> Result<(), CallError> {
     if name.is_empty() || name.len() > MAX_NAME {
         return refuse(format!("{} bytes long", name.len()), "it must have 1 to 256");
     }
-    if name.chars().any(char::is_control) {
-        return refuse(format!("{name:?}"), "it must not have control characters");
+    if !name.chars().all(is_printable) {
+        return refuse(format!("\"{}\"", printable(name)), "all of its characters must be visible");
     }
     Ok(())
 }

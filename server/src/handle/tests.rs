@@ -50,6 +50,23 @@ async fn a_world_that_panics_fails_every_call_with_the_reason() {
 }
 
 #[tokio::test]
+async fn a_world_whose_end_panics_too_leaves_nobody_waiting() {
+    let (handle, _) = handle(Toy::panicking_twice_at(3), RunState::Paused);
+    let during = handle.step(10).await.unwrap_err();
+    handle.driver_ended().cancelled().await;
+    assert!(during.to_string().contains("on purpose"), "{during}");
+    assert!(handle.driver_failure().is_some_and(|failure| failure.contains("on purpose")));
+}
+
+#[tokio::test]
+async fn a_world_that_only_fails_to_end_is_a_failure_of_the_driver() {
+    let (handle, _) = handle(Toy::panicking_twice_at(u64::MAX), RunState::Paused);
+    handle.end_driver();
+    handle.driver_ended().cancelled().await;
+    assert!(handle.driver_failure().is_some_and(|failure| failure.contains("cleaned up")));
+}
+
+#[tokio::test]
 async fn after_the_end_calls_are_refused_as_shutting_down() {
     let handle = paused();
     handle.end_driver();

@@ -2,9 +2,8 @@
 
 use std::io::{self, IsTerminal as _, Write as _};
 
+use simd_client::printable;
 use simd_client::proto::{LoadPhase, LoadProgress};
-
-use crate::output::plain;
 
 /// The line, where there is one now.
 #[derive(Debug, Default)]
@@ -36,7 +35,7 @@ fn sentence(progress: &LoadProgress) -> String {
     match progress.phase() {
         LoadPhase::Unspecified | LoadPhase::Waiting => "waits for other robots to be read".to_owned(),
         LoadPhase::Reading if uri.is_empty() => "reads the description".to_owned(),
-        LoadPhase::Reading => format!("reads mesh {} of {total}: {}", done + 1, plain(uri)),
+        LoadPhase::Reading => format!("reads mesh {} of {total}: {}", done + 1, printable(uri)),
         LoadPhase::Hulls => "makes convex hulls of the collision meshes".to_owned(),
         LoadPhase::Spawning => "waits for the end of a step".to_owned(),
     }

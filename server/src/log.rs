@@ -1,0 +1,241 @@
+//! The log: lines wait in a bounded buffer, and a thread of its own writes them to stderr.
+//!
+//! Whoever reads a log may be gone, its disk may be full, and a pipe or a stopped terminal takes
+//! nothing for as long as it likes. None of that may block, slow or fail whoever logs. So a line that
+//! finds no room, or that cannot be written, is counted and lost, and the count is written as soon as
+//! something can be written again.
+
+#[cfg(test)]
+mod tests;
+
+use std::backtrace::{Backtrace, BacktraceStatus};
+use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::io::{self, ErrorKind, Write};
+use std::panic::PanicHookInfo;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use simd_proto::text;
+use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::time::{FormatTime as _, SystemTime};
+
+/// Bytes that may wait; as many again are with the thread that writes.
+const CAPACITY: usize = 1 << 20;
+/// For what must be said though the buffer is full: why the process ends, and panics.
+const RESERVE: usize = 64 << 10;
+/// A buffer that grew beyond this is given back once it is empty.
+const KEPT: usize = 64 << 10;
+/// After this time a writer that is not ready is tried again.
+const RETRY: Duration = Duration::from_millis(20);
+
+/// Where lines go. Cheap to clone; clones are the same log.
+#[derive(Clone, Debug)]
+pub struct Log(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    state: Mutex<State>,
+    /// Something waits, or all of it was written.
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    waiting: Vec<u8>,
+    is_writing: bool,
+    /// Lines since the start.
+    lost: u64,
+    /// How many of those a line told of.
+    told: u64,
+}
+
+impl Log {
+    /// A log that is written to stderr.
+    ///
+    /// # Errors
+    /// Where the system gives no thread.
+    pub fn to_stderr() -> io::Result<Self> {
+        Self::to(io::stderr())
+    }
+
+    /// A log that is written there.
+    fn to(out: impl Write + Send + 'static) -> io::Result<Self> {
+        let log = Self(Arc::new(Shared { state: Mutex::default(), changed: Condvar::new() }));
+        let shared = log.0.clone();
+        std::thread::Builder::new().name("simd-log".into()).spawn(move || shared.write_to(out))?;
+        Ok(log)
+    }
+
+    /// Adds a line, or several, that must be seen: there is room for it where others find none.
+    pub fn say(&self, text: &str) {
+        self.0.push(format!("{text}\n").as_bytes(), CAPACITY + RESERVE);
+    }
+
+    /// Waits until all is written, but no longer than this; whether it is.
+    pub fn flush(&self, within: Duration) -> bool {
+        let state = self.0.lock();
+        let is_open = |state: &mut State| state.is_writing || !state.waiting.is_empty();
+        let waited = self.0.changed.wait_timeout_while(state, within, is_open);
+        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
+
+    /// From here on a panic is a line of this log. The default hook waits for stderr.
+    pub fn take_panics(&self) {
+        let log = self.clone();
+        std::panic::set_hook(Box::new(move |panic| log.say(&sentence(panic))));
+    }
+}
+
+/// What a panic said, and where. A hook that panics aborts the process, so nothing here can: it takes
+/// no lock but the buffer's, and asks `tracing` nothing.
+fn sentence(panic: &PanicHookInfo<'_>) -> String {
+    let thread = std::thread::current();
+    let mut text = stamp("ERROR");
+    let what = panic.payload_as_str().unwrap_or("(no message)");
+    let _ = write!(text, "thread `{}` panicked", thread.name().unwrap_or("unnamed"));
+    if let Some(place) = panic.location() {
+        let _ = write!(text, " at {place}");
+    }
+    let _ = write!(text, ": {what}");
+    // Where RUST_BACKTRACE asks for it.
+    let trace = Backtrace::capture();
+    if trace.status() == BacktraceStatus::Captured {
+        let _ = write!(text, "\n{trace}");
+    }
+    text
+}
+
+/// The beginning of a line, as the others have it.
+fn stamp(level: &str) -> String {
+    let mut text = String::new();
+    let _ = SystemTime.format_time(&mut Writer::new(&mut text));
+    let _ = write!(text, " {level:>5} simd_server::log: ");
+    text
+}
+
+impl Shared {
+    /// Nothing that is done under this lock waits for anything.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn push(&self, text: &[u8], capacity: usize) {
+        let mut state = self.lock();
+        let notice = state.notice();
+        let length = text.len() + notice.as_ref().map_or(0, String::len);
+        if state.waiting.len() + length > capacity {
+            state.lost += lines(text);
+            return;
+        }
+        if let Some(notice) = notice {
+            state.waiting.extend_from_slice(notice.as_bytes());
+            state.told = state.lost;
+        }
+        state.waiting.extend_from_slice(text);
+        self.changed.notify_all();
+    }
+
+    /// The thread that writes, for as long as the process lives.
+    fn write_to(&self, mut out: impl Write) {
+        let mut chunk = Vec::new();
+        let (mut is_line_open, mut is_well) = (false, true);
+        loop {
+            self.next_chunk(&mut chunk, is_well);
+            if is_line_open {
+                chunk.insert(0, b'\n');
+            }
+            let left = write_all(&mut out, &chunk);
+            let written = &chunk[..chunk.len() - left.len()];
+            is_well = left.is_empty();
+            is_line_open = written.last().map_or(is_line_open, |&byte| byte != b'\n');
+            self.lock().lost += lines(left);
+            if chunk.capacity() > KEPT {
+                chunk = Vec::new();
+            }
+        }
+    }
+
+    /// Waits for the next bytes. Where what came before was written, the loss of lines is told of
+    /// without waiting for another line.
+    fn next_chunk(&self, chunk: &mut Vec<u8>, is_well: bool) {
+        chunk.clear();
+        let mut state = self.lock();
+        if state.waiting.is_empty() && is_well {
+            if let Some(notice) = state.notice() {
+                state.told = state.lost;
+                state.waiting.extend_from_slice(notice.as_bytes());
+            }
+        }
+        if state.waiting.is_empty() {
+            state.is_writing = false;
+            self.changed.notify_all();
+            let waited = self.changed.wait_while(state, |state| state.waiting.is_empty());
+            state = waited.unwrap_or_else(PoisonError::into_inner);
+        }
+        state.is_writing = true;
+        std::mem::swap(&mut state.waiting, chunk);
+    }
+}
+
+impl State {
+    /// A line about lines that were lost and not told of.
+    fn notice(&self) -> Option<String> {
+        let lost = self.lost;
+        (lost != self.told).then(|| {
+            format!("{}lines of this log that could not be written since the start: {lost}\n", stamp("WARN"))
+        })
+    }
+}
+
+/// Writes until it is done or fails; what was not written.
+fn write_all<'a>(out: &mut impl Write, mut bytes: &'a [u8]) -> &'a [u8] {
+    while !bytes.is_empty() {
+        match out.write(bytes) {
+            Ok(0) => break,
+            Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => std::thread::sleep(RETRY),
+            Err(_) => break,
+        }
+    }
+    bytes
+}
+
+fn lines(text: &[u8]) -> u64 {
+    text.iter().filter(|&&byte| byte == b'\n').count() as u64
+}
+
+/// Without what a terminal would obey or hide: strangers' names are in the log. Colours are begun by an
+/// escape, and `tracing-subscriber` lets none of a message through.
+fn shown(line: &[u8]) -> Cow<'_, [u8]> {
+    let may_stay = |c: char| matches!(c, '\n' | '\t' | '\x1b') || text::is_printable(c);
+    if line.iter().all(|&byte| byte.is_ascii() && may_stay(char::from(byte))) {
+        return Cow::Borrowed(line);
+    }
+    Cow::Owned(text::escaped(&String::from_utf8_lossy(line), may_stay).into_owned().into_bytes())
+}
+
+/// One event, as `tracing-subscriber` writes it: whole, and never refused.
+#[derive(Debug)]
+pub struct Line<'a>(&'a Shared);
+
+impl Write for Line<'_> {
+    fn write(&mut self, text: &[u8]) -> io::Result<usize> {
+        self.0.push(&shown(text), CAPACITY);
+        Ok(text.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<'a> MakeWriter<'a> for Log {
+    type Writer = Line<'a>;
+
+    fn make_writer(&'a self) -> Line<'a> {
+        Line(&self.0)
+    }
+}

@@ -1,0 +1,136 @@
+//! A log whose reader does what readers do.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use super::*;
+
+/// A writer that asks the test before each write: it takes what it is told to, or fails.
+struct Puppet {
+    asks: Sender<Vec<u8>>,
+    answers: Receiver<io::Result<usize>>,
+}
+
+impl Write for Puppet {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let gone = |_| io::Error::from(ErrorKind::BrokenPipe);
+        self.asks.send(bytes.to_vec()).map_err(|_| io::Error::from(ErrorKind::BrokenPipe))?;
+        self.answers.recv().map_err(gone)?
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+struct Bench {
+    log: Log,
+    writes: Receiver<Vec<u8>>,
+    answers: Sender<io::Result<usize>>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let ((asks, writes), (answers, wants)) = (channel(), channel());
+        Self { log: Log::to(Puppet { asks, answers: wants }).unwrap(), writes, answers }
+    }
+
+    fn log(&self, text: &str) {
+        self.log.make_writer().write_all(text.as_bytes()).unwrap();
+    }
+
+    /// The next write, of which everything is taken.
+    fn take(&self) -> String {
+        let bytes = self.writes.recv().unwrap();
+        self.answers.send(Ok(bytes.len())).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    fn lost(&self) -> u64 {
+        self.log.0.lock().lost
+    }
+}
+
+#[test]
+fn lines_come_whole_and_in_order() {
+    let bench = Bench::new();
+    bench.log("one\n");
+    let mut all = bench.take();
+    bench.log("two\n");
+    bench.log.say("three");
+    while all.len() < "one\ntwo\nthree\n".len() {
+        all += &bench.take();
+    }
+    assert_eq!(all, "one\ntwo\nthree\n");
+    assert!(bench.log.flush(Duration::from_secs(60)));
+}
+
+#[test]
+fn a_reader_that_reads_nothing_costs_bounded_memory_and_is_told_what_it_missed() {
+    let bench = Bench::new();
+    bench.log("the first\n");
+    let first = bench.writes.recv().unwrap();
+    let line = format!("{}\n", "x".repeat(999));
+    for _ in 0..10_000 {
+        bench.log(&line);
+    }
+    let held = bench.log.0.lock().waiting.len();
+    assert!(held <= CAPACITY, "{held} bytes");
+    assert_eq!(bench.lost(), 10_000 - (held / line.len()) as u64);
+    assert!(!bench.log.flush(Duration::ZERO), "and nobody waits for it");
+    // There is room for the last sentence of a process.
+    bench.log.say("simd: the end");
+    bench.answers.send(Ok(first.len())).unwrap();
+    let rest = bench.take();
+    let notice = format!("could not be written since the start: {}\n", bench.lost());
+    assert!(rest.ends_with(&format!("{notice}simd: the end\n")), "{}", &rest[rest.len() - 200..]);
+}
+
+#[test]
+fn what_fails_to_be_written_is_counted_and_told_of_once_it_can_be() {
+    let bench = Bench::new();
+    bench.log("lost\n");
+    bench.writes.recv().unwrap();
+    bench.answers.send(Err(ErrorKind::StorageFull.into())).unwrap();
+    assert!(bench.log.flush(Duration::from_secs(60)), "what cannot be written does not wait");
+    // The next one gets half out.
+    bench.log("half\n");
+    let tried = String::from_utf8(bench.writes.recv().unwrap()).unwrap();
+    assert!(tried.contains("since the start: 1\n"), "{tried}");
+    bench.answers.send(Ok(tried.len() - 3)).unwrap();
+    bench.writes.recv().unwrap();
+    bench.answers.send(Err(ErrorKind::StorageFull.into())).unwrap();
+    assert!(bench.log.flush(Duration::from_secs(60)));
+    bench.log("whole\n");
+    let all = bench.take();
+    assert!(all.starts_with('\n'), "a new line is begun: {all:?}");
+    assert!(all.contains("since the start: 2\n") && all.ends_with("\nwhole\n"), "{all:?}");
+}
+
+#[test]
+fn a_loss_is_told_of_without_another_line() {
+    let bench = Bench::new();
+    bench.log("the first\n");
+    let first = bench.writes.recv().unwrap();
+    let line = format!("{}\n", "x".repeat(CAPACITY));
+    bench.log(&line);
+    bench.answers.send(Ok(first.len())).unwrap();
+    assert!(bench.take().ends_with("since the start: 1\n"));
+}
+
+#[test]
+fn a_reader_that_is_gone_fails_nobody() {
+    let Bench { log, writes, answers } = Bench::new();
+    drop((writes, answers));
+    for _ in 0..100 {
+        log.make_writer().write_all(b"nobody reads this\n").unwrap();
+    }
+    assert!(log.flush(Duration::from_secs(60)));
+    assert_eq!(log.0.lock().lost, 100);
+}
+
+#[test]
+fn what_a_reader_cannot_see_is_written_out() {
+    let bench = Bench::new();
+    bench.log("joint `a\u{202e}b\u{200b}` of `épaule`\n");
+    assert_eq!(bench.take(), "joint `a\\u{202e}b\\u{200b}` of `épaule`\n");
+}

@@ -1,0 +1,137 @@
+//! A log that cannot be written, and a stdout that nobody reads: the daemon serves and ends as ever.
+
+use std::fs::File;
+use std::io::{BufRead as _, BufReader, ErrorKind};
+use std::process::Stdio;
+
+use simd_client::proto::event::Kind;
+use simd_client::{Target, joint_target};
+use simd_tests::daemon::fixed;
+use simd_tests::process::{Home, Process, soon};
+use simd_tests::robots::assets;
+use tokio::net::unix::pipe;
+
+/// More than a pipe holds.
+const MANY: usize = 200;
+
+/// A daemon that logs each thing that it does, in a world that is always late.
+async fn loud(stderr: impl Into<Stdio>) -> Process {
+    let arguments = ["--log", "trace", "--rtf", "1000", "--time-step", "0.0001"];
+    Process::start_logging_to(stderr.into(), ["--zenoh", "tcp/127.0.0.1:0"], arguments).await
+}
+
+/// Robots come and go, targets are set, overruns are warned of; then SIGTERM ends it with 0.
+async fn serves_and_ends(daemon: &mut Process) {
+    let client = daemon.client().await;
+    let mut events = client.watch_events(0).await.unwrap();
+    for i in 0..5 {
+        let arm = format!("arm_{i}");
+        client.load(assets().join("Bench_Arm-1.2 rev B"), fixed(&arm)).await.unwrap();
+        for _ in 0..MANY / 5 {
+            let target = joint_target("shoulder", Target::position(0.1));
+            client.set_robot_targets(&arm, [target]).await.unwrap();
+        }
+    }
+    let warned = async {
+        let mut overruns = 0;
+        while overruns < 2 {
+            let event = events.next().await.unwrap().unwrap().event;
+            overruns += usize::from(matches!(event.kind, Some(Kind::Overrun(_))));
+        }
+    };
+    soon("the second overrun", warned).await;
+    assert_eq!(client.robots().await.unwrap().len(), 5);
+    daemon.signal("TERM").await;
+    let (status, _) = daemon.ended().await;
+    assert_eq!(status.code(), Some(0));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_log_whose_reader_is_gone_harms_nothing() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    serves_and_ends(&mut loud(writer).await).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_log_on_a_full_disk_harms_nothing() {
+    let full = File::options().write(true).open("/dev/full").unwrap();
+    serves_and_ends(&mut loud(full).await).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_log_that_nobody_reads_harms_nothing() {
+    let (_reader, writer) = std::io::pipe().unwrap();
+    serves_and_ends(&mut loud(writer).await).await;
+}
+
+/// As after Ctrl-S and Ctrl-Q. More is logged than the pipe and the daemon keep.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_reads_a_log_again_is_told_how_much_is_missing() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    let daemon = loud(writer).await;
+    let client = daemon.client().await;
+    // The line of a spawn has the whole robot, 100 kB of it.
+    for i in 0..MANY / 4 {
+        client.load(assets().join("Bench_Arm-1.2 rev B"), fixed(&format!("arm_{i}"))).await.unwrap();
+    }
+    let read = tokio::task::spawn_blocking(move || {
+        let mut lines = BufReader::new(reader).lines();
+        lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("lines of this log that could not")))
+    });
+    let told = soon("the line about what is missing", read).await.unwrap().unwrap().unwrap();
+    let lost: u64 = told.rsplit(' ').next().unwrap().parse().unwrap();
+    assert!(lost > 0, "{told}");
+}
+
+/// The writing end of a pipe that has no room.
+async fn full_pipe() -> (Stdio, pipe::Receiver) {
+    let (writer, reader) = pipe::pipe().unwrap();
+    writer.writable().await.unwrap();
+    loop {
+        match writer.try_write(&[b'\n'; 4096]) {
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    (writer.into_blocking_fd().unwrap().into(), reader)
+}
+
+#[tokio::test]
+async fn a_stdout_that_nobody_reads_holds_up_neither_start_nor_end() {
+    let (stdout, _reader) = full_pipe().await;
+    let mut command = Home::new().command(simd_tests::process::binaries().join("simd"));
+    command.args(["--listen", "127.0.0.1:0", "--zenoh", "off"]).stdout(stdout);
+    let mut child = command.spawn().unwrap();
+    let mut log = tokio::io::BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains("serving gRPC") {
+        line.clear();
+        soon("the log", tokio::io::AsyncBufReadExt::read_line(&mut log, &mut line)).await.unwrap();
+    }
+    let pid = child.id().unwrap().to_string();
+    std::process::Command::new("kill").args(["-TERM", &pid]).status().unwrap();
+    assert_eq!(soon("the end of the daemon", child.wait()).await.unwrap().code(), Some(0));
+}
+
+#[tokio::test]
+async fn a_mistake_is_reported_to_nobody_without_delay() {
+    let (stderr, _reader) = full_pipe().await;
+    let mut command = Home::new().command(simd_tests::process::binaries().join("simd"));
+    command.arg("--lisen").stderr(stderr);
+    let status = soon("the end of the daemon", async { command.status().await.unwrap() }).await;
+    assert_eq!(status.code(), Some(2));
+}
+
+#[tokio::test]
+async fn simctl_says_that_its_answer_could_not_be_written() {
+    let daemon = crate::paused().await;
+    let said = daemon.shell("simctl robot list > /dev/full", Home::new().path()).await;
+    assert_eq!(said.code, 1);
+    assert!(said.err.starts_with("simctl: ") && said.err.contains("No space left"), "{}", said.err);
+    for closed in ["2>&-", "2>/dev/full"] {
+        let said = daemon.shell(&format!("simctl joint get nobody {closed}"), Home::new().path()).await;
+        assert_eq!((said.code, said.out.as_str()), (69, ""));
+    }
+}
