@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo web viewer test test-python python-blocking test-web chromium test-data build lint nextest bench truth scenes fuzz reference clean
+.PHONY: demo web viewer test test-python python-blocking test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -103,6 +103,12 @@ bench: build
 	python3 -m venv target/bench-venv
 	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/benches/peers.py
+
+# A daemon in a world that comes and goes, with readers on every transport, for SOAK_MINUTES: a line each
+# minute of what it costs, and how fast that grows. Fails where a command was lost or anything panicked.
+SOAK_MINUTES ?= 60
+soak: build
+	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev -p simd-tests --bench soak
 
 # simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
 truth: test-data target/reference-venv/installed

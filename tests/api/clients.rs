@@ -10,6 +10,7 @@ fn transport(via: Via) -> &'static str {
     match via {
         Via::Handle => "handle",
         Via::Grpc => "grpc",
+        Via::Web => "grpc-web",
         Via::Zenoh => "zenoh",
     }
 }

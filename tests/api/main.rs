@@ -44,6 +44,11 @@ macro_rules! over_every_transport {
             }
 
             #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn over_grpc_web() {
+                super::$test(Via::Web).await;
+            }
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
             async fn over_zenoh() {
                 super::$test(Via::Zenoh).await;
             }

@@ -10,6 +10,7 @@ mod network;
 mod papers;
 mod programs;
 mod readme;
+mod soak;
 mod strangers;
 mod transcript;
 

@@ -8,6 +8,8 @@ use simd_server::daemon::{self, Running};
 use simd_server::handle::{RunState, Transport};
 use simd_server::service;
 
+use crate::web;
+
 /// How a client reaches the daemon: what holds over one holds over all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Via {
@@ -15,6 +17,8 @@ pub enum Via {
     Handle,
     /// Over gRPC.
     Grpc,
+    /// Over gRPC-Web and HTTP/1.1, as from a browser.
+    Web,
     /// Over Zenoh. Needs a runtime of the multi-thread flavor.
     Zenoh,
 }
@@ -90,6 +94,7 @@ impl Daemon {
 async fn another(via: Via, running: &Running) -> Client {
     let endpoint = match via {
         Via::Handle => return Client::within(service::routes(&running.handle, Transport::Handle)),
+        Via::Web => return web::client(running.address),
         Via::Grpc => running.address.to_string(),
         Via::Zenoh => running.locators().first().cloned().unwrap_or_default(),
     };

@@ -9,5 +9,7 @@ pub mod process;
 pub mod pybullet_data;
 pub mod robots;
 pub mod scenes;
+pub mod soak;
 pub mod statistics;
 pub mod truth;
+pub mod web;

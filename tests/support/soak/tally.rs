@@ -1,0 +1,104 @@
+//! What came of the calls: acknowledged by kind, refused by reason, broken; and what must never be.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use simd_client::Error;
+
+use crate::statistics::percentile;
+
+/// Counts, shared by all actors.
+#[derive(Debug, Default)]
+pub struct Tally(Mutex<Counts>);
+
+#[derive(Debug, Default)]
+struct Counts {
+    acknowledged: BTreeMap<&'static str, u64>,
+    refused: BTreeMap<String, u64>,
+    /// Calls that got no answer, by their kind and the error.
+    unanswered: BTreeMap<String, u64>,
+    failures: Vec<String>,
+    /// Milliseconds by transport, since they were last taken.
+    ages: BTreeMap<&'static str, Vec<f64>>,
+}
+
+impl Tally {
+    /// Notes what came of a call; its answer, where it was acknowledged.
+    pub(super) fn note<T>(&self, kind: &'static str, result: Result<T, Error>) -> Option<T> {
+        let mut counts = self.lock();
+        match result {
+            Ok(answer) => {
+                *counts.acknowledged.entry(kind).or_default() += 1;
+                Some(answer)
+            }
+            Err(Error::Refused(refusal)) => {
+                *counts.refused.entry(refusal.reason.as_str_name().to_owned()).or_default() += 1;
+                None
+            }
+            Err(error) => {
+                *counts.unanswered.entry(format!("{kind}: {error}")).or_default() += 1;
+                None
+            }
+        }
+    }
+
+    /// Something that must never be: a lost command, a panic, the daemon's end.
+    pub(super) fn fail(&self, what: String) {
+        self.lock().failures.push(what);
+    }
+
+    /// How old a state was when it was read.
+    pub(super) fn age(&self, transport: &'static str, age: Duration) {
+        self.lock().ages.entry(transport).or_default().push(age.as_secs_f64() * 1e3);
+    }
+
+    /// Median and 99th percentile of the ages since this was last asked, milliseconds.
+    pub(super) fn take_ages(&self) -> Vec<(&'static str, f64, f64)> {
+        let mut ages = std::mem::take(&mut self.lock().ages);
+        let spread = |(transport, ages): (&&'static str, &mut Vec<f64>)| {
+            ages.sort_by(f64::total_cmp);
+            (*transport, percentile(ages, 0.5), percentile(ages, 0.99))
+        };
+        ages.iter_mut().map(spread).collect()
+    }
+
+    /// Calls that were acknowledged, and calls that were refused.
+    pub fn totals(&self) -> (u64, u64) {
+        let counts = self.lock();
+        (counts.acknowledged.values().sum(), counts.refused.values().sum())
+    }
+
+    /// Calls of a kind that were acknowledged.
+    pub fn acknowledged(&self, kind: &str) -> u64 {
+        self.lock().acknowledged.get(kind).copied().unwrap_or_default()
+    }
+
+    /// What must never be.
+    pub fn failures(&self) -> Vec<String> {
+        self.lock().failures.clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Counts> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = self.lock();
+        writeln!(f, "acknowledged")?;
+        for (kind, count) in &counts.acknowledged {
+            writeln!(f, "  {count:9}  {kind}")?;
+        }
+        for (title, table) in [("refused", &counts.refused), ("without an answer", &counts.unanswered)] {
+            writeln!(f, "{title}")?;
+            for (what, count) in table {
+                writeln!(f, "  {count:9}  {what}")?;
+            }
+        }
+        writeln!(f, "failures: {}", counts.failures.len())?;
+        counts.failures.iter().try_for_each(|failure| writeln!(f, "  {failure}"))
+    }
+}
