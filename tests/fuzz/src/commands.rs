@@ -4,15 +4,17 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use prost::Message;
-use simd_core::collision::Shapes;
+use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
-use simd_core::simulation::command::Spawn;
+use simd_core::simulation::command::{Reload, Spawn};
+use simd_core::simulation::rays::RayReport;
 use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
 use simd_model::{ReadOptions, wire_name};
 use simd_proto::v1;
 use simd_server::convert::BadField;
 use simd_server::convert::field::Path;
-use simd_server::convert::from_proto::{entity, joint, primitive, simulation};
+use simd_server::convert::from_proto::{contact, entity, joint, primitive, simulation};
+use simd_server::handle::Source;
 
 /// Steps after each request.
 const STEPS: usize = 3;
@@ -32,21 +34,33 @@ pub fn commands(bytes: &[u8]) {
         }
     }
     let mut rest = bytes;
-    for _ in 0..MOST {
+    for turn in 0..MOST {
         let [kind, low, high, left @ ..] = rest else { break };
         let (message, left) = left.split_at(left.len().min(usize::from(u16::from_le_bytes([*low, *high]))));
         rest = left;
-        let Some(command) = command(*kind, message) else { continue };
         let before = world.fingerprint();
-        if world.apply(&command).is_err() {
-            assert_eq!(world.fingerprint(), before, "a refusal changes nothing: {command:?}");
+        match asked(*kind, message, turn) {
+            None => continue,
+            Some(Asked::Command(command)) => {
+                if world.apply(&command).is_err() {
+                    assert_eq!(world.fingerprint(), before, "a refusal changes nothing: {command:?}");
+                }
+            }
+            Some(Asked::Rays(rays)) => {
+                let mut seen = Snapshot::default();
+                world.observe(&mut seen);
+                if let Ok(hits) = seen.cast_rays(&rays, || false) {
+                    assert_eq!(hits.len(), rays.len(), "each ray has an answer");
+                    hits.iter().flatten().for_each(check);
+                }
+            }
         }
         (0..STEPS).for_each(|_| world.step());
         let mut seen = Snapshot::default();
         world.observe(&mut seen);
         let numbers = [&seen.positions, &seen.velocities, &seen.efforts, &seen.targets];
-        assert!(numbers.into_iter().flatten().all(|value| value.is_finite()), "after {command:?}");
-        assert!(seen.roots.iter().all(|root| root.pose.is_finite()), "after {command:?}");
+        assert!(numbers.into_iter().flatten().all(|value| value.is_finite()), "after request {turn}");
+        assert!(seen.roots.iter().all(|root| root.pose.is_finite()), "after request {turn}");
     }
 }
 
@@ -58,9 +72,21 @@ const BALL: &str = "<robot name='ball'><link name='a'><inertial><mass value='1'/
     <inertia ixx='.1' ixy='0' ixz='0' iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry>\
     <sphere radius='.1'/></geometry></collision></link></robot>";
 
-/// The command of a message; none where its bytes are no message, or it is refused.
-fn command(kind: u8, bytes: &[u8]) -> Option<Command> {
-    match kind % 9 {
+/// A pyramid, for hulls that are made of no stranger's mesh.
+const PYRAMID: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+const MESH: &str = "<robot name='mesh'><link name='a'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' \
+    iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry><mesh filename='a.obj'/></geometry></collision>\
+    </link></robot>";
+
+/// What a message comes to.
+enum Asked {
+    Command(Command),
+    Rays(Vec<[DVec3; 2]>),
+}
+
+/// What a message asks for; none where its bytes are no message, or it is refused.
+fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
+    let command = match kind % 18 {
         0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(Command::SetTargets)),
         1 => taken(bytes, joint::reset_joints),
         2 => taken(bytes, joint::set_joint_properties),
@@ -76,12 +102,62 @@ fn command(kind: u8, bytes: &[u8]) -> Option<Command> {
             let (change, _pace) = simulation::physics_change(&asked).ok()?;
             Some(Command::SetPhysics(change))
         }
-        _ => {
+        8 => {
             let asked = v1::Primitive::decode(bytes).ok()?;
             let shape = primitive::primitive(&Path::ROOT, asked).ok()?;
-            read(shape.urdf().as_bytes(), "shape", 0.0).map(|spawn| Command::Spawn(Box::new(spawn)))
+            read(shape.urdf().as_bytes(), "shape", 0.0).map(spawn)
         }
-    }
+        9 => taken(bytes, |asked| {
+            let (joints, holder, _lease) = joint::claim_joints(asked)?;
+            // The daemon makes secrets that nobody guesses; a sequence must be able to.
+            Ok(Command::Claim { claim: format!("claim {turn}"), holder, joints })
+        }),
+        10 => taken(bytes, |asked: v1::ReleaseJointsRequest| {
+            Ok(Command::Release { claim: joint::claim(&asked)?, lapsed: false })
+        }),
+        11 => taken(bytes, |asked: v1::DeleteEntityRequest| {
+            Ok(Command::Delete { robot: entity::robot(asked.robot)? })
+        }),
+        12 => taken(bytes, |asked: v1::SaveSnapshotRequest| Ok(Command::SaveSnapshot { name: asked.name })),
+        13 => taken(bytes, |asked: v1::RestoreSnapshotRequest| {
+            Ok(Command::RestoreSnapshot { name: asked.name })
+        }),
+        14 => {
+            taken(bytes, |asked: v1::DeleteSnapshotRequest| Ok(Command::DeleteSnapshot { name: asked.name }))
+        }
+        15 => reload(bytes),
+        // A mesh of a stranger, and what it touches with.
+        16 => {
+            let (meshes, mesh) = bytes.split_first()?;
+            let meshes = if meshes % 2 == 0 { MeshShapes::Hull } else { MeshShapes::Decomposition };
+            read_with(MESH.as_bytes(), "mesh", 0.0, &super::only(mesh), meshes).map(spawn)
+        }
+        _ => {
+            let asked = v1::CastRaysRequest::decode(bytes).ok()?;
+            return contact::rays(asked).ok().map(Asked::Rays);
+        }
+    };
+    command.map(Asked::Command)
+}
+
+fn spawn(spawn: Spawn) -> Command {
+    Command::Spawn(Box::new(spawn))
+}
+
+/// A robot's new text, which may name the pyramid.
+fn reload(bytes: &[u8]) -> Option<Command> {
+    let asked = v1::ReloadEntityRequest::decode(bytes).ok()?;
+    let (robot, source) = entity::reload(asked.robot, asked.source).ok()?;
+    let Some(Source::Inline { urdf, .. }) = source else { return None };
+    let Spawn { model, shapes, .. } =
+        read_with(&urdf, "reloaded", 0.0, &super::only(PYRAMID), MeshShapes::Hull)?;
+    Some(Command::Reload(Box::new(Reload { robot, model, shapes })))
+}
+
+/// What a ray hits lies on it.
+fn check(hit: &RayReport) {
+    assert!((0.0..=1.0).contains(&hit.fraction), "{hit:?}");
+    assert!(hit.point.is_finite() && hit.normal.is_finite(), "{hit:?}");
 }
 
 fn taken<M: Message + Default>(
@@ -92,11 +168,15 @@ fn taken<M: Message + Default>(
 }
 
 fn read(urdf: &[u8], name: &str, x: f64) -> Option<Spawn> {
-    let (model, _) = simd_model::read(urdf, &super::Only(None), &ReadOptions::default()).ok()?;
+    read_with(urdf, name, x, &super::Only(None), MeshShapes::Hull)
+}
+
+fn read_with(urdf: &[u8], name: &str, x: f64, assets: &super::Only, meshes: MeshShapes) -> Option<Spawn> {
+    let (model, _) = simd_model::read(urdf, assets, &ReadOptions::default()).ok()?;
     Some(Spawn {
         name: wire_name(name),
         allow_renaming: true,
-        shapes: Arc::new(Shapes::new(&model)),
+        shapes: Arc::new(Shapes::reusing(&model, meshes, &[])),
         model: Arc::new(model),
         pose: DPose3::from_translation(DVec3::X * x),
         fixed_base: Some(name == "arm"),

@@ -92,7 +92,13 @@ impl Scene {
             link: placed.link,
             fraction: hit.time_of_impact,
             point: from + way * hit.time_of_impact,
-            normal: hit.normal,
+            normal: outward(hit.normal, way),
         })
     }
+}
+
+/// The normal of a hit. Of a ray that is so long that its hit rounds to a ball's centre there is none: then
+/// it is against the ray.
+fn outward(normal: DVec3, way: DVec3) -> DVec3 {
+    if normal.is_finite() { normal } else { -way.normalize_or_zero() }
 }
