@@ -31,6 +31,11 @@ pub fn find(service: &str, method: &str) -> Option<&'static Method> {
     METHODS.get(&(service.to_owned(), method.to_owned()))
 }
 
+/// Whether the schema has a service of this name, for instance `JointService`.
+pub fn is_service(name: &str) -> bool {
+    all().any(|(service, _, _)| service == name)
+}
+
 /// Service and method of `/simd.v1.SERVICE/METHOD`.
 pub fn parse_path(path: &str) -> Option<(&str, &str)> {
     path.strip_prefix("/simd.v1.")?.split_once('/')

@@ -4,9 +4,8 @@
 use std::future::ready;
 
 use futures_util::{StreamExt as _, stream};
-use simd_proto::v1;
+use simd_proto::methods;
 use tokio_util::sync::CancellationToken;
-use tonic::server::NamedService;
 use tonic::{Request, Response, Status};
 use tonic_health::pb::health_check_response::ServingStatus;
 use tonic_health::pb::health_server::Health;
@@ -27,17 +26,11 @@ impl HealthService {
 
     /// Of a service by name; empty for the daemon as a whole.
     fn status(&self, service: &str) -> Option<ServingStatus> {
-        let known = [
-            "",
-            <v1::simulation_service_server::SimulationServiceServer<()> as NamedService>::NAME,
-            <v1::entity_service_server::EntityServiceServer<()> as NamedService>::NAME,
-            <v1::joint_service_server::JointServiceServer<()> as NamedService>::NAME,
-            <v1::client_service_server::ClientServiceServer<()> as NamedService>::NAME,
-            <v1::event_service_server::EventServiceServer<()> as NamedService>::NAME,
-        ];
         let serving =
             if self.draining.is_cancelled() { ServingStatus::NotServing } else { ServingStatus::Serving };
-        known.contains(&service).then_some(serving)
+        let is_known =
+            service.is_empty() || service.strip_prefix("simd.v1.").is_some_and(methods::is_service);
+        is_known.then_some(serving)
     }
 }
 
