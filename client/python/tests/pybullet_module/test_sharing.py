@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -165,3 +166,40 @@ def test_robots_go_where_the_script_asks_for_it(daemon: DaemonProcess) -> None:
     p.disconnect()
     with simd_client.connect(daemon.endpoint) as other:
         assert list(other.robots) == []
+
+
+def test_after_a_restored_state_a_motor_has_its_friction_again(daemon: DaemonProcess) -> None:
+    with simd_client.connect(daemon.endpoint) as other:
+        p.connect(p.DIRECT, endpoint=daemon.endpoint)
+        arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+        kept = p.saveState()
+
+        def braked() -> float:
+            """A motor that brakes beside a torque is friction: what the daemon has of it after a step."""
+            p.setJointMotorControl2(arm, 0, p.VELOCITY_CONTROL, force=3.0)
+            p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=1.0)
+            p.stepSimulation()
+            return other["bench_arm"].joints[0].friction
+
+        own = other["bench_arm"].joints[0].friction
+        assert braked() == own + 3.0
+        p.restoreState(kept)
+        assert other["bench_arm"].joints[0].friction == own
+        assert braked() == own + 3.0
+
+
+def test_a_step_is_logged_once_also_where_somebody_paused_the_world(daemon: DaemonProcess, tmp_path: Path) -> None:
+    with simd_client.connect(daemon.endpoint) as other:
+        number = p.connect(p.DIRECT, endpoint=daemon.endpoint)
+        p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+        p.setRealTimeSimulation(1)
+        log = p.startStateLogging(p.STATE_LOGGING_GENERIC_ROBOT, str(tmp_path / "log"))
+        other.pause()
+        steps = 0
+        while connected(number).playing:
+            p.stepSimulation()
+            steps += 1
+        p.stopStateLogging(log)
+        _names, kinds, records = (tmp_path / "log").read_bytes().split(b"\n", 2)
+        length = 2 + struct.calcsize("<" + kinds.decode())
+        assert len(records) == steps * length

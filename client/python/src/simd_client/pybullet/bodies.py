@@ -67,8 +67,8 @@ class BodyJoint:
     damping: float
     friction: float
     motor: Motor = field(default_factory=Motor)
-    # What changes with a motor's force, as the daemon has it.
-    friction_sent: float = 0.0
+    # What changes with a motor's force, as the daemon has it; None where a restored state brought its own.
+    friction_sent: float | None = 0.0
     # Of TORQUE_CONTROL over the last step, N m or N.
     torque_sent: float = 0.0
     sensor: bool = False

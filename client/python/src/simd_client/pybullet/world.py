@@ -205,6 +205,12 @@ class World(Readings):
 
     def step(self) -> None:
         """One step, or the next state of a world that plays by itself."""
+        self._advance()
+        for log in self._logs.values():
+            log(self)
+
+    def _advance(self) -> None:
+        """A step without what runs after it."""
         if self.playing:
             self._follow()
         else:
@@ -223,8 +229,6 @@ class World(Readings):
             else:
                 self._sent()
                 self.take_step(answer)
-        for log in self._logs.values():
-            log(self)
 
     def _follow(self) -> None:
         """Waits for a state that is newer than the last, in a world that plays by itself."""
@@ -236,7 +240,7 @@ class World(Readings):
             # There was no step for a second: another client may have paused the world.
             self.read_state()
             if not self.playing:
-                self.step()
+                self._advance()
 
     def _put_targets(self, robots: RepeatedCompositeFieldContainer[RobotTargets]) -> None:
         """Adds the changed motors to a request."""
@@ -307,6 +311,9 @@ class World(Readings):
         """Fetches everything again after the world was replaced: states, settings, robots."""
         self._waiting.clear()
         self.sync()
+        for body in self.bodies.values():
+            for joint in body.joints:
+                joint.friction_sent = None
         self.read_state()
         self.forget_states()
 
