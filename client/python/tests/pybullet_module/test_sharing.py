@@ -169,23 +169,28 @@ def test_robots_go_where_the_script_asks_for_it(daemon: DaemonProcess) -> None:
 
 
 def test_after_a_restored_state_a_motor_has_its_friction_again(daemon: DaemonProcess) -> None:
-    with simd_client.connect(daemon.endpoint) as other:
-        p.connect(p.DIRECT, endpoint=daemon.endpoint)
-        arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1)
-        kept = p.saveState()
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    arm = p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    kept = p.saveState()
 
-        def braked() -> float:
-            """A motor that brakes beside a torque is friction: what the daemon has of it after a step."""
-            p.setJointMotorControl2(arm, 0, p.VELOCITY_CONTROL, force=3.0)
-            p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=1.0)
-            p.stepSimulation()
-            return other["bench_arm"].joints[0].friction
+    def friction() -> float:
+        """As the daemon has it: a connection keeps what it asked for once."""
+        with simd_client.connect(daemon.endpoint) as other:
+            return other.robots["bench_arm"].layout.joints[0].friction
 
-        own = other["bench_arm"].joints[0].friction
-        assert braked() == own + 3.0
-        p.restoreState(kept)
-        assert other["bench_arm"].joints[0].friction == own
-        assert braked() == own + 3.0
+    def brake() -> None:
+        """A motor that brakes beside a torque is friction."""
+        p.setJointMotorControl2(arm, 0, p.VELOCITY_CONTROL, force=3.0)
+        p.setJointMotorControl2(arm, 0, p.TORQUE_CONTROL, force=1.0)
+        p.stepSimulation()
+
+    own = friction()
+    brake()
+    assert friction() == own + 3.0
+    p.restoreState(kept)
+    assert friction() == own
+    brake()
+    assert friction() == own + 3.0
 
 
 def test_a_step_is_logged_once_also_where_somebody_paused_the_world(daemon: DaemonProcess, tmp_path: Path) -> None:
