@@ -162,11 +162,12 @@ impl Shared {
     fn next_chunk(&self, chunk: &mut Vec<u8>, is_well: bool) {
         chunk.clear();
         let mut state = self.lock();
-        if state.waiting.is_empty() && is_well {
-            if let Some(notice) = state.notice() {
-                state.told = state.lost;
-                state.waiting.extend_from_slice(notice.as_bytes());
-            }
+        if state.waiting.is_empty()
+            && is_well
+            && let Some(notice) = state.notice()
+        {
+            state.told = state.lost;
+            state.waiting.extend_from_slice(notice.as_bytes());
         }
         if state.waiting.is_empty() {
             state.is_writing = false;

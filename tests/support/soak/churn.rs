@@ -55,7 +55,7 @@ impl Churn {
     async fn turn(&mut self) {
         self.turn += 1;
         let world = self.stage.world.clone();
-        if self.turn % 20 == 0 {
+        if self.turn.is_multiple_of(20) {
             let _nobody_checks = world.write().await;
             self.worlds().await;
             return;
@@ -133,7 +133,7 @@ impl Churn {
             (0.0, Geometry::Box(proto::BoxGeometry { size })),
             (0.25, Geometry::Sphere(proto::SphereGeometry { radius: 0.1 })),
         ] {
-            let mut pose = pose.clone();
+            let mut pose = pose;
             if let Some(position) = &mut pose.position {
                 position.z += at;
             }
@@ -162,7 +162,7 @@ impl Churn {
         self.note("save", self.client.save_snapshot(&kept).await);
         let package = assets().join("Bench_Arm-1.2 rev B");
         self.note("spawn", self.client.load(&package, fixed(&robot)).await);
-        if self.turn % 100 == 0
+        if self.turn.is_multiple_of(100)
             && let Ok(folder) = tempfile::tempdir()
         {
             let (file, other) = (folder.path().join("world"), self.name("import"));

@@ -16,7 +16,7 @@ const SECOND: Duration = Duration::from_secs(1);
 const NAMES: [&str; 3] = ["grpc", "zenoh", "web"];
 
 pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
-    for number in 0..NAMES.len() {
+    for (number, name) in NAMES.into_iter().enumerate() {
         for reader in 0..3 {
             let stage = stage.clone();
             actors.spawn(async move {
@@ -25,7 +25,7 @@ pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
                         continue;
                     };
                     let read = match reader {
-                        0 => control(&stage, &client, NAMES[number]).await,
+                        0 => control(&stage, &client, name).await,
                         1 => next_states(&stage, &client).await,
                         _ => events_and_parameters(&stage, &client).await,
                     };
