@@ -105,7 +105,13 @@ pub fn daemons_named(name: &str) -> String {
 /// A daemon's name and its session's id; none where the key is no token's.
 pub fn parse_daemon(key: &str) -> Option<(&str, &str)> {
     let (name, zid) = key.strip_prefix("@simd/daemons/")?.split_once('/')?;
-    (is_word(name) && is_word(zid)).then_some((name, zid))
+    (is_daemon_name(name) && is_session_id(zid)).then_some((name, zid))
+}
+
+/// Whether this is the id of a session as Zenoh writes it: up to 16 bytes in lowercase hexadecimal, and not zero.
+fn is_session_id(text: &str) -> bool {
+    let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
+    (1..=32).contains(&text.len()) && !text.starts_with('0') && text.bytes().all(is_digit)
 }
 
 /// The encoding of a message of `simd.v1`, by its name without the package.
@@ -175,6 +181,10 @@ mod tests {
         for key in ["@simd/daemons/lab", "@simd/daemons/*/*", "@simd/daemons/lab/1/2", "simd/daemons/lab/1"] {
             assert_eq!(parse_daemon(key), None, "{key}");
         }
+        for zid in ["", "x", "0", "03f9a", "3F9A", "3f9a-", &"1".repeat(33)] {
+            assert_eq!(parse_daemon(&daemon("lab", zid)), None, "{zid}");
+        }
+        assert_eq!(parse_daemon(&daemon(&"a".repeat(65), "3f9a")), None);
     }
 
     #[test]

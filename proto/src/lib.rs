@@ -1,9 +1,11 @@
 //! The `simd.v1` schema as Rust types, and what both ends must agree on beside
-//! it: versions, the names of headers, the keys of Zenoh, and which characters of a name are shown.
+//! it: versions, the names of headers, the keys of Zenoh, how a claim is proven there, and which characters of a name
+//! are shown.
 
 pub mod checked;
 pub mod keys;
 pub mod methods;
+pub mod proof;
 pub mod raw;
 pub mod text;
 

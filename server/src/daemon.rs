@@ -187,6 +187,11 @@ impl Running {
         self.zenoh.as_ref().map_or(&[], zenoh::Serving::locators)
     }
 
+    /// What became of replies over Zenoh so far, where it is served.
+    pub fn zenoh_replies(&self) -> Option<zenoh::Replies> {
+        self.zenoh.as_ref().map(zenoh::Serving::replies)
+    }
+
     /// Returns when the daemon ends without having been told to, with the reason.
     pub async fn failed(&mut self) -> Error {
         let driver_ended = self.handle.driver_ended();

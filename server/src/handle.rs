@@ -32,6 +32,7 @@ use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 pub use call_error::CallError;
+pub use claims::Unproven;
 pub use clients::{Aim, Caller, Client, Peer, TargetSource, Transport};
 pub(crate) use clients::{Scope, UnderWay};
 pub(crate) use event_log::EventLog;
@@ -99,7 +100,7 @@ impl SimHandle {
     /// Where the world refuses, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
         if let Command::SetTargets(targets) = &command
-            && let Some(claim) = &targets.claim
+            && let Some(claim) = targets.claim
         {
             self.renew(claim);
         }
@@ -154,7 +155,7 @@ impl SimHandle {
         if steps > limit {
             return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
         }
-        if let Some(claim) = targets.as_ref().and_then(|targets| targets.claim.as_ref()) {
+        if let Some(claim) = targets.as_ref().and_then(|targets| targets.claim) {
             self.renew(claim);
         }
         self.until_drained(self.ask(|reply| Event::Step { targets, steps, reply })).await?

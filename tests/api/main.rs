@@ -21,6 +21,7 @@ mod streams;
 mod viewing;
 mod world;
 mod zenoh;
+mod zenoh_strangers;
 
 use simd_client::proto::JointMode;
 use simd_client::{Client, Target, every_joint, joint_target};

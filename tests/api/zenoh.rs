@@ -1,9 +1,12 @@
 //! What Zenoh has beside calls, as a program that knows nothing but the keys sees it.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use prost::Message;
-use simd_client::proto::{JointStates, SetJointTargetsRequest, WatchEventsResponse, WorldStatistics, event};
+use simd_client::proto::{
+    JointStates, SetJointTargetsRequest, WatchEventsResponse, WatchJointStatesRequest, WorldStatistics, event,
+};
 use simd_client::proto::{ParameterList, joint_target as wire};
 use simd_client::{Client, Error, Network, Target, every_joint, joint_target, robot_targets};
 use simd_server::config::Zenoh;
@@ -11,6 +14,8 @@ use simd_server::handle::RunState;
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::network;
 use simd_tests::process::soon;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Notify;
 use zenoh::handlers::{FifoChannel, RingChannel};
 
 use crate::{arm, load_arm};
@@ -184,4 +189,94 @@ async fn who_does_not_read_its_replies_holds_nobody_up() {
     };
     tokio::time::timeout(Duration::from_secs(60), exchanges).await.unwrap();
     drop(stalled);
+}
+
+/// Carries one connection to a daemon, and from some moment on nothing that the daemon sends: as
+/// where the asker's machine sleeps.
+async fn stopping_proxy(locator: &str, stop: Arc<Notify>) -> String {
+    let daemon = locator.strip_prefix("tcp/").unwrap().to_owned();
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let place = format!("tcp/{}", listener.local_addr().unwrap());
+    tokio::spawn(async move {
+        let (asker, _) = listener.accept().await.unwrap();
+        let daemon = TcpStream::connect(daemon).await.unwrap();
+        let (mut from_asker, mut to_asker) = asker.into_split();
+        let (mut from_daemon, mut to_daemon) = daemon.into_split();
+        let back = async {
+            let carrying = tokio::io::copy(&mut from_daemon, &mut to_asker);
+            tokio::select! { _ended = carrying => {}, () = stop.notified() => {} }
+            // Nothing is closed before the end of the test.
+            stop.notified().await;
+        };
+        let forth = async {
+            drop(tokio::io::copy(&mut from_asker, &mut to_daemon).await);
+            std::future::pending::<()>().await;
+        };
+        tokio::select! { () = back => {}, () = forth => {} }
+    });
+    place
+}
+
+/// Streams that are served at one time.
+const STREAMS: usize = 512;
+
+/// An asker of a thousand streams that stops to read: gRPC goes on, and so do others over Zenoh.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_asker_that_stops_to_read_stops_nobody_else() {
+    // Zenoh gives up nobody while the test runs.
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("zenoh.json5");
+    let patient = "{ transport: { link: { tx: { lease: 600000, queue: { congestion_control: { \
+                   block: { wait_before_close: 600000000 } } } } } } }";
+    std::fs::write(&file, patient).unwrap();
+    let daemon = Daemon::start_via(Via::Zenoh, |config| {
+        config.driver.state = RunState::Playing;
+        config.zenoh.file = Some(file);
+    })
+    .await;
+    load_arm(&daemon.client, "arm").await;
+    let grpc = Client::connect(&daemon.address.to_string()).await.unwrap();
+    let stop = Arc::new(Notify::new());
+    let proxy = stopping_proxy(&daemon.running.locators()[0], stop.clone()).await;
+    let asker = network::session_with("client", &proxy, "transport/link/tx/lease", "600000").await;
+    let request = WatchJointStatesRequest { selections: Vec::new(), rate: 100.0 }.encode_to_vec();
+    let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
+    for _ in 0..1000 {
+        let answered = answered.clone();
+        let query =
+            asker.get("simd/simd/rpc/JointService/WatchJointStates?for=3600").payload(request.clone());
+        let query = query.consolidation(zenoh::query::ConsolidationMode::None);
+        query
+            .callback(move |_reply| {
+                let _ = answered.send(());
+            })
+            .await
+            .unwrap();
+    }
+    for _ in 0..1000 {
+        soon("each stream's answer", answers.recv()).await.unwrap();
+    }
+    stop.notify_one();
+    // All of its streams wait, and none goes on, while calls are answered.
+    let answered_meanwhile = async {
+        loop {
+            let before = daemon.running.zenoh_replies().unwrap();
+            grpc.joint_states(vec![every_joint("arm")]).await.unwrap();
+            let after = daemon.running.zenoh_replies().unwrap();
+            if before == after && after.waiting >= STREAMS {
+                return;
+            }
+        }
+    };
+    soon("calls to be answered while the asker's replies wait", answered_meanwhile).await;
+    // Over Zenoh too.
+    soon("an answer", daemon.client.joint_states(vec![every_joint("arm")])).await.unwrap();
+    assert!(daemon.running.zenoh_replies().unwrap().waiting >= STREAMS);
+    stop.notify_one();
+    let released = async {
+        while daemon.running.zenoh_replies().unwrap().waiting >= STREAMS {
+            tokio::task::yield_now().await;
+        }
+    };
+    soon("the end of the asker", released).await;
 }

@@ -28,6 +28,13 @@ impl Router {
         Self { locator, session }
     }
 
+    /// On a free port, with a setting of its own over the others.
+    pub async fn start_with(key: &str, value: &str) -> Self {
+        let session = session_with("router", "tcp/127.0.0.1:0", key, value).await;
+        let locator = session.info().locators().await.first().map(ToString::to_string).unwrap_or_default();
+        Self { locator, session }
+    }
+
     /// Ends it, and with it every connection through it.
     ///
     /// # Panics
@@ -41,8 +48,23 @@ impl Router {
 ///
 /// # Panics
 /// Where it cannot: then the test has failed.
-#[allow(clippy::panic, reason = "the test has failed")]
 pub async fn session(mode: &str, locator: &str) -> Session {
+    open(settings(mode, locator)).await
+}
+
+/// The same, with a setting of its own over the others.
+///
+/// # Panics
+/// Where Zenoh does not take it: then the test has failed.
+#[allow(clippy::panic, reason = "the test has failed")]
+pub async fn session_with(mode: &str, locator: &str, key: &str, value: &str) -> Session {
+    let mut settings = settings(mode, locator);
+    settings.insert_json5(key, value).unwrap_or_else(|error| panic!("{key}: {error}"));
+    open(settings).await
+}
+
+#[allow(clippy::panic, reason = "the test has failed")]
+fn settings(mode: &str, locator: &str) -> Config {
     let (listen, connect) = match mode {
         "client" => (String::new(), format!("{locator:?}")),
         _ => (format!("{locator:?}"), String::new()),
@@ -51,6 +73,10 @@ pub async fn session(mode: &str, locator: &str) -> Session {
         r#"{{ mode: {mode:?}, listen: {{ endpoints: [{listen}] }}, connect: {{ endpoints: [{connect}] }},
         scouting: {{ delay: 1, multicast: {{ enabled: false }}, gossip: {{ enabled: false }} }} }}"#
     );
-    let settings = Config::from_json5(&settings).unwrap_or_else(|error| panic!("{error}"));
+    Config::from_json5(&settings).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[allow(clippy::panic, reason = "the test has failed")]
+async fn open(settings: Config) -> Session {
     soon("the session", zenoh::open(settings).into_future()).await.unwrap_or_else(|error| panic!("{error}"))
 }

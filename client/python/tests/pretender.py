@@ -32,7 +32,7 @@ class Pretender:
         handler = cast(
             "zenoh.handlers.Callback[zenoh.Query]", zenoh.handlers.Callback(self._answer, indirect=False)
         )
-        self._tokens = [self._session.liveliness().declare_token(f"@simd/daemons/{name}/1") for name in names]
+        self._tokens = [self._session.liveliness().declare_token(f"@simd/daemons/{name}/{self._session.zid()}") for name in names]
         self._queryables = [self._session.declare_queryable(f"simd/{name}/rpc/**", handler) for name in names]
 
     def _answer(self, query: zenoh.Query) -> None:

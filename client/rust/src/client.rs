@@ -81,7 +81,7 @@ impl Client {
             Place::Grpc { url } => Self::connect_grpc(endpoint, url, options).await,
             Place::Zenoh { locator, name } => {
                 let network = Network::open(&locator, options).await?;
-                Ok(Self { endpoint: endpoint.into(), ..network.find(name.as_deref()).await? })
+                Ok(Self { endpoint: endpoint.into(), ..network.find(name.as_deref())? })
             }
         }
     }

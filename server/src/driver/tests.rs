@@ -1,6 +1,6 @@
 //! The driver by hand, turn by turn: no thread and no waiting.
 
-use simd_core::simulation::command::{PhysicsChange, ResetScope, RobotTargets, SetTargets};
+use simd_core::simulation::command::{ClaimId, PhysicsChange, ResetScope, RobotTargets, SetTargets};
 use simd_core::{Applied, Command};
 use tokio::sync::oneshot::{self, Receiver};
 
@@ -295,7 +295,7 @@ fn a_playing_world_shows_values_of_targets_with_the_next_step_and_all_else_at_on
     let targets = bench.command(nothing());
     let robots = vec![RobotTargets { robot: "arm".into(), ..RobotTargets::default() }];
     let law = bench.command(Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
-    let claim = bench.command(Command::Claim { claim: "c".into(), holder: "me".into(), joints: Vec::new() });
+    let claim = bench.command(Command::Claim { claim: ClaimId(1), holder: "me".into(), joints: Vec::new() });
     let reset = bench.command(Command::Reset(ResetScope { time: true, ..ResetScope::default() }));
     bench.turns(4);
     assert_eq!(done(targets).sequence, before);

@@ -1,12 +1,14 @@
-//! Claims on joints, and the leases that end them: the world knows who holds a
-//! claim, and only the handle knows what time it is.
+//! Claims on joints, what proves that somebody holds one, and the leases that end them: the world knows which
+//! claim has which joints, and only the handle knows secrets and what time it is.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use simd_core::Command;
-use simd_core::simulation::command::JointSelection;
+use simd_core::simulation::command::{ClaimId, JointSelection};
+use simd_proto::proof::{self, Proof};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 use tokio_util::sync::{CancellationToken, DropGuard};
@@ -24,11 +26,17 @@ const RETRY: Duration = Duration::from_millis(20);
 /// The leases that run, by claim.
 #[derive(Debug, Default)]
 pub(super) struct Leases {
-    running: Mutex<HashMap<String, Lease>>,
+    running: Mutex<HashMap<ClaimId, Lease>>,
+    /// That were given out. An id is never used again.
+    given: AtomicU64,
 }
 
 #[derive(Debug)]
 struct Lease {
+    /// Whoever has it may set the joints.
+    secret: Arc<str>,
+    /// Of the last proof that was taken; another must have a larger one.
+    counter: u64,
     length: Duration,
     ends: Instant,
     /// Ends the task that watches it, with the lease.
@@ -37,19 +45,79 @@ struct Lease {
 
 impl Leases {
     /// Begins the lease anew.
-    fn renew(&self, claim: &str) {
-        if let Some(lease) = self.lock().get_mut(claim) {
+    fn renew(&self, claim: ClaimId) {
+        if let Some(lease) = self.lock().get_mut(&claim) {
             lease.ends = Instant::now() + lease.length;
         }
     }
 
     /// When it ends; `None` if there is no such lease (any more).
-    fn end(&self, claim: &str) -> Option<Instant> {
-        self.lock().get(claim).map(|lease| lease.ends)
+    fn end(&self, claim: ClaimId) -> Option<Instant> {
+        self.lock().get(&claim).map(|lease| lease.ends)
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<String, Lease>> {
+    /// The claim that this is the secret of.
+    fn of_secret(&self, secret: &str) -> Option<ClaimId> {
+        let claim = ClaimId(proof::id_of(secret)?.parse().ok()?);
+        let running = self.lock();
+        let known = &running.get(&claim)?.secret;
+        // In the same time wherever they differ.
+        let is_it = known.len() == secret.len()
+            && known.bytes().zip(secret.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b)) == 0;
+        is_it.then_some(claim)
+    }
+
+    /// The claim that a proof is of, where it is newer than the last one that was taken.
+    fn of_proof(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
+        let claim = ClaimId(proof.claim);
+        let newer = |lease: &Lease| match proof.counter > lease.counter {
+            true => Ok(()),
+            false => Err(Unproven::Replayed { last: lease.counter }),
+        };
+        let secret = {
+            let running = self.lock();
+            let lease = running.get(&claim).ok_or(Unproven::NotFound)?;
+            newer(lease)?;
+            lease.secret.clone()
+        };
+        // Outside of the lock, since it takes as long as the payload is.
+        if !proof.holds(&secret, key, payload) {
+            return Err(Unproven::NotFound);
+        }
+        let mut running = self.lock();
+        let lease = running.get_mut(&claim).ok_or(Unproven::NotFound)?;
+        newer(lease)?;
+        lease.counter = proof.counter;
+        Ok(claim)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, HashMap<ClaimId, Lease>> {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Why a message does not act on a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unproven {
+    /// There is no such claim, or whoever made the proof does not have its secret.
+    NotFound,
+    /// A proof with this counter, or a larger one, was taken already.
+    Replayed {
+        /// The largest that was taken.
+        last: u64,
+    },
+}
+
+impl From<Unproven> for CallError {
+    fn from(unproven: Unproven) -> Self {
+        match unproven {
+            Unproven::NotFound => Self::World(simd_core::Error::ClaimNotFound),
+            Unproven::Replayed { last } => Self::InvalidValue {
+                element: format!("the counter of {}", proof::PROOF_HEADER),
+                value: "not new".into(),
+                expected: format!("it must be larger than {last}, which was taken already"),
+            },
+        }
     }
 }
 
@@ -73,7 +141,8 @@ impl SimHandle {
                 expected: "it must be between 0.1 s and 3600 s".into(),
             });
         }
-        let claim = secret()?;
+        let claim = ClaimId(self.inner.leases.given.fetch_add(1, Ordering::Relaxed) + 1);
+        let secret = secret(claim)?;
         let over = CancellationToken::new();
         {
             let mut running = self.inner.leases.lock();
@@ -85,55 +154,72 @@ impl SimHandle {
                 });
             }
             let ends = Instant::now() + lease;
-            running.insert(claim.clone(), Lease { length: lease, ends, _over: over.clone().drop_guard() });
+            let (secret, _over) = (secret.as_str().into(), over.clone().drop_guard());
+            running.insert(claim, Lease { secret, counter: 0, length: lease, ends, _over });
         }
         // A task of its own, so that a claim whose caller goes away before the
         // answer has a lease that ends it.
         let (reply, answer) = oneshot::channel();
-        let (handle, secret) = (self.clone(), claim.clone());
+        let handle = self.clone();
         tokio::spawn(async move {
-            let done = handle.command(Command::Claim { claim: secret.clone(), holder, joints }).await;
+            let done = handle.command(Command::Claim { claim, holder, joints }).await;
             if done.is_err() {
-                handle.inner.leases.lock().remove(&secret);
+                handle.inner.leases.lock().remove(&claim);
                 drop(reply.send(done));
                 return;
             }
-            handle.renew(&secret);
+            handle.renew(claim);
             drop(reply.send(done));
-            handle.watch_lease(secret, over).await;
+            handle.watch_lease(claim, over).await;
         });
         let lost = |_| CallError::Internal { message: "a claim was not answered".into() };
-        Ok((claim, answer.await.map_err(lost)??))
+        Ok((secret, answer.await.map_err(lost)??))
     }
 
     /// Gives claimed joints back.
     ///
     /// # Errors
     /// Where there is no such claim.
-    pub async fn release(&self, claim: &str) -> Result<Done, CallError> {
-        let done = self.command(Command::Release { claim: claim.into(), lapsed: false }).await?;
-        self.inner.leases.lock().remove(claim);
+    pub async fn release(&self, claim: ClaimId) -> Result<Done, CallError> {
+        let done = self.command(Command::Release { claim, lapsed: false }).await?;
+        self.inner.leases.lock().remove(&claim);
         Ok(done)
     }
 
+    /// The claim that this is the secret of: for those whose words nobody else hears.
+    ///
+    /// # Errors
+    /// Where there is no such claim.
+    pub fn claim_of(&self, secret: &str) -> Result<ClaimId, CallError> {
+        self.inner.leases.of_secret(secret).ok_or(Unproven::NotFound.into())
+    }
+
+    /// The claim that a message proves to act for. A proof is good once.
+    ///
+    /// # Errors
+    /// Where there is no such claim, the proof is wrong, or another with its counter or a larger one was taken.
+    pub fn claim_proven(&self, proof: &Proof, key: &str, payload: &[u8]) -> Result<ClaimId, Unproven> {
+        self.inner.leases.of_proof(proof, key, payload)
+    }
+
     /// Begins the lease of a claim anew, if there is such a claim.
-    pub fn renew(&self, claim: &str) {
+    pub fn renew(&self, claim: ClaimId) {
         self.inner.leases.renew(claim);
     }
 
     /// Releases the claim when its lease ends. Holds no handle while it waits, so
     /// that a lease of an hour does not keep a daemon alive.
-    async fn watch_lease(self, claim: String, over: CancellationToken) {
+    async fn watch_lease(self, claim: ClaimId, over: CancellationToken) {
         let (weak, draining) = (Arc::downgrade(&self.inner), self.draining());
         drop(self);
         loop {
             let Some(inner) = weak.upgrade() else { return };
             let handle = Self { inner };
-            let Some(ends) = handle.inner.leases.end(&claim) else { return };
+            let Some(ends) = handle.inner.leases.end(claim) else { return };
             let wake = if ends > Instant::now() {
                 ends
             } else {
-                match handle.command(Command::Release { claim: claim.clone(), lapsed: true }).await {
+                match handle.command(Command::Release { claim, lapsed: true }).await {
                     Err(CallError::MailboxFull { .. }) => Instant::now() + RETRY,
                     Ok(_) | Err(_) => {
                         handle.inner.leases.lock().remove(&claim);
@@ -151,12 +237,13 @@ impl SimHandle {
     }
 }
 
-/// 128 random bits in hexadecimal.
-fn secret() -> Result<String, CallError> {
+/// A claim's id, a dot, and 128 random bits in hexadecimal.
+fn secret(claim: ClaimId) -> Result<String, CallError> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)
         .map_err(|error| CallError::Internal { message: format!("there is no randomness: {error}") })?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    let random: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(format!("{}.{random}", claim.0))
 }
 
 #[cfg(test)]
@@ -168,38 +255,76 @@ mod tests {
     use super::super::tests::paused;
     use super::*;
 
-    fn lease(handle: &SimHandle, claim: &str) -> Option<Duration> {
-        handle.inner.leases.end(claim).map(|ends| ends - Instant::now())
+    fn lease(handle: &SimHandle, claim: u64) -> Option<Duration> {
+        handle.inner.leases.end(ClaimId(claim)).map(|ends| ends - Instant::now())
     }
 
     #[tokio::test(start_paused = true)]
     async fn targets_that_carry_a_claim_renew_its_lease_and_others_do_not() {
         let handle = paused();
         let length = Duration::from_secs(10);
-        for claim in ["mine", "yours"] {
+        let [mine, yours, nobodys] = [1, 2, 3];
+        for claim in [mine, yours] {
             let over = CancellationToken::new().drop_guard();
-            let lease = Lease { length, ends: Instant::now() + length, _over: over };
-            handle.inner.leases.lock().insert(claim.into(), lease);
+            let ends = Instant::now() + length;
+            let lease = Lease { secret: "".into(), counter: 0, length, ends, _over: over };
+            handle.inner.leases.lock().insert(ClaimId(claim), lease);
         }
         tokio::time::advance(Duration::from_secs(4)).await;
-        let targets = SetTargets { claim: Some("mine".into()), ..SetTargets::default() };
+        let targets = SetTargets { claim: Some(ClaimId(mine)), ..SetTargets::default() };
         let mut command = std::pin::pin!(handle.command(Command::SetTargets(targets)));
         // Once is enough to post it; waiting would let the paused clock run on.
         let _ = std::future::poll_fn(|cx| Poll::Ready(command.as_mut().poll(cx))).await;
-        assert_eq!(lease(&handle, "mine"), Some(length));
-        assert_eq!(lease(&handle, "yours"), Some(Duration::from_secs(6)));
-        handle.renew("yours");
-        handle.renew("nobody's");
-        assert_eq!(lease(&handle, "yours"), Some(length));
-        assert_eq!(lease(&handle, "nobody's"), None);
+        assert_eq!(lease(&handle, mine), Some(length));
+        assert_eq!(lease(&handle, yours), Some(Duration::from_secs(6)));
+        handle.renew(ClaimId(yours));
+        handle.renew(ClaimId(nobodys));
+        assert_eq!(lease(&handle, yours), Some(length));
+        assert_eq!(lease(&handle, nobodys), None);
     }
 
     #[tokio::test]
     async fn a_released_claim_has_no_lease() {
         let handle = paused();
-        let (claim, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(3600)).await.unwrap();
-        assert!(lease(&handle, &claim).is_some());
-        handle.release(&claim).await.unwrap();
-        assert_eq!(lease(&handle, &claim), None);
+        let (secret, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(3600)).await.unwrap();
+        let claim = handle.claim_of(&secret).unwrap();
+        assert!(lease(&handle, claim.0).is_some());
+        handle.release(claim).await.unwrap();
+        assert_eq!(lease(&handle, claim.0), None);
+        assert!(handle.claim_of(&secret).is_err());
+    }
+
+    #[tokio::test]
+    async fn a_secret_is_of_one_claim_and_its_id_is_none() {
+        let handle = paused();
+        let (secret, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(10)).await.unwrap();
+        let (id, random) = secret.split_once('.').unwrap();
+        assert_eq!(random.len(), 32);
+        let wrong = format!("{id}.{}", "0".repeat(32));
+        for text in [id, &format!("{id}."), &wrong, &format!("{secret}0"), &format!("2.{random}"), ""] {
+            assert!(handle.claim_of(text).is_err(), "{text}");
+        }
+    }
+
+    #[tokio::test]
+    async fn a_proof_is_taken_once_and_an_older_one_never() {
+        let handle = paused();
+        let (secret, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(10)).await.unwrap();
+        let claim = handle.claim_of(&secret).unwrap();
+        let take = |secret: &str, counter, key, payload: &[u8]| {
+            let proof = Proof::new(secret, counter, "key", b"payload").unwrap();
+            handle.claim_proven(&proof, key, payload)
+        };
+        assert_eq!(take(&secret, 5, "key", b"payload"), Ok(claim));
+        for counter in [5, 4, 0] {
+            let refused = Err(Unproven::Replayed { last: 5 });
+            assert_eq!(take(&secret, counter, "key", b"payload"), refused, "{counter}");
+        }
+        // What is refused counts for nothing.
+        assert_eq!(take(&secret, 6, "other", b"payload"), Err(Unproven::NotFound));
+        assert_eq!(take(&secret, 7, "key", b"other"), Err(Unproven::NotFound));
+        assert_eq!(take("1.guessed", u64::MAX, "key", b"payload"), Err(Unproven::NotFound));
+        assert_eq!(take("9.guessed", 1, "key", b"payload"), Err(Unproven::NotFound));
+        assert_eq!(take(&secret, 6, "key", b"payload"), Ok(claim));
     }
 }

@@ -15,12 +15,13 @@ use simd_proto::v1;
 use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
+use super::claims::Presented;
 use super::mismatched;
 use super::once::Refused;
 use super::status::Explained;
 use super::transport::with_reason;
 use crate::SimHandle;
-use crate::convert::from_proto::joint::set_targets;
+use crate::convert::from_proto::joint::{Claimed, set_targets};
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{Selection, to_proto};
 use crate::handle::{Aim, CallError, Caller, Done, Published, RunState};
@@ -32,6 +33,7 @@ pub(super) struct Control {
     draining: CancellationToken,
     /// Who controls, where it said so.
     caller: Option<Caller>,
+    presented: Presented,
     requests: Streaming<v1::ControlRequest>,
     /// What to answer with, from request to request.
     selection: Selection,
@@ -48,6 +50,7 @@ impl Control {
     pub(super) fn new(
         handle: SimHandle,
         caller: Option<Caller>,
+        presented: Presented,
         requests: Streaming<v1::ControlRequest>,
     ) -> Self {
         let draining = handle.draining();
@@ -55,6 +58,7 @@ impl Control {
             handle,
             draining,
             caller,
+            presented,
             requests,
             selection: Selection::default(),
             answered: 0,
@@ -100,17 +104,20 @@ impl Control {
         }
         let timeout = control_timeout(request.timeout)?;
         let wait = wait(request.wait)?;
-        let targets = set_targets(request.robots, request.limit_policy, request.claim)?;
+        let Claimed { mut targets, claim } =
+            set_targets(request.robots, request.limit_policy, request.claim)?;
+        let claim = self.presented.claim(&self.handle, &claim);
         // Targets hold only where their answer can be given.
         self.selection.resolve(&self.handle.newest().snapshot.world)?;
 
         let mut clamped = Vec::new();
         let mut after = self.answered.max(request.after_sequence);
         if targets.robots.is_empty() {
-            if let Some(claim) = &targets.claim {
+            if let Ok(Some(claim)) = claim {
                 self.handle.renew(claim);
             }
         } else {
+            targets.claim = claim?;
             let aim = Aim::of(&targets);
             let done = self.handle.command(Command::SetTargets(targets)).await?;
             self.handle.note_targets(self.caller.as_ref(), aim);

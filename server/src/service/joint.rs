@@ -6,6 +6,7 @@ use simd_proto::v1::{self, joint_service_server::JointService};
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Request, Response, Status, Streaming};
 
+use super::claims::Presented;
 use super::control::Control;
 use super::once::{once, once_in_secret};
 use super::{BoxStream, joints_of, mismatched};
@@ -13,7 +14,7 @@ use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
-use crate::handle::{Aim, CallError, Caller};
+use crate::handle::{Aim, CallError, Caller, Unproven};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -54,10 +55,15 @@ impl JointService for Service {
         request: Request<v1::SetJointTargetsRequest>,
     ) -> Result<Response<v1::SetJointTargetsResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
+        let presented = Presented::of(request.extensions());
         // Here and not by the command alone: a retry that is answered from memory renews too.
-        self.handle.renew(&request.get_ref().claim);
+        let claim = presented.claim(&self.handle, &request.get_ref().claim);
+        if let Ok(Some(claim)) = claim {
+            self.handle.renew(claim);
+        }
         once(&self.handle, request, |handle, request| async move {
-            let targets = from_proto::set_joint_targets(request)?;
+            let mut targets = from_proto::set_joint_targets(request)?.targets;
+            targets.claim = claim?;
             let aim = Aim::of(&targets);
             let done = handle.command(Command::SetTargets(targets)).await?;
             handle.note_targets(caller.as_ref(), aim);
@@ -111,8 +117,11 @@ impl JointService for Service {
         &self,
         request: Request<v1::ReleaseJointsRequest>,
     ) -> Result<Response<v1::ReleaseJointsResponse>, Status> {
+        let presented = Presented::of(request.extensions());
         once(&self.handle, request, |handle, request| async move {
-            let done = handle.release(&from_proto::claim(&request)?).await?;
+            let named = from_proto::claim(&request)?;
+            let claim = presented.claim(&handle, &named)?.ok_or(CallError::from(Unproven::NotFound))?;
+            let done = handle.release(claim).await?;
             Ok(v1::ReleaseJointsResponse { stamp: Some(stamp::done(&done)) })
         })
         .await
@@ -125,7 +134,8 @@ impl JointService for Service {
         request: Request<Streaming<v1::ControlRequest>>,
     ) -> Result<Response<Self::ControlStream>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
-        let control = Control::new(self.handle.clone(), caller, request.into_inner());
+        let presented = Presented::of(request.extensions());
+        let control = Control::new(self.handle.clone(), caller, presented, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
     }
 

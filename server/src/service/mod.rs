@@ -3,7 +3,7 @@
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
 //!   [`client`]: one file a service.
-//! * [`callers`]: who calls.
+//! * [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
 //! * `once`: requests that come more than once.
 //! * `spawning`: the stream of those who wait for a robot.
@@ -12,6 +12,7 @@
 //! * [`version`]: which clients are served.
 
 pub mod callers;
+pub mod claims;
 pub mod client;
 pub mod contact;
 pub mod control;

@@ -4,6 +4,7 @@ use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
+use super::claims::Presented;
 use super::mismatched;
 use super::once::once;
 use crate::SimHandle;
@@ -61,9 +62,15 @@ impl SimulationService for Service {
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
         // Here and not by the step alone: a retry that is answered from memory renews too.
-        self.handle.renew(&request.get_ref().claim);
+        let claim = Presented::of(request.extensions()).claim(&self.handle, &request.get_ref().claim);
+        if let Ok(Some(claim)) = claim {
+            self.handle.renew(claim);
+        }
         once(&self.handle, request, |handle, request| async move {
-            let Steps { steps, targets, mut selection, with_links } = from_proto::steps(request)?;
+            let Steps { steps, mut targets, mut selection, with_links } = from_proto::steps(request)?;
+            if let Some(targets) = &mut targets {
+                targets.claim = claim?;
+            }
             // Nothing is done where its answer cannot be given.
             if let Some(selection) = &mut selection {
                 selection.resolve(&handle.newest().snapshot.world)?;

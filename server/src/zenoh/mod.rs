@@ -3,19 +3,24 @@
 //!
 //! * Here: from the session to the drain.
 //! * `queries`: a query becomes a call of the services.
+//! * `senders`: threads that replies leave on.
 //! * `publications`: what is published, and to whom.
 //! * `targets`: joint targets that nobody waits for an answer to.
+//! * `proofs`: whether a message's sender holds the claim that it names.
 //! * `presence`: one daemon of a name on a network.
 //!
 //! Zenoh sends on the thread that asks it to, and waits there for a receiver that does
 //! not read: up to a millisecond for a publication, up to five seconds for a reply. So
-//! whatever is sent is sent by [`sending`], which no other task waits for.
+//! replies are sent by `senders`, and a publication by the one task that publishes its kind.
 
 mod presence;
+mod proofs;
 mod publications;
 mod queries;
+mod senders;
 mod targets;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use tokio_util::sync::CancellationToken;
@@ -24,6 +29,8 @@ use zenoh::Session;
 use zenoh::query::Queryable;
 
 use self::presence::Presence;
+pub use self::senders::Replies;
+use self::senders::Senders;
 use crate::SimHandle;
 use crate::config;
 
@@ -98,6 +105,7 @@ pub struct Serving {
     locators: Vec<String>,
     presence: Presence,
     queries: Queryable<()>,
+    senders: Arc<Senders>,
     /// Answers to queries.
     answers: TaskTracker,
     /// Ends what publishes and what subscribes.
@@ -137,11 +145,11 @@ impl Opened {
     pub async fn serve(self, handle: &SimHandle) -> Result<Serving, Error> {
         let Self { session, name, locators, state_rate } = self;
         let (answers, ended) = (TaskTracker::new(), CancellationToken::new());
-        let queries = queries::serve(&session, &name, handle, &answers).await?;
+        let (queries, senders) = queries::serve(&session, &name, handle, &answers).await?;
         targets::serve(&session, &name, handle, &ended).await?;
         publications::serve(&session, &name, handle, state_rate, &ended).await?;
         let presence = presence::announce(&session, &name).await?;
-        Ok(Serving { session, locators, presence, queries, answers, ended })
+        Ok(Serving { session, locators, presence, queries, senders, answers, ended })
     }
 }
 
@@ -149,6 +157,11 @@ impl Serving {
     /// Where it listens, with the ports that it got.
     pub fn locators(&self) -> &[String] {
         &self.locators
+    }
+
+    /// What became of replies so far.
+    pub fn replies(&self) -> Replies {
+        self.senders.replies()
     }
 
     /// Says goodbye, answers what was asked, and closes the session. The handle
@@ -170,10 +183,4 @@ impl Serving {
             Err(_elapsed) => tracing::warn!("the Zenoh session does not close in time and is left behind"),
         }
     }
-}
-
-/// Sends, while the other tasks of this thread go on elsewhere: it may wait for a
-/// receiver that does not read.
-fn sending<T>(send: impl FnOnce() -> T) -> T {
-    tokio::task::block_in_place(send)
 }

@@ -17,9 +17,10 @@ use tokio_util::sync::CancellationToken;
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
+use zenoh::sample::SourceInfo;
 use zenoh::{Session, Wait as _};
 
-use super::{Error, sending};
+use super::Error;
 use crate::SimHandle;
 use crate::convert::{Selection, to_proto};
 use crate::handle::{CallError, Published, RunState};
@@ -222,8 +223,11 @@ fn has_subscribers(publisher: &Publisher<'_>) -> bool {
     publisher.matching_status().wait().is_ok_and(|status| status.matching())
 }
 
+/// Waits for at most some milliseconds, while the other tasks of this thread go on elsewhere.
 fn put(publisher: &Publisher<'_>, bytes: Vec<u8>) {
-    if let Err(error) = sending(|| publisher.put(bytes).wait()) {
+    let source = SourceInfo::new(publisher.id(), 0);
+    let sent = tokio::task::block_in_place(|| publisher.put(bytes).source_info(source).wait());
+    if let Err(error) = sent {
         tracing::debug!("a publication is not sent: {error}");
     }
 }

@@ -1,8 +1,9 @@
 //! A query becomes a call of the services within this process, so that Zenoh has every
 //! method that gRPC has, with the same checks and the same refusals.
 //!
-//! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included, and [`MESSAGES`] times the bytes that one may
-//! have. One more is refused with MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
+//! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included, of which [`STREAMS`] streams, so that
+//! whoever streams leaves room for calls; and [`MESSAGES`] times the bytes that one may have. One more is refused with
+//! MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -28,21 +29,26 @@ use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait as _};
 
-use super::{Error, sending};
+use super::Error;
+use super::proofs::proven;
+use super::senders::Senders;
 use crate::SimHandle;
 use crate::handle::{CallError, Peer, Transport};
+use crate::service::claims::Proven;
 use crate::service::routes;
 use crate::service::status::Explained;
 use crate::service::transport::with_reason;
 
 /// Queries that are answered at one time.
 const UNDER_WAY: usize = 1024;
+/// Of them, streams that go on until their time is over.
+const STREAMS: usize = 512;
 /// The most that the bytes of one query can be limited to.
 const MOST_BYTES: usize = 1 << 28;
 /// Messages of the largest size that there is room for at one time.
 const MESSAGES: usize = 16;
 /// Refusals that are on their way at one time.
-const REFUSALS: usize = 1024;
+const REFUSALS: usize = 128;
 /// How long a stream goes on where the query does not say: as long as a query of
 /// Zenoh's lasts where nobody says.
 const STREAM: Duration = Duration::from_secs(10);
@@ -57,23 +63,25 @@ pub(super) async fn serve(
     name: &str,
     handle: &SimHandle,
     answers: &TaskTracker,
-) -> Result<Queryable<()>, Error> {
+) -> Result<(Queryable<()>, Arc<Senders>), Error> {
+    let system = |error| Error::Session(format!("there are no threads for replies: {error}"));
+    let senders = Arc::new(Senders::new(UNDER_WAY + REFUSALS).map_err(system)?);
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX).min(MOST_BYTES);
     let calls = Arc::new(Calls {
         routes: routes(handle, Transport::Zenoh),
+        handle: handle.clone(),
         draining: handle.draining(),
         under_way: Arc::new(Semaphore::new(UNDER_WAY)),
         room: Arc::new(Semaphore::new(MESSAGES.saturating_mul(limit))),
         limit,
+        streams: Semaphore::new(STREAMS),
+        senders: senders.clone(),
         refusals: Arc::new(Semaphore::new(REFUSALS)),
         answers: answers.clone(),
         runtime: tokio::runtime::Handle::current(),
     });
-    session
-        .declare_queryable(keys::every_rpc(name))
-        .callback(move |query| calls.take(query))
-        .await
-        .map_err(Error::session)
+    let queryable = session.declare_queryable(keys::every_rpc(name)).callback(move |query| calls.take(query));
+    Ok((queryable.await.map_err(Error::session)?, senders))
 }
 
 /// Of a query under way: one of so many, and its bytes.
@@ -82,12 +90,15 @@ type Place = (OwnedSemaphorePermit, OwnedSemaphorePermit);
 /// What queries are answered with.
 struct Calls {
     routes: Routes,
+    handle: SimHandle,
     draining: CancellationToken,
     under_way: Arc<Semaphore>,
     /// A permit for each byte of the queries under way.
     room: Arc<Semaphore>,
     /// Bytes of one query.
     limit: usize,
+    streams: Semaphore,
+    senders: Arc<Senders>,
     refusals: Arc<Semaphore>,
     answers: TaskTracker,
     runtime: tokio::runtime::Handle,
@@ -98,15 +109,17 @@ impl Calls {
     fn take(self: &Arc<Self>, query: Query) {
         let refusal = match self.admit(&query) {
             Ok(place) => {
+                let proven = proven(&self.handle, query.key_expr(), query.payload(), query.attachment());
                 let calls = self.clone();
-                self.answers.spawn_on(async move { calls.answer(query, place).await }, &self.runtime);
+                self.answers.spawn_on(async move { calls.answer(query, proven, place).await }, &self.runtime);
                 return;
             }
             Err(refusal) => refusal,
         };
         if let Ok(place) = self.refusals.clone().try_acquire_owned() {
+            let calls = self.clone();
             let refuse = async move {
-                end(query, Some(Err(refusal.into())));
+                calls.end(query, Some(Err(refusal.into()))).await;
                 drop(place);
             };
             self.answers.spawn_on(refuse, &self.runtime);
@@ -135,9 +148,9 @@ impl Calls {
         place.zip(room).ok_or_else(full)
     }
 
-    async fn answer(&self, query: Query, _place: Place) {
-        let last = match self.call(&query).await {
-            Ok((method, answers)) if method.gives_many => stream_to(&query, method, answers).await,
+    async fn answer(&self, query: Query, proven: Proven, _place: Place) {
+        let last = match self.call(&query, proven).await {
+            Ok((method, answers)) if method.gives_many => self.stream_to(&query, method, answers).await,
             Ok((method, mut answers)) => Some(match answers.message().await {
                 Ok(Some(answer)) => Ok((method, answer)),
                 Ok(None) => Err(Status::internal("the method gave no answer")),
@@ -145,10 +158,25 @@ impl Calls {
             }),
             Err(status) => Some(Err(with_reason(status))),
         };
-        end(query, last);
+        self.end(query, last).await;
     }
 
-    async fn call(&self, query: &Query) -> Result<(&'static Method, Streaming<Bytes>), Status> {
+    /// Tells a query the last that there is to tell. The end of its replies is sent too.
+    async fn end(&self, query: Query, last: Option<Told>) {
+        let send = move || {
+            if let Some(last) = last {
+                tell(&query, last);
+            }
+            drop(query);
+        };
+        self.senders.send(send).await;
+    }
+
+    async fn call(
+        &self,
+        query: &Query,
+        proven: Proven,
+    ) -> Result<(&'static Method, Streaming<Bytes>), Status> {
         if self.draining.is_cancelled() {
             return Err(CallError::ShuttingDown.into());
         }
@@ -159,6 +187,7 @@ impl Calls {
         let payload = query.payload().map(|payload| Bytes::from(payload.to_bytes().into_owned()));
         let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
         copy_headers(query, request.metadata_mut())?;
+        request.extensions_mut().insert(proven);
         if let Some(source) = query.source_info() {
             request.extensions_mut().insert(Peer::Session(source.source_id().zid().to_string().into()));
         }
@@ -191,30 +220,47 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
 /// What a query is told: a method's answer, or why there is none.
 type Told = Result<(&'static Method, Bytes), Status>;
 
-/// Answers of a stream, each a reply. How it ended is the last one, which is left to
-/// the caller: `OK` where the daemon ended it in good order, `DEADLINE_EXCEEDED` where its time
-/// is over.
-async fn stream_to(query: &Query, method: &'static Method, mut answers: Streaming<Bytes>) -> Option<Told> {
-    let length = match stream_length(query) {
-        Ok(length) => length,
-        Err(status) => return Some(Err(status)),
-    };
-    let end = Instant::now() + length;
-    let mut is_answered = false;
-    loop {
-        match tokio::time::timeout_at(end, answers.message()).await {
-            Ok(Ok(Some(answer))) => sending(|| tell(query, Ok((method, answer)))),
-            // One query is one credit: it has its answer.
-            Ok(Ok(None)) if method.takes_many && is_answered => return None,
-            Ok(Ok(None)) => return Some(Err(Status::new(Code::Ok, "the stream ended"))),
-            Ok(Err(status)) => return Some(Err(with_reason(status))),
-            Err(_elapsed) => {
-                let seconds = length.as_secs_f64();
-                let message = format!("{seconds} s are over; ask again, or for longer with ?{FOR}=SECONDS");
-                return Some(Err(Status::deadline_exceeded(message)));
-            }
+impl Calls {
+    /// Answers of a stream, each a reply. How it ended is the last one, which is left to
+    /// the caller: `OK` where the daemon ended it in good order, `DEADLINE_EXCEEDED` where its time
+    /// is over.
+    async fn stream_to(
+        &self,
+        query: &Query,
+        method: &'static Method,
+        mut answers: Streaming<Bytes>,
+    ) -> Option<Told> {
+        let length = match stream_length(query) {
+            Ok(length) => length,
+            Err(status) => return Some(Err(status)),
+        };
+        // Where each query is one credit it ends with its answer.
+        let is_credit = method.takes_many;
+        let place = if is_credit { None } else { self.streams.try_acquire().ok() };
+        if place.is_none() && !is_credit {
+            let message = format!("{STREAMS} streams are under way already; try again");
+            return Some(Err(Explained::new(ErrorReason::MailboxFull, message).into()));
         }
-        is_answered = true;
+        let end = Instant::now() + length;
+        let mut is_answered = false;
+        loop {
+            match tokio::time::timeout_at(end, answers.message()).await {
+                Ok(Ok(Some(answer))) => {
+                    let query = query.clone();
+                    self.senders.send(move || tell(&query, Ok((method, answer)))).await;
+                }
+                Ok(Ok(None)) if is_credit && is_answered => return None,
+                Ok(Ok(None)) => return Some(Err(Status::new(Code::Ok, "the stream ended"))),
+                Ok(Err(status)) => return Some(Err(with_reason(status))),
+                Err(_elapsed) => {
+                    let seconds = length.as_secs_f64();
+                    let message =
+                        format!("{seconds} s are over; ask again, or for longer with ?{FOR}=SECONDS");
+                    return Some(Err(Status::deadline_exceeded(message)));
+                }
+            }
+            is_answered = true;
+        }
     }
 }
 
@@ -227,16 +273,6 @@ fn stream_length(query: &Query) -> Result<Duration, Status> {
         let message = format!("{FOR} is {said:?}; it must be a number of seconds from 0 to {limit}");
         Explained::new(ErrorReason::InvalidValue, message).into()
     })
-}
-
-/// Tells a query the last that there is to tell. The end of its replies is sent too.
-fn end(query: Query, last: Option<Told>) {
-    sending(move || {
-        if let Some(last) = last {
-            tell(&query, last);
-        }
-        drop(query);
-    });
 }
 
 /// Waits where the asker does not read.

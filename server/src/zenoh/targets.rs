@@ -19,9 +19,11 @@ use zenoh::Session;
 use zenoh::bytes::ZBytes;
 
 use super::Error;
+use super::proofs::proven;
 use crate::SimHandle;
-use crate::convert::from_proto::joint::set_joint_targets;
+use crate::convert::from_proto::joint::{Claimed, set_joint_targets};
 use crate::handle::{Aim, Caller, Transport};
+use crate::service::claims::{Presented, Proven};
 
 /// Messages that wait to be read.
 const WAITING: usize = 256;
@@ -37,6 +39,7 @@ const REPORT: Duration = Duration::from_secs(1);
 struct Sent {
     payload: ZBytes,
     attachment: Option<ZBytes>,
+    proven: Proven,
     /// Held until the targets are set or refused.
     _room: OwnedSemaphorePermit,
 }
@@ -53,8 +56,8 @@ struct Inbox {
 }
 
 impl Inbox {
-    /// On Zenoh's own thread: nothing is waited for.
-    fn take(&self, payload: &ZBytes, attachment: Option<&ZBytes>) {
+    /// On Zenoh's own thread: nothing is waited for. `prove` sees what the message proves, where it is taken.
+    fn take(&self, payload: &ZBytes, attachment: Option<&ZBytes>, prove: impl FnOnce() -> Proven) {
         let bytes = payload.len() + attachment.map_or(0, ZBytes::len);
         if bytes > self.limit {
             self.long.fetch_add(1, Ordering::Relaxed);
@@ -62,8 +65,10 @@ impl Inbox {
         }
         let room =
             u32::try_from(bytes).ok().and_then(|bytes| self.room.clone().try_acquire_many_owned(bytes).ok());
-        let sent =
-            room.map(|room| Sent { payload: payload.clone(), attachment: attachment.cloned(), _room: room });
+        let sent = room.map(|room| {
+            let (payload, attachment) = (payload.clone(), attachment.cloned());
+            Sent { payload, attachment, proven: prove(), _room: room }
+        });
         if sent.is_none_or(|sent| self.sender.try_send(sent).is_err()) {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
@@ -79,9 +84,11 @@ pub(super) async fn serve(
 ) -> Result<(), Error> {
     let (inbox, receiver) = inbox(handle.info().limits.message_bytes);
     let refusals = Refusals::new(&inbox);
-    let subscriber = session
-        .declare_subscriber(keys::joint_targets(name))
-        .callback(move |sample| inbox.take(sample.payload(), sample.attachment()));
+    let prover = handle.clone();
+    let subscriber = session.declare_subscriber(keys::joint_targets(name)).callback(move |sample| {
+        let (payload, attachment) = (sample.payload(), sample.attachment());
+        inbox.take(payload, attachment, || proven(&prover, sample.key_expr(), Some(payload), attachment));
+    });
     subscriber.background().await.map_err(Error::session)?;
     tokio::spawn(ended.clone().run_until_cancelled_owned(take(handle.clone(), receiver, refusals)));
     Ok(())
@@ -113,7 +120,9 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: R
 async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
         .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
-    let targets = set_joint_targets(request).map_err(|error| error.to_string())?;
+    let Claimed { mut targets, claim } = set_joint_targets(request).map_err(|error| error.to_string())?;
+    let claim = Presented::Id(sent.proven).claim(handle, &claim);
+    targets.claim = claim.map_err(|error| error.to_string())?;
     let aim = Aim::of(&targets);
     handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
     let caller = sent.attachment.as_ref().and_then(|attachment| caller(&attachment.to_bytes()));
@@ -193,25 +202,25 @@ mod tests {
     fn what_waits_is_bounded_in_bytes_with_its_attachments() {
         let (inbox, mut receiver) = inbox(1000);
         for _ in 0..5 {
-            inbox.take(&bytes(300), Some(&bytes(100)));
+            inbox.take(&bytes(300), Some(&bytes(100)), || Proven::Nothing);
         }
         assert_eq!(counts(&inbox), (3, 0));
         let first = receiver.try_recv().unwrap();
-        inbox.take(&bytes(300), Some(&bytes(100)));
+        inbox.take(&bytes(300), Some(&bytes(100)), || Proven::Nothing);
         assert_eq!(counts(&inbox), (4, 0), "what is worked on counts too");
         drop(first);
-        inbox.take(&bytes(300), Some(&bytes(100)));
+        inbox.take(&bytes(300), Some(&bytes(100)), || Proven::Nothing);
         assert_eq!(counts(&inbox), (4, 0));
     }
 
     #[test]
     fn a_message_beyond_the_limit_of_messages_is_refused_unread() {
         let (inbox, mut receiver) = inbox(1000);
-        inbox.take(&bytes(1001), None);
-        inbox.take(&bytes(1000), Some(&bytes(1)));
+        inbox.take(&bytes(1001), None, || Proven::Nothing);
+        inbox.take(&bytes(1000), Some(&bytes(1)), || Proven::Nothing);
         assert_eq!(counts(&inbox), (0, 2));
         assert!(receiver.try_recv().is_err());
-        inbox.take(&bytes(1000), None);
+        inbox.take(&bytes(1000), None, || Proven::Nothing);
         assert!(receiver.try_recv().is_ok());
     }
 
@@ -219,7 +228,7 @@ mod tests {
     fn what_waits_is_bounded_in_number() {
         let (inbox, receiver) = inbox(1000);
         for _ in 0..WAITING + 3 {
-            inbox.take(&bytes(1), None);
+            inbox.take(&bytes(1), None, || Proven::Nothing);
         }
         assert_eq!(counts(&inbox), (3, 0));
         assert_eq!(receiver.len(), WAITING);

@@ -6,7 +6,7 @@ use glamx::{DPose3, DVec3};
 use prost::Message;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
-use simd_core::simulation::command::{Reload, Spawn};
+use simd_core::simulation::command::{ClaimId, Reload, Spawn};
 use simd_core::simulation::rays::RayReport;
 use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
 use simd_model::{ReadOptions, wire_name};
@@ -87,7 +87,7 @@ enum Asked {
 /// What a message asks for; none where its bytes are no message, or it is refused.
 fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
     let command = match kind % 18 {
-        0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(Command::SetTargets)),
+        0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(|it| Command::SetTargets(it.targets))),
         1 => taken(bytes, joint::reset_joints),
         2 => taken(bytes, joint::set_joint_properties),
         3 => taken(bytes, entity::set_entity_state),
@@ -109,11 +109,12 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
         }
         9 => taken(bytes, |asked| {
             let (joints, holder, _lease) = joint::claim_joints(asked)?;
-            // The daemon makes secrets that nobody guesses; a sequence must be able to.
-            Ok(Command::Claim { claim: format!("claim {turn}"), holder, joints })
+            Ok(Command::Claim { claim: ClaimId(turn as u64), holder, joints })
         }),
         10 => taken(bytes, |asked: v1::ReleaseJointsRequest| {
-            Ok(Command::Release { claim: joint::claim(&asked)?, lapsed: false })
+            // Of those that the sequence made, where it can be read as one.
+            let claim = ClaimId(joint::claim(&asked)?.parse().unwrap_or_default());
+            Ok(Command::Release { claim, lapsed: false })
         }),
         11 => taken(bytes, |asked: v1::DeleteEntityRequest| {
             Ok(Command::Delete { robot: entity::robot(asked.robot)? })

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 ALL_DAEMONS = "@simd/daemons/*/*"
 """Liveliness tokens of all daemons."""
 
@@ -31,7 +33,15 @@ def joint_targets(daemon: str) -> str:
     return f"simd/{daemon}/joint_targets"
 
 
-def daemon_of(token: str) -> str | None:
-    """The daemon's name in a liveliness token."""
-    parts = token.split("/")
-    return parts[2] if len(parts) == 4 and parts[:2] == ["@simd", "daemons"] else None
+def daemons_named(daemon: str) -> str:
+    """Liveliness tokens of the daemons of one name, of which there should be one."""
+    return f"@simd/daemons/{daemon}/*"
+
+
+_TOKEN = re.compile(r"@simd/daemons/([A-Za-z0-9_-]{1,64})/([1-9a-f][0-9a-f]{0,31})")
+
+
+def daemon_of(token: str) -> tuple[str, str] | None:
+    """The daemon's name and its session's id in a liveliness token; `None` where it is none."""
+    found = _TOKEN.fullmatch(token)
+    return None if found is None else (found[1], found[2])

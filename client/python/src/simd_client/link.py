@@ -8,21 +8,25 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import zenoh
 from google.protobuf.message import DecodeError
 
 from simd_client import keys
+from simd_client.daemons import Daemons, several
 from simd_client.endpoint import DEFAULT_NAME, Endpoint
 from simd_client.errors import ERROR_DOMAIN, DeadlineExceeded, EndpointError, SimdError, Unavailable, refusal
 from simd_client.method import Method
+from simd_client.proof import Counter, sealed
+from simd_client.proto import SetJointTargetsRequest
 from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
 from simd_client.version import API_VERSION
 
 AnyMethod = Method[Any, Any]
+Result = TypeVar("Result")
 
 MAX_ANSWER_BYTES = 64 * 1024 * 1024
 """Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
@@ -46,8 +50,10 @@ ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
 class Link:
     """A Zenoh session and the name of the daemon. May be used from several threads."""
 
-    def __init__(self, session: zenoh.Session, endpoint: Endpoint, name: str) -> None:
+    def __init__(self, session: zenoh.Session, endpoint: Endpoint, name: str, daemons: Daemons) -> None:
         self.session = session
+        self._daemons = daemons
+        self._counter = Counter()
         self.endpoint = endpoint
         self.name = name
         self._publisher: zenoh.Publisher | None = None
@@ -64,9 +70,18 @@ class Link:
 
     def query(self, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
         """Sends a request and blocks until its reply. Returns the reply's bytes."""
+        daemon = self.daemon()
         try:
-            key, options = self._request(method, payload, timeout)
-            reply = cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)).recv()
+            replies = self._send(
+                method,
+                payload,
+                timeout,
+                lambda key, options: cast("zenoh.Handler[zenoh.Reply]", self.session.get(key, **options)),
+            )
+            # The replies of other sessions are ignored.
+            reply = replies.recv()
+            while not _is_from(daemon, reply):
+                reply = replies.recv()
         except zenoh.ZError:
             raise self.unavailable() from None
         return self.opened(reply, timeout)
@@ -80,25 +95,65 @@ class Link:
         ended: Callable[[], None],
     ) -> None:
         """Sends a request and returns. Zenoh calls `arrived` with the reply and then `ended`, on its own thread."""
+        daemon = self.daemon()
+
+        def filtered(reply: zenoh.Reply) -> None:
+            if _is_from(daemon, reply):
+                arrived(reply)
+
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(filtered, ended, indirect=False)
+        )
         try:
-            key, options = self._request(method, payload, timeout)
-            handler = cast(
-                "zenoh.handlers.Callback[zenoh.Reply]",
-                zenoh.handlers.Callback(arrived, ended, indirect=False),
+            self._send(
+                method, payload, timeout, lambda key, options: self.session.get(key, handler, **options)
             )
-            self.session.get(key, handler, **options)
         except zenoh.ZError:
             raise self.unavailable() from None
 
     def subscribe(self, key: str, take: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
-        """Calls `take` with each publication, on Zenoh's own thread: a thread of Python's for it would keep the
-        program from ending."""
-        handler = cast("zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(take, indirect=False))
+        """Calls `take` with each publication of the daemon, on Zenoh's own thread: a thread of Python's for it would
+        keep the program from ending. A publication that does not name the daemon's session as its source is ignored."""
+
+        def filtered(sample: zenoh.Sample) -> None:
+            source = sample.source_info
+            if source is not None and str(source.source_id.zid) == self._daemons.choose(self.name):
+                take(sample)
+
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Sample]", zenoh.handlers.Callback(filtered, indirect=False)
+        )
         try:
             self._check_process()
             return self.session.declare_subscriber(key, handler)
         except zenoh.ZError:
             raise self.unavailable() from None
+
+    def daemon(self) -> str:
+        """The id of the daemon's session, which changes when the daemon is restarted. Raises `Unavailable` if no session
+        has its name, and `EndpointError` if several have it."""
+        self._check_process()
+        daemon = self._daemons.choose(self.name)
+        if daemon is not None:
+            return daemon
+        sessions = self._daemons.sessions(self.name)
+        raise EndpointError(several(self.name, sessions)) if len(sessions) > 1 else self.unavailable()
+
+    def _send(
+        self,
+        method: AnyMethod,
+        payload: bytes,
+        timeout: float,
+        send: Callable[[zenoh.KeyExpr, dict[str, Any]], Result],
+    ) -> Result:
+        """Sends a query, with the proof of its claim if it has one."""
+        payload, secret = sealed(method.request, payload)
+        key, options = self._request(method, payload, timeout)
+        if not secret:
+            return send(key, options)
+        return self._counter.prove(
+            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{_ATTACHMENT}\n{proof}"})
+        )
 
     def _request(
         self, method: AnyMethod, payload: bytes, timeout: float
@@ -110,6 +165,8 @@ class Link:
             same: dict[str, Any] = {
                 "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{method.request.__name__}"),
                 "attachment": zenoh.ZBytes(_ATTACHMENT),
+                # With the default, a session that claims to have all answers would be the only one that is asked.
+                "target": zenoh.QueryTarget.ALL,
                 "consolidation": zenoh.ConsolidationMode.NONE,
                 "express": True,
             }
@@ -159,16 +216,24 @@ class Link:
     def publish_targets(self, payload: bytes) -> None:
         """Sends targets without waiting for an answer."""
         self._check_process()
+        payload, secret = sealed(SetJointTargetsRequest, payload)
+        key = keys.joint_targets(self.name)
         try:
             with self._lock:
                 if self._publisher is None:
                     self._publisher = self.session.declare_publisher(
-                        keys.joint_targets(self.name),
+                        key,
                         encoding="application/protobuf;simd.v1.SetJointTargetsRequest",
                         congestion_control=zenoh.CongestionControl.DROP,
                         express=True,
                     )
-            self._publisher.put(payload, attachment=_ATTACHMENT)  # pyright: ignore[reportUnknownMemberType]
+            put = cast("Callable[..., None]", self._publisher.put)  # pyright: ignore[reportUnknownMemberType]
+            if not secret:
+                put(payload, attachment=_ATTACHMENT)
+                return
+            self._counter.prove(
+                secret, key, payload, lambda proof: put(payload, attachment=f"{_ATTACHMENT}\n{proof}")
+            )
         except zenoh.ZError:
             raise self.unavailable() from None
 
@@ -191,6 +256,15 @@ def _forked() -> None:
 
 
 os.register_at_fork(after_in_child=_forked)
+
+
+def _is_from(daemon: str, reply: zenoh.Reply) -> bool:
+    """Whether a reply is from the daemon, or from Zenoh in this process because of the timeout."""
+    replier = reply.replier_id
+    if replier is not None:
+        return str(replier.zid) == daemon
+    error = reply.err
+    return error is not None and _STATUS not in str(error.encoding) and b"Timeout" in error.payload.to_bytes()
 
 
 def _refused(payload: bytes) -> SimdError:
@@ -221,22 +295,18 @@ def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
             f"no daemon answers at {endpoint.locator}; start one with `simd`, or name the endpoint of another"
         ) from error
     try:
-        name = _choose(endpoint, daemons(session, connect_timeout))
+        daemons = Daemons(session)
+        # Before `follow`: Zenoh does not answer a question with tokens that it is sending to a subscriber.
+        daemons.look(connect_timeout)
+        name = _choose(endpoint, daemons.names())
+        sessions = daemons.sessions(name)
+        if len(sessions) > 1:
+            raise EndpointError(several(name, sessions))
+        daemons.follow(name)
     except BaseException:
         session.close()  # pyright: ignore[reportUnknownMemberType]
         raise
-    return Link(session, endpoint, name)
-
-
-def daemons(session: zenoh.Session, timeout: float) -> list[str]:
-    """Names of the daemons that can be reached, sorted."""
-    found: set[str] = set()
-    replies = session.liveliness().get(keys.ALL_DAEMONS, timeout=timeout)
-    for reply in cast("Iterable[zenoh.Reply]", replies):
-        name = None if reply.ok is None else keys.daemon_of(str(reply.ok.key_expr))
-        if name is not None:
-            found.add(name)
-    return sorted(found)
+    return Link(session, endpoint, name, daemons)
 
 
 def _choose(endpoint: Endpoint, there: list[str]) -> str:

@@ -19,10 +19,12 @@ use tonic::metadata::MetadataMap;
 use tonic::server::{Grpc, StreamingService};
 use tonic::{Code, Request, Response, Status, Streaming};
 use tonic_types::pb;
-use zenoh::Session;
-use zenoh::query::{ConsolidationMode, Reply, ReplyError};
+use zenoh::Wait as _;
+use zenoh::query::{ConsolidationMode, QueryTarget, Reply, ReplyError};
+use zenoh::session::ZenohId;
 
-use super::{MAX_MESSAGE_BYTES, streams};
+use super::claims::{Sealed, seal};
+use super::{MAX_MESSAGE_BYTES, Network, daemons, streams};
 
 /// Zenoh gives up on a query after this time. Calls have their own, shorter ones; a
 /// daemon that is gone ends its queries at once.
@@ -34,33 +36,55 @@ pub(super) type Answers = Pin<Box<dyn Stream<Item = Result<Bytes, Status>> + Sen
 /// The calls of one daemon.
 #[derive(Clone, Debug)]
 pub(crate) struct ZenohChannel {
-    session: Session,
+    network: Network,
     name: Arc<str>,
 }
 
 impl ZenohChannel {
-    pub(super) fn new(session: Session, name: &str) -> Self {
-        Self { session, name: name.into() }
+    pub(super) fn new(network: Network, name: &str) -> Self {
+        Self { network, name: name.into() }
     }
 
     /// The only answer of a method that has one.
     pub(super) async fn ask(&self, method: &Method, asked: Asked) -> Result<Bytes, Status> {
-        let replies = self.query(method, asked, "").await?;
-        match replies.recv_async().await {
-            Ok(reply) => answer(reply),
-            Err(_closed) => Err(self.nobody()),
+        match self.query(method, asked, "").await?.next().await {
+            Some(reply) => answer(reply),
+            None => Err(self.nobody()),
         }
     }
 
     /// Whether the daemon takes the request of a stream; it gives no more of it than is there.
     pub(super) async fn check(&self, method: &Method, asked: Asked) -> Result<(), Status> {
-        let replies = self.query(method, asked, "?for=0").await?;
-        match replies.recv_async().await.map(answer) {
-            Ok(Ok(_answer)) => Ok(()),
-            Ok(Err(status)) if status.code() == Code::DeadlineExceeded => Ok(()),
-            Ok(Err(status)) => Err(status),
-            Err(_closed) => Err(self.nobody()),
+        match self.query(method, asked, "?for=0").await?.next().await.map(answer) {
+            Some(Ok(_answer)) => Ok(()),
+            Some(Err(status)) if status.code() == Code::DeadlineExceeded => Ok(()),
+            Some(Err(status)) => Err(status),
+            None => Err(self.nobody()),
         }
+    }
+
+    /// The session of the daemon, another after each start of it.
+    ///
+    /// # Errors
+    /// Where nobody has the name, or several say that they do.
+    pub(super) async fn daemon(&self) -> Result<ZenohId, Status> {
+        let chosen = match self.chosen()? {
+            // It may have come before its token was told of.
+            None => {
+                self.network
+                    .look(&keys::daemons_named(&self.name))
+                    .await
+                    .map_err(|error| Status::unavailable(super::first_words(&error)))?;
+                self.chosen()?
+            }
+            chosen => chosen,
+        };
+        chosen.ok_or_else(|| self.nobody())
+    }
+
+    fn chosen(&self) -> Result<Option<ZenohId>, Status> {
+        let chosen = self.network.daemons.choose(&self.name);
+        chosen.map_err(|several| Status::failed_precondition(daemons::several(&self.name, &several)))
     }
 
     /// All answers of a method that has many, as the daemon sends them.
@@ -69,12 +93,12 @@ impl ZenohChannel {
         let next = move |replies: Replies| {
             let nobody = self.nobody();
             async move {
-                match replies.recv_async().await.map(answer) {
-                    Ok(Ok(answer)) => Ok(Some((answer, replies))),
-                    Ok(Err(status)) if status.code() == Code::Ok => Ok(None),
-                    Ok(Err(status)) => Err(status),
+                match replies.next().await.map(answer) {
+                    Some(Ok(answer)) => Ok(Some((answer, replies))),
+                    Some(Err(status)) if status.code() == Code::Ok => Ok(None),
+                    Some(Err(status)) => Err(status),
                     // The last reply says how it ended; there was none.
-                    Err(_closed) => Err(nobody),
+                    None => Err(nobody),
                 }
             }
         };
@@ -82,18 +106,33 @@ impl ZenohChannel {
     }
 
     async fn query(&self, method: &Method, asked: Asked, parameters: &str) -> Result<Replies, Status> {
+        let daemon = self.daemon().await?;
         let (service, name) = methods::parse_path(&method.path).unwrap_or_default();
-        let selector = format!("{}{parameters}", keys::rpc(&self.name, service, name));
-        let query = self
-            .session
-            .get(selector)
-            .payload(asked.message)
-            .encoding(keys::encoding(&method.request))
-            .attachment((!asked.headers.is_empty()).then(|| &*asked.headers))
-            .consolidation(ConsolidationMode::None)
-            .express(true)
-            .timeout(GIVE_UP);
-        query.await.map_err(|error| Status::unavailable(super::first_words(&error)))
+        let key = keys::rpc(&self.name, service, name);
+        let Sealed { message, secret } = seal(method, asked.message);
+        let send = |proof: Option<String>| {
+            let lines = [(!asked.headers.is_empty()).then(|| asked.headers.to_string()), proof];
+            let lines: Vec<String> = lines.into_iter().flatten().collect();
+            let query = self
+                .network
+                .session
+                .get(format!("{key}{parameters}"))
+                .payload(message.clone())
+                .encoding(keys::encoding(&method.request))
+                .attachment((!lines.is_empty()).then(|| lines.join("\n")))
+                // Else one session that says it has all answers would be asked alone.
+                .target(QueryTarget::All)
+                .consolidation(ConsolidationMode::None)
+                .express(true)
+                .timeout(GIVE_UP);
+            query.wait()
+        };
+        let replies = match secret {
+            Some(secret) => self.network.counter.prove(&secret, &key, &message, send),
+            None => send(None),
+        };
+        let replies = replies.map_err(|error| Status::unavailable(super::first_words(&error)))?;
+        Ok(Replies { replies, daemon })
     }
 
     fn nobody(&self) -> Status {
@@ -101,7 +140,33 @@ impl ZenohChannel {
     }
 }
 
-type Replies = zenoh::handlers::FifoChannelHandler<Reply>;
+/// What comes in answer to a query.
+struct Replies {
+    replies: zenoh::handlers::FifoChannelHandler<Reply>,
+    /// Who was asked.
+    daemon: ZenohId,
+}
+
+impl Replies {
+    /// The next of the daemon's own; what others answer is not read. None where no more come.
+    async fn next(&self) -> Option<Reply> {
+        loop {
+            let reply = self.replies.recv_async().await.ok()?;
+            match reply.replier_id() {
+                Some(from) if from.zid() == self.daemon => return Some(reply),
+                // Zenoh itself, within this process, where the time is over.
+                None if reply.result().is_err_and(is_timeout) => return Some(reply),
+                Some(_) | None => {}
+            }
+        }
+    }
+}
+
+/// Whether this is Zenoh's own error. A refusal of a daemon's has another encoding.
+fn is_timeout(error: &ReplyError) -> bool {
+    !error.encoding().to_string().starts_with("application/protobuf")
+        && String::from_utf8_lossy(&error.payload().to_bytes()).contains("Timeout")
+}
 
 /// A request, and what goes with it.
 #[derive(Clone, Debug)]
@@ -134,10 +199,9 @@ fn refusal(error: &ReplyError) -> Status {
         let details = Bytes::from(payload.into_owned());
         return Status::with_details(Code::from(status.code), status.message, details);
     }
-    let text = String::from_utf8_lossy(&payload).into_owned();
-    match text.contains("Timeout") {
+    match is_timeout(error) {
         true => Status::deadline_exceeded("the query timed out"),
-        false => Status::unavailable(text),
+        false => Status::unavailable(String::from_utf8_lossy(&payload).into_owned()),
     }
 }
 

@@ -2,12 +2,14 @@
 //!
 //! * Here: a network of daemons, joined at one place.
 //! * `channel`: carries gRPC's calls as queries, so that the generated clients work on it.
+//! * `daemons`: which session is which daemon. `claims`: what proves that this client holds a claim.
 //! * `streams`: calls of many messages, of which Zenoh has none.
 
 mod channel;
+mod claims;
+mod daemons;
 mod streams;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -17,6 +19,8 @@ use zenoh::Session;
 
 pub(crate) use channel::ZenohChannel;
 
+use self::claims::Counter;
+use self::daemons::Daemons;
 use crate::endpoint::Place;
 use crate::{Client, ConnectOptions, Error};
 
@@ -31,6 +35,8 @@ const LEASE: Duration = Duration::from_secs(5);
 #[derive(Clone, Debug)]
 pub struct Network {
     session: Session,
+    daemons: Daemons,
+    counter: Arc<Counter>,
     locator: Arc<str>,
     options: ConnectOptions,
 }
@@ -74,7 +80,20 @@ impl Network {
             Ok(Err(error)) => return Err(unreachable(first_words(&error))),
             Err(_elapsed) => return Err(unreachable("the connection timed out".to_owned())),
         };
-        Ok(Self { session, locator: locator.into(), options })
+        let network = Self {
+            session,
+            daemons: Daemons::default(),
+            counter: Arc::default(),
+            locator: locator.into(),
+            options,
+        };
+        // Before the subscriber: Zenoh does not tell a question what a subscription is being told.
+        network.look(&keys::every_daemon()).await.map_err(|error| unreachable(first_words(&error)))?;
+        let heard = network.daemons.clone();
+        let tokens = network.session.liveliness().declare_subscriber(keys::every_daemon()).history(true);
+        let tokens = tokens.callback(move |sample| heard.hear(&sample)).background();
+        tokens.await.map_err(|error| unreachable(first_words(&error)))?;
+        Ok(network)
     }
 
     /// The daemons that are there now, by name.
@@ -86,28 +105,32 @@ impl Network {
             endpoint: self.locator.to_string(),
             reason: first_words(&error),
         };
-        let tokens = self.session.liveliness().get(keys::every_daemon());
-        let tokens = tokens.timeout(self.options.connect_timeout).await.map_err(unreachable)?;
-        let mut found = BTreeMap::new();
+        self.look(&keys::every_daemon()).await.map_err(unreachable)?;
+        Ok(self.daemons.list())
+    }
+
+    /// Takes in the tokens that are there now.
+    async fn look(&self, key: &str) -> Result<(), zenoh::Error> {
+        let tokens = self.session.liveliness().get(key).timeout(self.options.connect_timeout).await?;
         while let Ok(reply) = tokens.recv_async().await {
-            let Ok(sample) = reply.into_result() else { continue };
-            if let Some((name, zid)) = keys::parse_daemon(sample.key_expr().as_str()) {
-                found.insert((name.to_owned(), zid.to_owned()), ());
+            if let Ok(sample) = reply.into_result() {
+                self.daemons.hear(&sample);
             }
         }
-        Ok(found.into_keys().map(|(name, zid)| Presence { name, zid }).collect())
+        Ok(())
     }
 
     /// A client of the daemon of this name, be it there yet or not.
     pub fn client(&self, name: &str) -> Client {
         let endpoint = format!("{}#{name}", self.locator);
-        let channel = ZenohChannel::new(self.session.clone(), name);
+        let channel = ZenohChannel::new(self.clone(), name);
         Client::over(channel.into(), endpoint.into(), self.options.timeout)
     }
 
     /// A client of the daemon of this name, which must be there; without a name, of the only one.
-    pub(crate) async fn find(&self, name: Option<&str>) -> Result<Client, Error> {
-        let mut names: Vec<String> = self.daemons().await?.into_iter().map(|daemon| daemon.name).collect();
+    pub(crate) fn find(&self, name: Option<&str>) -> Result<Client, Error> {
+        let there = self.daemons.list();
+        let mut names: Vec<&str> = there.iter().map(|daemon| daemon.name.as_str()).collect();
         names.dedup();
         let unreachable = |reason| {
             let endpoint = match name {
@@ -117,15 +140,21 @@ impl Network {
             Error::Unreachable { endpoint, reason }
         };
         let listed = names.join(", ");
-        match (name, names.as_slice()) {
-            (_, []) => Err(unreachable("nobody there is a simd daemon".to_owned())),
-            (None, [only]) => Ok(self.client(only)),
-            (None, _) => Err(Error::Endpoint {
-                endpoint: self.locator.to_string(),
-                reason: format!("several daemons are there: {listed}; add #NAME to say which"),
-            }),
-            (Some(name), names) if names.iter().any(|there| there == name) => Ok(self.client(name)),
-            (Some(name), _) => Err(unreachable(format!("`{name}` is not there, but {listed}"))),
+        let refuse = |reason| Err(Error::Endpoint { endpoint: self.locator.to_string(), reason });
+        let name = match (name, names.as_slice()) {
+            (_, []) => return Err(unreachable("nobody there is a simd daemon".to_owned())),
+            (None, [only]) => only,
+            (None, _) => {
+                return refuse(format!("several daemons are there: {listed}; add #NAME to say which"));
+            }
+            (Some(name), names) if names.contains(&name) => name,
+            (Some(name), _) => return Err(unreachable(format!("`{name}` is not there, but {listed}"))),
+        };
+        let sessions: Vec<&str> =
+            there.iter().filter(|daemon| daemon.name == name).map(|daemon| daemon.zid.as_str()).collect();
+        match sessions.as_slice() {
+            [_only] => Ok(self.client(name)),
+            several => refuse(daemons::several(name, several)),
         }
     }
 }

@@ -20,6 +20,7 @@ use tokio::task::JoinHandle;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Code, Status, Streaming};
 use tonic_types::StatusExt as _;
+use zenoh::session::ZenohId;
 
 use super::channel::{Answers, Asked, ZenohChannel};
 
@@ -74,8 +75,8 @@ pub(super) async fn joint_states(
     let mut ticks = interval(Duration::from_secs_f64(1.0 / rate));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let next = method("JointService", "NextJointStates")?;
-    let watcher =
-        StateWatch { channel, next, headers: asked.headers, ticks, selections: request.selections, seen: 0 };
+    let (headers, selections) = (asked.headers, request.selections);
+    let watcher = StateWatch { channel, next, headers, ticks, selections, daemon: None, seen: 0 };
     Ok(Box::pin(stream::try_unfold(watcher, StateWatch::next)))
 }
 
@@ -85,7 +86,9 @@ struct StateWatch {
     headers: Arc<str>,
     ticks: Interval,
     selections: Vec<JointSelection>,
-    /// Sequence of the state before.
+    /// Who was asked before.
+    daemon: Option<ZenohId>,
+    /// Sequence of the state before. Each start of a daemon counts anew.
     seen: u64,
 }
 
@@ -93,6 +96,10 @@ impl StateWatch {
     async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
         self.ticks.tick().await;
         loop {
+            let daemon = Some(self.channel.daemon().await?);
+            if std::mem::replace(&mut self.daemon, daemon) != daemon {
+                self.seen = 0;
+            }
             let request = NextJointStatesRequest {
                 after_sequence: self.seen,
                 timeout: PATIENCE.as_secs_f64(),
@@ -102,7 +109,8 @@ impl StateWatch {
             let answer = ask(&self.channel, self.next, &request, &self.headers).await;
             let Some(NextJointStatesResponse { states, .. }) = ended(answer)? else { return Ok(None) };
             let sequence = states.as_ref().and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
-            if sequence > self.seen {
+            // A smaller number is not older, but of a daemon that was started again meanwhile.
+            if sequence != self.seen {
                 self.seen = sequence;
                 let answer = WatchJointStatesResponse { states };
                 return Ok(Some((answer.encode_to_vec().into(), self)));
@@ -166,7 +174,7 @@ impl EventWatch {
 /// `WatchParameters`: by `NextParameters`.
 pub(super) async fn parameters(channel: ZenohChannel, asked: Asked) -> Result<Answers, Status> {
     let next = method("ParameterService", "NextParameters")?;
-    let watcher = ParameterWatch { channel, next, headers: asked.headers, seen: 0 };
+    let watcher = ParameterWatch { channel, next, headers: asked.headers, daemon: None, seen: 0 };
     Ok(Box::pin(stream::try_unfold(watcher, ParameterWatch::next)))
 }
 
@@ -174,6 +182,8 @@ struct ParameterWatch {
     channel: ZenohChannel,
     next: &'static Method,
     headers: Arc<str>,
+    /// Who was asked before.
+    daemon: Option<ZenohId>,
     /// Version of the list before; 0 for none.
     seen: u64,
 }
@@ -181,6 +191,10 @@ struct ParameterWatch {
 impl ParameterWatch {
     async fn next(mut self) -> Result<Option<(Bytes, Self)>, Status> {
         loop {
+            let daemon = Some(self.channel.daemon().await?);
+            if std::mem::replace(&mut self.daemon, daemon) != daemon {
+                self.seen = 0;
+            }
             let timeout = PATIENCE.as_secs_f64();
             let request = NextParametersRequest { after_version: self.seen, timeout };
             let answer = ask(&self.channel, self.next, &request, &self.headers).await;
@@ -201,7 +215,8 @@ pub(super) fn control(
     requests: Streaming<Bytes>,
     headers: Arc<str>,
 ) -> Answers {
-    let control = Control { channel, method, requests, headers, selections: Vec::new(), answered: 0 };
+    let selections = Vec::new();
+    let control = Control { channel, method, requests, headers, selections, daemon: None, answered: 0 };
     Box::pin(stream::try_unfold(control, Control::next))
 }
 
@@ -211,7 +226,9 @@ struct Control {
     requests: Streaming<Bytes>,
     headers: Arc<str>,
     selections: Vec<JointSelection>,
-    /// Sequence of the state in the last answer.
+    /// Who was asked before.
+    daemon: Option<ZenohId>,
+    /// Sequence of the state in the last answer. Each start of a daemon counts anew.
     answered: u64,
 }
 
@@ -224,23 +241,32 @@ impl Control {
         } else {
             self.selections.clone_from(&request.selections);
         }
-        request.after_sequence = request.after_sequence.max(self.answered);
+        let after = request.after_sequence;
         let waits_for_ever = request.wait() != ControlWait::None && request.timeout == 0.0;
         if waits_for_ever {
             // Nobody tells a daemon that the asker is gone, so it is not asked to wait for ever.
             request.timeout = PATIENCE.as_secs_f64();
         }
         loop {
+            let daemon = Some(self.channel.daemon().await?);
+            if std::mem::replace(&mut self.daemon, daemon) != daemon {
+                self.answered = 0;
+            }
+            request.after_sequence = after.max(self.answered);
             let answer = ask(&self.channel, self.method, &request, &self.headers).await;
             let Some(answer): Option<ControlResponse> = ended(answer)? else { return Ok(None) };
             let states = answer.states.as_ref();
             let sequence = states.and_then(|states| states.stamp).map_or(0, |stamp| stamp.sequence);
-            if waits_for_ever && answer.refusal.is_none() && sequence <= request.after_sequence {
+            // A smaller number than before is not older, but of a daemon that was started again meanwhile.
+            let is_old = (self.answered..=request.after_sequence).contains(&sequence);
+            if waits_for_ever && answer.refusal.is_none() && is_old {
                 // The targets hold, but nothing happened since.
                 request.robots.clear();
                 continue;
             }
-            self.answered = self.answered.max(sequence);
+            if states.is_some() {
+                self.answered = sequence;
+            }
             return Ok(Some((answer.encode_to_vec().into(), self)));
         }
     }

@@ -8,7 +8,7 @@ use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::{Limits, Material};
 
-pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
+pub use self::target::{ClaimId, Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use super::PhysicsSettings;
 use super::saved::Saved;
 use super::snapshot::Moment;
@@ -49,8 +49,8 @@ pub enum Command {
     },
     /// Takes joints for one client.
     Claim {
-        /// The secret that targets must carry from now on. Unique; the caller makes it.
-        claim: String,
+        /// What targets must carry from now on. Unique; the caller makes it.
+        claim: ClaimId,
         /// Who claims, for people.
         holder: String,
         /// Which joints.
@@ -59,7 +59,7 @@ pub enum Command {
     /// Gives joints back; they hold their position.
     Release {
         /// What [`Command::Claim`] was given.
-        claim: String,
+        claim: ClaimId,
         /// The claim was not given back but ran out.
         lapsed: bool,
     },

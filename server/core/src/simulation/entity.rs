@@ -11,7 +11,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, Limits};
 
 pub use self::push::Push;
-use super::command::Touches;
+use super::command::{ClaimId, Touches};
 use super::error::Error;
 use super::snapshot::{Flags, Mode, RootState, Snapshot};
 use crate::collision::RobotColliders;
@@ -65,7 +65,7 @@ impl AsMut<Articulation> for Entity {
 #[derive(Clone, Debug)]
 pub(super) struct Claim {
     /// What targets must carry.
-    pub secret: String,
+    pub id: ClaimId,
     /// Who claims, for people.
     pub holder: Arc<str>,
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::command::{JointProperties, JointSelection, RobotReset};
+use super::command::{ClaimId, JointProperties, JointSelection, RobotReset};
 use super::entity::{Claim, Entity, follow, follow_rates};
 use super::error::Error;
 use super::snapshot::Mode;
@@ -99,7 +99,7 @@ impl Simulation {
 
     pub(super) fn claim(
         &mut self,
-        claim: &str,
+        claim: ClaimId,
         holder: &str,
         selections: &[JointSelection],
     ) -> Result<Reply, Error> {
@@ -129,8 +129,8 @@ impl Simulation {
                 taken.push((place, joint));
             }
         }
-        let record = Arc::new(Claim { secret: claim.to_owned(), holder: holder.into() });
-        self.claims.insert(claim.to_owned(), Arc::clone(&record));
+        let record = Arc::new(Claim { id: claim, holder: holder.into() });
+        self.claims.insert(claim, Arc::clone(&record));
         let mut names = Vec::new();
         let mut robots: Vec<usize> = taken.iter().map(|(place, _)| *place).collect();
         robots.dedup();
@@ -144,14 +144,14 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn release(&mut self, claim: &str, lapsed: bool) -> Result<Reply, Error> {
-        let record = self.claims.remove(claim).ok_or(Error::ClaimNotFound)?;
+    pub(super) fn release(&mut self, claim: ClaimId, lapsed: bool) -> Result<Reply, Error> {
+        let record = self.claims.remove(&claim).ok_or(Error::ClaimNotFound)?;
         let mut joints = Vec::new();
         for place in 0..self.entities.len() {
             let entity = &mut self.entities[place];
             let before = joints.len();
             for joint in 0..entity.claims.len() {
-                if entity.claims[joint].as_ref().is_none_or(|held| held.secret != claim) {
+                if entity.claims[joint].as_ref().is_none_or(|held| held.id != claim) {
                     continue;
                 }
                 entity.claims[joint] = None;

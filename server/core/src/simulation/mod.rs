@@ -34,6 +34,7 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
+use command::ClaimId;
 pub use command::{Applied, Command, Reply};
 use contacts::Contacts;
 use entity::{Claim, Entity};
@@ -61,8 +62,7 @@ pub struct Simulation {
     /// As the last step had them.
     contacts: Contacts,
     step_memory: StepMemory,
-    /// By their secrets.
-    claims: BTreeMap<String, Arc<Claim>>,
+    claims: BTreeMap<ClaimId, Arc<Claim>>,
     /// Oldest first. Shared with what is published.
     saved: Arc<Vec<Kept>>,
     /// One a robot. Shared with what is published.
@@ -119,8 +119,8 @@ impl Simulation {
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
             Command::SetLinkProperties { robot, links } => self.set_link_properties(robot, links),
-            Command::Claim { claim, holder, joints } => self.claim(claim, holder, joints),
-            Command::Release { claim, lapsed } => self.release(claim, *lapsed),
+            Command::Claim { claim, holder, joints } => self.claim(*claim, holder, joints),
+            Command::Release { claim, lapsed } => self.release(*claim, *lapsed),
             Command::SetEntityState { robot, pose, twist } => self.set_entity_state(robot, *pose, *twist),
             Command::ApplyWrench(wrench) => self.apply_wrench(wrench),
             Command::SetPhysics(change) => self.set_physics(change),

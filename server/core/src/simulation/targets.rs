@@ -19,8 +19,10 @@ struct Accepted {
 
 impl Simulation {
     pub(super) fn set_targets(&mut self, request: &SetTargets) -> Result<Reply, Error> {
-        if let Some(claim) = &request.claim {
-            self.claims.get(claim).ok_or(Error::ClaimNotFound)?;
+        if let Some(claim) = &request.claim
+            && !self.claims.contains_key(claim)
+        {
+            return Err(Error::ClaimNotFound);
         }
         let mut check = Check { request, accepted: Vec::new(), clamped: Vec::new() };
         for targets in &request.robots {
@@ -115,7 +117,7 @@ impl Check<'_> {
         target: &Target,
     ) -> Result<(), Error> {
         let name = &entity.model.joints[joint].name;
-        let stranger = |claim: &&Arc<Claim>| self.request.claim.as_deref() != Some(&*claim.secret);
+        let stranger = |claim: &&Arc<Claim>| self.request.claim != Some(claim.id);
         if let Some(claim) = entity.claims[joint].as_ref().filter(stranger) {
             return Err(Error::JointClaimed {
                 robot: entity.name.clone(),

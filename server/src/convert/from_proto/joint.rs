@@ -13,12 +13,21 @@ use simd_proto::v1;
 use super::state;
 use crate::convert::field::{BadField, Path};
 
+/// Targets, and the claim that they are said to be set with: whether their sender holds it is not known here.
+#[derive(Debug)]
+pub struct Claimed {
+    /// Without a claim.
+    pub targets: SetTargets,
+    /// As the request has it; empty for none.
+    pub claim: String,
+}
+
 /// Targets for joints of one or several robots.
 pub fn set_targets(
     robots: Vec<v1::RobotTargets>,
     limit_policy: i32,
     claim: String,
-) -> Result<SetTargets, BadField> {
+) -> Result<Claimed, BadField> {
     let refuse_beyond_limits = match Path::ROOT.field("limit_policy").known(limit_policy)? {
         v1::LimitPolicy::Unspecified | v1::LimitPolicy::Clamp => false,
         v1::LimitPolicy::Refuse => true,
@@ -29,11 +38,11 @@ pub fn set_targets(
         .map(|(index, robot)| robot_targets(&Path::ROOT.item("robots", index), robot))
         .collect::<Result<_, _>>()?;
     let claim = Path::ROOT.field("claim").short(claim)?;
-    Ok(SetTargets { robots, refuse_beyond_limits, claim: (!claim.is_empty()).then_some(claim) })
+    Ok(Claimed { targets: SetTargets { robots, refuse_beyond_limits, claim: None }, claim })
 }
 
 /// Targets of a request that is about nothing else.
-pub fn set_joint_targets(request: v1::SetJointTargetsRequest) -> Result<SetTargets, BadField> {
+pub fn set_joint_targets(request: v1::SetJointTargetsRequest) -> Result<Claimed, BadField> {
     if request.robots.is_empty() {
         return Err(Path::ROOT.field("robots").refuse("empty", "it must name at least one robot"));
     }
@@ -225,7 +234,7 @@ pub fn claim_joints(
     Ok((selections, holder, lease))
 }
 
-/// The secret of a claim.
+/// A claim that must be named.
 pub fn claim(request: &v1::ReleaseJointsRequest) -> Result<String, BadField> {
     Path::ROOT.field("claim").name(request.claim.clone())
 }

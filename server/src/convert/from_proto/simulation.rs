@@ -5,6 +5,7 @@ use simd_model::robot::Sha256;
 use simd_proto::v1;
 
 use super::entity::sha256;
+use super::joint::Claimed;
 use super::{geometry, joint, state};
 use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
@@ -48,7 +49,8 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     if request.steps == 0 {
         return Err(Path::ROOT.field("steps").refuse(0, "it must be at least 1"));
     }
-    let targets = joint::set_targets(request.robots, request.limit_policy, request.claim)?;
+    let Claimed { targets, claim: _ } =
+        joint::set_targets(request.robots, request.limit_policy, request.claim)?;
     let selections = state::selections(request.selections)?;
     Ok(Steps {
         steps: request.steps,

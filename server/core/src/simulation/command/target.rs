@@ -8,8 +8,12 @@ pub struct SetTargets {
     /// Refuse a target beyond a limit instead of clamping it.
     pub refuse_beyond_limits: bool,
     /// For joints that are claimed.
-    pub claim: Option<String>,
+    pub claim: Option<ClaimId>,
 }
+
+/// Which claim on joints. It is no secret: that a caller holds the claim is proven before a command is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ClaimId(pub u64);
 
 /// Targets for one robot.
 #[derive(Clone, Debug, Default)]

@@ -52,7 +52,7 @@ fn refusals_name_the_element_and_what_there_is() {
 fn a_claimed_joint_takes_targets_of_its_holder_only_and_holds_when_released() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
-    let claim = Command::Claim { claim: "secret".into(), holder: "planner".into(), joints };
+    let claim = Command::Claim { claim: ClaimId(7), holder: "planner".into(), joints };
     world.apply(&claim).unwrap();
     assert_eq!(
         set(&mut world, position(0.1)).unwrap_err().to_string(),
@@ -60,10 +60,10 @@ fn a_claimed_joint_takes_targets_of_its_holder_only_and_holds_when_released() {
     );
     let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: velocity(1.0) }];
     let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
-    let own = SetTargets { robots, claim: Some("secret".into()), ..SetTargets::default() };
+    let own = SetTargets { robots, claim: Some(ClaimId(7)), ..SetTargets::default() };
     world.apply(&Command::SetTargets(own)).unwrap();
     run(&mut world, 0.1);
-    world.apply(&Command::Release { claim: "secret".into(), lapsed: true }).unwrap();
+    world.apply(&Command::Release { claim: ClaimId(7), lapsed: true }).unwrap();
     assert_eq!(look(&world).modes, [Mode::Hold]);
     set(&mut world, position(0.1)).unwrap();
 }
@@ -298,12 +298,12 @@ fn a_restored_snapshot_leaves_claims_as_they_are() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     world.apply(&Command::SaveSnapshot { name: "before".into() }).unwrap();
     let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
-    let claim = Command::Claim { claim: "secret".into(), holder: "planner".into(), joints };
+    let claim = Command::Claim { claim: ClaimId(7), holder: "planner".into(), joints };
     world.apply(&claim).unwrap();
     world.apply(&Command::SaveSnapshot { name: "claimed".into() }).unwrap();
     world.apply(&Command::RestoreSnapshot { name: "before".into() }).unwrap();
     assert!(matches!(set(&mut world, position(0.1)), Err(Error::JointClaimed { .. })));
-    world.apply(&Command::Release { claim: "secret".into(), lapsed: false }).unwrap();
+    world.apply(&Command::Release { claim: ClaimId(7), lapsed: false }).unwrap();
     world.apply(&Command::RestoreSnapshot { name: "claimed".into() }).unwrap();
     set(&mut world, position(0.1)).unwrap();
 }
@@ -368,10 +368,10 @@ fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_
     assert!(Arc::ptr_eq(&before.settings[1], &after.settings[1]));
 
     let joints = vec![JointSelection { robot: "other".into(), joints: Vec::new() }];
-    world.apply(&Command::Claim { claim: "secret".into(), holder: "me".into(), joints }).unwrap();
+    world.apply(&Command::Claim { claim: ClaimId(7), holder: "me".into(), joints }).unwrap();
     let holder = |world: &Simulation| look(world).joint_status(1).unwrap()[0].settings.claimed_by.clone();
     assert_eq!(holder(&world).as_deref(), Some("me"));
-    world.apply(&Command::Release { claim: "secret".into(), lapsed: false }).unwrap();
+    world.apply(&Command::Release { claim: ClaimId(7), lapsed: false }).unwrap();
     assert_eq!(holder(&world), None);
 
     world.apply(&Command::Delete { robot: "arm".into() }).unwrap();

@@ -1,0 +1,103 @@
+"""What a session that hears and answers everything can do: nothing to claimed joints, and nothing to a client."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import pytest
+import zenoh
+from daemon import Daemon
+
+import simd_client
+from simd_client import Robot, Simulation, proof, proto
+
+
+@pytest.fixture
+def stranger(daemon: Daemon) -> Iterator[zenoh.Session]:
+    """A session on the same network that knows nothing but keys."""
+    settings = {"mode": "client", "connect": {"endpoints": [daemon.endpoint]}}
+    settings["scouting"] = {"multicast": {"enabled": False}}  # pyright: ignore[reportArgumentType]
+    session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+    yield session
+    session.close()  # pyright: ignore[reportUnknownMemberType]
+
+
+def test_the_proof_is_the_same_as_the_daemons() -> None:
+    code = "9ddbd820b1795ba083e20c3f15c7927d31e141eb154402f94cef8a083c664dc0"
+    assert proof.line("1.00", 2, "simd/simd/joint_targets", b"abc") == f"simd-claim: 1 2 {code}"
+    assert [proof.id_of(text) for text in ("7.ab", "", "nobody's", "a.b")] == ["7", "", "nobody's", "a.b"]
+
+
+def test_counters_grow() -> None:
+    counter, lines = proof.Counter(), [""] * 3
+    for index in range(3):
+        lines[index] = counter.prove("1.00", "key", b"", lambda line: line)
+    numbers = [int(line.split()[2]) for line in lines]
+    assert numbers == sorted(set(numbers))
+
+
+def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
+    sim: Simulation, arm: Robot, daemon: Daemon, stranger: zenoh.Session
+) -> None:
+    heard: list[tuple[str, bytes, bytes]] = []
+
+    def bytes_of(payload: zenoh.ZBytes | None) -> bytes:
+        return b"" if payload is None else payload.to_bytes()
+
+    def hear(message: zenoh.Sample | zenoh.Query) -> None:
+        heard.append((str(message.key_expr), bytes_of(message.payload), bytes_of(message.attachment)))
+
+    stranger.declare_subscriber("simd/**", hear)
+    stranger.declare_queryable("simd/**", hear, complete=True)
+    targets = f"simd/{daemon.name}/joint_targets"
+    with arm.claim(holder="me") as claim:
+        sim.stream_targets({arm: [0.5, 0.5]})
+        arm.set_positions([0.4, 0.4])
+        sim.step(1, {arm: [0.2, 0.2]})
+        arm.set_positions([0.1, 0.1])
+        own = list(heard)
+        random = claim.secret.split(".")[1].encode()
+        assert not any(random in payload or random in attachment for _, payload, attachment in own)
+        proven = [each for each in own if b"simd-claim: " in each[2]]
+        assert {key.rsplit("/", 1)[-1] for key, _, _ in proven} >= {"joint_targets", "SetJointTargets", "StepSimulation"}
+        for key, payload, attachment in proven:
+            if key == targets:
+                stranger.put(key, payload, attachment=attachment)
+            else:
+                replies = stranger.get(key, payload=payload, attachment=attachment, target=zenoh.QueryTarget.ALL)
+                assert replies.recv().err is not None
+            stranger.put(targets, payload, attachment=attachment)
+        assert list(arm.target) == pytest.approx([0.1, 0.1])
+
+
+def test_a_strangers_answers_and_publications_are_not_read(
+    sim: Simulation, arm: Robot, daemon: Daemon, stranger: zenoh.Session
+) -> None:
+    forged = proto.JointStates(stamp=proto.Stamp(sequence=1 << 60), robots=[proto.RobotJointStates(robot="arm")])
+
+    def answer(query: zenoh.Query) -> None:
+        query.reply(query.key_expr, forged.SerializeToString())  # pyright: ignore[reportUnknownMemberType]
+        query.reply_err(b"Timeout")  # pyright: ignore[reportUnknownMemberType]
+
+    stranger.declare_queryable("simd/**", answer, complete=True)
+    with arm.watch() as watch:
+        next(watch)
+        for _ in range(10):
+            stranger.put(f"simd/{daemon.name}/joint_states/arm", forged.SerializeToString())
+            assert sim.states().stamp.sequence < 1 << 60
+            assert watch.newest().stamp.sequence < 1 << 60
+
+
+def test_a_token_that_is_none_is_not_read_and_two_of_one_name_are_refused(
+    sim: Simulation, daemon: Daemon, stranger: zenoh.Session
+) -> None:
+    tokens = stranger.liveliness()
+    with tokens.declare_token("@simd/daemons/other/x"), simd_client.connect(daemon.endpoint) as other:
+        other.states()
+    forged = str(stranger.zid())
+    with tokens.declare_token(f"@simd/daemons/{daemon.name}/{forged}"):
+        with pytest.raises(simd_client.EndpointError, match=forged):
+            simd_client.connect(daemon.endpoint)
+        # Who was there before goes on.
+        sim.states()

@@ -1,0 +1,154 @@
+//! Which session is the daemon of which name, as its token says, so that another's answers are not
+//! taken for the daemon's.
+//!
+//! A client stays with the session that it began with for as long as that one's token is there, whoever
+//! else says that it has the name. Once it is gone, the only one that has the name is the daemon, started again; and
+//! where there are several, none is taken.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use simd_proto::keys;
+use zenoh::sample::{Sample, SampleKind};
+use zenoh::session::ZenohId;
+
+use super::Presence;
+
+/// Tokens that are remembered; more are not read.
+const KEPT: usize = 4096;
+
+/// What tokens said so far. Clones are the same.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Daemons(Arc<Mutex<BTreeMap<String, Named>>>);
+
+/// The sessions that say that they have one name.
+#[derive(Debug, Default)]
+struct Named {
+    /// Whose tokens are there.
+    here: BTreeSet<ZenohId>,
+    /// Whom calls are meant for.
+    chosen: Option<ZenohId>,
+}
+
+impl Daemons {
+    /// Takes in that a token is there, or is no more.
+    pub(super) fn hear(&self, sample: &Sample) {
+        self.token(sample.key_expr().as_str(), sample.kind());
+    }
+
+    fn token(&self, key: &str, kind: SampleKind) {
+        let Some((name, zid)) = keys::parse_daemon(key) else { return };
+        let Ok(zid) = zid.parse::<ZenohId>() else { return };
+        let mut daemons = self.lock();
+        match kind {
+            SampleKind::Put => {
+                if daemons.values().map(|named| named.here.len().max(1)).sum::<usize>() < KEPT {
+                    daemons.entry(name.to_owned()).or_default().here.insert(zid);
+                }
+            }
+            SampleKind::Delete => {
+                let Some(named) = daemons.get_mut(name) else { return };
+                named.here.remove(&zid);
+                if named.here.is_empty() && named.chosen.is_none() {
+                    daemons.remove(name);
+                }
+            }
+        }
+    }
+
+    /// Whom calls to the daemon of this name are meant for; none where no token was ever heard of.
+    ///
+    /// # Errors
+    /// Where several sessions say that they have the name: all of them.
+    pub(super) fn choose(&self, name: &str) -> Result<Option<ZenohId>, Vec<ZenohId>> {
+        let mut daemons = self.lock();
+        let Some(named) = daemons.get_mut(name) else { return Ok(None) };
+        if named.chosen.is_none_or(|chosen| !named.here.contains(&chosen)) {
+            let mut here = named.here.iter();
+            match (here.next(), here.next()) {
+                // The last one may still say its last words.
+                (None, _) => {}
+                (Some(only), None) => named.chosen = Some(*only),
+                (Some(_), Some(_)) => return Err(named.here.iter().copied().collect()),
+            }
+        }
+        Ok(named.chosen)
+    }
+
+    /// All whose tokens are there, by name.
+    pub(super) fn list(&self) -> Vec<Presence> {
+        let daemons = self.lock();
+        let each = daemons.iter().flat_map(|(name, named)| named.here.iter().map(move |zid| (name, zid)));
+        each.map(|(name, zid)| Presence { name: name.clone(), zid: zid.to_string() }).collect()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Named>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Why none of several is taken.
+pub(super) fn several(name: &str, sessions: &[impl std::fmt::Display]) -> String {
+    let listed: Vec<String> = sessions.iter().map(ToString::to_string).collect();
+    let listed = listed.join(" and ");
+    format!(
+        "several sessions say that they are the daemon `{name}`: {listed}; end all but one, or start it with another --name"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn id(text: &str) -> ZenohId {
+        text.parse().unwrap()
+    }
+
+    fn put(daemons: &Daemons, name: &str, zid: &str) {
+        daemons.token(&keys::daemon(name, zid), SampleKind::Put);
+    }
+
+    fn delete(daemons: &Daemons, name: &str, zid: &str) {
+        daemons.token(&keys::daemon(name, zid), SampleKind::Delete);
+    }
+
+    #[test]
+    fn a_client_stays_with_its_daemon_and_goes_on_with_the_one_that_comes_after() {
+        let daemons = Daemons::default();
+        assert_eq!(daemons.choose("lab"), Ok(None));
+        put(&daemons, "lab", "a1");
+        assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
+        // A stranger with the same name changes nothing while the daemon is there.
+        put(&daemons, "lab", "1");
+        assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
+        delete(&daemons, "lab", "1");
+        delete(&daemons, "lab", "a1");
+        assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))), "until another comes");
+        put(&daemons, "lab", "b2");
+        assert_eq!(daemons.choose("lab"), Ok(Some(id("b2"))));
+    }
+
+    #[test]
+    fn of_two_that_say_that_they_have_the_name_none_is_taken() {
+        let daemons = Daemons::default();
+        put(&daemons, "lab", "a1");
+        put(&daemons, "lab", "b2");
+        let both = daemons.choose("lab").unwrap_err();
+        assert_eq!(both.len(), 2);
+        let sentence = several("lab", &both);
+        assert!(sentence.contains("a1") && sentence.contains("b2"), "{sentence}");
+        delete(&daemons, "lab", "b2");
+        assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
+    }
+
+    #[test]
+    fn endless_tokens_take_no_endless_memory() {
+        let daemons = Daemons::default();
+        (1..2 * KEPT).for_each(|number| put(&daemons, "lab", &format!("{number:x}")));
+        (1..2 * KEPT).for_each(|number| put(&daemons, &format!("n{number}"), "1"));
+        let kept: usize = daemons.lock().values().map(|named| named.here.len()).sum();
+        assert_eq!(kept, KEPT);
+        (1..2 * KEPT).for_each(|number| delete(&daemons, "lab", &format!("{number:x}")));
+        assert!(daemons.lock().is_empty());
+    }
+}

@@ -1,0 +1,160 @@
+//! How a client proves over Zenoh that it holds a claim without sending the claim's secret: a
+//! publication or a query that any session may read carries the claim's id, a counter, and a keyed
+//! hash of both and of what is sent.
+//!
+//! `ClaimJoints` answers with a secret such as `7.9f86d081884c7d65`: the claim's id is before the dot. Over
+//! Zenoh the field `claim` of a request has the id alone, and the attachment has a line
+//!
+//! ```text
+//! simd-claim: ID COUNTER CODE
+//! ```
+//!
+//! CODE is HMAC-SHA256 in lowercase hexadecimal, keyed with the secret as text, of the lines
+//! `simd.v1 claim`, KEY and COUNTER, each ended by a line feed, and of the payload. KEY is the key expression that
+//! is queried or published to, COUNTER a decimal number that is larger than that of the message before.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use hmac::{Hmac, Mac};
+use sha2::Sha256;
+
+/// The line of the attachment.
+pub const PROOF_HEADER: &str = "simd-claim";
+
+/// The hash is of nothing else that anybody makes with the same secret.
+const DOMAIN: &str = "simd.v1 claim\n";
+
+/// The bytes of a code.
+const CODE_BYTES: usize = 32;
+
+/// What a message says to prove that its sender holds a claim.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Proof {
+    /// Which claim.
+    pub claim: u64,
+    /// Larger than that of the message before.
+    pub counter: u64,
+    code: [u8; CODE_BYTES],
+}
+
+impl Proof {
+    /// Proves that its caller has the secret. None where the text is no secret that a daemon gives.
+    pub fn new(secret: &str, counter: u64, key: &str, payload: &[u8]) -> Option<Self> {
+        let claim = id_of(secret)?.parse().ok()?;
+        let code = hashed(secret, counter, key, payload)?.finalize().into_bytes().into();
+        Some(Self { claim, counter, code })
+    }
+
+    /// Reads what comes after the header's name.
+    pub fn parse(text: &str) -> Option<Self> {
+        let mut words = text.split(' ');
+        let (claim, counter, code) = (words.next()?, words.next()?, words.next()?);
+        if words.next().is_some() || code.len() != 2 * CODE_BYTES {
+            return None;
+        }
+        let mut bytes = [0; CODE_BYTES];
+        for (byte, digits) in bytes.iter_mut().zip(code.as_bytes().chunks(2)) {
+            let digits = std::str::from_utf8(digits).ok()?;
+            *byte = u8::from_str_radix(digits, 16).ok()?;
+        }
+        Some(Self { claim: number(claim)?, counter: number(counter)?, code: bytes })
+    }
+
+    /// Whether whoever made it has the secret, and made it for this key and payload. Takes
+    /// as long wherever a wrong code differs.
+    pub fn holds(&self, secret: &str, key: &str, payload: &[u8]) -> bool {
+        let hash = hashed(secret, self.counter, key, payload);
+        hash.is_some_and(|hash| hash.verify_slice(&self.code).is_ok())
+    }
+}
+
+impl std::fmt::Display for Proof {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {} ", self.claim, self.counter)?;
+        self.code.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// The id within a claim's secret, which is no secret; none where the text has none.
+pub fn id_of(secret: &str) -> Option<&str> {
+    let (id, _rest) = secret.split_once('.')?;
+    number(id).map(|_| id)
+}
+
+/// The counter of the message after one with `last`: the time in nanoseconds, so that a program that is
+/// started again and has kept its secret goes on beyond what it sent before.
+pub fn next_counter(last: u64) -> u64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(now.as_nanos()).unwrap_or(0).max(last.saturating_add(1))
+}
+
+/// Digits and nothing else: `parse` alone would take a sign.
+fn number(text: &str) -> Option<u64> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok())?
+}
+
+fn hashed(secret: &str, counter: u64, key: &str, payload: &[u8]) -> Option<Hmac<Sha256>> {
+    let mut hash = Hmac::<Sha256>::new_from_slice(secret.as_bytes()).ok()?;
+    hash.update(DOMAIN.as_bytes());
+    hash.update(format!("{key}\n{counter}\n").as_bytes());
+    hash.update(payload);
+    Some(hash)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECRET: &str = "7.9f86d081884c7d659a2feaa0c55ad015";
+    const KEY: &str = "simd/lab/joint_targets";
+
+    #[test]
+    fn a_proof_reads_back_and_is_of_one_secret_key_counter_and_payload() {
+        let proof = Proof::new(SECRET, 12, KEY, b"targets").unwrap();
+        let said = proof.to_string();
+        assert!(said.starts_with("7 12 "), "{said}");
+        let read = Proof::parse(&said).unwrap();
+        assert_eq!(read, proof);
+        assert!(read.holds(SECRET, KEY, b"targets"));
+        assert!(!read.holds(SECRET, KEY, b"target"));
+        assert!(!read.holds(SECRET, "simd/lab/rpc/JointService/SetJointTargets", b"targets"));
+        assert!(!read.holds("7.9f86d081884c7d659a2feaa0c55ad016", KEY, b"targets"));
+        assert!(!Proof { counter: 13, ..read }.holds(SECRET, KEY, b"targets"));
+    }
+
+    /// The figure is of Python's `hmac.new(secret, lines, "sha256")`: the clients agree.
+    #[test]
+    fn the_code_is_hmac_sha256_of_the_lines_and_the_payload() {
+        let proof = Proof::new("1.00", 2, "simd/simd/joint_targets", b"abc").unwrap();
+        let code = "9ddbd820b1795ba083e20c3f15c7927d31e141eb154402f94cef8a083c664dc0";
+        assert_eq!(proof.to_string(), format!("1 2 {code}"));
+    }
+
+    #[test]
+    fn what_is_no_proof_is_none() {
+        let code = "0".repeat(64);
+        for text in [
+            String::new(),
+            "7 12".into(),
+            format!("7 12 {}", "0".repeat(63)),
+            format!("7 12 {}", "g".repeat(64)),
+            format!("7 12 {}ä", "0".repeat(62)),
+            format!("7 12 {code} 1"),
+            format!("+7 12 {code}"),
+            format!("7 -12 {code}"),
+            format!("7 99999999999999999999 {code}"),
+        ] {
+            assert_eq!(Proof::parse(&text), None, "{text}");
+        }
+        for secret in ["", "secret", "a.b", ".b", "-1.b"] {
+            assert_eq!(Proof::new(secret, 1, KEY, b""), None, "{secret}");
+        }
+    }
+
+    #[test]
+    fn counters_grow_whatever_the_clock_says() {
+        let first = next_counter(0);
+        assert!(next_counter(first) > first);
+        assert_eq!(next_counter(u64::MAX - 1), u64::MAX);
+    }
+}

@@ -1,0 +1,99 @@
+//! Threads that replies leave on.
+//!
+//! Zenoh sends a reply on the thread that asks it to, and waits there for up to five seconds where the asker does not
+//! read; then it gives up that asker's connection. Who asks is not said with a query, so that one queue an asker
+//! cannot be. Instead each reply that waits has a thread, and there are as many threads as queries that
+//! are answered at one time: whoever does not read holds up its own replies and no others.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::Semaphore;
+
+/// A thread that nobody needs ends after this time.
+const IDLE: Duration = Duration::from_secs(10);
+/// Sending goes through a few functions of Zenoh's, and needs no more.
+const STACK_BYTES: usize = 512 * 1024;
+
+/// What becomes of replies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Replies {
+    /// That wait for their askers now.
+    pub waiting: usize,
+    /// That were sent since the start.
+    pub sent: u64,
+}
+
+/// So many replies can wait at one time.
+#[derive(Debug)]
+pub(super) struct Senders {
+    /// One reply is sent where it was made, which saves the way to another thread: nearly always there
+    /// is no more than one.
+    in_place: Semaphore,
+    /// Used for its threads that may wait alone. Taken when it ends.
+    threads: Option<Runtime>,
+    waiting: AtomicUsize,
+    sent: AtomicU64,
+}
+
+impl Senders {
+    /// # Errors
+    /// Where the system gives no threads.
+    pub(super) fn new(threads: usize) -> std::io::Result<Self> {
+        let threads = Builder::new_multi_thread()
+            .worker_threads(1)
+            .max_blocking_threads(threads)
+            .thread_keep_alive(IDLE)
+            .thread_stack_size(STACK_BYTES)
+            .thread_name("zenoh-reply")
+            .build()?;
+        let (waiting, sent) = (AtomicUsize::new(0), AtomicU64::new(0));
+        Ok(Self { in_place: Semaphore::new(1), threads: Some(threads), waiting, sent })
+    }
+
+    /// Sends, while other tasks go on: it may wait for a receiver that does not read.
+    pub(super) async fn send(&self, send: impl FnOnce() + Send + 'static) {
+        let _waits = Waits::new(self);
+        if let Ok(_place) = self.in_place.try_acquire() {
+            return tokio::task::block_in_place(send);
+        }
+        if let Some(threads) = &self.threads
+            && let Err(error) = threads.spawn_blocking(send).await
+        {
+            tracing::warn!("a reply is not sent: {error}");
+        }
+    }
+
+    /// What became of replies so far.
+    pub(super) fn replies(&self) -> Replies {
+        let (waiting, sent) = (self.waiting.load(Ordering::Relaxed), self.sent.load(Ordering::Relaxed));
+        Replies { waiting, sent }
+    }
+}
+
+impl Drop for Senders {
+    fn drop(&mut self) {
+        // A runtime waits for its threads where it is dropped otherwise.
+        if let Some(threads) = self.threads.take() {
+            threads.shutdown_background();
+        }
+    }
+}
+
+/// A reply that is being sent.
+struct Waits<'a>(&'a Senders);
+
+impl<'a> Waits<'a> {
+    fn new(senders: &'a Senders) -> Self {
+        senders.waiting.fetch_add(1, Ordering::Relaxed);
+        Self(senders)
+    }
+}
+
+impl Drop for Waits<'_> {
+    fn drop(&mut self) {
+        self.0.waiting.fetch_sub(1, Ordering::Relaxed);
+        self.0.sent.fetch_add(1, Ordering::Relaxed);
+    }
+}

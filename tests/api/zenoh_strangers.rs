@@ -1,0 +1,350 @@
+//! What somebody on the same Zenoh network can do who reads everything and answers everything: nothing to
+//! claimed joints, and nothing to a client that knows its daemon.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use prost::Message;
+use simd_client::proto::{
+    GetJointStatesResponse, ReleaseJointsRequest, SetJointTargetsRequest, StepSimulationRequest,
+};
+use simd_client::{
+    Client, ControlOptions, Error, Network, Target, every_joint, joint_target, proto, robot_targets,
+};
+use simd_proto::keys;
+use simd_proto::proof::{PROOF_HEADER, Proof, next_counter};
+use simd_server::config::{Config, Zenoh};
+use simd_tests::daemon::{Daemon, Via};
+use simd_tests::network;
+use simd_tests::process::soon;
+use zenoh::Wait as _;
+use zenoh::bytes::ZBytes;
+
+use crate::{arm, load_arm};
+
+/// What went over the network: key, payload, attachment.
+#[derive(Clone, Debug)]
+struct Heard {
+    key: String,
+    is_query: bool,
+    payload: Vec<u8>,
+    attachment: String,
+}
+
+/// A session that subscribes to everything and is asked everything.
+struct Stranger {
+    session: zenoh::Session,
+    heard: Arc<Mutex<Vec<Heard>>>,
+}
+
+impl Stranger {
+    async fn of(daemon: &Daemon) -> Self {
+        let session = network::session("client", &daemon.running.locators()[0]).await;
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let bytes =
+            |payload: Option<&ZBytes>| payload.map(|it| it.to_bytes().into_owned()).unwrap_or_default();
+        let text = move |it: Option<&ZBytes>| String::from_utf8(bytes(it)).unwrap();
+        let put = heard.clone();
+        let subscriber = session.declare_subscriber("simd/**").callback(move |sample| {
+            let key = sample.key_expr().to_string();
+            let payload = sample.payload().to_bytes().into_owned();
+            let attachment = text(sample.attachment());
+            put.lock().unwrap().push(Heard { key, is_query: false, payload, attachment });
+        });
+        subscriber.background().await.unwrap();
+        let asked = heard.clone();
+        // It says that it has all answers, and gives none.
+        let queryable = session.declare_queryable("simd/**").complete(true).callback(move |query| {
+            let key = query.key_expr().to_string();
+            let (payload, attachment) = (bytes(query.payload()), text(query.attachment()));
+            asked.lock().unwrap().push(Heard { key, is_query: true, payload, attachment });
+        });
+        queryable.background().await.unwrap();
+        Self { session, heard }
+    }
+
+    /// Sends what it likes, and waits for the daemon's answer where there is one.
+    async fn send(&self, heard: &Heard) {
+        if !heard.is_query {
+            let put = self.session.put(&heard.key, heard.payload.clone());
+            return put.attachment(heard.attachment.clone()).wait().unwrap();
+        }
+        let query = self.session.get(format!("{}?for=1", heard.key)).payload(heard.payload.clone());
+        let query = query.attachment(heard.attachment.clone()).target(zenoh::query::QueryTarget::All);
+        let replies = query.consolidation(zenoh::query::ConsolidationMode::None).await.unwrap();
+        let first = soon("the daemon's answer", replies.recv_async()).await.unwrap();
+        // A Control stream says its refusal in an answer, all others say it in an error.
+        if let Ok(sample) = first.result() {
+            let answer = proto::ControlResponse::decode(&*sample.payload().to_bytes()).unwrap();
+            assert!(answer.refusal.is_some(), "{heard:?}: {answer:?}");
+        }
+    }
+}
+
+fn position(robot: &str, value: f64) -> Vec<proto::RobotTargets> {
+    vec![robot_targets(robot, [joint_target("shoulder", Target::position(value))])]
+}
+
+async fn target(client: &Client) -> f64 {
+    client.joint_states(vec![every_joint("arm")]).await.unwrap().robots[0].target[0]
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_heard_of_a_claim_drives_nothing() {
+    let daemon = arm(Via::Zenoh).await;
+    load_arm(&daemon.client, "other").await;
+    let stranger = Stranger::of(&daemon).await;
+    let holder = &daemon.client;
+    let joints = vec![every_joint("arm")];
+    let secret = holder.claim_joints(joints.clone(), "holder", Duration::from_secs(3600)).await.unwrap();
+    let claim = secret.clone();
+
+    // In each way that there is, the holder drives its joints.
+    let robots = position("arm", 0.5);
+    holder
+        .set_targets(SetJointTargetsRequest { robots, claim: claim.clone(), ..Default::default() })
+        .await
+        .unwrap();
+    let options = ControlOptions { selections: joints, claim: claim.clone(), ..Default::default() };
+    let mut control = holder.control(options).await.unwrap();
+    let shoulder = |value| [joint_target("shoulder", Target::position(value))];
+    control.exchange("arm", shoulder(0.6)).await.unwrap().accepted().unwrap();
+    let step = StepSimulationRequest { steps: 1, robots: position("arm", 0.7), claim, ..Default::default() };
+    holder.step_with(step).await.unwrap();
+    let publisher = network::session("client", &daemon.running.locators()[0]).await;
+    let key = keys::joint_targets("simd");
+    let (id, _) = secret.split_once('.').unwrap();
+    let request =
+        SetJointTargetsRequest { robots: position("arm", 0.1), claim: id.into(), ..Default::default() };
+    let payload = request.encode_to_vec();
+    let proof = Proof::new(&secret, next_counter(0), &key, &payload).unwrap();
+    publisher.put(&key, payload).attachment(format!("{PROOF_HEADER}: {proof}")).await.unwrap();
+    soon("the published target", async { while target(holder).await != 0.1 {} }).await;
+
+    // Nobody heard the secret.
+    let random = secret.split_once('.').unwrap().1;
+    let heard = stranger.heard.lock().unwrap().clone();
+    for heard in &heard {
+        assert!(!String::from_utf8_lossy(&heard.payload).contains(random), "{heard:?}");
+        assert!(!heard.attachment.contains(random), "{heard:?}");
+    }
+    let rpc = |service: &str, method: &str| keys::rpc("simd", service, method);
+    let ways = [
+        rpc("JointService", "SetJointTargets"),
+        rpc("JointService", "Control"),
+        rpc("SimulationService", "StepSimulation"),
+        key.clone(),
+    ];
+    let release = Heard {
+        key: rpc("JointService", "ReleaseJoints"),
+        is_query: true,
+        payload: ReleaseJointsRequest { claim: id.into(), ..Default::default() }.encode_to_vec(),
+        attachment: String::new(),
+    };
+    for way in &ways {
+        let sent: Vec<&Heard> = heard.iter().filter(|heard| heard.key == *way).collect();
+        let [heard] = sent.as_slice() else { panic!("{way}: {sent:?}") };
+        let heard: &Heard = heard;
+        assert!(heard.attachment.contains(PROOF_HEADER), "{heard:?}");
+        // Again; with other targets; with the next counter; without the proof; by another way; to release.
+        stranger.send(heard).await;
+        let other =
+            SetJointTargetsRequest { robots: position("arm", -1.0), claim: id.into(), ..Default::default() };
+        let proof = Proof::parse(keys::parse_attachment(&heard.attachment, PROOF_HEADER).unwrap()).unwrap();
+        let (counter, later) = (proof.counter.to_string(), (proof.counter + 1_000_000_000).to_string());
+        let later = heard.attachment.replace(&counter, &later);
+        stranger
+            .send(&Heard {
+                key: ways[0].clone(),
+                is_query: true,
+                payload: other.encode_to_vec(),
+                ..heard.clone()
+            })
+            .await;
+        stranger.send(&Heard { attachment: later.clone(), ..heard.clone() }).await;
+        stranger.send(&Heard { attachment: String::new(), ..heard.clone() }).await;
+        stranger
+            .send(&Heard { key: key.clone(), is_query: false, attachment: later.clone(), ..heard.clone() })
+            .await;
+        stranger.send(&Heard { attachment: heard.attachment.clone(), ..release.clone() }).await;
+        stranger.send(&Heard { attachment: later, ..release.clone() }).await;
+    }
+    stranger.send(&release).await;
+
+    // What it published is read in order: once this one holds, all before it were refused.
+    let last = SetJointTargetsRequest { robots: position("other", 0.3), ..Default::default() };
+    let put = stranger.session.put(&key, last.encode_to_vec());
+    put.await.unwrap();
+    let of_other =
+        async || holder.joint_states(vec![every_joint("other")]).await.unwrap().robots[0].target[0];
+    soon("the stranger's own target", async { while of_other().await != 0.3 {} }).await;
+    assert_eq!(target(holder).await, 0.1);
+    assert_eq!(holder.joint_layout("arm").await.unwrap().joints[0].claimed_by, "holder");
+
+    // And the holder goes on, to the end.
+    control.exchange("arm", shoulder(0.2)).await.unwrap().accepted().unwrap();
+    holder.release_joints(&secret).await.unwrap();
+    assert_eq!(holder.joint_layout("arm").await.unwrap().joints[0].claimed_by, "");
+}
+
+/// A secret that was sent is everybody's: the daemon does not get used to it.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_secret_is_refused_where_others_can_read_it() {
+    let daemon = arm(Via::Zenoh).await;
+    let secret = daemon
+        .client
+        .claim_joints(vec![every_joint("arm")], "holder", Duration::from_secs(60))
+        .await
+        .unwrap();
+    let session = network::session("client", &daemon.running.locators()[0]).await;
+    let request =
+        SetJointTargetsRequest { robots: position("arm", 0.5), claim: secret, ..Default::default() };
+    let query =
+        session.get(keys::rpc("simd", "JointService", "SetJointTargets")).payload(request.encode_to_vec());
+    let replies = query.await.unwrap();
+    let reply = soon("the refusal", replies.recv_async()).await.unwrap();
+    let refusal = reply.into_result().unwrap_err();
+    let status = tonic_types::pb::Status::decode(&*refusal.payload().to_bytes()).unwrap();
+    assert!(status.message.contains("claim is a secret"), "{}", status.message);
+}
+
+/// One that answers at once, and says that it has all answers.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_strangers_answers_are_not_read() {
+    let daemon = arm(Via::Zenoh).await;
+    let session = network::session("client", &daemon.running.locators()[0]).await;
+    let queryable = session.declare_queryable("simd/**").complete(true).callback(|query| {
+        let forged = proto::JointStates { robots: Vec::new(), stamp: None };
+        let forged = GetJointStatesResponse { states: Some(forged) }.encode_to_vec();
+        query.reply(query.key_expr(), forged).wait().unwrap();
+        query.reply_err("Timeout").wait().unwrap();
+    });
+    queryable.background().await.unwrap();
+    for _ in 0..20 {
+        let states = daemon.client.joint_states(vec![every_joint("arm")]).await.unwrap();
+        assert_eq!(states.robots.len(), 1);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_token_that_is_none_leaves_the_only_daemon_the_only_one() {
+    let daemon = arm(Via::Zenoh).await;
+    let locator = &daemon.running.locators()[0];
+    let session = network::session("client", locator).await;
+    let mut tokens = Vec::new();
+    for key in
+        ["@simd/daemons/other/x", "@simd/daemons/simd/X1", "@simd/daemons/simd/0", "@simd/daemons/a/1/2"]
+    {
+        tokens.push(session.liveliness().declare_token(key).await.unwrap());
+    }
+    let client = Client::connect(locator).await.unwrap();
+    assert_eq!(client.joint_states(Vec::new()).await.unwrap().robots.len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_two_that_say_that_they_are_one_daemon_both_are_named_and_a_client_keeps_its_own() {
+    let daemon = arm(Via::Zenoh).await;
+    let locator = &daemon.running.locators()[0];
+    let session = network::session("client", locator).await;
+    let forged = session.zid().to_string();
+    let network = Network::join(locator, Default::default()).await.unwrap();
+    let own = network.daemons().await.unwrap()[0].zid.clone();
+    let _token = session.liveliness().declare_token(keys::daemon("simd", &forged)).await.unwrap();
+    soon("the token", async { while network.daemons().await.unwrap().len() < 2 {} }).await;
+    for endpoint in [locator.clone(), format!("{locator}#simd")] {
+        let error = Client::connect(&endpoint).await.unwrap_err();
+        assert!(matches!(error, Error::Endpoint { .. }), "{error:?}");
+        let sentence = error.to_string();
+        assert!(sentence.contains(&own) && sentence.contains(&forged), "{sentence}");
+    }
+    // Who was there before goes on.
+    assert_eq!(daemon.client.joint_states(Vec::new()).await.unwrap().robots.len(), 1);
+}
+
+/// A daemon that is started again counts its states from the start: its clients go on at once.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn streams_go_on_after_a_daemon_was_started_again() {
+    let router = network::Router::start().await;
+    let start = || async {
+        let zenoh = Zenoh { connect: vec![router.locator.clone()], ..Zenoh::default() };
+        let mut config = Config { listen: ([127, 0, 0, 1], 0).into(), zenoh, ..Default::default() };
+        config.driver.state = simd_server::handle::RunState::Paused;
+        simd_server::daemon::start(config).await.unwrap()
+    };
+    let first = start().await;
+    let client = Client::connect(&router.locator).await.unwrap();
+    load_arm(&client, "arm").await;
+    for _ in 0..200 {
+        client.step(1).await.unwrap();
+    }
+    let mut control = client.control(ControlOptions::default()).await.unwrap();
+    let mut watch = client.watch(vec![every_joint("arm")], 30.0).await.unwrap();
+    let before = control.next().await.unwrap().accepted().unwrap().stamp.unwrap().sequence;
+    watch.next().await.unwrap().unwrap();
+    first.drain().await;
+    let second = start().await;
+    let network = Network::join(&router.locator, Default::default()).await.unwrap();
+    let again = network.client("simd");
+    load_arm(&again, "arm").await;
+    let now = again.joint_states(Vec::new()).await.unwrap().stamp.unwrap().sequence;
+    assert!(now < before, "{now} {before}");
+    let shown = soon("a state of the second daemon", watch.next()).await.unwrap().unwrap();
+    assert!(shown.stamp.unwrap().sequence < before);
+    let answer = soon("an answer of the second daemon", control.next()).await.unwrap().accepted().unwrap();
+    assert!(answer.stamp.unwrap().sequence < before);
+    second.drain().await;
+}
+
+/// The settings of a router in the papers, with a daemon that is known by the id of its session instead of a
+/// certificate, and clients that are whoever comes.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_routers_access_control_holds_clients_to_their_part() {
+    let paper = include_str!("../../docs/zenoh.md");
+    let settings = paper.split("```json5\n").nth(1).unwrap().split("```").next().unwrap();
+    // As a router reads it.
+    zenoh::Config::from_json5(settings).unwrap();
+    let rules = settings.split_once("access_control:").unwrap().1.trim_end().trim_end_matches('}').trim_end();
+    let rules = rules.trim_end_matches(',').replace(r#"cert_common_names: ["simd"]"#, r#"zids: ["d1"]"#);
+    let rules = rules.replace(r#", cert_common_names: ["client"]"#, "");
+    let router = network::Router::start_with("access_control", &rules).await;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("zenoh.json5");
+    std::fs::write(&file, r#"{ id: "d1" }"#).unwrap();
+    let zenoh = Zenoh { connect: vec![router.locator.clone()], file: Some(file), ..Zenoh::default() };
+    let config = Config { listen: ([127, 0, 0, 1], 0).into(), zenoh, ..Default::default() };
+    let daemon = simd_server::daemon::start(config).await.unwrap();
+    let client = Client::connect(&router.locator).await.unwrap();
+    load_arm(&client, "arm").await;
+
+    // What a stranger may not do: be asked, be a daemon, publish states, read what others send.
+    let stranger = network::session("client", &router.locator).await;
+    let (asked, mut questions) = tokio::sync::mpsc::unbounded_channel();
+    let heard = asked.clone();
+    let queryable = stranger.declare_queryable("simd/**").callback(move |query| {
+        let _ = asked.send(query.key_expr().to_string());
+    });
+    queryable.background().await.unwrap();
+    let reading = stranger.declare_subscriber("simd/*/joint_targets").callback(move |sample| {
+        let _ = heard.send(sample.key_expr().to_string());
+    });
+    reading.background().await.unwrap();
+    let zid = stranger.zid().to_string();
+    let _token = stranger.liveliness().declare_token(keys::daemon("simd", &zid)).await.unwrap();
+    stranger.put("simd/simd/joint_states/arm", "forged").await.unwrap();
+
+    // What a client does goes on, and is heard by the daemon alone.
+    let states = network::session("client", &router.locator).await;
+    let states = states.declare_subscriber("simd/simd/joint_states/arm").await.unwrap();
+    let sample = soon("a state", states.recv_async()).await.unwrap();
+    assert_eq!(sample.source_info().unwrap().source_id().zid().to_string(), "d1");
+    let target = SetJointTargetsRequest { robots: position("arm", 0.25), ..Default::default() };
+    let publisher = network::session("client", &router.locator).await;
+    publisher.put(keys::joint_targets("simd"), target.encode_to_vec()).await.unwrap();
+    let target = async || client.joint_states(vec![every_joint("arm")]).await.unwrap().robots[0].target[0];
+    soon("the target", async { while target().await != 0.25 {} }).await;
+    let network = Network::join(&router.locator, Default::default()).await.unwrap();
+    let there: Vec<String> = network.daemons().await.unwrap().into_iter().map(|daemon| daemon.zid).collect();
+    assert_eq!(there, ["d1"]);
+    assert!(questions.try_recv().is_err());
+    daemon.drain().await;
+}
