@@ -56,7 +56,7 @@ async fn empty_elements_without_end_are_refused_before_they_are_decoded(via: Via
 async fn targets_of_a_thousand_robots_of_thirty_joints_are_read(via: Via) {
     let daemon = arm(via).await;
     let robot = |number: usize| {
-        let joints = (0..30).map(|joint| joint_target(&format!("joint_{joint}"), Target::position(0.1)));
+        let joints = (0..30).map(|joint| joint_target(format!("joint_{joint}"), Target::position(0.1)));
         simd_client::robot_targets(&format!("robot_{number}"), joints)
     };
     let robots = (0..1000).map(robot).collect();

@@ -1,5 +1,6 @@
 //! What decoding a request takes in memory, whatever its bytes are: at most what its bytes justify. Counted, not
 //! timed: what one thread allocates is the same on every machine.
+#![cfg(test)]
 
 use std::collections::BTreeMap;
 
