@@ -61,7 +61,7 @@ async fn clients_of_other_names_have_ids_of_their_own(via: Via) {
     assert_eq!(epoch(&one).await, 2);
 }
 
-/// Over gRPC a caller without a name is known by its connection. Within the process they are one; over Zenoh nobody
+/// Over gRPC and gRPC-Web a caller without a name is known by its connection. Within the process they are one; over Zenoh nobody
 /// knows who asks, and an id is refused rather than shared.
 async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
     let daemon = arm(via).await;
@@ -75,10 +75,10 @@ async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
     for client in [&one, &one, &two, &two] {
         client.reset(reset("1")).await.unwrap();
     }
-    assert_eq!(epoch(&one).await, if via == Via::Grpc { 2 } else { 1 });
+    assert_eq!(epoch(&one).await, if via == Via::Handle { 1 } else { 2 });
     // A name is somebody else's.
     one.clone().with_name("one").reset(reset("1")).await.unwrap();
-    assert_eq!(epoch(&one).await, if via == Via::Grpc { 3 } else { 2 });
+    assert_eq!(epoch(&one).await, if via == Via::Handle { 2 } else { 3 });
 }
 
 /// An id is the same however often its request is refused, and the refusal is the first one.

@@ -185,7 +185,7 @@ fn what_lies_still_is_carried_whatever_came_and_went() {
         let mut count = 0;
         for _ in 0..14 {
             match rng.u8(0..6) {
-                0 | 1 | 2 => {
+                0..=2 => {
                     let x = 0.5 * f64::from(rng.u8(0..4));
                     let top = 0.15 + 0.25 * f64::from(count as u8 / 4);
                     let model = cuboid(DVec3::splat(0.2), 1.0 + rng.f64());

@@ -131,9 +131,9 @@ mod tests {
     fn names_line_up_on_the_left_and_numbers_on_the_right() {
         let text = Page::new().table(table()).render(false);
         let expected = "\
-JOINT     POSITION [rad]
-shoulder          0.5000
-e\u{1b}[31m         -10.2500
+JOINT        POSITION [rad]
+shoulder             0.5000
+e\\u{1b}[31m        -10.2500
 ";
         assert_eq!(text, expected);
     }

@@ -9,7 +9,7 @@ use tonic::{Request, Response, Status, Streaming};
 use super::claims::Presented;
 use super::control::Control;
 use super::once::{once, once_in_secret};
-use super::{BoxStream, joints_of, mismatched};
+use super::{BoxStream, PublishedRobot, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
@@ -36,7 +36,7 @@ impl JointService for Service {
         request: Request<v1::GetJointLayoutRequest>,
     ) -> Result<Response<v1::GetJointLayoutResponse>, Status> {
         let robot = from_proto::layout_of(request.into_inner())?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
+        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
         let layout = Some(to_proto::joint::layout(&state.snapshot, place, &entity, &joints));
         Ok(Response::new(v1::GetJointLayoutResponse { layout }))
     }

@@ -12,7 +12,7 @@ use simd_model::robot::JointKind;
 use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
 use tonic::{Request, Response, Status};
 
-use super::{entity, joints_of};
+use super::{PublishedRobot, entity, joints_of};
 use crate::SimHandle;
 use crate::convert::from_proto::{entity as from_proto_entity, kinematics as from_proto};
 use crate::convert::to_proto::{kinematics as to_proto, stamp};
@@ -150,7 +150,7 @@ impl KinematicsService for Service {
     ) -> Result<Response<v1::GetMassMatrixResponse>, Status> {
         let v1::GetMassMatrixRequest { robot, configuration } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
+        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
         let given =
             from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
         let columns = u32::try_from(entity.tree.velocity_count).unwrap_or(u32::MAX);
@@ -166,7 +166,7 @@ impl KinematicsService for Service {
     ) -> Result<Response<v1::ComputeInverseDynamicsResponse>, Status> {
         let v1::ComputeInverseDynamicsRequest { robot, configuration, accelerations } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
+        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
         let given =
             from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
         let accelerations = from_proto::accelerations(accelerations, &entity)?;
@@ -186,7 +186,7 @@ impl KinematicsService for Service {
         let point = from_proto::point(request.point)?;
         let names = from_proto::joints(request.joints)?;
         let effort = from_proto::effort(request.max_iterations, request.tolerance)?;
-        let (state, place, entity, joints) = joints_of(&self.handle, &robot)?;
+        let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
         let guess = from_proto::configuration("guess", request.guess, &state.snapshot, place, &entity)?;
         let movables = movables(&entity, &joints, &names)?;
         let (position, orientation) = (target.position, target.orientation);

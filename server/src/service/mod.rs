@@ -96,16 +96,23 @@ impl Checked<'_> {
     }
 }
 
-/// A published state, the index of a robot there, its layout, and what holds for its joints: all of one moment.
-fn joints_of(
-    handle: &SimHandle,
-    robot: &str,
-) -> Result<(Arc<Published>, usize, Arc<EntityLayout>, Vec<JointStatus>), CallError> {
+/// A robot in a published state: all of one moment.
+struct PublishedRobot {
+    state: Arc<Published>,
+    /// Of the robot in the state.
+    index: usize,
+    layout: Arc<EntityLayout>,
+    /// One for each joint of the model, in its order.
+    joints: Vec<JointStatus>,
+}
+
+/// A robot in the newest published state.
+fn joints_of(handle: &SimHandle, robot: &str) -> Result<PublishedRobot, CallError> {
     let state = handle.newest();
     let (index, layout) = entity::find(&state, robot)?;
     let layout = Arc::clone(layout);
     let joints = state.snapshot.joint_status(index).unwrap_or_default();
-    Ok((state, index, layout, joints))
+    Ok(PublishedRobot { state, index, layout, joints })
 }
 
 /// A command was answered with the answer to another one.

@@ -50,7 +50,7 @@ mod tests {
         let reading = LoadPhase::Reading.into();
         let uri = "package://arm/\u{1b}[2J.stl".to_owned();
         let progress = LoadProgress { phase: reading, done: 2, total: 7, uri };
-        assert_eq!(sentence(&progress), "reads mesh 3 of 7: package://arm/\u{fffd}[2J.stl");
+        assert_eq!(sentence(&progress), "reads mesh 3 of 7: package://arm/\\u{1b}[2J.stl");
         assert_eq!(sentence(&LoadProgress::default()), "waits for other robots to be read");
     }
 }
