@@ -24,8 +24,11 @@ pub(crate) struct Toy {
     pub(crate) applied: Arc<Mutex<Vec<(u64, Command)>>>,
 }
 
+/// Asks whether the step is to be given up.
+type Interrupt<'a> = &'a dyn Fn() -> bool;
+
 /// Is given what asks for an interruption, and says whether the step is to be done.
-pub(crate) struct Midst(pub(crate) Box<dyn FnMut(&dyn Fn() -> bool) -> bool + Send>);
+pub(crate) struct Midst(pub(crate) Box<dyn FnMut(Interrupt<'_>) -> bool + Send>);
 
 impl std::fmt::Debug for Midst {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
