@@ -61,8 +61,9 @@ async fn clients_of_other_names_have_ids_of_their_own(via: Via) {
     assert_eq!(epoch(&one).await, 2);
 }
 
-/// Over gRPC and gRPC-Web a caller without a name is known by its connection. Within the process they are one; over Zenoh nobody
-/// knows who asks, and an id is refused rather than shared.
+/// Over gRPC and gRPC-Web a caller without a name is known by its connection. A browser has several and chooses
+/// among them, so a retry over gRPC-Web may be taken for another request, but never for another caller's. Within the
+/// process all are one caller; over Zenoh the daemon cannot tell who asks, and refuses an id.
 async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
     let daemon = arm(via).await;
     let [one, two] = [daemon.client.clone(), daemon.another_client().await].map(|it| it.with_name(""));
@@ -75,10 +76,15 @@ async fn callers_without_a_name_have_ids_of_their_connection(via: Via) {
     for client in [&one, &one, &two, &two] {
         client.reset(reset("1")).await.unwrap();
     }
-    assert_eq!(epoch(&one).await, if via == Via::Handle { 1 } else { 2 });
-    // A name is somebody else's.
+    let resets = epoch(&one).await;
+    match via {
+        Via::Handle => assert_eq!(resets, 1),
+        Via::Web => assert!((2..=4).contains(&resets), "{resets}"),
+        Via::Grpc | Via::Zenoh => assert_eq!(resets, 2),
+    }
+    // A caller with a name has ids of its own.
     one.clone().with_name("one").reset(reset("1")).await.unwrap();
-    assert_eq!(epoch(&one).await, if via == Via::Handle { 2 } else { 3 });
+    assert_eq!(epoch(&one).await, resets + 1);
 }
 
 /// An id is the same however often its request is refused, and the refusal is the first one.
