@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, snapshot};
+use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, state};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -99,7 +99,7 @@ pub(crate) enum Command {
     Server(server::Server),
     /// States of the world to go back to: save, restore, list, delete
     #[command(subcommand)]
-    Snapshot(snapshot::Snapshot),
+    State(state::State),
     /// What happens: watch
     #[command(subcommand)]
     Event(event::Event),

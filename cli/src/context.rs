@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use crate::args::Options;
 
-/// Where the daemon is when nobody says.
+/// The daemon's address if none is given.
 const DEFAULT_HOST: &str = "127.0.0.1";
 
 /// The configuration file. Unknown keys are refused, so that a slip is found.

@@ -94,8 +94,8 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::PathNotAllowed => {
             Some("without --on-daemon the file is sent from this machine".to_owned())
         }
-        ErrorReason::SnapshotNotFound => {
-            Some("`simctl snapshot list` shows the snapshots there are".to_owned())
+        ErrorReason::SavedStateNotFound => {
+            Some("`simctl state list` shows the saved states there are".to_owned())
         }
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())

@@ -2,7 +2,7 @@
 //!
 //! * `args`: the options that every command has, and the list of commands.
 //! * `commands`: one file per noun, its arguments beside what they do.
-//! * `target`, `quantity`, `pose`: what is typed, taken apart.
+//! * `target`, `quantity`, `pose`: parses what is typed.
 //! * `context`: which daemon.
 //! * `output`: tables for people, JSON for programs.
 //! * `failure`: exit codes, and the remedy for a refusal.

@@ -12,7 +12,7 @@ pub(crate) struct Assignment {
     pub(crate) motion: Option<Motion>,
 }
 
-/// A place for a joint, and a rate where one was typed.
+/// A position for a joint, and a velocity where one was typed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Placement {
     pub(crate) joint: String,
@@ -140,7 +140,7 @@ impl Extras {
                     _ => format!("`{key}` does not go with this mode, which takes {}", allowed.join(", ")),
                 });
             }
-            let (place, kind) = match key {
+            let (slot, kind) = match key {
                 "kp" => (&mut extras.stiffness, Kind::Plain),
                 "kd" => (&mut extras.damping, Kind::Plain),
                 "vel" => (&mut extras.velocity, Kind::Velocity),
@@ -148,7 +148,7 @@ impl Extras {
                 "max_velocity" => (&mut extras.max_velocity, Kind::Velocity),
                 _ => (&mut extras.feed_forward, Kind::Effort),
             };
-            if place.replace(number(value, kind, motion)?).is_some() {
+            if slot.replace(number(value, kind, motion)?).is_some() {
                 return Err(format!("`{key}` is given twice"));
             }
         }

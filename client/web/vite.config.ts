@@ -1,4 +1,4 @@
-// How the page is built, and served while somebody works on it.
+// How the page is built, and served during development.
 import { defineConfig } from "vitest/config";
 import { compress } from "./compress.ts";
 

@@ -120,7 +120,7 @@ pub fn check(shape: &Shape, bytes: &[u8]) -> Result<(), Refused> {
     }
 }
 
-/// Decodes a message that came from anybody.
+/// Decodes an untrusted message.
 ///
 /// # Errors
 /// Where it is none, or would take too much memory.

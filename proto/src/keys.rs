@@ -13,9 +13,9 @@
 //!
 //! NAME is the daemon's, ROBOT a robot's: both `[A-Za-z0-9_-]+`, so that neither can
 //! reach into another's keys. Wildcards never match a chunk that begins with `@`:
-//! whoever subscribes to everything gets no tokens.
+//! a subscription to everything gets no tokens.
 
-/// What a daemon is called where nobody names it.
+/// The name of a daemon that was not given one.
 pub const DEFAULT_NAME: &str = "simd";
 
 /// Where a daemon listens for Zenoh where nothing else is said.

@@ -21,7 +21,7 @@ use sha2::Sha256;
 /// The line of the attachment.
 pub const PROOF_HEADER: &str = "simd-claim";
 
-/// The hash is of nothing else that anybody makes with the same secret.
+/// Domain separation: no other hash is made with the same secret.
 const DOMAIN: &str = "simd.v1 claim\n";
 
 /// The bytes of a code.
@@ -60,7 +60,7 @@ impl Proof {
         Some(Self { claim: number(claim)?, counter: number(counter)?, code: bytes })
     }
 
-    /// Whether whoever made it has the secret, and made it for this key and payload. Takes
+    /// Whether it was made with the secret, for this key and payload. Takes
     /// as long wherever a wrong code differs.
     pub fn holds(&self, secret: &str, key: &str, payload: &[u8]) -> bool {
         let hash = hashed(secret, self.counter, key, payload);

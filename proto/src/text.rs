@@ -1,4 +1,4 @@
-//! Names as people see them. They come from strangers' files and programs, and a terminal, a log or a page
+//! Names as people see them. They come from untrusted files and programs, and a terminal, a log or a page
 //! would obey a control character in them, show them backwards, or not show them at all.
 
 use std::borrow::Cow;

@@ -157,7 +157,7 @@ impl Config {
 
     /// Changes physics settings, where the world would accept them.
     fn change_physics(&mut self, change: PhysicsChange) -> Result<(), String> {
-        let limits = WorldLimits { robots: 0, snapshots: 0 };
+        let limits = WorldLimits { robots: 0, saved_states: 0 };
         let mut world = Simulation::new(self.physics, limits);
         world.apply(&Command::SetPhysics(change)).map_err(|refused| refused.to_string())?;
         self.physics = *world.settings();

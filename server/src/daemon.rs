@@ -122,7 +122,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let limits = config.limits;
     let world = Simulation::new(
         config.physics,
-        WorldLimits { robots: limits.robots as usize, snapshots: limits.snapshots as usize },
+        WorldLimits { robots: limits.robots as usize, saved_states: limits.saved_states as usize },
     );
     // Robots come before the first step.
     let paused = driver::Config { state: RunState::Paused, ..config.driver };

@@ -106,7 +106,7 @@ impl SimHandle {
         }
         let puts_targets_back = match &command {
             Command::Reset(scope) => scope.state || *scope == ResetScope::default(),
-            Command::RestoreSnapshot { .. } => true,
+            Command::RestoreState { .. } => true,
             _ => false,
         };
         let done = self.ask(|reply| Event::Command { command, reply }).await?;

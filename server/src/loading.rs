@@ -6,7 +6,7 @@
 //! * `reading`: from there to a model.
 //! * `progress`: how far that is.
 //! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
-//! * `snapshots`: states of the world out to a file and in from one; [`snapshot_file`]: its bytes.
+//! * `saved states`: states of the world out to a file and in from one; [`saved_state_file`]: its bytes.
 //! * Here: what is kept of it all, and which robot came from where.
 
 mod calls;
@@ -15,8 +15,8 @@ mod disk;
 mod partial;
 mod progress;
 mod reading;
-pub mod snapshot_file;
-mod snapshots;
+pub mod saved_state_file;
+mod saved_states;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -65,7 +65,7 @@ struct Shelf {
 }
 
 /// Where a model came from. Lives as long as the model does, be it in the world,
-/// in a kept snapshot, or in somebody's hands: so a robot that a snapshot brings
+/// in a kept saved state, or in somebody's hands: so a robot that a saved state brings
 /// back still has its description and its meshes.
 #[derive(Debug)]
 struct Known {

@@ -74,7 +74,7 @@ async fn the_last_who_set_a_target_is_known(via: Via) {
     move_shoulder(&one, "arm").await;
     move_shoulder(&two, "other").await;
     assert_eq!(sources(&one).await, [source("arm", "one"), source("other", "two")]);
-    // A refused target is nobody's.
+    // A refused target has no source.
     two.set_robot_targets("arm", [joint_target("elbow", Target::Hold)]).await.unwrap_err();
     assert_eq!(sources(&one).await[0], source("arm", "one"));
 
@@ -92,7 +92,7 @@ async fn the_last_who_set_a_target_is_known(via: Via) {
 async fn targets_that_are_put_back_are_nobodys(via: Via) {
     let daemon = arm(via).await;
     let client = daemon.client.clone().with_name("one");
-    client.save_snapshot("before").await.unwrap();
+    client.save_state("before").await.unwrap();
     move_shoulder(&client, "arm").await;
     let time = proto::ResetSimulationRequest { time: true, ..Default::default() };
     client.reset(time).await.unwrap();
@@ -100,7 +100,7 @@ async fn targets_that_are_put_back_are_nobodys(via: Via) {
     client.reset(proto::ResetSimulationRequest::default()).await.unwrap();
     assert!(sources(&client).await.is_empty());
     move_shoulder(&client, "arm").await;
-    client.restore_snapshot("before").await.unwrap();
+    client.restore_state("before").await.unwrap();
     assert!(sources(&client).await.is_empty());
     // Another robot of the same name has nothing of the one before.
     move_shoulder(&client, "arm").await;

@@ -76,8 +76,8 @@ async fn a_passive_arm_swings_as_the_pendulum_equation_says() {
     }
 }
 
-/// Between two answers a millisecond apart the position never moves by more than the
-/// peak rate of the stiffest mode allows, whatever the arm is told on the way.
+/// Between two answers with a millisecond between them the position never moves by more than the
+/// peak rate of the stiffest mode allows, whatever targets come meanwhile.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn switching_modes_while_moving_is_smooth() {
     let daemon = arm(Via::Grpc).await;

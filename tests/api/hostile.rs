@@ -1,4 +1,4 @@
-//! Files of strangers: whatever they hold, the daemon answers, and its other robots go on
+//! Untrusted files: whatever they hold, the daemon answers, and its other robots go on
 //! as if nothing had come.
 
 use fastrand::Rng;
@@ -16,7 +16,7 @@ fn source(urdf: Vec<u8>) -> Option<DescriptionSource> {
 
 /// Spawns it, and takes it out again where it came; says whether it did.
 async fn throw(client: &Client, urdf: Vec<u8>) -> bool {
-    let request = SpawnEntityRequest { source: source(urdf), allow_renaming: true, ..fixed("stranger") };
+    let request = SpawnEntityRequest { source: source(urdf), allow_renaming: true, ..fixed("untrusted") };
     match client.spawn(request).await {
         Ok(spawned) => {
             client.delete_robot(&spawned.entity.name).await.unwrap();

@@ -53,7 +53,7 @@ async fn a_browser_calls_every_service_over_http_1() {
     assert_eq!((page.transport.as_str(), page.is_caller), ("grpc-web", true));
 
     // A refusal has its reason.
-    let request = proto::GetJointLayoutRequest { robot: "nobody".into() };
+    let request = proto::GetJointLayoutRequest { robot: "missing".into() };
     let answer = call(&daemon, "JointService/GetJointLayout", &request.encode_to_vec(), &headers).await;
     let said = format!("{} {:?}", opened(&answer).1, answer.headers);
     assert!(said.contains("grpc-status") && said.contains("grpc-message"), "{said}");
@@ -154,7 +154,7 @@ async fn no_path_leads_to_a_disk() {
         "/etc/passwd",
         "/Cargo.toml",
         "/robots/..%2f..%2fetc/robot.urdf",
-        "/robots/nobody/robot.urdf",
+        "/robots/missing/robot.urdf",
         "/robots/arm/../../etc/passwd",
         "/meshes/../assets/x.glb",
         "/meshes/x.glb",

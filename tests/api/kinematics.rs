@@ -49,8 +49,8 @@ async fn link_states_are_the_link_poses_and_the_jacobian_times_the_rates(via: Vi
     let joints = daemon.client.joint_states(vec![every_joint("seven")]).await.unwrap();
     let jacobian = daemon.client.jacobian(jacobian_of("seven", &link)).await.unwrap();
     assert_eq!(jacobian.columns, 7);
-    let rates = &joints.robots[0].velocity;
-    let twist = [product(&jacobian.linear, rates), product(&jacobian.angular, rates)].concat();
+    let velocities = &joints.robots[0].velocity;
+    let twist = [product(&jacobian.linear, velocities), product(&jacobian.angular, velocities)].concat();
     assert!(close(&twist, states.twists.last_chunk::<6>().unwrap(), 1e-12), "{twist:?}");
     assert!(daemon.client.link_states(Vec::new()).await.unwrap().robots[0] == states);
 }

@@ -35,10 +35,10 @@ async fn steps_beyond_the_limit_are_refused_and_none_is_done(via: Via) {
     assert_eq!(daemon.client.world_statistics().await.unwrap().iterations, 0);
 }
 
-async fn snapshots_beyond_the_limit_are_refused(via: Via) {
-    let daemon = Daemon::start_via(via, |config| config.limits.snapshots = 1).await;
-    daemon.client.save_snapshot("one").await.unwrap();
-    let error = daemon.client.save_snapshot("two").await.unwrap_err();
+async fn saved_states_beyond_the_limit_are_refused(via: Via) {
+    let daemon = Daemon::start_via(via, |config| config.limits.saved_states = 1).await;
+    daemon.client.save_state("one").await.unwrap();
+    let error = daemon.client.save_state("two").await.unwrap_err();
     assert_eq!(error.reason(), Some(ErrorReason::LimitExceeded), "{error}");
 }
 
@@ -91,7 +91,7 @@ crate::over_every_transport![
     a_message_beyond_the_limit_is_refused_by_the_limits_name,
     robots_beyond_the_limit_are_refused_and_those_there_stay,
     steps_beyond_the_limit_are_refused_and_none_is_done,
-    snapshots_beyond_the_limit_are_refused,
+    saved_states_beyond_the_limit_are_refused,
     empty_elements_without_end_are_refused_before_they_are_decoded,
     targets_of_a_thousand_robots_of_thirty_joints_are_read,
     a_large_answer_comes_whole,

@@ -57,7 +57,7 @@ async fn a_refused_turn_neither_sets_nor_steps(via: Via) {
     let before = shoulder(&daemon).await;
     let nan = Target::position(f64::NAN);
     let cases = [
-        (turn(5, targets("nobody", Target::Hold)), ErrorReason::RobotNotFound),
+        (turn(5, targets("missing", Target::Hold)), ErrorReason::RobotNotFound),
         (turn(5, targets("arm", nan)), ErrorReason::InvalidValue),
         (turn(0, targets("arm", Target::position(0.5))), ErrorReason::InvalidValue),
         (turn(u64::MAX, targets("arm", Target::position(0.5))), ErrorReason::LimitExceeded),

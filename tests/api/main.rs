@@ -16,12 +16,12 @@ mod parameters;
 mod refusals;
 mod retries;
 mod robots;
-mod snapshot_files;
+mod saved_state_files;
 mod streams;
 mod viewing;
 mod world;
 mod zenoh;
-mod zenoh_strangers;
+mod zenoh_untrusted;
 
 use simd_client::proto::JointMode;
 use simd_client::{Client, Target, every_joint, joint_target};

@@ -36,18 +36,18 @@ async fn what_one_client_moves_another_reads_and_a_third_is_told(via: Via) {
 
     let waiting = other.next_parameters(first.version, SECOND * 60);
     let set = async { daemon.client.set_parameters([slide("speed", -0.25), press("go", 2)]).await };
-    let (told, set) = tokio::join!(waiting, set);
-    let (told, set) = (told.unwrap(), set.unwrap());
-    assert_eq!(told.parameters, set);
+    let (seen_first, set) = tokio::join!(waiting, set);
+    let (seen_first, set) = (seen_first.unwrap(), set.unwrap());
+    assert_eq!(seen_first.parameters, set);
     assert_eq!(speed(&other).await, -0.25);
     let seen = watch.next().await.unwrap().unwrap();
-    assert_eq!((seen.version, &seen.parameters), (told.version, &set));
+    assert_eq!((seen.version, &seen.parameters), (seen_first.version, &set));
 
     assert_eq!(other.remove_parameters(vec!["speed".into()]).await.unwrap(), ["speed"]);
     assert_eq!(watch.next().await.unwrap().unwrap().parameters.len(), 1);
 }
 
-/// A thousand moves while nobody reads are not a thousand lists.
+/// A thousand moves that are not read are not a thousand lists.
 async fn who_comes_late_gets_the_newest_alone(via: Via) {
     let daemon = daemon(via).await;
     let before = daemon.client.parameters(Vec::new()).await.unwrap().version;
@@ -64,9 +64,9 @@ async fn who_comes_late_gets_the_newest_alone(via: Via) {
 
 async fn a_reset_of_the_world_leaves_the_sliders_where_they_are(via: Via) {
     let daemon = daemon(via).await;
-    daemon.client.save_snapshot("before").await.unwrap();
+    daemon.client.save_state("before").await.unwrap();
     daemon.client.set_parameters([slide("speed", 0.75)]).await.unwrap();
-    daemon.client.restore_snapshot("before").await.unwrap();
+    daemon.client.restore_state("before").await.unwrap();
     let all = proto::ResetSimulationRequest { time: true, state: true, spawned: true, ..Default::default() };
     daemon.client.reset(all).await.unwrap();
     assert_eq!(speed(&daemon.client).await, 0.75);

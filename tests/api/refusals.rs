@@ -55,8 +55,8 @@ async fn refusals_name_what_is_wrong_and_leave_the_world_as_it_was(via: Via) {
         client.joint_layout("leg").await.unwrap_err(),
         client.delete_robot("leg").await.unwrap_err(),
         client.step(0).await.unwrap_err(),
-        client.restore_snapshot("never").await.unwrap_err(),
-        client.release_joints("nobody's").await.unwrap_err(),
+        client.restore_state("never").await.unwrap_err(),
+        client.release_joints("unknown").await.unwrap_err(),
         client
             .set_physics(proto::SetPhysicsRequest { time_step: Some(-1.0), ..Default::default() })
             .await
@@ -70,7 +70,7 @@ async fn refusals_name_what_is_wrong_and_leave_the_world_as_it_was(via: Via) {
         RobotNotFound,
         RobotNotFound,
         InvalidValue,
-        SnapshotNotFound,
+        SavedStateNotFound,
         ClaimNotFound,
         InvalidValue,
     ];

@@ -1,4 +1,4 @@
-//! Requests with an id: done once, and nobody gets the answer to a request of somebody else.
+//! Requests with an id are done once, and no caller gets the answer to another caller's request.
 
 use prost::Message as _;
 use simd_client::proto::{

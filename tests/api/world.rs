@@ -1,4 +1,4 @@
-//! Time, pace, resets, snapshots.
+//! Time, pace, resets, saved states.
 
 use std::time::Duration;
 
@@ -58,14 +58,14 @@ async fn resets_begin_an_epoch_and_put_back_what_their_scope_says(via: Via) {
     assert!(daemon.client.robots().await.unwrap().is_empty());
 }
 
-async fn a_restored_snapshot_runs_on_to_the_same_bits(via: Via) {
+async fn a_restored_state_runs_on_to_the_same_bits(via: Via) {
     let daemon = arm(via).await;
     set(&daemon, Target::velocity(2.0)).await;
     daemon.pass(0.1).await;
-    daemon.client.save_snapshot("mark").await.unwrap();
+    daemon.client.save_state("mark").await.unwrap();
     daemon.pass(0.3).await;
     let first = shoulder(&daemon).await;
-    daemon.client.restore_snapshot("mark").await.unwrap();
+    daemon.client.restore_state("mark").await.unwrap();
     daemon.pass(0.3).await;
     let second = shoulder(&daemon).await;
     assert_eq!(first.position.to_bits(), second.position.to_bits());
@@ -90,6 +90,6 @@ crate::over_every_transport![
     stepping_a_playing_world_is_refused_with_the_remedy,
     a_playing_world_goes_on_by_itself,
     resets_begin_an_epoch_and_put_back_what_their_scope_says,
-    a_restored_snapshot_runs_on_to_the_same_bits,
+    a_restored_state_runs_on_to_the_same_bits,
     a_retried_reset_is_done_once,
 ];

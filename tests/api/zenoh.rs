@@ -86,7 +86,7 @@ async fn targets_are_taken_without_an_answer_and_bad_ones_do_no_harm() {
         ..Default::default()
     };
     publisher.put("no message").await.unwrap();
-    publisher.put(target("nobody", 0.1).encode_to_vec()).await.unwrap();
+    publisher.put(target("missing", 0.1).encode_to_vec()).await.unwrap();
     for i in 1..=100 {
         let put = publisher.put(target("arm", f64::from(i) * 1e-3).encode_to_vec());
         put.attachment("simd-client: publisher").await.unwrap();
@@ -114,7 +114,7 @@ async fn events_statistics_and_parameters_are_published() {
     let parameters = subscribe(&session, "simd/simd/parameters").await;
     let sample = soon("statistics", statistics.recv_async()).await.unwrap();
     assert_eq!(read::<WorldStatistics>(&sample).iterations, 0);
-    // Known to somebody: what comes now is published.
+    // There is a subscriber: what comes now is published.
     soon("parameters", parameters.recv_async()).await.unwrap();
     let refuse = simd_client::proto::NameTakenPolicy::Refuse;
     daemon.client.add_button("go", refuse).await.unwrap();
@@ -171,7 +171,7 @@ async fn of_two_daemons_of_one_name_at_most_one_starts() {
     }
 }
 
-/// Calls go on while somebody else's replies are not read.
+/// Calls go on while another asker's replies are not read.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn who_does_not_read_its_replies_holds_nobody_up() {
     let daemon = Daemon::start_via(Via::Zenoh, |config| config.driver.state = RunState::Playing).await;
@@ -223,7 +223,7 @@ const STREAMS: usize = 512;
 /// An asker of a thousand streams that stops to read: gRPC goes on, and so do others over Zenoh.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_asker_that_stops_to_read_stops_nobody_else() {
-    // Zenoh gives up nobody while the test runs.
+    // Zenoh closes no session while the test runs.
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("zenoh.json5");
     let patient = "{ transport: { link: { tx: { lease: 600000, queue: { congestion_control: { \

@@ -49,7 +49,7 @@ PyBullet  {pybullet}, DIRECT, one stepSimulation a step called from Python. POSI
           defaults; inertia from the file, fixed links merged. It ignores mimic: the follower has a motor of its own.
 rapier    0.36.1, f64, optimised as simd-core is; its multibody joints, fixed links merged; ForceBased motors of simd's
           gains, limits, mimic; one substep; no sleep. PhysicsPipeline::step, with islands and a broad phase of nothing.
-Contact:  another table. Friction 0.8, no restitution, no contacts within a robot, nobody sleeps. It is timed after it
+Contact:  another table. Friction 0.8, no restitution, no contacts within a robot, no sleeping. It is timed after it
           has settled, from the same state each round. simd: circular cones, its defaults. MuJoCo: pyramidal cones, its
           default solver, for the spheres conjugate gradients, which take it the least time. The stack once more,
           where what is still may sleep: simd's default, MuJoCo's flag `sleep`. The heap is timed as it settles.

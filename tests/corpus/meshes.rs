@@ -1,4 +1,4 @@
-//! The mesh files of the cases, made here: none of them is anybody's.
+//! The mesh files of the cases, made here: none is third-party.
 
 /// A file by what the cases call it.
 pub(crate) fn made(what: &str) -> Vec<u8> {

@@ -123,7 +123,7 @@ fn replace_value(bytes: &mut Vec<u8>, random: &mut Rng) {
     if quotes.len() < 2 {
         return;
     }
-    // From an opening quote to its closing one, as long as nobody damaged either.
+    // From an opening quote to its closing one, unless either is damaged.
     let first = 2 * random.usize(..quotes.len() / 2);
     let value = quotes[first] + 1..quotes[first + 1];
     let text = String::from_utf8_lossy(&bytes[value.clone()]).into_owned();

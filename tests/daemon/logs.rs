@@ -1,4 +1,4 @@
-//! A log that cannot be written, and a stdout that nobody reads: the daemon serves and ends as ever.
+//! A log that cannot be written, and a stdout that is not read: the daemon serves and ends as ever.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, ErrorKind};
@@ -79,9 +79,9 @@ async fn who_reads_a_log_again_is_told_how_much_is_missing() {
         let mut lines = BufReader::new(reader).lines();
         lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("lines of this log that could not")))
     });
-    let told = soon("the line about what is missing", read).await.unwrap().unwrap().unwrap();
-    let lost: u64 = told.rsplit(' ').next().unwrap().parse().unwrap();
-    assert!(lost > 0, "{told}");
+    let notice = soon("the line about what is missing", read).await.unwrap().unwrap().unwrap();
+    let lost: u64 = notice.rsplit(' ').next().unwrap().parse().unwrap();
+    assert!(lost > 0, "{notice}");
 }
 
 /// The writing end of a pipe that has no room.
@@ -131,7 +131,7 @@ async fn simctl_says_that_its_answer_could_not_be_written() {
     assert_eq!(said.code, 1);
     assert!(said.err.starts_with("simctl: ") && said.err.contains("No space left"), "{}", said.err);
     for closed in ["2>&-", "2>/dev/full"] {
-        let said = daemon.shell(&format!("simctl joint get nobody {closed}"), Home::new().path()).await;
+        let said = daemon.shell(&format!("simctl joint get missing {closed}"), Home::new().path()).await;
         assert_eq!((said.code, said.out.as_str()), (69, ""));
     }
 }

@@ -3,16 +3,16 @@
 #![cfg(test)]
 
 mod client;
+mod docs;
 mod draining;
 mod logs;
 mod mistakes;
 mod network;
-mod papers;
 mod programs;
 mod readme;
 mod soak;
-mod strangers;
 mod transcript;
+mod untrusted_input;
 
 use simd_tests::process::Process;
 

@@ -76,7 +76,7 @@ async fn each_refusal_is_a_sentence_and_its_documented_exit_code() {
     std::fs::write(folder.path().join("broken.urdf"), "<robot name=\"arm\">\n</arm>\n").unwrap();
     let broken = format!("simctl robot load {}/broken.urdf", folder.path().display());
     let lines = [
-        "simctl joint get nobody",
+        "simctl joint get missing",
         "simctl joint set bench_arm elbow=1",
         "simctl joint set bench_arm shoulder=nan",
         "simctl robot load 'tests/assets/Bench_Arm-1.2 rev B'",
@@ -85,7 +85,7 @@ async fn each_refusal_is_a_sentence_and_its_documented_exit_code() {
         &broken,
         "simctl robot load README.md",
         "simctl robot load nowhere.urdf",
-        "simctl snapshot restore never",
+        "simctl state restore never",
         "simctl sim play",
         "simctl sim step",
         "simctl sim step 0",
@@ -115,11 +115,11 @@ async fn a_world_outlives_its_daemon_in_a_file() {
     let file = |name: &str| folder.path().join(name).display().to_string();
     let lines = |from: &str| {
         [
-            format!("simctl snapshot restore {from}"),
+            format!("simctl state restore {from}"),
             "simctl sim step 700".to_owned(),
             "simctl joint set two_link 'elbow joint=-0.4'".to_owned(),
             "simctl sim step 150".to_owned(),
-            "simctl snapshot save later".to_owned(),
+            "simctl state save later".to_owned(),
         ]
     };
     let mut first = paused().await;
@@ -129,32 +129,32 @@ async fn a_world_outlives_its_daemon_in_a_file() {
         "simctl robot load 'tests/assets/Two Link.v2' --fixed",
         "simctl joint set two_link 'shoulder joint=1.2' 'elbow joint=0.7'",
         "simctl sim step 250",
-        "simctl snapshot save mark",
+        "simctl state save mark",
     ];
     let mut all = Transcript::of(&first, &begin).await.text().to_owned();
-    let exported = json(&first, &["snapshot", "export", "mark", &file("mark")]).await;
+    let exported = json(&first, &["state", "export", "mark", &file("mark")]).await;
     assert_eq!(exported["bytes"], std::fs::metadata(file("mark")).unwrap().len());
     for line in lines("mark") {
         all += Transcript::of(&first, &[line.as_str()]).await.text();
     }
-    json(&first, &["snapshot", "export", "later", &file("one")]).await;
+    json(&first, &["state", "export", "later", &file("one")]).await;
     first.kill().await;
 
     let second = Process::start(["--name", "empty", "--paused"]).await;
-    let imported = json(&second, &["snapshot", "import", &file("mark"), "--name", "mine"]).await;
+    let imported = json(&second, &["state", "import", &file("mark"), "--name", "mine"]).await;
     assert_eq!((&imported["name"], &imported["stamp"]["step"]), (&Value::from("mine"), &Value::from(250)));
     for line in lines("mine") {
         all += Transcript::of(&second, &[line.as_str()]).await.text();
     }
     assert!(!all.contains("exit code"), "{all}");
-    json(&second, &["snapshot", "export", "later", &file("other")]).await;
+    json(&second, &["state", "export", "later", &file("other")]).await;
     let [one, other] = ["one", "other"].map(|name| std::fs::read(file(name)).unwrap());
     assert!(one == other, "both worlds are equal to the bit");
 
     std::fs::write(file("mark"), &one[..one.len() / 2]).unwrap();
-    let refused = second.simctl(["snapshot", "import", &file("mark")]).await;
+    let refused = second.simctl(["state", "import", &file("mark")]).await;
     assert_eq!(refused.code, 67);
-    assert!(refused.err.contains("the snapshot's file is damaged"), "{}", refused.err);
+    assert!(refused.err.contains("the saved state's file is damaged"), "{}", refused.err);
 }
 
 #[tokio::test]

@@ -1,4 +1,4 @@
-//! What was typed and what came back, as one text for a snapshot.
+//! What was typed and what came back, as one text for a snapshot test.
 
 use simd_tests::process::{Process, Said};
 

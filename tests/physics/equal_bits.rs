@@ -32,11 +32,11 @@ fn a_hundred_thousand_steps_are_equal_also_across_restores() {
             touching += contacts(&alone, None).len();
         }
         if restores.usize(0..500) == 0 {
-            apply(&mut restored, Command::SaveSnapshot { name: "here".into() });
+            apply(&mut restored, Command::SaveState { name: "here".into() });
             let more = restores.usize(1..50);
             (0..more).for_each(|_| restored.step());
             ahead += more;
-            apply(&mut restored, Command::RestoreSnapshot { name: "here".into() });
+            apply(&mut restored, Command::RestoreState { name: "here".into() });
         }
         alone.step();
         restored.step();
@@ -55,7 +55,7 @@ fn a_restored_state_with_contacts_runs_on_to_the_bit() {
         let mut world = jumble(rng);
         for _ in 0..4 {
             (0..rng.usize(1..900)).for_each(|_| world.step());
-            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            apply(&mut world, Command::SaveState { name: "here".into() });
             let more = rng.usize(1..500);
             let mut hashes = Vec::new();
             for again in 0..3 {
@@ -67,7 +67,7 @@ fn a_restored_state_with_contacts_runs_on_to_the_bit() {
                     .collect();
                 hashes.push(run);
                 if again < 2 {
-                    apply(&mut world, Command::RestoreSnapshot { name: "here".into() });
+                    apply(&mut world, Command::RestoreState { name: "here".into() });
                 }
             }
             assert!(hashes[0] == hashes[1] && hashes[1] == hashes[2], "seed {seed}");

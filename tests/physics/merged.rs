@@ -13,7 +13,7 @@ use simd_model::robot::{Collision, Geometry, JointKind, MeshAsset, Sha256};
 use simd_tests::{robots, scenes};
 
 use crate::chains::chain;
-use crate::snapshot_files::through_a_file;
+use crate::saved_state_files::through_a_file;
 use crate::world::{apply, look, passive, run, world};
 
 /// A cube of 0.2 m and 1 kg that slides along x, on a base that is fixed.
@@ -125,7 +125,7 @@ fn a_robot_that_is_merged_with_itself_and_with_a_later_table_is_imported_again()
     let table = scenes::cuboid(DVec3::splat(0.3), 1.0);
     scenes::spawn(&mut world, scenes::robot("table", &table, DPose3::IDENTITY, true));
     world.step();
-    apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+    apply(&mut world, Command::SaveState { name: "here".into() });
     let saved = through_a_file(&world, "here");
     let merged = saved.world_state().merged;
     assert!(merged.contains(&([0, 0], [0, 2])) && merged.contains(&([0, 1], [1, 0])), "{merged:?}");
@@ -135,8 +135,8 @@ fn a_robot_that_is_merged_with_itself_and_with_a_later_table_is_imported_again()
 /// A world that took over the state, which knows nothing of the steps before.
 fn imported(saved: Saved) -> Simulation {
     let mut other = world(1e-3);
-    apply(&mut other, Command::ImportSnapshot { name: "it".into(), saved });
-    apply(&mut other, Command::RestoreSnapshot { name: "it".into() });
+    apply(&mut other, Command::ImportSavedState { name: "it".into(), saved });
+    apply(&mut other, Command::RestoreState { name: "it".into() });
     other
 }
 
@@ -225,7 +225,7 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
             };
             let _either_way = world.apply(&command);
             (0..rng.usize(1..60)).for_each(|_| world.step());
-            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            apply(&mut world, Command::SaveState { name: "here".into() });
             let saved = through_a_file(&world, "here");
             let state = saved.world_state();
             merged += state.merged.len();
@@ -241,11 +241,11 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
                 world.step();
                 other.step();
                 if step % 7 == 0 {
-                    apply(&mut other, Command::SaveSnapshot { name: "it".into() });
-                    apply(&mut other, Command::RestoreSnapshot { name: "it".into() });
+                    apply(&mut other, Command::SaveState { name: "it".into() });
+                    apply(&mut other, Command::RestoreState { name: "it".into() });
                 }
             }
-            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            apply(&mut world, Command::SaveState { name: "here".into() });
             parted +=
                 state.merged.len().saturating_sub(through_a_file(&world, "here").world_state().merged.len());
         }

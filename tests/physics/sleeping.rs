@@ -39,7 +39,7 @@ fn is_asleep(world: &mut Simulation, robot: &str) -> bool {
 }
 
 fn saved(world: &mut Simulation) -> Saved {
-    apply(world, Command::SaveSnapshot { name: "here".into() });
+    apply(world, Command::SaveState { name: "here".into() });
     look(world).saved("here").unwrap().saved().clone()
 }
 
@@ -66,8 +66,8 @@ fn a_sleeping_box_pushes_the_ground_with_its_weight_at_any_number_of_substeps() 
             let mut world = sleeper(time_step, substeps);
             let mut imported = simd_tests::scenes::world(1e-3);
             let state = Saved::new(saved(&mut world).world_state()).unwrap();
-            apply(&mut imported, Command::ImportSnapshot { name: "it".into(), saved: state });
-            apply(&mut imported, Command::RestoreSnapshot { name: "it".into() });
+            apply(&mut imported, Command::ImportSavedState { name: "it".into(), saved: state });
+            apply(&mut imported, Command::RestoreState { name: "it".into() });
             for step in 0..5 {
                 for world in [&mut world, &mut imported] {
                     let force = force_on(world, "box");
@@ -76,7 +76,7 @@ fn a_sleeping_box_pushes_the_ground_with_its_weight_at_any_number_of_substeps() 
                     world.step();
                 }
             }
-            apply(&mut world, Command::RestoreSnapshot { name: "here".into() });
+            apply(&mut world, Command::RestoreState { name: "here".into() });
             let force = force_on(&world, "box");
             assert!(force.distance(DVec3::Z * G) < SETTLED, "{substeps} parts, restored: {force}");
         }
@@ -203,12 +203,12 @@ fn what_lies_still_is_carried_whatever_came_and_went() {
                     let substeps = Some(rng.u32(1..=10));
                     set_physics(&mut world, PhysicsChange { substeps, ..Default::default() });
                 }
-                _ => apply(&mut world, Command::SaveSnapshot { name: "before".into() }),
+                _ => apply(&mut world, Command::SaveState { name: "before".into() }),
             }
             for _ in 0..rng.usize(100..900) {
                 world.step();
             }
-            if rng.u8(0..4) == 0 && world.apply(&Command::RestoreSnapshot { name: "before".into() }).is_ok() {
+            if rng.u8(0..4) == 0 && world.apply(&Command::RestoreState { name: "before".into() }).is_ok() {
                 (0..2).for_each(|_| world.step());
             }
             let before = look(&world);

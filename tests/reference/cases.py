@@ -1,6 +1,6 @@
 """The cases of the truth table: which robot, how it starts, what acts on its joints.
 
-A case says everything that a simulator is told: what the file says of limits, damping, friction
+A case says everything that a simulator is given: what the file says of limits, damping, friction
 and mimic is left out and given here instead, so that all of them compute the same.
 """
 
@@ -62,7 +62,7 @@ class Case:
 
 
 def spread(urdf):
-    """A bent pose and rates for a robot of any number of joints."""
+    """A bent pose and velocities for a robot of any number of joints."""
     names = [name for name, *_ in robots.axes(urdf)]
     return ({name: 0.3 * (-1) ** i * (i % 3 + 1) / 3 for i, name in enumerate(names)},
             {name: 0.5 * (-1) ** (i // 2) for i, name in enumerate(names)})

@@ -1,4 +1,4 @@
-//! Zenoh sessions on loopback that look for nobody: routers, and programs that know only keys.
+//! Zenoh sessions on loopback without discovery: routers, and programs that know only keys.
 
 use zenoh::{Config, Session};
 

@@ -243,7 +243,7 @@ impl Process {
         said(line, command).await
     }
 
-    /// Kills it, as a power cut would: it says goodbye to nobody.
+    /// Kills it, as a power cut would: it closes no connection in good order.
     ///
     /// # Panics
     /// Where it is gone already.

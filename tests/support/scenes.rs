@@ -16,7 +16,7 @@ use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, Limits,
 /// An empty world on Earth.
 pub fn world(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
-    Simulation::new(settings, WorldLimits { robots: 2_000, snapshots: 32 })
+    Simulation::new(settings, WorldLimits { robots: 2_000, saved_states: 32 })
 }
 
 /// One link of solid shapes, each with its place, of this mass in all. Its moment is that of

@@ -41,7 +41,7 @@ struct Stage {
     address: std::net::SocketAddr,
     locator: String,
     tally: Arc<Tally>,
-    /// Held by whoever sets something and reads it back, against whoever puts the world back.
+    /// Held by a writer that reads back what it set, against a client that restores the world.
     world: Arc<RwLock<()>>,
     ends: Instant,
 }

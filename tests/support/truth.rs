@@ -59,7 +59,7 @@ pub struct Follower {
     offset: f64,
 }
 
-/// What all joints are told.
+/// The target of all joints.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Drive {

@@ -27,7 +27,7 @@ pub(crate) async fn run(command: Daemon, options: &Options, output: Output) -> a
     let choice = choose(options)?;
     let is_zenoh = simd_client::is_zenoh(&choice.endpoint);
     let locator = match choice.source.as_str() {
-        // Nobody said where: the place where a daemon is for Zenoh.
+        // No address was given: the default for Zenoh.
         "default" => simd_client::DEFAULT_LOCATOR,
         _ if is_zenoh => choice.endpoint.as_str(),
         source => bail!(

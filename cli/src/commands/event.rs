@@ -147,8 +147,8 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                 format!("{} {verb} {}", it.holder, it.joints.join(", ")),
             )
         }
-        Some(Kind::SnapshotRestored(it)) => {
-            ("snapshot_restored", json!({ "name": it.name }), format!("snapshot {} restored", it.name))
+        Some(Kind::StateRestored(it)) => {
+            ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))
         }
         // A newer daemon may have kinds that this client does not know.
         None => ("unknown", json!({}), "something that this simctl does not know".to_owned()),

@@ -72,7 +72,7 @@ pub(crate) enum Joint {
         robot: String,
         /// In rad and rad/s or m and m/s, or with units
         #[arg(value_name = "JOINT=POSITION[,VELOCITY]", value_parser = placement)]
-        places: Vec<Placement>,
+        placements: Vec<Placement>,
     },
     /// Shows where joints are, over and over, until Ctrl-C
     Watch(Watch),
@@ -116,7 +116,7 @@ pub(crate) async fn run(command: Joint, client: &Client, output: Output) -> anyh
             output.one(&ReadingView::from(reading))
         }
         Joint::Set(arguments) => set(arguments, client, output).await,
-        Joint::Reset { robot, places } => reset(robot, places, client, output).await,
+        Joint::Reset { robot, placements } => reset(robot, placements, client, output).await,
         Joint::Watch(arguments) => {
             tokio::select! {
                 done = watch(arguments, client, output) => done,
@@ -156,22 +156,27 @@ async fn set(arguments: Set, client: &Client, output: Output) -> anyhow::Result<
     output.one(&WasSet { robot, stamp, clamped, number })
 }
 
-async fn reset(robot: String, places: Vec<Placement>, client: &Client, output: Output) -> anyhow::Result<()> {
-    let units = places.iter().filter_map(|place| Some((place.joint.as_str(), place.motion?)));
+async fn reset(
+    robot: String,
+    placements: Vec<Placement>,
+    client: &Client,
+    output: Output,
+) -> anyhow::Result<()> {
+    let units = placements.iter().filter_map(|placement| Some((placement.joint.as_str(), placement.motion?)));
     check_units(client, &robot, units).await?;
-    let reset = |place: Placement| JointReset {
-        joint: place.joint,
-        position: place.position,
-        velocity: place.velocity,
+    let reset = |placement: Placement| JointReset {
+        joint: placement.joint,
+        position: placement.position,
+        velocity: placement.velocity,
         axis: 0,
     };
-    let joints: Vec<JointReset> = places.into_iter().map(reset).collect();
+    let joints: Vec<JointReset> = placements.into_iter().map(reset).collect();
     let number = joints.len();
     let stamp = client.reset_joints(&robot, joints).await?.into();
     output.one(&WasReset { robot, stamp, number })
 }
 
-/// Degrees are no place for a joint that slides, nor millimetres for one that
+/// Degrees do not fit a joint that slides, nor millimetres for one that
 /// turns. Without units there is nothing to ask the daemon for.
 async fn check_units(
     client: &Client,

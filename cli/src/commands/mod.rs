@@ -9,7 +9,7 @@ pub(crate) mod parameter;
 pub(crate) mod robot;
 pub(crate) mod server;
 pub(crate) mod sim;
-pub(crate) mod snapshot;
+pub(crate) mod state;
 
 use clap::CommandFactory as _;
 use simd_client::{Client, ConnectOptions, Error};
@@ -33,7 +33,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
-        Command::Snapshot(command) => snapshot::run(command, &connect(options).await?, output).await,
+        Command::State(command) => state::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,
         Command::Daemon(command) => daemon::run(command, options, output).await,
         Command::Context(command) => context::run(command, options, output),

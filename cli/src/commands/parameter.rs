@@ -74,7 +74,7 @@ pub(crate) struct Add {
     /// A button, and no slider
     #[arg(long, conflicts_with_all = ["minimum", "maximum", "value"])]
     button: bool,
-    /// Takes the place of one of that name
+    /// Replaces one of that name
     #[arg(long)]
     replace: bool,
     /// Adds _1, _2, ... to a name that is taken

@@ -260,13 +260,13 @@ fn warn_of(report: &LoadReport, package: Option<&Package>) {
             Some((file, line)) => format!("{}:{line}", file.display()),
             None => format!("line {}", finding.line),
         };
-        let place = match (finding.element.as_str(), finding.line) {
+        let location = match (finding.element.as_str(), finding.line) {
             ("", 0) => String::new(),
             ("", _) => format!("{line}: "),
             (element, 0) => format!("{element}: "),
             (element, _) => format!("{element}, {line}: "),
         };
-        warn(&format!("{place}{}", finding.message));
+        warn(&format!("{location}{}", finding.message));
     }
 }
 

@@ -101,11 +101,11 @@ struct Info {
     client_api_version: String,
     name: String,
     features: Vec<String>,
-    limits: Option<Limits>,
+    limits: Option<RequestLimits>,
 }
 
 #[derive(Serialize)]
-struct Limits {
+struct RequestLimits {
     max_robots: u32,
     max_links: u32,
     max_description_bytes: u64,
@@ -113,7 +113,7 @@ struct Limits {
     max_upload_store_bytes: u64,
     max_message_bytes: u64,
     max_steps: u64,
-    max_snapshots: u32,
+    max_saved_states: u32,
     max_parameters: u32,
 }
 
@@ -127,7 +127,7 @@ impl Info {
             client_api_version: API_VERSION.to_string(),
             name: info.name,
             features: info.features,
-            limits: info.limits.map(|limits| Limits {
+            limits: info.limits.map(|limits| RequestLimits {
                 max_robots: limits.max_robots,
                 max_links: limits.max_links,
                 max_description_bytes: limits.max_description_bytes,
@@ -135,7 +135,7 @@ impl Info {
                 max_upload_store_bytes: limits.max_upload_store_bytes,
                 max_message_bytes: limits.max_message_bytes,
                 max_steps: limits.max_steps,
-                max_snapshots: limits.max_snapshots,
+                max_saved_states: limits.max_saved_states,
                 max_parameters: limits.max_parameters,
             }),
         }
@@ -160,7 +160,7 @@ impl View for Info {
                 ("kept uploads", format!("at most {}", size(limits.max_upload_store_bytes))),
                 ("message", format!("at most {}", size(limits.max_message_bytes))),
                 ("steps of a call", format!("at most {}", limits.max_steps)),
-                ("snapshots", format!("at most {}", limits.max_snapshots)),
+                ("saved states", format!("at most {}", limits.max_saved_states)),
                 ("parameters", format!("at most {}", limits.max_parameters)),
             ]);
         }

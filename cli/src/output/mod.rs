@@ -100,7 +100,7 @@ pub(crate) fn has_colour(is_terminal: bool) -> bool {
 }
 
 /// The same document with what a terminal would obey or hide written out as `\u202e`: names come from
-/// strangers' files. Such a character can only be within a text.
+/// untrusted files. Such a character can only be within a text.
 fn shown(json: &str) -> String {
     let mut clean = String::with_capacity(json.len());
     for c in json.chars() {

@@ -81,7 +81,7 @@ fn steps(path: &Path) -> impl Iterator<Item = Step> {
 }
 
 /// Joins without asking the disk, so that a path that climbs out is refused
-/// before anybody learns whether it exists.
+/// before the caller learns whether it exists.
 pub(crate) fn join_within(folder: &Path, boundary: &Path, rest: &str) -> Option<PathBuf> {
     let mut joined = folder.to_path_buf();
     for component in Path::new(rest).components() {

@@ -1,7 +1,7 @@
 //! Finds the files that a URDF names, in ROS package folders.
 //!
 //! One function for paths: clients call it for what they upload, the daemon
-//! calls it below its own asset roots. A URDF may come from a stranger, so what
+//! calls it below its own asset roots. A URDF may be untrusted, so what
 //! it names is only ever a mesh or an image, below the folder of a package, with
 //! symbolic links resolved. Nothing is fetched and no ROS tool is executed.
 //!

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Extensions of what a URDF may name. Without this list, `package://.ssh/id_rsa`
-/// in a stranger's URDF would have a client upload its owner's key.
+/// in an untrusted URDF would have a client upload its owner's key.
 const EXTENSIONS: &[&str] = &[
     "stl", "obj", "dae", "ply", "off", "gltf", "glb", "bin", "mtl", "3ds", "3mf", "fbx", "wrl", "x3d", "msh",
     "usd", "usda", "usdc", "usdz", "step", "stp", "iges", "igs", "png", "jpg", "jpeg", "bmp", "tga", "tif",

@@ -18,7 +18,7 @@ pub(crate) fn ancestors(urdf_folder: &Path, top: Option<&Path>) -> Vec<PathBuf> 
     for start in [given, urdf_folder.canonicalize().ok()].into_iter().flatten() {
         for folder in start.ancestors().take(MAX_ANCESTORS) {
             let inside = top.is_none_or(|top| crate::below(top, folder).is_some());
-            // The root of the file system is nobody's package.
+            // The root of the file system is never a package.
             if !inside || folder.parent().is_none() {
                 break;
             }
@@ -40,7 +40,7 @@ pub(crate) fn looks_like_one(folder: &Path) -> bool {
     folder.join("package.xml").is_file() || folder.join("urdf").is_dir()
 }
 
-/// The package that the URDF is part of, as far as can be told: what relative and
+/// The package that the URDF is part of, as far as it is known: what relative and
 /// absolute paths may name lies in it.
 pub(crate) fn home(ancestors: &[PathBuf]) -> Option<PathBuf> {
     let manifest = ancestors.iter().find(|folder| folder.join("package.xml").is_file());

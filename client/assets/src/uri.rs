@@ -1,4 +1,4 @@
-//! Takes apart what a URDF writes in `filename`.
+//! Parses what a URDF writes in `filename`.
 
 use crate::Why;
 

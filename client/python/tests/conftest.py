@@ -31,8 +31,8 @@ def cleaned(sim: Simulation) -> None:
     """Empties a world and puts it back to its defaults."""
     sim.pause()
     sim.reset(time=True, state=True, spawned=True)
-    for snapshot in sim.snapshots():
-        sim.delete_snapshot(snapshot)
+    for saved_state in sim.saved_states():
+        sim.delete_saved_state(saved_state)
     sim.parameters.remove()
     sim.set_physics(
         gravity=(0, 0, -9.81), time_step=0.001, substeps=1, real_time_factor=1.0, pace="real_time"

@@ -46,7 +46,7 @@ def test_what_hangs_in_the_air_touches_nothing(sim: Simulation) -> None:
     sim.step(10)
     assert ball.contacts() == () and sim.contacts("sphere") == ()
     with pytest.raises(simd_client.RobotNotFound):
-        sim.contacts("nobody")
+        sim.contacts("missing")
 
 
 def test_rays_say_what_they_met_first(sim: Simulation, box: Robot) -> None:

@@ -1,4 +1,4 @@
-"""Tables of what strangers' files are called."""
+"""Tables of what untrusted files are called."""
 
 from __future__ import annotations
 

@@ -83,17 +83,17 @@ def test_settings_change_one_by_one_or_not_at_all(sim: Simulation) -> None:
         sim.set_physics(pace="slow")
 
 
-def test_a_snapshot_puts_the_world_back(sim: Simulation, arm: Robot) -> None:
+def test_a_saved_state_puts_the_world_back(sim: Simulation, arm: Robot) -> None:
     arm.reset_joints([0.1, 0.2])
-    kept = sim.save_snapshot("here")
-    assert (kept.name, kept.robots) == ("here", 1) and [s.name for s in sim.snapshots()] == ["here"]
+    kept = sim.save_state("here")
+    assert (kept.name, kept.robots) == ("here", 1) and [s.name for s in sim.saved_states()] == ["here"]
     arm.reset_joints([1.0, 1.0])
-    sim.restore_snapshot(kept)
+    sim.restore_state(kept)
     np.testing.assert_array_equal(arm.position, [0.1, 0.2])
-    sim.delete_snapshot("here")
-    with pytest.raises(simd_client.SnapshotNotFound) as refused:
-        sim.restore_snapshot("here")
-    assert refused.value.metadata == {"snapshot": "here"}
+    sim.delete_saved_state("here")
+    with pytest.raises(simd_client.SavedStateNotFound) as refused:
+        sim.restore_state("here")
+    assert refused.value.metadata == {"saved_state": "here"}
 
 
 def test_a_call_may_be_given_less_time_or_more(sim: Simulation) -> None:

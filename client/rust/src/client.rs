@@ -37,7 +37,7 @@ const MAX_ANSWER_BYTES: usize = 64 * 1024 * 1024;
 #[derive(Clone, Debug)]
 pub struct Client {
     bare: Channel,
-    channel: Speaking,
+    channel: WithHeaders,
     endpoint: Arc<str>,
     timeout: Duration,
 }
@@ -118,16 +118,16 @@ impl Client {
     }
 
     pub(crate) fn over(channel: Channel, endpoint: Arc<str>, timeout: Duration) -> Self {
-        let speaking = InterceptedService::new(channel.clone(), SayWho::new());
-        Self { bare: channel, channel: speaking, endpoint, timeout }
+        let with_headers = InterceptedService::new(channel.clone(), ClientHeaders::new());
+        Self { bare: channel, channel: with_headers, endpoint, timeout }
     }
 
     /// The same connection under another name, which viewers show: printable ASCII, of which 64 characters count. A client that is not named has the name of
     /// its program's file.
     #[must_use]
     pub fn with_name(self, name: &str) -> Self {
-        let who = SayWho { client: MetadataValue::try_from(name).ok(), ..SayWho::new() };
-        Self { channel: InterceptedService::new(self.bare.clone(), who), ..self }
+        let headers = ClientHeaders { client: MetadataValue::try_from(name).ok(), ..ClientHeaders::new() };
+        Self { channel: InterceptedService::new(self.bare.clone(), headers), ..self }
     }
 
     /// As it was given to [`connect`](Self::connect).
@@ -147,35 +147,35 @@ impl Client {
         self
     }
 
-    pub(crate) fn simulation(&self) -> SimulationServiceClient<Speaking> {
+    pub(crate) fn simulation(&self) -> SimulationServiceClient<WithHeaders> {
         SimulationServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn who(&self) -> ClientServiceClient<Speaking> {
+    pub(crate) fn clients_service(&self) -> ClientServiceClient<WithHeaders> {
         ClientServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn contact(&self) -> ContactServiceClient<Speaking> {
+    pub(crate) fn contact(&self) -> ContactServiceClient<WithHeaders> {
         ContactServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn entity(&self) -> EntityServiceClient<Speaking> {
+    pub(crate) fn entity(&self) -> EntityServiceClient<WithHeaders> {
         EntityServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn joint(&self) -> JointServiceClient<Speaking> {
+    pub(crate) fn joint(&self) -> JointServiceClient<WithHeaders> {
         JointServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn event(&self) -> EventServiceClient<Speaking> {
+    pub(crate) fn event(&self) -> EventServiceClient<WithHeaders> {
         EventServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn kinematics(&self) -> KinematicsServiceClient<Speaking> {
+    pub(crate) fn kinematics(&self) -> KinematicsServiceClient<WithHeaders> {
         KinematicsServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
-    pub(crate) fn parameter(&self) -> ParameterServiceClient<Speaking> {
+    pub(crate) fn parameter(&self) -> ParameterServiceClient<WithHeaders> {
         ParameterServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
@@ -214,18 +214,18 @@ pub(crate) fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
     field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
 }
 
-/// Calls that say who calls.
-pub(crate) type Speaking = InterceptedService<Channel, SayWho>;
+/// Calls with the headers of the client.
+pub(crate) type WithHeaders = InterceptedService<Channel, ClientHeaders>;
 
 /// Adds the client's version and name to each call, so that the daemon can say which side is
 /// older, and who is here.
 #[derive(Clone, Debug)]
-pub(crate) struct SayWho {
+pub(crate) struct ClientHeaders {
     version: Option<MetadataValue<Ascii>>,
     client: Option<MetadataValue<Ascii>>,
 }
 
-impl SayWho {
+impl ClientHeaders {
     fn new() -> Self {
         let program = std::env::current_exe().ok();
         let program = program.as_deref().and_then(Path::file_stem).and_then(OsStr::to_str);
@@ -236,7 +236,7 @@ impl SayWho {
     }
 }
 
-impl Interceptor for SayWho {
+impl Interceptor for ClientHeaders {
     fn call(&mut self, mut request: Request<()>) -> Result<Request<()>, Status> {
         let said = [(API_VERSION_HEADER, &self.version), (CLIENT_HEADER, &self.client)];
         for (header, value) in said {

@@ -10,6 +10,6 @@ impl Client {
     /// # Errors
     /// None of its own.
     pub async fn clients(&self) -> Result<ListClientsResponse, Error> {
-        self.unary(self.who().list_clients(ListClientsRequest {})).await
+        self.unary(self.clients_service().list_clients(ListClientsRequest {})).await
     }
 }

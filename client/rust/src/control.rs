@@ -23,7 +23,7 @@ pub struct ControlOptions {
     pub timeout: Option<Duration>,
     /// What to do with a target beyond a limit.
     pub limit_policy: LimitPolicy,
-    /// From [`Client::claim_joints`]; empty for joints that nobody claimed.
+    /// From [`Client::claim_joints`]; empty for joints without a claim.
     pub claim: String,
 }
 

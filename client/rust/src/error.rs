@@ -48,7 +48,7 @@ pub enum Error {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system said. No `source`: whoever prints the chain would print it twice.
+        /// What the system said. No `source`: a printed chain would have it twice.
         reason: io::Error,
     },
     /// A file on this disk cannot be written.
@@ -56,7 +56,7 @@ pub enum Error {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said. No `source`: whoever prints the chain would print it twice.
+        /// What the system said. No `source`: a printed chain would have it twice.
         reason: io::Error,
     },
     /// A path on this disk stands for no robot.
@@ -112,7 +112,7 @@ impl Error {
     pub(crate) fn from_status(status: &Status, endpoint: &str) -> Self {
         let details = status.get_error_details();
         // The daemon's refusals all carry an ErrorInfo, so that what tonic makes up
-        // itself when a connection breaks can be told from them.
+        // itself when a connection breaks can be distinguished from them.
         let is_transport = std::error::Error::source(status).is_some() || status.code() == Code::Unavailable;
         if details.error_info().is_none() && is_transport {
             // Without a cause of its own the status has the words.

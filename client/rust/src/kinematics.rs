@@ -28,7 +28,7 @@ impl Client {
         self.unary(self.kinematics().get_joint_reactions(request)).await
     }
 
-    /// How rates move a point of a link.
+    /// The Jacobian of a point of a link.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.

@@ -17,9 +17,9 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`,
-//!   `clients`; `snapshot` has those that write and read files.
+//!   `clients`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
-//! * [`Package`]: a robot on this disk, and the two steps that bring it into the world.
+//! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
 //! * [`Target`]: what a joint is asked to do.
 //! * [`RobotReading`]: joint states with the names of the joints.
@@ -40,8 +40,8 @@ mod kinematics;
 mod package;
 mod parameter;
 mod reading;
+mod saved_state;
 mod simulation;
-mod snapshot;
 mod target;
 mod upload;
 mod zenoh;

@@ -58,7 +58,7 @@ impl RobotReading {
             .all(|robot| robot.layout_version == layout.layout_version)
     }
 
-    /// Takes states apart that were asked for by `selection`.
+    /// Splits states, requested by `selection`, by joint.
     ///
     /// # Errors
     /// [`Error::LayoutChanged`] where they have another layout, [`Error::Answer`]
@@ -74,7 +74,7 @@ impl RobotReading {
             return Err(Error::LayoutChanged { robot: layout.robot.clone() });
         }
         let joints = if selection.joints.is_empty() {
-            layout.joints.iter().map(|info| read(info, robot, place_in_layout(info))).collect()
+            layout.joints.iter().map(|info| read(info, robot, indices_in_layout(info))).collect()
         } else {
             selected(layout, &selection.joints, robot)
         };
@@ -88,10 +88,10 @@ impl RobotReading {
     }
 }
 
-/// Where a joint's values begin, and how many there are: positions, then rates.
-type Place = (usize, usize, usize, usize);
+/// Where a joint's values begin, and how many there are: positions, then velocities.
+type Indices = (usize, usize, usize, usize);
 
-fn place_in_layout(info: &JointInfo) -> Place {
+fn indices_in_layout(info: &JointInfo) -> Indices {
     let (position_count, velocity_count) = (info.position_count as usize, info.velocity_count as usize);
     (info.position_index as usize, position_count, info.velocity_index as usize, velocity_count)
 }
@@ -107,7 +107,7 @@ fn selected(
         .iter()
         .map(|name| {
             let info = layout.joints.iter().find(|info| info.name == *name).ok_or(())?;
-            let (_, position_count, _, velocity_count) = place_in_layout(info);
+            let (_, position_count, _, velocity_count) = indices_in_layout(info);
             let reading = read(info, robot, (position, position_count, velocity, velocity_count));
             position += position_count;
             velocity += velocity_count;
@@ -116,17 +116,17 @@ fn selected(
         .collect()
 }
 
-fn read(info: &JointInfo, robot: &RobotJointStates, place: Place) -> Result<JointReading, ()> {
-    let (position, position_count, velocity, velocity_count) = place;
-    let rates = |values: &[f64]| slice(values, velocity, velocity_count).map(<[f64]>::to_vec);
+fn read(info: &JointInfo, robot: &RobotJointStates, indices: Indices) -> Result<JointReading, ()> {
+    let (position, position_count, velocity, velocity_count) = indices;
+    let per_velocity = |values: &[f64]| slice(values, velocity, velocity_count).map(<[f64]>::to_vec);
     let modes = slice(&robot.mode, velocity, velocity_count)?;
     Ok(JointReading {
         name: info.name.clone(),
         kind: info.r#type(),
         position: slice(&robot.position, position, position_count)?.to_vec(),
-        velocity: rates(&robot.velocity)?,
-        effort: rates(&robot.effort)?,
-        target: rates(&robot.target)?,
+        velocity: per_velocity(&robot.velocity)?,
+        effort: per_velocity(&robot.effort)?,
+        target: per_velocity(&robot.target)?,
         mode: modes.iter().map(|mode| JointMode::try_from(*mode).unwrap_or_default()).collect(),
         flags: slice(&robot.flags, velocity, velocity_count)?.to_vec(),
     })

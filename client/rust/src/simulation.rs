@@ -1,12 +1,12 @@
-//! The world: its time, whether it runs, how it is stepped, and its snapshots.
+//! The world: its time, whether it runs, how it is stepped, and its saved states.
 
 use std::time::Duration;
 
 use simd_proto::v1::{
-    DeleteSnapshotRequest, GetPhysicsRequest, GetSimulationStateRequest, GetSimulationStateResponse,
-    GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, ListSnapshotsRequest,
-    Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreSnapshotRequest, SaveSnapshotRequest,
-    SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest, SimulationState, SnapshotInfo, Stamp,
+    DeleteSavedStateRequest, GetPhysicsRequest, GetSimulationStateRequest, GetSimulationStateResponse,
+    GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, ListSavedStatesRequest,
+    Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreStateRequest, SaveStateRequest,
+    SavedStateInfo, SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest, SimulationState, Stamp,
     StepSimulationRequest, StepSimulationResponse, WorldStatistics,
 };
 
@@ -140,38 +140,38 @@ impl Client {
     ///
     /// # Errors
     /// `LIMIT_EXCEEDED` where there are too many.
-    pub async fn save_snapshot(&self, name: &str) -> Result<SnapshotInfo, Error> {
-        let request = SaveSnapshotRequest { name: name.to_owned(), ..Default::default() };
-        let answer = self.unary(self.simulation().save_snapshot(request)).await?;
-        present(answer.snapshot, "snapshot")
+    pub async fn save_state(&self, name: &str) -> Result<SavedStateInfo, Error> {
+        let request = SaveStateRequest { name: name.to_owned(), ..Default::default() };
+        let answer = self.unary(self.simulation().save_state(request)).await?;
+        present(answer.saved_state, "saved_state")
     }
 
-    /// Puts the world back to a snapshot.
+    /// Puts the world back to a saved state.
     ///
     /// # Errors
-    /// `SNAPSHOT_NOT_FOUND`.
-    pub async fn restore_snapshot(&self, name: &str) -> Result<Stamp, Error> {
-        let request = RestoreSnapshotRequest { name: name.to_owned(), ..Default::default() };
-        let answer = self.unary(self.simulation().restore_snapshot(request)).await?;
+    /// `SAVED_STATE_NOT_FOUND`.
+    pub async fn restore_state(&self, name: &str) -> Result<Stamp, Error> {
+        let request = RestoreStateRequest { name: name.to_owned(), ..Default::default() };
+        let answer = self.unary(self.simulation().restore_state(request)).await?;
         present(answer.stamp, "stamp")
     }
 
-    /// The snapshots that are kept, oldest first.
+    /// The saved states that are kept, oldest first.
     ///
     /// # Errors
     /// Where the daemon refuses or does not answer.
-    pub async fn snapshots(&self) -> Result<Vec<SnapshotInfo>, Error> {
-        let answer = self.unary(self.simulation().list_snapshots(ListSnapshotsRequest {})).await?;
-        Ok(answer.snapshots)
+    pub async fn saved_states(&self) -> Result<Vec<SavedStateInfo>, Error> {
+        let answer = self.unary(self.simulation().list_saved_states(ListSavedStatesRequest {})).await?;
+        Ok(answer.saved_states)
     }
 
-    /// Forgets a snapshot.
+    /// Forgets a saved state.
     ///
     /// # Errors
-    /// `SNAPSHOT_NOT_FOUND`.
-    pub async fn delete_snapshot(&self, name: &str) -> Result<(), Error> {
-        let request = DeleteSnapshotRequest { name: name.to_owned(), ..Default::default() };
-        self.unary(self.simulation().delete_snapshot(request)).await.map(drop)
+    /// `SAVED_STATE_NOT_FOUND`.
+    pub async fn delete_saved_state(&self, name: &str) -> Result<(), Error> {
+        let request = DeleteSavedStateRequest { name: name.to_owned(), ..Default::default() };
+        self.unary(self.simulation().delete_saved_state(request)).await.map(drop)
     }
 }
 

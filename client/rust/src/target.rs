@@ -37,7 +37,7 @@ pub enum Target {
         /// N m or N: the most for this target; `None` is the joint's limit.
         max_effort: Option<f64>,
     },
-    /// Apply an effort, N m or N, until told otherwise.
+    /// Apply an effort, N m or N, until the next target.
     Effort(f64),
     /// No actuator.
     Passive,

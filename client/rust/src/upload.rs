@@ -21,7 +21,7 @@ const PART_BYTES: usize = 1024 * 1024;
 
 /// The way of a robot on this disk into the world.
 impl Client {
-    /// Sends a robot and brings it into the world: a URDF file, or a package folder
+    /// Uploads a robot and spawns it: a URDF file, or a package folder
     /// that holds one. The request says all but the source. Files that are not
     /// found are warnings in the report.
     ///

@@ -2,10 +2,12 @@
 import { render } from "preact";
 import { startPolling } from "./daemon/page";
 import { App } from "./panels/App";
+import { escapeHiddenCharacters } from "./panels/printable";
 
 const root = document.getElementById("app");
 if (root) {
   // First, so that the daemon answers while the page is rendered.
   startPolling();
+  escapeHiddenCharacters();
   render(<App />, root);
 }

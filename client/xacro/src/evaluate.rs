@@ -252,7 +252,7 @@ impl Expansion<'_> {
 }
 
 fn in_expression(text: &str, fault: &str) -> Fault {
-    // The innermost expression is told, once.
+    // Only the innermost expression is reported.
     if fault.ends_with('}') { fault.to_owned() } else { format!("{fault}, in ${{{}}}", short(text)) }
 }
 

@@ -3,7 +3,7 @@
 //! What is understood is a subset that covers the robots people ship; the rest is refused as
 //! "not supported" with its file and line, never passed over. Nothing is executed: the
 //! expressions of Python that xacro has are read by a small evaluator of our own. A xacro
-//! file may come from a stranger and what it says is sent to a daemon, so it reads xacro and
+//! file may be untrusted and what it says is sent to a daemon, so it reads xacro and
 //! YAML files of its own package and of known ones alone, and no variable of the environment.
 //! Everything is bounded: files, depth, steps, and what comes out.
 //!

@@ -14,7 +14,7 @@ pub(crate) enum Entry {
     Value(Value),
     /// Computed when it is first asked for, with what is known then.
     Lazy(Rc<str>),
-    /// Being computed: whoever asks for it goes in circles.
+    /// Being computed: a request for it is a cycle.
     Busy,
 }
 

@@ -12,7 +12,7 @@ pub(crate) enum Part<'t> {
     Command(&'t str),
 }
 
-/// Takes a text apart. `$${` is a plain `${`, and `$$(` a plain `$(`.
+/// Parses a text. `$${` is a plain `${`, and `$$(` a plain `$(`.
 pub(crate) fn parts(text: &str) -> Result<Vec<Part<'_>>, Fault> {
     let mut parts = Vec::new();
     let mut rest = text;

@@ -60,7 +60,7 @@ impl Event {
             Self::SetState { state: RunState::Paused | RunState::Stopped, .. } => true,
             Self::Command { command, .. } => matches!(
                 command,
-                Command::Delete { .. } | Command::Reset(_) | Command::RestoreSnapshot { .. }
+                Command::Delete { .. } | Command::Reset(_) | Command::RestoreState { .. }
             ),
             Self::SetState { state: RunState::Playing, .. }
             | Self::StepDue

@@ -85,16 +85,16 @@ fn may_make_steps_long(command: &Command) -> bool {
         | Command::SetEntityState { .. }
         | Command::SetPhysics(_)
         | Command::Reset(_)
-        | Command::RestoreSnapshot { .. } => true,
+        | Command::RestoreState { .. } => true,
         Command::SetTargets(_)
         | Command::SetJointProperties { .. }
         | Command::SetLinkProperties { .. }
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::ApplyWrench(_)
-        | Command::SaveSnapshot { .. }
-        | Command::DeleteSnapshot { .. }
-        | Command::ImportSnapshot { .. } => false,
+        | Command::SaveState { .. }
+        | Command::DeleteSavedState { .. }
+        | Command::ImportSavedState { .. } => false,
     }
 }
 

@@ -119,7 +119,7 @@ impl<W: World> Driver<W> {
         let applied = self.apply(command)?;
         match command {
             Command::Reset(_) => self.steps.supersede("a reset"),
-            Command::RestoreSnapshot { .. } => self.steps.supersede("a restored snapshot"),
+            Command::RestoreState { .. } => self.steps.supersede("a restored state"),
             _ => {}
         }
         // Whoever sent it and reads after its answer sees it. Where the world plays, the values of targets and

@@ -200,14 +200,14 @@ fn stepping_while_playing_is_refused_with_the_remedy() {
 #[test]
 fn state_changes_and_resets_end_step_calls_and_say_so() {
     let reset = || Command::Reset(ResetScope { state: true, ..ResetScope::default() });
-    let restore = || Command::RestoreSnapshot { name: "a".into() };
+    let restore = || Command::RestoreState { name: "a".into() };
     type Post<'a> = &'a dyn Fn(&Bench) -> Answer<Done>;
     let causes: [(&str, Post<'_>); 5] = [
         ("a play", &|bench| bench.state(RunState::Playing)),
         ("a pause", &|bench| bench.state(RunState::Paused)),
         ("a stop", &|bench| bench.state(RunState::Stopped)),
         ("a reset", &|bench| bench.command(reset())),
-        ("a restored snapshot", &|bench| bench.command(restore())),
+        ("a restored state", &|bench| bench.command(restore())),
     ];
     for (by, cause) in causes {
         let mut bench = Bench::paused();

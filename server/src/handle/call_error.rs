@@ -109,9 +109,9 @@ pub enum CallError {
         /// The name.
         name: String,
     },
-    /// A file is no snapshot that can be restored here.
+    /// A file is not a saved state that can be restored here.
     #[error("{message}")]
-    InvalidSnapshot {
+    InvalidSavedState {
         /// What is wrong with it, and with which robot.
         message: String,
     },

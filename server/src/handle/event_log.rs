@@ -146,7 +146,7 @@ fn bytes_of(what: &Happened) -> usize {
         EventKind::JointsClaimed { holder, joints } | EventKind::JointsReleased { holder, joints, .. } => {
             holder.len() + joints.iter().map(|joint| joint.len() + size_of::<String>()).sum::<usize>()
         }
-        EventKind::SnapshotRestored { name } => name.len(),
+        EventKind::StateRestored { name } => name.len(),
         EventKind::Reset(_) | EventKind::PhysicsChanged(_) => 0,
     }
 }

@@ -33,7 +33,7 @@ pub struct Limits {
     /// Of one call that steps.
     pub steps: u64,
     /// States of the world that are kept.
-    pub snapshots: u32,
+    pub saved_states: u32,
     /// What a description and its meshes must stay within while they are read.
     pub reading: simd_model::Limits,
     /// Sliders and buttons at one time.
@@ -53,7 +53,7 @@ impl Default for Limits {
             // A description travels in one message.
             message_bytes: 16 << 20,
             steps: 100_000_000,
-            snapshots: 32,
+            saved_states: 32,
             reading: simd_model::Limits::default(),
             parameters: 1_024,
         }

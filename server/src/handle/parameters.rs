@@ -1,5 +1,5 @@
 //! Sliders and buttons that programs put up and people move: no part of the
-//! world, so that no step, reset or snapshot knows of them.
+//! world, so that no step, reset or saved state knows of them.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

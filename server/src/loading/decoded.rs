@@ -14,7 +14,7 @@ use crate::handle::CallError;
 /// A file's content, and what it was read as.
 type Key = (Sha256, String);
 
-/// What robots in the world, in snapshots and in anybody's hands have in memory. Holds
+/// What robots in the world, in saved states and in anybody's hands have in memory. Holds
 /// nothing itself.
 #[derive(Debug)]
 pub(super) struct Decoded {

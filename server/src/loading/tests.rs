@@ -42,7 +42,7 @@ fn stl(size: f32) -> Vec<u8> {
 }
 
 fn daemon(limits: Limits, roots: &[PathBuf]) -> SimHandle {
-    let limits_of_world = WorldLimits { robots: 10, snapshots: 10 };
+    let limits_of_world = WorldLimits { robots: 10, saved_states: 10 };
     let world = Simulation::new(PhysicsSettings::default(), limits_of_world);
     let config = driver::Config { state: RunState::Paused, ..Default::default() };
     let link = driver::start(world, config).unwrap();

@@ -145,16 +145,16 @@ impl SimulationService for Service {
         Ok(Response::new(v1::GetWorldStatisticsResponse { statistics: Some(statistics) }))
     }
 
-    async fn save_snapshot(
+    async fn save_state(
         &self,
-        request: Request<v1::SaveSnapshotRequest>,
-    ) -> Result<Response<v1::SaveSnapshotResponse>, Status> {
+        request: Request<v1::SaveStateRequest>,
+    ) -> Result<Response<v1::SaveStateResponse>, Status> {
         once(&self.handle, request, |handle, request| async move {
             // The world makes up a name where none is given, so that two callers never get the same.
-            let name = from_proto::new_snapshot_name(request.name)?.unwrap_or_default();
-            match handle.command(Command::SaveSnapshot { name }).await?.applied.reply {
-                Reply::Snapshot(info) => {
-                    Ok(v1::SaveSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) })
+            let name = from_proto::new_saved_state_name(request.name)?.unwrap_or_default();
+            match handle.command(Command::SaveState { name }).await?.applied.reply {
+                Reply::SavedState(info) => {
+                    Ok(v1::SaveStateResponse { saved_state: Some(to_proto::saved_state(&info)) })
                 }
                 other => Err(mismatched(&other).into()),
             }
@@ -162,56 +162,57 @@ impl SimulationService for Service {
         .await
     }
 
-    async fn restore_snapshot(
+    async fn restore_state(
         &self,
-        request: Request<v1::RestoreSnapshotRequest>,
-    ) -> Result<Response<v1::RestoreSnapshotResponse>, Status> {
+        request: Request<v1::RestoreStateRequest>,
+    ) -> Result<Response<v1::RestoreStateResponse>, Status> {
         once(&self.handle, request, |handle, request| async move {
-            let command = Command::RestoreSnapshot { name: from_proto::snapshot_name(request.name)? };
+            let command = Command::RestoreState { name: from_proto::saved_state_name(request.name)? };
             let done = handle.command(command).await?;
-            Ok(v1::RestoreSnapshotResponse { stamp: Some(stamp::done(&done)) })
+            Ok(v1::RestoreStateResponse { stamp: Some(stamp::done(&done)) })
         })
         .await
     }
 
-    async fn list_snapshots(
+    async fn list_saved_states(
         &self,
-        _request: Request<v1::ListSnapshotsRequest>,
-    ) -> Result<Response<v1::ListSnapshotsResponse>, Status> {
+        _request: Request<v1::ListSavedStatesRequest>,
+    ) -> Result<Response<v1::ListSavedStatesResponse>, Status> {
         let state = self.handle.newest();
-        let snapshots = state.snapshot.saved.iter().map(|kept| to_proto::snapshot(&kept.info())).collect();
-        Ok(Response::new(v1::ListSnapshotsResponse { snapshots }))
+        let saved_states =
+            state.snapshot.saved.iter().map(|kept| to_proto::saved_state(&kept.info())).collect();
+        Ok(Response::new(v1::ListSavedStatesResponse { saved_states }))
     }
 
-    async fn delete_snapshot(
+    async fn delete_saved_state(
         &self,
-        request: Request<v1::DeleteSnapshotRequest>,
-    ) -> Result<Response<v1::DeleteSnapshotResponse>, Status> {
+        request: Request<v1::DeleteSavedStateRequest>,
+    ) -> Result<Response<v1::DeleteSavedStateResponse>, Status> {
         once(&self.handle, request, |handle, request| async move {
-            let command = Command::DeleteSnapshot { name: from_proto::snapshot_name(request.name)? };
+            let command = Command::DeleteSavedState { name: from_proto::saved_state_name(request.name)? };
             handle.command(command).await?;
-            Ok(v1::DeleteSnapshotResponse {})
+            Ok(v1::DeleteSavedStateResponse {})
         })
         .await
     }
 
-    async fn export_snapshot(
+    async fn export_saved_state(
         &self,
-        request: Request<v1::ExportSnapshotRequest>,
-    ) -> Result<Response<v1::ExportSnapshotResponse>, Status> {
-        let name = from_proto::snapshot_name(request.into_inner().name)?;
-        let (sha256, total_bytes) = self.handle.export_snapshot(name).await?;
-        Ok(Response::new(v1::ExportSnapshotResponse { sha256: sha256.to_string(), total_bytes }))
+        request: Request<v1::ExportSavedStateRequest>,
+    ) -> Result<Response<v1::ExportSavedStateResponse>, Status> {
+        let name = from_proto::saved_state_name(request.into_inner().name)?;
+        let (sha256, total_bytes) = self.handle.export_saved_state(name).await?;
+        Ok(Response::new(v1::ExportSavedStateResponse { sha256: sha256.to_string(), total_bytes }))
     }
 
-    async fn import_snapshot(
+    async fn import_saved_state(
         &self,
-        request: Request<v1::ImportSnapshotRequest>,
-    ) -> Result<Response<v1::ImportSnapshotResponse>, Status> {
+        request: Request<v1::ImportSavedStateRequest>,
+    ) -> Result<Response<v1::ImportSavedStateResponse>, Status> {
         once(&self.handle, request, |handle, request| async move {
-            let (sha256, name) = from_proto::import_snapshot(request)?;
-            let info = handle.import_snapshot(sha256, name).await?;
-            Ok(v1::ImportSnapshotResponse { snapshot: Some(to_proto::snapshot(&info)) })
+            let (sha256, name) = from_proto::import_saved_state(request)?;
+            let info = handle.import_saved_state(sha256, name).await?;
+            Ok(v1::ImportSavedStateResponse { saved_state: Some(to_proto::saved_state(&info)) })
         })
         .await
     }

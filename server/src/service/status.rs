@@ -66,7 +66,7 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::JointNotFound
         | ErrorReason::LinkNotFound
         | ErrorReason::ClaimNotFound
-        | ErrorReason::SnapshotNotFound
+        | ErrorReason::SavedStateNotFound
         | ErrorReason::FileNotFound
         | ErrorReason::ParameterNotFound => Code::NotFound,
         ErrorReason::RobotExists | ErrorReason::ParameterExists | ErrorReason::RequestIdReused => {
@@ -75,7 +75,7 @@ fn code(reason: ErrorReason) -> Code {
         ErrorReason::InvalidValue
         | ErrorReason::JointNotActuated
         | ErrorReason::InvalidDescription
-        | ErrorReason::InvalidSnapshot
+        | ErrorReason::InvalidSavedState
         | ErrorReason::UploadMismatch => Code::InvalidArgument,
         ErrorReason::TargetBeyondLimit => Code::OutOfRange,
         ErrorReason::DescriptionNotUploaded
@@ -127,7 +127,7 @@ impl From<&CallError> for Explained {
                 new(ErrorReason::ParameterNotFound).with("parameter", name)
             }
             CallError::ParameterExists { name } => new(ErrorReason::ParameterExists).with("parameter", name),
-            CallError::InvalidSnapshot { message: _ } => new(ErrorReason::InvalidSnapshot),
+            CallError::InvalidSavedState { message: _ } => new(ErrorReason::InvalidSavedState),
             CallError::RequestIdReused { id, how: _ } => {
                 new(ErrorReason::RequestIdReused).with("request_id", id)
             }
@@ -170,8 +170,8 @@ impl From<&simd_core::Error> for Explained {
                 .with("joint", joint)
                 .with("holder", holder),
             Error::ClaimNotFound => new(ErrorReason::ClaimNotFound),
-            Error::SnapshotNotFound { name, known: _ } => {
-                new(ErrorReason::SnapshotNotFound).with("snapshot", name)
+            Error::SavedStateNotFound { name, known: _ } => {
+                new(ErrorReason::SavedStateNotFound).with("saved_state", name)
             }
             Error::LimitExceeded { what: _, value: _, limit: _ } => new(ErrorReason::LimitExceeded),
         }

@@ -29,15 +29,15 @@ const WRITES: [&str; 27] = [
     "ClaimJoints",
     "Control",
     "DeleteEntity",
-    "DeleteSnapshot",
-    "ImportSnapshot",
+    "DeleteSavedState",
+    "ImportSavedState",
     "ReleaseJoints",
     "ReloadEntity",
     "RemoveParameters",
     "ResetJoints",
     "ResetSimulation",
-    "RestoreSnapshot",
-    "SaveSnapshot",
+    "RestoreState",
+    "SaveState",
     "SetEntityState",
     "SetJointProperties",
     "SetJointTargets",
@@ -78,7 +78,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
             }
             .encode_to_vec(),
         ),
-        ("ExportSnapshot", v1::ExportSnapshotRequest { name: "here".into() }.encode_to_vec()),
+        ("ExportSavedState", v1::ExportSavedStateRequest { name: "here".into() }.encode_to_vec()),
         ("GetAsset", v1::GetAssetRequest { sha256: "0".repeat(64), ..Default::default() }.encode_to_vec()),
         ("GetContacts", Vec::new()),
         ("GetEntityInfo", v1::GetEntityInfoRequest { robot: robot() }.encode_to_vec()),
@@ -102,7 +102,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("GetWorldStatistics", Vec::new()),
         ("ListClients", Vec::new()),
         ("ListEntities", Vec::new()),
-        ("ListSnapshots", Vec::new()),
+        ("ListSavedStates", Vec::new()),
         ("NextEvents", v1::NextEventsRequest { after_sequence: 0, timeout }.encode_to_vec()),
         ("NextJointStates", v1::NextJointStatesRequest { timeout, ..Default::default() }.encode_to_vec()),
         ("NextParameters", v1::NextParametersRequest { after_version: 0, timeout }.encode_to_vec()),
@@ -115,7 +115,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_up() {
     let mut world = test_world::simulation();
-    world.apply(&Command::SaveSnapshot { name: "here".into() }).unwrap();
+    world.apply(&Command::SaveState { name: "here".into() }).unwrap();
     let (world, has_begun, let_go) = Stuck::new(world);
     let driver = driver::start(world, Config::default()).unwrap();
     let limits = Limits::default();
@@ -145,7 +145,7 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
         match answer {
             Ok(_) => {}
             // The robots were made without a description, which is found out from the saved state.
-            Err(status) if name == "ExportSnapshot" => {
+            Err(status) if name == "ExportSavedState" => {
                 assert!(status.message().contains("test arm"), "{status}")
             }
             Err(status) if name == "GetAsset" => assert_eq!(status.code(), Code::FailedPrecondition),

@@ -22,7 +22,7 @@ pub(crate) fn print() {
     many_robots();
 }
 
-/// Arms that are fixed to the world, all put at one place or 3 m apart.
+/// Arms that are fixed to the world, all at one pose or with 3 m between them.
 fn arms_at_one_pose() {
     println!("fixed arms, 1 ms, one thread: milliseconds a step");
     let [head, first, rest, moving] = ["", "first step", "holding", "moving"];
@@ -90,7 +90,7 @@ fn many_robots() {
     let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
     let shapes = Arc::new(Shapes::new(&model));
     let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
-    println!("{MANY} seven-joint arms 3 m apart: microseconds for each of them");
+    println!("{MANY} seven-joint arms, 3 m between them: microseconds for each of them");
     let row = |what: &str, start: Instant| {
         println!("  {what:30} {:10.2}", start.elapsed().as_secs_f64() * 1e6 / MANY as f64);
     };

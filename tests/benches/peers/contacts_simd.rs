@@ -1,4 +1,4 @@
-//! A scene with contact in simd: actuators as a robot is spawned with, and nobody asleep.
+//! A scene with contact in simd: actuators as a robot is spawned with, and without sleeping.
 
 use glamx::{DPose3, DVec3};
 use simd_core::simulation::command::Spawn;
@@ -17,7 +17,7 @@ pub(crate) struct InContact {
 const SETTLED: &str = "settled";
 
 impl InContact {
-    /// Settled, and kept so as a snapshot.
+    /// Settled, and kept so as a saved state.
     pub(crate) fn new(scene: &Scene, contact: &Contact, may_sleep: bool) -> Self {
         let mut world = scenes::world(TIME_STEP);
         let touches = || scenes::surface(contact.friction, 0.0);
@@ -51,14 +51,14 @@ impl InContact {
         let start = free(&world);
         (0..(contact.settle / TIME_STEP).round() as u64).for_each(|_| world.step());
         let expected = if contact.heap { free(&world) } else { start };
-        scenes::apply(&mut world, Command::SaveSnapshot { name: SETTLED.into() });
+        scenes::apply(&mut world, Command::SaveState { name: SETTLED.into() });
         Self { world, expected }
     }
 }
 
 impl World for InContact {
     fn put_back(&mut self) {
-        scenes::apply(&mut self.world, Command::RestoreSnapshot { name: SETTLED.into() });
+        scenes::apply(&mut self.world, Command::RestoreState { name: SETTLED.into() });
         self.world.take_events();
     }
 

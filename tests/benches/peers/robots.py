@@ -18,7 +18,7 @@ class Scene:
     urdf: Path
     """As simd reads it."""
     bare: Path
-    """The same without shapes: nothing collides, and nobody wants its meshes."""
+    """The same without shapes: nothing collides, and no mesh is read."""
     free: bool = False
     copies: int = 1
 

@@ -20,7 +20,7 @@ pub(crate) struct Scene {
     pub(crate) urdf: String,
     /// Its root link can move.
     pub(crate) free: bool,
-    /// Robots in the world, 3 m apart.
+    /// Robots in the world, with 3 m between them.
     pub(crate) copies: usize,
     /// What joints hold instead of a bent position; those that it does not name, zero.
     #[serde(default)]

@@ -25,7 +25,7 @@ const MOST: usize = 200;
 /// long, and the message. What is refused changes nothing, to the bit; and whatever is
 /// accepted, every number that a client sees is finite.
 pub fn commands(bytes: &[u8]) {
-    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 5, snapshots: 3 });
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 5, saved_states: 3 });
     for (name, x) in [("arm", 0.0), ("ball", 1.0)] {
         let text = if name == "arm" { ARM } else { BALL };
         if let Some(spawn) = read(text.as_bytes(), name, x) {
@@ -72,7 +72,7 @@ const BALL: &str = "<robot name='ball'><link name='a'><inertial><mass value='1'/
     <inertia ixx='.1' ixy='0' ixz='0' iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry>\
     <sphere radius='.1'/></geometry></collision></link></robot>";
 
-/// A pyramid, for hulls that are made of no stranger's mesh.
+/// A pyramid, for hulls of a mesh of our own.
 const PYRAMID: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
 const MESH: &str = "<robot name='mesh'><link name='a'><inertial><mass value='1'/><inertia ixx='.1' ixy='0' ixz='0' \
     iyy='.1' iyz='0' izz='.1'/></inertial><collision><geometry><mesh filename='a.obj'/></geometry></collision>\
@@ -119,15 +119,13 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
         11 => taken(bytes, |asked: v1::DeleteEntityRequest| {
             Ok(Command::Delete { robot: entity::robot(asked.robot)? })
         }),
-        12 => taken(bytes, |asked: v1::SaveSnapshotRequest| Ok(Command::SaveSnapshot { name: asked.name })),
-        13 => taken(bytes, |asked: v1::RestoreSnapshotRequest| {
-            Ok(Command::RestoreSnapshot { name: asked.name })
+        12 => taken(bytes, |asked: v1::SaveStateRequest| Ok(Command::SaveState { name: asked.name })),
+        13 => taken(bytes, |asked: v1::RestoreStateRequest| Ok(Command::RestoreState { name: asked.name })),
+        14 => taken(bytes, |asked: v1::DeleteSavedStateRequest| {
+            Ok(Command::DeleteSavedState { name: asked.name })
         }),
-        14 => {
-            taken(bytes, |asked: v1::DeleteSnapshotRequest| Ok(Command::DeleteSnapshot { name: asked.name }))
-        }
         15 => reload(bytes),
-        // A mesh of a stranger, and what it touches with.
+        // An untrusted mesh, and its collision shape.
         16 => {
             let (meshes, mesh) = bytes.split_first()?;
             let meshes = if meshes % 2 == 0 { MeshShapes::Hull } else { MeshShapes::Decomposition };

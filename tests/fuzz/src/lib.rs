@@ -6,7 +6,7 @@ mod commands;
 #[cfg(feature = "commands")]
 mod requests;
 #[cfg(feature = "commands")]
-mod snapshots;
+mod saved_states;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,11 +16,11 @@ use std::sync::Arc;
 pub use commands::commands;
 #[cfg(feature = "commands")]
 pub use requests::requests_of_strangers;
+#[cfg(feature = "commands")]
+pub use saved_states::saved_states;
 use simd_assets::Locator;
 use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
 use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
-#[cfg(feature = "commands")]
-pub use snapshots::snapshots;
 
 /// A target: its name, which is that of its corpus and of its fuzzer, and the function.
 pub type Target = (&'static str, fn(&[u8]));
@@ -38,8 +38,8 @@ pub const TARGETS: &[Target] = &[
     #[cfg(feature = "commands")]
     ("requests", requests::requests_of_strangers),
     #[cfg(feature = "commands")]
-    ("snapshots", |bytes| {
-        snapshots::snapshots(bytes);
+    ("saved_states", |bytes| {
+        saved_states::saved_states(bytes);
     }),
 ];
 

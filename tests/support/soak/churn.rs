@@ -44,7 +44,7 @@ pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
 struct Churn {
     stage: Stage,
     client: Client,
-    /// For uploads that nobody finishes.
+    /// For uploads that are never finished.
     raw: EntityServiceClient<Channel>,
     random: Rng,
     number: usize,
@@ -159,21 +159,21 @@ impl Churn {
     /// The world is kept, changed and put back; its file goes out and comes in.
     async fn worlds(&mut self) {
         let (kept, robot) = (self.name("world"), self.name("passing"));
-        self.note("save", self.client.save_snapshot(&kept).await);
+        self.note("save", self.client.save_state(&kept).await);
         let package = assets().join("Bench_Arm-1.2 rev B");
         self.note("spawn", self.client.load(&package, fixed(&robot)).await);
         if self.turn.is_multiple_of(100)
             && let Ok(folder) = tempfile::tempdir()
         {
             let (file, other) = (folder.path().join("world"), self.name("import"));
-            self.note("export", self.client.export_snapshot(&kept, &file).await);
-            self.note("import", self.client.import_snapshot(&file, &other).await);
-            self.note("delete snapshot", self.client.delete_snapshot(&other).await);
+            self.note("export", self.client.export_saved_state(&kept, &file).await);
+            self.note("import", self.client.import_saved_state(&file, &other).await);
+            self.note("delete state", self.client.delete_saved_state(&other).await);
         }
-        if self.note("restore", self.client.restore_snapshot(&kept).await).is_some() {
+        if self.note("restore", self.client.restore_state(&kept).await).is_some() {
             self.check_robot(&robot, false).await;
         }
-        self.note("delete snapshot", self.client.delete_snapshot(&kept).await);
+        self.note("delete state", self.client.delete_saved_state(&kept).await);
         self.note("pause", self.client.pause().await);
         self.note("step", self.client.step(5).await);
         self.note("play", self.client.play().await);
@@ -182,7 +182,7 @@ impl Churn {
     /// Claims that are refused, released, and left to run out.
     async fn claims(&mut self) {
         let writer = || vec![every_joint("writer_0")];
-        self.note("claim", self.client.claim_joints(writer(), "stranger", SECOND).await);
+        self.note("claim", self.client.claim_joints(writer(), "other", SECOND).await);
         let robot = self.name("claimed");
         let package = assets().join("Bench_Arm-1.2 rev B");
         if self.note("spawn", self.client.load(&package, fixed(&robot)).await).is_none() {
@@ -222,7 +222,7 @@ impl Churn {
         };
         let request = proto::SpawnEntityRequest { source: Some(refused), ..fixed("refused") };
         self.note("spawn", self.client.spawn(request).await);
-        // A robot of its own text, which nobody spawns.
+        // A robot of its own text, which is never spawned.
         let urdf = format!("<robot name='r'><link name='{}'/></robot>", self.name("link"));
         let prepare = proto::PrepareDescriptionRequest { urdf: urdf.into(), ..Default::default() };
         let prepared = self.raw.prepare_description(prepare).await;
@@ -257,13 +257,13 @@ impl Churn {
     }
 
     async fn refusals(&mut self) {
-        let nobody = self.name("nobody");
+        let missing = self.name("missing");
         let target = || [joint_target("shoulder", Target::position(0.1))];
-        self.note("targets", self.client.set_robot_targets(&nobody, target()).await);
+        self.note("targets", self.client.set_robot_targets(&missing, target()).await);
         self.note("targets", self.client.set_robot_targets("writer_0", target()).await);
-        self.note("delete", self.client.delete_robot(&nobody).await);
-        self.note("restore", self.client.restore_snapshot(&nobody).await);
-        self.note("release", self.client.release_joints(&nobody).await);
+        self.note("delete", self.client.delete_robot(&missing).await);
+        self.note("restore", self.client.restore_state(&missing).await);
+        self.note("release", self.client.release_joints(&missing).await);
         self.note("step", self.client.step(u64::MAX).await);
     }
 

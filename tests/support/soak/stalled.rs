@@ -52,7 +52,7 @@ async fn stopped_processes(stage: &Stage, over_zenoh: bool) {
     }
 }
 
-/// A stream of gRPC that nobody reads, one over gRPC-Web, a session of Zenoh whose subscriber is full, and
+/// A stream of gRPC that is not read, one over gRPC-Web, a session of Zenoh whose subscriber is full, and
 /// half a request.
 async fn stalled_streams(stage: &Stage) {
     while stage.is_on() {
@@ -61,7 +61,7 @@ async fn stalled_streams(stage: &Stage) {
         for number in [0, 2] {
             let Some(client) = stage.tally.note("connect", stage.client(number).await) else { continue };
             streams
-                .push(stage.tally.note("a watch that nobody reads", client.watch(Vec::new(), 1000.0).await));
+                .push(stage.tally.note("a watch that is not read", client.watch(Vec::new(), 1000.0).await));
             clients.push(client);
         }
         let session = network::session("client", &stage.locator).await;
@@ -74,7 +74,7 @@ async fn stalled_streams(stage: &Stage) {
         let half = half.await;
         held(stage).await;
         drop((streams, clients, subscriber, half));
-        // A session of which nobody reads is not closed in good order, but by its end.
+        // A session that does not read is not closed in good order, but by its end.
         let _ = tokio::time::timeout(Duration::from_secs(10), async { session.close().await }).await;
     }
     // The last word is with a client that is well.

@@ -1,4 +1,4 @@
-//! Who sets targets that nobody else may set, and reads each one back: what was acknowledged must hold.
+//! A client that sets claimed targets and reads each one back: what was acknowledged must hold.
 
 use std::time::Duration;
 

@@ -93,7 +93,7 @@ struct Validated {
 impl Validated {
     fn new(package: &Package, all: bool, model: Option<&RobotModel>, report: LoadReport) -> Self {
         let path = package.path.display().to_string();
-        let place = |line: Option<u32>| match line {
+        let location = |line: Option<u32>| match line {
             Some(line) => match package.xacro_source(line) {
                 Some((file, line)) => format!("{}:{line}", file.display()),
                 None => format!("{path}:{line}"),
@@ -106,7 +106,7 @@ impl Validated {
         let line = |finding: &Finding| {
             let Finding { severity, disposition, element, line, message, .. } = finding;
             let element = if element == "file" { String::new() } else { format!("{element}: ") };
-            format!("{}: {}: {element}{message} ({})", place(*line), severity.word(), disposition.word())
+            format!("{}: {}: {element}{message} ({})", location(*line), severity.word(), disposition.word())
         };
         let findings = || report.findings.iter().filter(counted);
         let lines: Vec<String> = findings().filter(shown).map(line).collect();

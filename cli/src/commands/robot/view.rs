@@ -64,7 +64,7 @@ impl RobotView {
 
 pub(super) fn list(robots: &[RobotView]) -> Page {
     if robots.is_empty() {
-        return Page::of_line("no robots; `simctl robot load PATH` brings one in");
+        return Page::of_line("no robots; `simctl robot load PATH` loads one");
     }
     let columns = vec![
         Column::left("ROBOT"),

@@ -34,7 +34,7 @@ from simd_client.errors import (
     FileNotFound,
     Internal,
     InvalidDescription,
-    InvalidSnapshot,
+    InvalidSavedState,
     InvalidValue,
     JointClaimed,
     JointNotActuated,
@@ -55,7 +55,7 @@ from simd_client.errors import (
     RobotNotFound,
     ShuttingDown,
     SimdError,
-    SnapshotNotFound,
+    SavedStateNotFound,
     Superseded,
     TargetBeyondLimit,
     Unavailable,
@@ -73,7 +73,7 @@ from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
 from simd_client.version import API_VERSION, __version__
-from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, Snapshot, Stamp, WorldStatistics
+from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, SavedState, Stamp, WorldStatistics
 
 __all__ = [
     "API_VERSION",
@@ -99,7 +99,7 @@ __all__ = [
     "Gains",
     "Internal",
     "InvalidDescription",
-    "InvalidSnapshot",
+    "InvalidSavedState",
     "InvalidValue",
     "InverseKinematics",
     "Jacobian",
@@ -153,8 +153,8 @@ __all__ = [
     "SimulationState",
     "SimulatorInfo",
     "Slider",
-    "Snapshot",
-    "SnapshotNotFound",
+    "SavedState",
+    "SavedStateNotFound",
     "Stamp",
     "States",
     "Superseded",

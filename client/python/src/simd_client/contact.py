@@ -28,7 +28,7 @@ class Contact:
     normal: FloatArray
     """Unit vector from a to b: the direction of the normal force on b."""
     depth: float
-    """Penetration in metres; negative if the surfaces are still apart."""
+    """Penetration in metres; negative if the surfaces do not touch yet."""
     normal_force: float
     """Newtons on b along the normal, at least 0."""
     friction_force: FloatArray

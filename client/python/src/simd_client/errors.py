@@ -131,12 +131,12 @@ class ClaimNotFound(NotFound):
     """There is no such claim: it was released, or it lapsed."""
 
 
-class SnapshotNotFound(NotFound):
-    """No snapshot of that name. Metadata: `snapshot`."""
+class SavedStateNotFound(NotFound):
+    """No saved state of that name. Metadata: `saved_state`."""
 
 
-class InvalidSnapshot(Refused):
-    """A file is not a snapshot, is damaged, has a newer format, or this daemon reads its robots differently."""
+class InvalidSavedState(Refused):
+    """A file is not a saved state, is damaged, has a newer format, or this daemon reads its robots differently."""
 
 
 class PathNotAllowed(Refused):

@@ -13,7 +13,7 @@ _HIDDEN = {"Cc", "Cf", "Zl", "Zp"}
 
 
 def printable(text: str) -> str:
-    """The text with whatever a reader cannot see as `\\u{202e}`: names come from strangers' files."""
+    """The text with whatever a reader cannot see as `\\u{202e}`: names come from untrusted files."""
     return "".join(
         f"\\u{{{ord(char):x}}}" if unicodedata.category(char) in _HIDDEN else char for char in text
     )

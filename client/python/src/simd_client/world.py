@@ -15,7 +15,7 @@ class Stamp:
     """The moment of a state. Within one epoch `step` and `sim_time` never decrease."""
 
     epoch: int
-    """Counts resets of time and restored snapshots."""
+    """Counts resets of time and restored saved states."""
     step: int
     """Steps since the epoch began."""
     sim_time: float
@@ -96,12 +96,12 @@ class SimulatorInfo:
     name: str
     """The name that the operator gave it."""
     features: tuple[str, ...]
-    limits: proto.Limits
+    limits: proto.RequestLimits
     """A request that exceeds one of these is refused with `LimitExceeded`."""
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class SavedState:
     """A saved state of the world, in the daemon's memory."""
 
     name: str
@@ -198,6 +198,6 @@ def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
     )
 
 
-def snapshot_from_proto(message: proto.SnapshotInfo) -> Snapshot:
+def saved_state_from_proto(message: proto.SavedStateInfo) -> SavedState:
     """A saved state from its message."""
-    return Snapshot(message.name, stamp_from_proto(message.stamp), message.robots)
+    return SavedState(message.name, stamp_from_proto(message.stamp), message.robots)

@@ -146,7 +146,7 @@ def test_a_script_that_steps_goes_on_when_somebody_presses_play(daemon: DaemonPr
 
 
 def test_a_daemon_that_was_named_and_is_not_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SIMD_ENDPOINT", "tcp/127.0.0.1:1#nobody")
+    monkeypatch.setenv("SIMD_ENDPOINT", "tcp/127.0.0.1:1#missing")
     with pytest.raises(p.error, match="no daemon"):
         p.connect(p.DIRECT)
 

@@ -49,7 +49,7 @@ impl ZenohChannel {
     pub(super) async fn ask(&self, method: &Method, asked: Asked) -> Result<Bytes, Status> {
         match self.query(method, asked, "").await?.next().await {
             Some(reply) => answer(reply),
-            None => Err(self.nobody()),
+            None => Err(self.no_daemon()),
         }
     }
 
@@ -59,17 +59,17 @@ impl ZenohChannel {
             Some(Ok(_answer)) => Ok(()),
             Some(Err(status)) if status.code() == Code::DeadlineExceeded => Ok(()),
             Some(Err(status)) => Err(status),
-            None => Err(self.nobody()),
+            None => Err(self.no_daemon()),
         }
     }
 
     /// The session of the daemon, another after each start of it.
     ///
     /// # Errors
-    /// Where nobody has the name, or several say that they do.
+    /// If no daemon has the name, or several claim it.
     pub(super) async fn daemon(&self) -> Result<ZenohId, Status> {
         let chosen = match self.chosen()? {
-            // It may have come before its token was told of.
+            // It may have answered before its liveliness token was reported.
             None => {
                 self.network
                     .look(&keys::daemons_named(&self.name))
@@ -79,7 +79,7 @@ impl ZenohChannel {
             }
             chosen => chosen,
         };
-        chosen.ok_or_else(|| self.nobody())
+        chosen.ok_or_else(|| self.no_daemon())
     }
 
     fn chosen(&self) -> Result<Option<ZenohId>, Status> {
@@ -91,14 +91,14 @@ impl ZenohChannel {
     async fn stream(self, method: &'static Method, asked: Asked) -> Result<Answers, Status> {
         let replies = self.query(method, asked, &format!("?for={}", GIVE_UP.as_secs())).await?;
         let next = move |replies: Replies| {
-            let nobody = self.nobody();
+            let no_daemon = self.no_daemon();
             async move {
                 match replies.next().await.map(answer) {
                     Some(Ok(answer)) => Ok(Some((answer, replies))),
                     Some(Err(status)) if status.code() == Code::Ok => Ok(None),
                     Some(Err(status)) => Err(status),
                     // The last reply says how it ended; there was none.
-                    None => Err(nobody),
+                    None => Err(no_daemon),
                 }
             }
         };
@@ -135,7 +135,7 @@ impl ZenohChannel {
         Ok(Replies { replies, daemon })
     }
 
-    fn nobody(&self) -> Status {
+    fn no_daemon(&self) -> Status {
         Status::unavailable(format!("no daemon called `{}` is there", self.name))
     }
 }

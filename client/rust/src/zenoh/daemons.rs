@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(daemons.choose("lab"), Ok(None));
         put(&daemons, "lab", "a1");
         assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
-        // A stranger with the same name changes nothing while the daemon is there.
+        // Another session with the same name changes nothing while the daemon is there.
         put(&daemons, "lab", "1");
         assert_eq!(daemons.choose("lab"), Ok(Some(id("a1"))));
         delete(&daemons, "lab", "1");

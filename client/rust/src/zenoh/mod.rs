@@ -55,7 +55,7 @@ impl Network {
     ///
     /// # Errors
     /// [`Error::Endpoint`] where the text is no locator, [`Error::Unreachable`] where
-    /// nobody listens there.
+    /// no process listens there.
     pub async fn join(locator: &str, options: ConnectOptions) -> Result<Self, Error> {
         match crate::endpoint::read(locator)? {
             Place::Zenoh { locator, name: _ } => Self::open(&locator, options).await,
@@ -87,7 +87,7 @@ impl Network {
             locator: locator.into(),
             options,
         };
-        // Before the subscriber: Zenoh does not tell a question what a subscription is being told.
+        // Before the subscriber: a query does not return what is being delivered to a subscription.
         network.look(&keys::every_daemon()).await.map_err(|error| unreachable(first_words(&error)))?;
         let heard = network.daemons.clone();
         let tokens = network.session.liveliness().declare_subscriber(keys::every_daemon()).history(true);
@@ -142,7 +142,7 @@ impl Network {
         let listed = names.join(", ");
         let refuse = |reason| Err(Error::Endpoint { endpoint: self.locator.to_string(), reason });
         let name = match (name, names.as_slice()) {
-            (_, []) => return Err(unreachable("nobody there is a simd daemon".to_owned())),
+            (_, []) => return Err(unreachable("no simd daemon is there".to_owned())),
             (None, [only]) => only,
             (None, _) => {
                 return refuse(format!("several daemons are there: {listed}; add #NAME to say which"));

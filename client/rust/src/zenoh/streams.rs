@@ -141,7 +141,7 @@ struct EventWatch {
     next: &'static Method,
     headers: Arc<str>,
     /// The question for what comes next. It is asked before the reader wants it, so that
-    /// a daemon that drains has somebody to tell.
+    /// a daemon that drains can notify it.
     asking: Option<JoinHandle<Result<NextEventsResponse, Status>>>,
     ready: VecDeque<WatchEventsResponse>,
 }

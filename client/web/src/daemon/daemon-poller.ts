@@ -99,7 +99,7 @@ function staleAfter(events: Event[]): { physics: boolean; robots: Set<string> } 
   for (const { kind } of events) {
     switch (kind.case) {
       case "physicsChanged":
-      case "snapshotRestored":
+      case "stateRestored":
         physics = true;
         break;
       case "jointsClaimed":

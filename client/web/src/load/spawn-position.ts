@@ -1,4 +1,4 @@
-// Where a loaded robot is spawned: beside the others, since robots that overlap push each other apart.
+// Where a loaded robot is spawned: beside the others, since robots that overlap are separated by contact forces.
 import type { RobotScene } from "../state/scene";
 import type { Frame } from "../state/world";
 

@@ -26,7 +26,7 @@ beforeEach(() => {
   recording.clear();
 });
 
-test("the joints of the robot that is shown are recorded before anybody plots them", () => {
+test("the joints of the robot that is shown are recorded before a plot shows them", () => {
   for (const time of [0, 0.1, 0.2]) show(time);
   addPlot("arm/j1");
   expect([...recording.column(columnOf("arm/j1", "position"))]).toEqual([1, 1.1, 1.2]);

@@ -1,4 +1,4 @@
-// The grid, with lines a metre apart that fade out with the distance, and the shadow of the robots.
+// The grid, with lines at a spacing of a metre that fade out with the distance, and the shadow of the robots.
 import { Color, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, type Object3D } from "three";
 import type { Palette } from "./palette";
 

@@ -140,12 +140,12 @@ fn colliders_are_where_the_links_are_after_any_motion() {
 }
 
 #[test]
-fn colliders_go_with_their_robot_and_come_back_with_a_snapshot() {
+fn colliders_go_with_their_robot_and_come_back_with_a_saved_state() {
     let mut world = world(true);
-    world.apply(&Command::SaveSnapshot { name: "with".into() }).unwrap();
+    world.apply(&Command::SaveState { name: "with".into() }).unwrap();
     world.apply(&Command::Delete { robot: "robot".into() }).unwrap();
     assert_eq!(world.collider_count(), 0);
-    world.apply(&Command::RestoreSnapshot { name: "with".into() }).unwrap();
+    world.apply(&Command::RestoreState { name: "with".into() }).unwrap();
     assert_eq!(world.collider_count(), 4);
     assert_eq!(world.collider_poses("robot").unwrap().len(), 4);
 }

@@ -79,22 +79,22 @@ pub enum Command {
     /// Puts the world back.
     Reset(ResetScope),
     /// Keeps the state of the world under a name, replacing one of that name.
-    SaveSnapshot {
+    SaveState {
         /// Its name.
         name: String,
     },
     /// Puts the world back to a kept state.
-    RestoreSnapshot {
+    RestoreState {
         /// Its name.
         name: String,
     },
     /// Forgets a kept state.
-    DeleteSnapshot {
+    DeleteSavedState {
         /// Its name.
         name: String,
     },
     /// Keeps a state that came from elsewhere under a name, replacing one of that name.
-    ImportSnapshot {
+    ImportSavedState {
         /// Its name.
         name: String,
         /// The state.
@@ -305,12 +305,12 @@ pub enum Reply {
     /// The settings in force.
     Physics(PhysicsSettings),
     /// A kept state.
-    Snapshot(SnapshotInfo),
+    SavedState(SavedStateInfo),
 }
 
 /// A state that is kept.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SnapshotInfo {
+pub struct SavedStateInfo {
     /// Its name.
     pub name: String,
     /// The moment that is kept.

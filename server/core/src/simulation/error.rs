@@ -97,8 +97,8 @@ pub enum Error {
     #[error("there is no such claim: it was released, or it lapsed")]
     ClaimNotFound,
     /// No such kept state.
-    #[error("there is no snapshot {name:?}; {}", list_known("snapshots", .known))]
-    SnapshotNotFound {
+    #[error("there is no saved state {name:?}; {}", list_known("saved_states", .known))]
+    SavedStateNotFound {
         /// What was asked for.
         name: String,
         /// What there is.

@@ -60,7 +60,7 @@ pub enum EventKind {
         lapsed: bool,
     },
     /// The world was put back to a kept state.
-    SnapshotRestored {
+    StateRestored {
         /// Its name.
         name: String,
     },

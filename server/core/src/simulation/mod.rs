@@ -79,12 +79,12 @@ pub struct WorldLimits {
     /// Robots at one time.
     pub robots: usize,
     /// Kept states.
-    pub snapshots: usize,
+    pub saved_states: usize,
 }
 
 impl Default for WorldLimits {
     fn default() -> Self {
-        Self { robots: 1_000, snapshots: 32 }
+        Self { robots: 1_000, saved_states: 32 }
     }
 }
 
@@ -125,10 +125,10 @@ impl Simulation {
             Command::ApplyWrench(wrench) => self.apply_wrench(wrench),
             Command::SetPhysics(change) => self.set_physics(change),
             Command::Reset(scope) => self.reset(*scope),
-            Command::SaveSnapshot { name } => self.save(name),
-            Command::RestoreSnapshot { name } => self.restore(name),
-            Command::DeleteSnapshot { name } => self.forget(name),
-            Command::ImportSnapshot { name, saved } => self.import(name, saved),
+            Command::SaveState { name } => self.save(name),
+            Command::RestoreState { name } => self.restore(name),
+            Command::DeleteSavedState { name } => self.forget(name),
+            Command::ImportSavedState { name, saved } => self.import(name, saved),
         }?;
         Ok(Applied { at: self.now, reply })
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::command::{LONGEST_PUSH, Lasts, SnapshotInfo};
+use super::command::{LONGEST_PUSH, Lasts, SavedStateInfo};
 use super::contacts::Pair;
 use super::entity::Entity;
 use super::error::Error;
@@ -82,19 +82,19 @@ impl Simulation {
     pub(super) fn import(&mut self, name: &str, saved: &Saved) -> Result<Reply, Error> {
         let (robots, limit) = (saved.0.entities.len(), self.limits.robots);
         if robots > limit {
-            let what = "the number of robots in the snapshot".into();
+            let what = "the number of robots in the saved state".into();
             return Err(Error::LimitExceeded { what, value: robots as u64, limit: limit as u64 });
         }
         self.keep(name, saved.clone(), true)
     }
 
     fn keep(&mut self, name: &str, saved: Saved, foreign: bool) -> Result<Reply, Error> {
-        let name = if name.is_empty() { self.unused_snapshot_name() } else { name.to_owned() };
-        let limit = self.limits.snapshots;
+        let name = if name.is_empty() { self.unused_saved_state_name() } else { name.to_owned() };
+        let limit = self.limits.saved_states;
         let replaces = self.saved.iter().any(|kept| kept.name == name);
         if !replaces && self.saved.len() >= limit {
             return Err(Error::LimitExceeded {
-                what: "the number of snapshots".into(),
+                what: "the number of saved states".into(),
                 value: limit as u64 + 1,
                 limit: limit as u64,
             });
@@ -108,28 +108,28 @@ impl Simulation {
         let kept = Kept { name, saved, versions };
         let info = kept.info();
         list.push(kept);
-        Ok(Reply::Snapshot(info))
+        Ok(Reply::SavedState(info))
     }
 
     pub(super) fn kept(&self, name: &str) -> Result<&Kept, Error> {
-        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| self.no_snapshot(name))
+        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| self.no_saved_state(name))
     }
 
     pub(super) fn forget(&mut self, name: &str) -> Result<Reply, Error> {
         let place = self.saved.iter().position(|kept| kept.name == name);
-        let place = place.ok_or_else(|| self.no_snapshot(name))?;
+        let place = place.ok_or_else(|| self.no_saved_state(name))?;
         Arc::make_mut(&mut self.saved).remove(place);
         Ok(Reply::Done)
     }
 
-    fn no_snapshot(&self, name: &str) -> Error {
-        no_snapshot(&self.saved, name)
+    fn no_saved_state(&self, name: &str) -> Error {
+        no_saved_state(&self.saved, name)
     }
 
-    fn unused_snapshot_name(&self) -> String {
+    fn unused_saved_state_name(&self) -> String {
         let mut number = self.saved.len() + 1;
         loop {
-            let name = format!("snapshot-{number}");
+            let name = format!("state-{number}");
             if !self.saved.iter().any(|kept| kept.name == name) {
                 return name;
             }
@@ -138,9 +138,9 @@ impl Simulation {
     }
 }
 
-fn no_snapshot(saved: &[Kept], name: &str) -> Error {
+fn no_saved_state(saved: &[Kept], name: &str) -> Error {
     let known = saved.iter().map(|kept| kept.name.clone()).collect();
-    Error::SnapshotNotFound { name: name.to_owned(), known }
+    Error::SavedStateNotFound { name: name.to_owned(), known }
 }
 
 impl Snapshot {
@@ -149,7 +149,7 @@ impl Snapshot {
     /// # Errors
     /// Where there is no such state.
     pub fn saved(&self, name: &str) -> Result<&Kept, Error> {
-        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| no_snapshot(&self.saved, name))
+        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| no_saved_state(&self.saved, name))
     }
 }
 
@@ -160,9 +160,9 @@ impl Kept {
     }
 
     /// What is said of it.
-    pub fn info(&self) -> SnapshotInfo {
+    pub fn info(&self) -> SavedStateInfo {
         let State { at, entities, .. } = &*self.saved.0;
-        SnapshotInfo { name: self.name.clone(), at: *at, robots: entities.len() }
+        SavedStateInfo { name: self.name.clone(), at: *at, robots: entities.len() }
     }
 
     /// The state, with the versions that its robots have here.

@@ -101,7 +101,7 @@ impl Simulation {
         }
         self.begin_epoch(at, time_base);
         self.lay_out();
-        self.happened(EventKind::SnapshotRestored { name: name.to_owned() });
+        self.happened(EventKind::StateRestored { name: name.to_owned() });
         Ok(Reply::Done)
     }
 

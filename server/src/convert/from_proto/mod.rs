@@ -9,8 +9,8 @@ pub mod joint;
 pub mod kinematics;
 pub mod parameter;
 pub mod primitive;
+pub mod saved_state_file;
 pub mod simulation;
-pub mod snapshot_file;
 pub mod state;
 
 #[cfg(test)]

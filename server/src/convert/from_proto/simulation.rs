@@ -95,19 +95,19 @@ fn pace(request: &v1::SetPhysicsRequest) -> Result<PaceChange, BadField> {
     Ok(PaceChange { as_fast_as_possible, factor })
 }
 
-/// The name of a snapshot that must be there.
-pub fn snapshot_name(name: String) -> Result<String, BadField> {
+/// The name of a saved state that must be there.
+pub fn saved_state_name(name: String) -> Result<String, BadField> {
     Path::ROOT.field("name").name(name)
 }
 
-/// The name of a snapshot to be made; `None` for the daemon to make one up.
-pub fn new_snapshot_name(name: String) -> Result<Option<String>, BadField> {
+/// The name of a saved state to be made; `None` for the daemon to make one up.
+pub fn new_saved_state_name(name: String) -> Result<Option<String>, BadField> {
     let name = Path::ROOT.field("name").short(name)?;
     Ok((!name.is_empty()).then_some(name))
 }
 
-/// The file of a snapshot, and what it is to be called; an empty name leaves it that of the file.
-pub fn import_snapshot(request: v1::ImportSnapshotRequest) -> Result<(Sha256, String), BadField> {
+/// The file of a saved state, and what it is to be called; an empty name leaves it that of the file.
+pub fn import_saved_state(request: v1::ImportSavedStateRequest) -> Result<(Sha256, String), BadField> {
     let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
     Ok((digest, Path::ROOT.field("name").short(request.name)?))
 }

@@ -57,8 +57,6 @@ fn world(kind: EventKind) -> v1::event::Kind {
         EventKind::JointsReleased { holder, joints, lapsed } => {
             v1::event::Kind::JointsReleased(v1::JointsReleased { holder, joints, lapsed })
         }
-        EventKind::SnapshotRestored { name } => {
-            v1::event::Kind::SnapshotRestored(v1::SnapshotRestored { name })
-        }
+        EventKind::StateRestored { name } => v1::event::Kind::StateRestored(v1::StateRestored { name }),
     }
 }

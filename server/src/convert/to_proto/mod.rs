@@ -7,9 +7,9 @@ pub mod geometry;
 pub mod joint;
 pub mod kinematics;
 pub mod parameter;
+pub mod saved_state_file;
 pub mod scene;
 pub mod simulation;
-pub mod snapshot_file;
 pub mod stamp;
 
 #[cfg(test)]

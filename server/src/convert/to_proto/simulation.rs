@@ -1,7 +1,7 @@
 //! Answers of the simulation service.
 
 use simd_core::PhysicsSettings;
-use simd_core::simulation::command::SnapshotInfo;
+use simd_core::simulation::command::SavedStateInfo;
 use simd_model::robot::JointKind;
 use simd_proto::{API_VERSION, v1};
 
@@ -11,7 +11,7 @@ use crate::handle::{DaemonInfo, Limits, Pace, Published, RunState, Statistics};
 
 /// Optional features that this daemon has.
 const FEATURES: [&str; 8] =
-    ["claims", "events", "health", "kinematics", "parameters", "reflection", "snapshots", "wrenches"];
+    ["claims", "events", "health", "kinematics", "parameters", "reflection", "saved_states", "wrenches"];
 
 /// Who answers.
 pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
@@ -26,8 +26,8 @@ pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
     }
 }
 
-fn limits(limits: &Limits) -> v1::Limits {
-    v1::Limits {
+fn limits(limits: &Limits) -> v1::RequestLimits {
+    v1::RequestLimits {
         max_robots: limits.robots,
         max_links: limits.links,
         max_description_bytes: limits.description_bytes,
@@ -35,7 +35,7 @@ fn limits(limits: &Limits) -> v1::Limits {
         max_upload_store_bytes: limits.upload_store_bytes,
         max_message_bytes: limits.message_bytes,
         max_steps: limits.steps,
-        max_snapshots: limits.snapshots,
+        max_saved_states: limits.saved_states,
         max_parameters: limits.parameters,
     }
 }
@@ -91,8 +91,8 @@ pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
 }
 
 /// A kept state. Nothing was published for its moment, so that it has no wall time.
-pub fn snapshot(info: &SnapshotInfo) -> v1::SnapshotInfo {
-    v1::SnapshotInfo {
+pub fn saved_state(info: &SavedStateInfo) -> v1::SavedStateInfo {
+    v1::SavedStateInfo {
         name: info.name.clone(),
         stamp: Some(stamp::stamp(info.at, None, 0)),
         robots: count(info.robots),

@@ -101,8 +101,8 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     let daemon = Daemon::start(RunState::Paused).await;
     daemon.handle.command(spawn("other", &[])).await.unwrap();
     let (mut entities, mut simulation) = (daemon.entities(), daemon.simulation());
-    let save = v1::SaveSnapshotRequest { name: "mark".into(), request_id: "x".into() };
-    simulation.save_snapshot(save).await.unwrap();
+    let save = v1::SaveStateRequest { name: "mark".into(), request_id: "x".into() };
+    simulation.save_state(save).await.unwrap();
     let delete = |robot: &str| v1::DeleteEntityRequest { robot: robot.into(), request_id: "x".into() };
     entities.delete_entity(delete("arm")).await.unwrap();
     assert_eq!(reason(&entities.delete_entity(delete("other")).await.unwrap_err()), "REQUEST_ID_REUSED");
@@ -111,17 +111,17 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
         newest.snapshot.world.entities.iter().map(|entity| entity.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!(robots(&daemon), ["other"]);
-    let restore = v1::RestoreSnapshotRequest { name: "mark".into(), request_id: "x".into() };
-    simulation.restore_snapshot(restore).await.unwrap();
+    let restore = v1::RestoreStateRequest { name: "mark".into(), request_id: "x".into() };
+    simulation.restore_state(restore).await.unwrap();
     assert_eq!(robots(&daemon), ["arm", "other"]);
     let play =
         v1::SetSimulationStateRequest { state: v1::SimulationState::Playing.into(), request_id: "x".into() };
     simulation.set_simulation_state(play).await.unwrap();
     assert_eq!(daemon.handle.statistics().state, RunState::Playing);
-    let delete = v1::DeleteSnapshotRequest { name: "mark".into(), request_id: "x".into() };
-    simulation.delete_snapshot(delete).await.unwrap();
-    let left = simulation.list_snapshots(v1::ListSnapshotsRequest {}).await.unwrap();
-    assert!(left.into_inner().snapshots.is_empty());
+    let delete = v1::DeleteSavedStateRequest { name: "mark".into(), request_id: "x".into() };
+    simulation.delete_saved_state(delete).await.unwrap();
+    let left = simulation.list_saved_states(v1::ListSavedStatesRequest {}).await.unwrap();
+    assert!(left.into_inner().saved_states.is_empty());
 }
 
 /// A stranger knows the client's name, what it claims, and the id, which it may guess.

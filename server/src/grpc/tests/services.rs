@@ -64,14 +64,14 @@ async fn a_retry_gets_the_first_answer_again() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut simulation = daemon.simulation();
     let request =
-        |request_id: &str| v1::SaveSnapshotRequest { name: String::new(), request_id: request_id.into() };
-    let first = simulation.save_snapshot(request("a")).await.unwrap().into_inner();
-    assert_eq!(first.snapshot.as_ref().unwrap().name, "snapshot-1");
-    assert_eq!(simulation.save_snapshot(request("a")).await.unwrap().into_inner(), first);
-    let other = simulation.save_snapshot(request("b")).await.unwrap().into_inner();
-    assert_eq!(other.snapshot.unwrap().name, "snapshot-2");
-    let list = simulation.list_snapshots(v1::ListSnapshotsRequest {}).await.unwrap().into_inner();
-    assert_eq!(list.snapshots.len(), 2);
+        |request_id: &str| v1::SaveStateRequest { name: String::new(), request_id: request_id.into() };
+    let first = simulation.save_state(request("a")).await.unwrap().into_inner();
+    assert_eq!(first.saved_state.as_ref().unwrap().name, "state-1");
+    assert_eq!(simulation.save_state(request("a")).await.unwrap().into_inner(), first);
+    let other = simulation.save_state(request("b")).await.unwrap().into_inner();
+    assert_eq!(other.saved_state.unwrap().name, "state-2");
+    let list = simulation.list_saved_states(v1::ListSavedStatesRequest {}).await.unwrap().into_inner();
+    assert_eq!(list.saved_states.len(), 2);
 }
 
 #[tokio::test]

@@ -79,7 +79,7 @@ async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
         Asked { scope: Scope::Unnamed(Peer::Connection(1)), ..asked("a") },
         Asked { scope: Scope::Unnamed(Peer::Connection(2)), ..asked("a") },
         Asked { scope: Scope::Unnamed(Peer::Session("1".into())), ..asked("a") },
-        Asked { kind: "RestoreSnapshotRequest", ..asked("a") },
+        Asked { kind: "RestoreStateRequest", ..asked("a") },
     ];
     for (other, answer) in others.into_iter().zip(2..) {
         assert_eq!(answers.give(other, &count).await, answer.to_string());

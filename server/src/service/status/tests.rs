@@ -73,10 +73,10 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
         ),
         (Error::ClaimNotFound.into(), Code::NotFound, "CLAIM_NOT_FOUND", &[]),
         (
-            Error::SnapshotNotFound { name: text("a"), known }.into(),
+            Error::SavedStateNotFound { name: text("a"), known }.into(),
             Code::NotFound,
-            "SNAPSHOT_NOT_FOUND",
-            &["snapshot"],
+            "SAVED_STATE_NOT_FOUND",
+            &["saved_state"],
         ),
         (
             Error::LimitExceeded { what: text("robots"), value: 2, limit: 1 }.into(),

@@ -13,7 +13,7 @@ from simd_client.aio.parameters import Parameters
 from simd_client.aio.primitives import Primitives
 from simd_client.aio.robot import Robot
 from simd_client.aio.runtime import in_thread
-from simd_client.aio.upload import fetch_file, send_snapshot, write_file
+from simd_client.aio.upload import fetch_file, send_saved_state, write_file
 from simd_client.aio.watch import EventWatch, Watch, WorldWatch, next_events
 from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
 from simd_client.description import robot_info_from_proto
@@ -31,13 +31,13 @@ from simd_client.world import (
     Physics,
     SimulationState,
     SimulatorInfo,
-    Snapshot,
+    SavedState,
     Stamp,
     WorldStatistics,
     info_from_proto,
     pace_to_proto,
     physics_from_proto,
-    snapshot_from_proto,
+    saved_state_from_proto,
     stamp_from_proto,
     state_from_proto,
     state_to_proto,
@@ -244,40 +244,40 @@ class Simulation(Primitives):
         """The daemon's versions, limits and features."""
         return info_from_proto(await self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
 
-    async def save_snapshot(self, name: str = "") -> Snapshot:
+    async def save_state(self, name: str = "") -> SavedState:
         """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""
-        answer = await self.call(methods.SaveSnapshot, proto.SaveSnapshotRequest(name=name))
-        return snapshot_from_proto(answer.snapshot)
+        answer = await self.call(methods.SaveState, proto.SaveStateRequest(name=name))
+        return saved_state_from_proto(answer.saved_state)
 
-    async def restore_snapshot(self, snapshot: str | Snapshot) -> Stamp:
-        """Restores a saved state. Raises `SnapshotNotFound`."""
-        request = proto.RestoreSnapshotRequest(name=_name(snapshot))
-        return stamp_from_proto((await self.call(methods.RestoreSnapshot, request)).stamp)
+    async def restore_state(self, saved_state: str | SavedState) -> Stamp:
+        """Restores a saved state. Raises `SavedStateNotFound`."""
+        request = proto.RestoreStateRequest(name=_name(saved_state))
+        return stamp_from_proto((await self.call(methods.RestoreState, request)).stamp)
 
-    async def export_snapshot(self, snapshot: str | Snapshot, path: AnyPath) -> Path:
+    async def export_saved_state(self, saved_state: str | SavedState, path: AnyPath) -> Path:
         """Writes a saved state, with the descriptions and meshes of its robots, into a file on this disk; a file
-        at the path is replaced. Raises `SnapshotNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
-        request = proto.ExportSnapshotRequest(name=_name(snapshot))
-        answer = await self.call(methods.ExportSnapshot, request, wait=FILE_SECONDS)
+        at the path is replaced. Raises `SavedStateNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
+        request = proto.ExportSavedStateRequest(name=_name(saved_state))
+        answer = await self.call(methods.ExportSavedState, request, wait=FILE_SECONDS)
         await write_file(self, answer.sha256, Path(path))
         return Path(path)
 
-    async def import_snapshot(self, path: AnyPath, name: str = "") -> Snapshot:
-        """Reads such a file into the daemon's memory. After `restore_snapshot` the world continues bit for bit as
+    async def import_saved_state(self, path: AnyPath, name: str = "") -> SavedState:
+        """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit as
         the one that was exported, on the same release and machine. By default the saved state keeps its name.
-        Raises `InvalidSnapshot`."""
-        request = proto.ImportSnapshotRequest(sha256=await send_snapshot(self, Path(path)), name=name)
-        answer = await self.call(methods.ImportSnapshot, request, wait=FILE_SECONDS)
-        return snapshot_from_proto(answer.snapshot)
+        Raises `InvalidSavedState`."""
+        request = proto.ImportSavedStateRequest(sha256=await send_saved_state(self, Path(path)), name=name)
+        answer = await self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
+        return saved_state_from_proto(answer.saved_state)
 
-    async def snapshots(self) -> list[Snapshot]:
+    async def saved_states(self) -> list[SavedState]:
         """The saved states, oldest first."""
-        answer = await self.call(methods.ListSnapshots, proto.ListSnapshotsRequest())
-        return [snapshot_from_proto(each) for each in answer.snapshots]
+        answer = await self.call(methods.ListSavedStates, proto.ListSavedStatesRequest())
+        return [saved_state_from_proto(each) for each in answer.saved_states]
 
-    async def delete_snapshot(self, snapshot: str | Snapshot) -> None:
-        """Deletes a saved state. Raises `SnapshotNotFound`."""
-        await self.call(methods.DeleteSnapshot, proto.DeleteSnapshotRequest(name=_name(snapshot)))
+    async def delete_saved_state(self, saved_state: str | SavedState) -> None:
+        """Deletes a saved state. Raises `SavedStateNotFound`."""
+        await self.call(methods.DeleteSavedState, proto.DeleteSavedStateRequest(name=_name(saved_state)))
 
     async def _get_state(self) -> proto.GetSimulationStateResponse:
         return await self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
@@ -302,5 +302,5 @@ class _StatisticsWatch(Watch[WorldStatistics]):
         return item.stamp.sequence
 
 
-def _name(snapshot: str | Snapshot) -> str:
-    return snapshot if isinstance(snapshot, str) else snapshot.name
+def _name(saved_state: str | SavedState) -> str:
+    return saved_state if isinstance(saved_state, str) else saved_state.name

@@ -47,8 +47,8 @@ async def send_file(connection: Connection, path: Path, sha256: str) -> None:
             return
 
 
-async def send_snapshot(connection: Connection, path: Path) -> str:
-    """Sends the file of a snapshot. Returns its hash."""
+async def send_saved_state(connection: Connection, path: Path) -> str:
+    """Sends the file of a saved state. Returns its hash."""
     sha256 = await in_thread(lambda: hash_of(path))
     await send_file(connection, path, sha256)
     return sha256

@@ -14,7 +14,7 @@ from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.primitives import Primitives
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.runtime import in_thread
-from simd_client.blocking.upload import fetch_file, send_snapshot, write_file
+from simd_client.blocking.upload import fetch_file, send_saved_state, write_file
 from simd_client.blocking.watch import EventWatch, Watch, WorldWatch, next_events
 from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
 from simd_client.description import robot_info_from_proto
@@ -32,13 +32,13 @@ from simd_client.world import (
     Physics,
     SimulationState,
     SimulatorInfo,
-    Snapshot,
+    SavedState,
     Stamp,
     WorldStatistics,
     info_from_proto,
     pace_to_proto,
     physics_from_proto,
-    snapshot_from_proto,
+    saved_state_from_proto,
     stamp_from_proto,
     state_from_proto,
     state_to_proto,
@@ -245,40 +245,40 @@ class Simulation(Primitives):
         """The daemon's versions, limits and features."""
         return info_from_proto(self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
 
-    def save_snapshot(self, name: str = "") -> Snapshot:
+    def save_state(self, name: str = "") -> SavedState:
         """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""
-        answer = self.call(methods.SaveSnapshot, proto.SaveSnapshotRequest(name=name))
-        return snapshot_from_proto(answer.snapshot)
+        answer = self.call(methods.SaveState, proto.SaveStateRequest(name=name))
+        return saved_state_from_proto(answer.saved_state)
 
-    def restore_snapshot(self, snapshot: str | Snapshot) -> Stamp:
-        """Restores a saved state. Raises `SnapshotNotFound`."""
-        request = proto.RestoreSnapshotRequest(name=_name(snapshot))
-        return stamp_from_proto(self.call(methods.RestoreSnapshot, request).stamp)
+    def restore_state(self, saved_state: str | SavedState) -> Stamp:
+        """Restores a saved state. Raises `SavedStateNotFound`."""
+        request = proto.RestoreStateRequest(name=_name(saved_state))
+        return stamp_from_proto(self.call(methods.RestoreState, request).stamp)
 
-    def export_snapshot(self, snapshot: str | Snapshot, path: AnyPath) -> Path:
+    def export_saved_state(self, saved_state: str | SavedState, path: AnyPath) -> Path:
         """Writes a saved state, with the descriptions and meshes of its robots, into a file on this disk; a file
-        at the path is replaced. Raises `SnapshotNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
-        request = proto.ExportSnapshotRequest(name=_name(snapshot))
-        answer = self.call(methods.ExportSnapshot, request, wait=FILE_SECONDS)
+        at the path is replaced. Raises `SavedStateNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
+        request = proto.ExportSavedStateRequest(name=_name(saved_state))
+        answer = self.call(methods.ExportSavedState, request, wait=FILE_SECONDS)
         write_file(self, answer.sha256, Path(path))
         return Path(path)
 
-    def import_snapshot(self, path: AnyPath, name: str = "") -> Snapshot:
-        """Reads such a file into the daemon's memory. After `restore_snapshot` the world continues bit for bit as
+    def import_saved_state(self, path: AnyPath, name: str = "") -> SavedState:
+        """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit as
         the one that was exported, on the same release and machine. By default the saved state keeps its name.
-        Raises `InvalidSnapshot`."""
-        request = proto.ImportSnapshotRequest(sha256=send_snapshot(self, Path(path)), name=name)
-        answer = self.call(methods.ImportSnapshot, request, wait=FILE_SECONDS)
-        return snapshot_from_proto(answer.snapshot)
+        Raises `InvalidSavedState`."""
+        request = proto.ImportSavedStateRequest(sha256=send_saved_state(self, Path(path)), name=name)
+        answer = self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
+        return saved_state_from_proto(answer.saved_state)
 
-    def snapshots(self) -> list[Snapshot]:
+    def saved_states(self) -> list[SavedState]:
         """The saved states, oldest first."""
-        answer = self.call(methods.ListSnapshots, proto.ListSnapshotsRequest())
-        return [snapshot_from_proto(each) for each in answer.snapshots]
+        answer = self.call(methods.ListSavedStates, proto.ListSavedStatesRequest())
+        return [saved_state_from_proto(each) for each in answer.saved_states]
 
-    def delete_snapshot(self, snapshot: str | Snapshot) -> None:
-        """Deletes a saved state. Raises `SnapshotNotFound`."""
-        self.call(methods.DeleteSnapshot, proto.DeleteSnapshotRequest(name=_name(snapshot)))
+    def delete_saved_state(self, saved_state: str | SavedState) -> None:
+        """Deletes a saved state. Raises `SavedStateNotFound`."""
+        self.call(methods.DeleteSavedState, proto.DeleteSavedStateRequest(name=_name(saved_state)))
 
     def _get_state(self) -> proto.GetSimulationStateResponse:
         return self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
@@ -303,5 +303,5 @@ class _StatisticsWatch(Watch[WorldStatistics]):
         return item.stamp.sequence
 
 
-def _name(snapshot: str | Snapshot) -> str:
-    return snapshot if isinstance(snapshot, str) else snapshot.name
+def _name(saved_state: str | SavedState) -> str:
+    return saved_state if isinstance(saved_state, str) else saved_state.name

@@ -48,8 +48,8 @@ def send_file(connection: Connection, path: Path, sha256: str) -> None:
             return
 
 
-def send_snapshot(connection: Connection, path: Path) -> str:
-    """Sends the file of a snapshot. Returns its hash."""
+def send_saved_state(connection: Connection, path: Path) -> str:
+    """Sends the file of a saved state. Returns its hash."""
     sha256 = in_thread(lambda: hash_of(path))
     send_file(connection, path, sha256)
     return sha256

@@ -99,7 +99,7 @@ def _dot(a: Vector, b: Vector) -> float:
 def _unit(v: Vector) -> Vector:
     length = math.sqrt(_dot(v, v))
     if length == 0.0:
-        raise error("A camera needs an eye apart from its target, and an up vector across its view.")
+        raise error("A camera needs an eye that is not at its target, and an up vector across its view.")
     return (v[0] / length, v[1] / length, v[2] / length)
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from simd_client.proto import (
-    DeleteSnapshotRequest,
-    RestoreSnapshotRequest,
-    SaveSnapshotRequest,
+    DeleteSavedStateRequest,
+    RestoreStateRequest,
+    SaveStateRequest,
     SetPhysicsRequest,
     methods,
 )
@@ -126,8 +126,8 @@ def saveState(physicsClientId: int = 0) -> int:
     """Saves the whole state of the world in the daemon's memory. Returns its number."""
     world = connected(physicsClientId)
     world.flush()
-    number = world.snapshot_number()
-    world.wire.call(methods.SaveSnapshot, SaveSnapshotRequest(name=world.snapshot_name(number)))
+    number = world.saved_state_number()
+    world.wire.call(methods.SaveState, SaveStateRequest(name=world.saved_state_name(number)))
     return number
 
 
@@ -139,7 +139,7 @@ def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0
             "simd_client.pybullet.restoreState: states are restored by number, not from files"
         )
     try:
-        world.wire.call(methods.RestoreSnapshot, RestoreSnapshotRequest(name=world.snapshot_name(stateId)))
+        world.wire.call(methods.RestoreState, RestoreStateRequest(name=world.saved_state_name(stateId)))
     except error as refusal:
         raise error(f"Couldn't restore state. {refusal}", refusal.reason) from None
     world.restored()
@@ -150,11 +150,11 @@ def removeState(stateUniqueId: int, physicsClientId: int = 0) -> None:
     world = connected(physicsClientId)
     try:
         world.wire.call(
-            methods.DeleteSnapshot, DeleteSnapshotRequest(name=world.snapshot_name(stateUniqueId))
+            methods.DeleteSavedState, DeleteSavedStateRequest(name=world.saved_state_name(stateUniqueId))
         )
     except error as refusal:
         # PyBullet ignores a state that does not exist.
-        if refusal.reason != "SNAPSHOT_NOT_FOUND":
+        if refusal.reason != "SAVED_STATE_NOT_FOUND":
             raise
 
 

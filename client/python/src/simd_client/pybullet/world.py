@@ -95,7 +95,7 @@ class World(Readings):
         self.collision_shapes = Shapes()
         self.visual_shapes = Shapes()
         self._said: set[str] = set()
-        self._snapshots = 0
+        self._saved_states = 0
         self._script = uuid.uuid4().hex[:8]
         # What runs after each step: state logs.
         self._logs: dict[int, Log] = {}
@@ -317,12 +317,12 @@ class World(Readings):
         self.read_state()
         self.forget_states()
 
-    def snapshot_number(self) -> int:
+    def saved_state_number(self) -> int:
         """The number of the next saved state."""
-        self._snapshots += 1
-        return self._snapshots - 1
+        self._saved_states += 1
+        return self._saved_states - 1
 
-    def snapshot_name(self, number: int) -> str:
+    def saved_state_name(self, number: int) -> str:
         """The daemon's name of a saved state of this script."""
         return f"pybullet-{self._script}-{number}"
 

@@ -120,11 +120,11 @@ fn a_restored_state_runs_on_as_the_saved_one_did() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     set(&mut world, velocity(2.0)).unwrap();
     run(&mut world, 0.3);
-    world.apply(&Command::SaveSnapshot { name: "mark".into() }).unwrap();
+    world.apply(&Command::SaveState { name: "mark".into() }).unwrap();
     let first = run(&mut world, 0.5);
     set(&mut world, Target::Passive).unwrap();
     run(&mut world, 0.5);
-    world.apply(&Command::RestoreSnapshot { name: "mark".into() }).unwrap();
+    world.apply(&Command::RestoreState { name: "mark".into() }).unwrap();
     let second = run(&mut world, 0.5);
     assert_eq!(first.positions[0].to_bits(), second.positions[0].to_bits());
     assert_eq!(first.velocities[0].to_bits(), second.velocities[0].to_bits());
@@ -273,17 +273,17 @@ fn what_is_left_of_a_wrench_is_part_of_the_world() {
     world.apply(&push(0.5, Lasts::UntilCleared)).unwrap();
     world.apply(&push(1.0, Lasts::For(0.02))).unwrap();
     run(&mut world, 0.01);
-    world.apply(&Command::SaveSnapshot { name: "half".into() }).unwrap();
+    world.apply(&Command::SaveState { name: "half".into() }).unwrap();
     let run_on = |world: &mut Simulation| {
         run(world, 0.03);
         look(world).velocities[0].to_bits()
     };
     let first = run_on(&mut world);
     assert!((newton_metre_steps(&world) - 30.0).abs() < 1e-6, "20 of 1, then 20 of a half");
-    world.apply(&Command::RestoreSnapshot { name: "half".into() }).unwrap();
+    world.apply(&Command::RestoreState { name: "half".into() }).unwrap();
     let restored = world.fingerprint();
     assert_eq!(run_on(&mut world), first);
-    world.apply(&Command::RestoreSnapshot { name: "half".into() }).unwrap();
+    world.apply(&Command::RestoreState { name: "half".into() }).unwrap();
     assert_eq!(world.fingerprint(), restored);
     world.apply(&push(1.0, Lasts::For(0.02))).unwrap();
     assert_ne!(world.fingerprint(), restored, "the same push, for longer");
@@ -294,17 +294,17 @@ fn what_is_left_of_a_wrench_is_part_of_the_world() {
 
 /// Claims are agreements between clients: a restored state neither ends one nor brings one back.
 #[test]
-fn a_restored_snapshot_leaves_claims_as_they_are() {
+fn a_restored_state_leaves_claims_as_they_are() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
-    world.apply(&Command::SaveSnapshot { name: "before".into() }).unwrap();
+    world.apply(&Command::SaveState { name: "before".into() }).unwrap();
     let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
     let claim = Command::Claim { claim: ClaimId(7), holder: "planner".into(), joints };
     world.apply(&claim).unwrap();
-    world.apply(&Command::SaveSnapshot { name: "claimed".into() }).unwrap();
-    world.apply(&Command::RestoreSnapshot { name: "before".into() }).unwrap();
+    world.apply(&Command::SaveState { name: "claimed".into() }).unwrap();
+    world.apply(&Command::RestoreState { name: "before".into() }).unwrap();
     assert!(matches!(set(&mut world, position(0.1)), Err(Error::JointClaimed { .. })));
     world.apply(&Command::Release { claim: ClaimId(7), lapsed: false }).unwrap();
-    world.apply(&Command::RestoreSnapshot { name: "claimed".into() }).unwrap();
+    world.apply(&Command::RestoreState { name: "claimed".into() }).unwrap();
     set(&mut world, position(0.1)).unwrap();
 }
 

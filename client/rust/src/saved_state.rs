@@ -1,9 +1,9 @@
-//! Snapshots out to files on this disk and in from them.
+//! Saved states out to files on this disk and in from them.
 
 use std::{path::Path, time::Duration};
 
 use sha2::{Digest as _, Sha256};
-use simd_proto::v1::{ExportSnapshotRequest, ImportSnapshotRequest, SnapshotInfo};
+use simd_proto::v1::{ExportSavedStateRequest, ImportSavedStateRequest, SavedStateInfo};
 
 use crate::{
     Client, Error,
@@ -16,15 +16,15 @@ const LONGER: Duration = Duration::from_secs(120);
 
 /// The part of `SimulationService` that needs a disk.
 impl Client {
-    /// Writes a snapshot into a file on this disk, replacing what is there: the state with all that its
+    /// Writes a saved state into a file on this disk, replacing what is there: the state with all that its
     /// robots are made of. Gives its bytes.
     ///
     /// # Errors
-    /// `SNAPSHOT_NOT_FOUND`; `LIMIT_EXCEEDED` where the robots' meshes are more than a file may have;
+    /// `SAVED_STATE_NOT_FOUND`; `LIMIT_EXCEEDED` where the robots' meshes are more than a file may have;
     /// [`Error::Write`].
-    pub async fn export_snapshot(&self, name: &str, file: impl AsRef<Path>) -> Result<u64, Error> {
-        let request = ExportSnapshotRequest { name: name.to_owned() };
-        let export = self.unary_for(LONGER, self.simulation().export_snapshot(request)).await?;
+    pub async fn export_saved_state(&self, name: &str, file: impl AsRef<Path>) -> Result<u64, Error> {
+        let request = ExportSavedStateRequest { name: name.to_owned() };
+        let export = self.unary_for(LONGER, self.simulation().export_saved_state(request)).await?;
         let bytes = self.asset(&export.sha256).await?;
         if hexadecimal(&Sha256::digest(&bytes)) != export.sha256 {
             return Err(Error::Answer { reason: "the file does not have the hash that was said".to_owned() });
@@ -35,20 +35,24 @@ impl Client {
         written.map(|()| export.total_bytes).map_err(|reason| Error::Write { path, reason })
     }
 
-    /// Keeps the snapshot of a file on this disk in the daemon's memory, and leaves the world as it is:
-    /// [`restore_snapshot`](Self::restore_snapshot) goes there. An empty name leaves it the one that it
+    /// Keeps the saved state of a file on this disk in the daemon's memory, and leaves the world as it is:
+    /// [`restore_state`](Self::restore_state) goes there. An empty name leaves it the one that it
     /// had; one of that name is replaced.
     ///
     /// # Errors
-    /// [`Error::File`]; `INVALID_SNAPSHOT` where the file is none, is damaged or of a newer format, or its
+    /// [`Error::File`]; `INVALID_SAVED_STATE` where the file is none, is damaged or of a newer format, or its
     /// robots are read otherwise by this daemon; `LIMIT_EXCEEDED`.
-    pub async fn import_snapshot(&self, file: impl AsRef<Path>, name: &str) -> Result<SnapshotInfo, Error> {
+    pub async fn import_saved_state(
+        &self,
+        file: impl AsRef<Path>,
+        name: &str,
+    ) -> Result<SavedStateInfo, Error> {
         let path = file.as_ref();
         let unreadable = |reason| Error::File { path: path.to_path_buf(), reason };
         let sha256 = hash_of(path).await.map_err(unreadable)?;
         self.send(path, &sha256).await?;
-        let request = ImportSnapshotRequest { sha256, name: name.to_owned(), ..Default::default() };
-        let answer = self.unary_for(LONGER, self.simulation().import_snapshot(request)).await?;
-        present(answer.snapshot, "snapshot")
+        let request = ImportSavedStateRequest { sha256, name: name.to_owned(), ..Default::default() };
+        let answer = self.unary_for(LONGER, self.simulation().import_saved_state(request)).await?;
+        present(answer.saved_state, "saved_state")
     }
 }

@@ -28,14 +28,14 @@ pub struct Recipe {
 }
 
 /// The content of a file; the recipes and robots are aligned, and the files are for all of them.
-pub fn snapshot_file(
+pub fn saved_state_file(
     name: &str,
     state: &WorldState,
     recipes: &[Recipe],
     files: Vec<Vec<u8>>,
-) -> v1::SnapshotFile {
+) -> v1::SavedStateFile {
     let WorldState { step, sim_time, time_base, settings, robots, contacts, merged } = state;
-    v1::SnapshotFile {
+    v1::SavedStateFile {
         name: name.to_owned(),
         step: *step,
         sim_time: *sim_time,
@@ -61,7 +61,7 @@ pub fn layout(model: &RobotModel) -> Sha256 {
     Sha256::of(links.chain(joints).collect::<String>().as_bytes())
 }
 
-fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SnapshotRobot {
+fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SavedStateRobot {
     let RobotState {
         name,
         loaded_at_start,
@@ -86,7 +86,7 @@ fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SnapshotRobot {
         restitution: asked.material.restitution,
     });
     let left = asleep.iter().flatten();
-    v1::SnapshotRobot {
+    v1::SavedStateRobot {
         name: name.clone(),
         loaded_at_start: *loaded_at_start,
         description: recipe.description.to_string(),
@@ -119,7 +119,7 @@ fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SnapshotRobot {
     }
 }
 
-fn of_body(state: &BodyState) -> v1::SnapshotBody {
+fn of_body(state: &BodyState) -> v1::SavedStateBody {
     let BodyState {
         base,
         positions,
@@ -134,7 +134,7 @@ fn of_body(state: &BodyState) -> v1::SnapshotBody {
     } = state;
     let rows: Vec<(u32, [f64; 19], [f64; 7])> =
         axes.iter().zip(drives).map(|(axis, drive)| row(axis, drive)).collect();
-    v1::SnapshotBody {
+    v1::SavedStateBody {
         base: pose(base).to_vec(),
         positions: positions.clone(),
         rates: rates.clone(),
@@ -210,8 +210,8 @@ fn row(axis: &Axis, drive: &Drive) -> (u32, [f64; 19], [f64; 7]) {
     (bits.sum(), row, [kp, kd, position, drive_rate, ff, limit, or_0(saturated)])
 }
 
-fn of_pushes(pushes: &[Push]) -> v1::SnapshotPushes {
-    let mut file = v1::SnapshotPushes::default();
+fn of_pushes(pushes: &[Push]) -> v1::SavedStatePushes {
+    let mut file = v1::SavedStatePushes::default();
     for push in pushes {
         let Push { link, force, torque, in_link_axes, point, lasts, waits } = *push;
         let (persistent, timed, left) = match lasts {
@@ -228,8 +228,8 @@ fn of_pushes(pushes: &[Push]) -> v1::SnapshotPushes {
     file
 }
 
-fn of_contacts(contacts: &[ContactState]) -> v1::SnapshotContacts {
-    let mut file = v1::SnapshotContacts::default();
+fn of_contacts(contacts: &[ContactState]) -> v1::SavedStateContacts {
+    let mut file = v1::SavedStateContacts::default();
     for contact in contacts {
         let ContactState { robots, colliders, on, point, normal, distance, surface, impulse, total } =
             *contact;

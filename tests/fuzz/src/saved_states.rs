@@ -1,4 +1,4 @@
-//! What is in a snapshot's file, as a stranger may write it: hash and header are right, the rest is not.
+//! What is in a saved state's file, as an untrusted client may write it: hash and header are right, the rest is not.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,9 +10,9 @@ use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
 use simd_proto::v1;
-use simd_server::convert::from_proto::snapshot_file::{Made, recipes, world_state};
-use simd_server::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
-use simd_server::loading::snapshot_file::{open, seal, seal_encoded};
+use simd_server::convert::from_proto::saved_state_file::{Made, recipes, world_state};
+use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
+use simd_server::loading::saved_state_file::{open, seal, seal_encoded};
 
 /// Robots that the world takes.
 const ROBOTS: usize = 20;
@@ -21,8 +21,8 @@ const STEPS: usize = 20;
 
 /// A file is refused in a sentence, or gives a world that can be gone to, stepped and written again,
 /// and whose positions and rates stay numbers. Says whether it was stepped.
-pub fn snapshots(bytes: &[u8]) -> bool {
-    // As a file it is no snapshot, or a whole one.
+pub fn saved_states(bytes: &[u8]) -> bool {
+    // As a file it is no saved state, or a whole one.
     drop(open(bytes, ROBOTS));
     let file = match open(&seal_encoded(bytes), ROBOTS) {
         Ok(opened) => opened.content,
@@ -41,9 +41,10 @@ pub fn snapshots(bytes: &[u8]) -> bool {
         }
     };
     check_again(&saved, &recipes);
-    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: ROBOTS, snapshots: 2 });
+    let mut world =
+        Simulation::new(PhysicsSettings::default(), WorldLimits { robots: ROBOTS, saved_states: 2 });
     for command in
-        [Command::ImportSnapshot { name: "it".into(), saved }, Command::RestoreSnapshot { name: "it".into() }]
+        [Command::ImportSavedState { name: "it".into(), saved }, Command::RestoreState { name: "it".into() }]
     {
         let applied = world.apply(&command);
         assert!(applied.is_ok(), "what was accepted is gone to: {applied:?}");
@@ -61,7 +62,7 @@ pub fn snapshots(bytes: &[u8]) -> bool {
 
 /// What is accepted is written and accepted once more.
 fn check_again(saved: &Saved, recipes: &[Recipe]) {
-    let file = seal(&snapshot_file("it", &saved.world_state(), recipes, Vec::new()));
+    let file = seal(&saved_state_file("it", &saved.world_state(), recipes, Vec::new()));
     let content = open(&file, ROBOTS).map(|opened| opened.content);
     let states = saved.world_state().robots.into_iter();
     let made = states.map(|robot| (robot.model, robot.shapes)).collect();
@@ -70,7 +71,7 @@ fn check_again(saved: &Saved, recipes: &[Recipe]) {
 }
 
 /// The state in a file whose robots can be read.
-fn state(mut file: v1::SnapshotFile, recipes: &[Recipe]) -> Option<WorldState> {
+fn state(mut file: v1::SavedStateFile, recipes: &[Recipe]) -> Option<WorldState> {
     let files: BTreeMap<Sha256, Arc<[u8]>> =
         file.files.drain(..).map(|bytes| (Sha256::of(&bytes), Arc::from(bytes))).collect();
     let made: Option<Vec<Made>> = recipes.iter().map(|recipe| make(recipe, &files)).collect();

@@ -1,4 +1,4 @@
-//! Documents rot, tests do not: what the papers name must be there.
+//! What the documents name must exist.
 #![cfg(test)]
 
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-fn read(paper: &str) -> String {
-    std::fs::read_to_string(root().join(paper)).unwrap_or_else(|error| panic!("{paper}: {error}"))
+fn read(document: &str) -> String {
+    std::fs::read_to_string(root().join(document)).unwrap_or_else(|error| panic!("{document}: {error}"))
 }
 
 /// What stands between backticks and looks like a path of this repository: it has
@@ -34,18 +34,18 @@ fn each_path_that_the_architecture_names_exists() {
 }
 
 #[test]
-fn each_link_of_a_paper_leads_to_a_file() {
+fn each_link_of_a_document_leads_to_a_file() {
     let docs = std::fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
     let docs = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
     let docs = docs.map(|path| format!("docs/{}", path.file_name().unwrap().to_string_lossy()));
-    let papers = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
-    for paper in papers.into_iter().map(String::from).chain(docs) {
-        let text = read(&paper);
-        let folder = root().join(Path::new(&paper).parent().unwrap());
+    let documents = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md"];
+    for document in documents.into_iter().map(String::from).chain(docs) {
+        let text = read(&document);
+        let folder = root().join(Path::new(&document).parent().unwrap());
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             let file = link.split('#').next().unwrap();
             let outside = link.starts_with("http") || file.is_empty();
-            assert!(outside || folder.join(file).exists(), "{paper} links to {link}");
+            assert!(outside || folder.join(file).exists(), "{document} links to {link}");
         }
     }
 }

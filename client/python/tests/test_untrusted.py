@@ -14,7 +14,7 @@ from simd_client import Robot, Simulation, proof, proto
 
 
 @pytest.fixture
-def stranger(daemon: Daemon) -> Iterator[zenoh.Session]:
+def untrusted(daemon: Daemon) -> Iterator[zenoh.Session]:
     """A session on the same network that knows nothing but keys."""
     settings = {"mode": "client", "connect": {"endpoints": [daemon.endpoint]}}
     settings["scouting"] = {"multicast": {"enabled": False}}  # pyright: ignore[reportArgumentType]
@@ -26,7 +26,7 @@ def stranger(daemon: Daemon) -> Iterator[zenoh.Session]:
 def test_the_proof_is_the_same_as_the_daemons() -> None:
     code = "9ddbd820b1795ba083e20c3f15c7927d31e141eb154402f94cef8a083c664dc0"
     assert proof.line("1.00", 2, "simd/simd/joint_targets", b"abc") == f"simd-claim: 1 2 {code}"
-    assert [proof.id_of(text) for text in ("7.ab", "", "nobody's", "a.b")] == ["7", "", "nobody's", "a.b"]
+    assert [proof.id_of(text) for text in ("7.ab", "", "unknown", "a.b")] == ["7", "", "unknown", "a.b"]
 
 
 def test_counters_grow() -> None:
@@ -38,7 +38,7 @@ def test_counters_grow() -> None:
 
 
 def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
-    sim: Simulation, arm: Robot, daemon: Daemon, stranger: zenoh.Session
+    sim: Simulation, arm: Robot, daemon: Daemon, untrusted: zenoh.Session
 ) -> None:
     heard: list[tuple[str, bytes, bytes]] = []
 
@@ -48,8 +48,8 @@ def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
     def hear(message: zenoh.Sample | zenoh.Query) -> None:
         heard.append((str(message.key_expr), bytes_of(message.payload), bytes_of(message.attachment)))
 
-    stranger.declare_subscriber("simd/**", hear)
-    stranger.declare_queryable("simd/**", hear, complete=True)
+    untrusted.declare_subscriber("simd/**", hear)
+    untrusted.declare_queryable("simd/**", hear, complete=True)
     targets = f"simd/{daemon.name}/joint_targets"
     with arm.claim(holder="me") as claim:
         sim.stream_targets({arm: [0.5, 0.5]})
@@ -63,16 +63,16 @@ def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
         assert {key.rsplit("/", 1)[-1] for key, _, _ in proven} >= {"joint_targets", "SetJointTargets", "StepSimulation"}
         for key, payload, attachment in proven:
             if key == targets:
-                stranger.put(key, payload, attachment=attachment)
+                untrusted.put(key, payload, attachment=attachment)
             else:
-                replies = stranger.get(key, payload=payload, attachment=attachment, target=zenoh.QueryTarget.ALL)
+                replies = untrusted.get(key, payload=payload, attachment=attachment, target=zenoh.QueryTarget.ALL)
                 assert replies.recv().err is not None
-            stranger.put(targets, payload, attachment=attachment)
+            untrusted.put(targets, payload, attachment=attachment)
         assert list(arm.target) == pytest.approx([0.1, 0.1])
 
 
 def test_a_strangers_answers_and_publications_are_not_read(
-    sim: Simulation, arm: Robot, daemon: Daemon, stranger: zenoh.Session
+    sim: Simulation, arm: Robot, daemon: Daemon, untrusted: zenoh.Session
 ) -> None:
     forged = proto.JointStates(stamp=proto.Stamp(sequence=1 << 60), robots=[proto.RobotJointStates(robot="arm")])
 
@@ -80,22 +80,22 @@ def test_a_strangers_answers_and_publications_are_not_read(
         query.reply(query.key_expr, forged.SerializeToString())  # pyright: ignore[reportUnknownMemberType]
         query.reply_err(b"Timeout")  # pyright: ignore[reportUnknownMemberType]
 
-    stranger.declare_queryable("simd/**", answer, complete=True)
+    untrusted.declare_queryable("simd/**", answer, complete=True)
     with arm.watch() as watch:
         next(watch)
         for _ in range(10):
-            stranger.put(f"simd/{daemon.name}/joint_states/arm", forged.SerializeToString())
+            untrusted.put(f"simd/{daemon.name}/joint_states/arm", forged.SerializeToString())
             assert sim.states().stamp.sequence < 1 << 60
             assert watch.newest().stamp.sequence < 1 << 60
 
 
 def test_a_token_that_is_none_is_not_read_and_two_of_one_name_are_refused(
-    sim: Simulation, daemon: Daemon, stranger: zenoh.Session
+    sim: Simulation, daemon: Daemon, untrusted: zenoh.Session
 ) -> None:
-    tokens = stranger.liveliness()
+    tokens = untrusted.liveliness()
     with tokens.declare_token("@simd/daemons/other/x"), simd_client.connect(daemon.endpoint) as other:
         other.states()
-    forged = str(stranger.zid())
+    forged = str(untrusted.zid())
     with tokens.declare_token(f"@simd/daemons/{daemon.name}/{forged}"):
         with pytest.raises(simd_client.EndpointError, match=forged):
             simd_client.connect(daemon.endpoint)

@@ -15,9 +15,9 @@ use simd_core::simulation::world_state::{RobotState, WorldState};
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{Limits, Material, Sha256};
-use simd_server::convert::from_proto::snapshot_file as from_proto;
-use simd_server::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
-use simd_server::loading::snapshot_file::{open, seal};
+use simd_server::convert::from_proto::saved_state_file as from_proto;
+use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
+use simd_server::loading::saved_state_file::{open, seal};
 use simd_tests::robots;
 use simd_tests::scenes::*;
 
@@ -36,12 +36,12 @@ pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
         mesh_shapes: MeshShapes::Hull,
     };
     let recipes = vec![recipe; state.robots.len()];
-    let file = seal(&snapshot_file(name, &state, &recipes, Vec::new()));
+    let file = seal(&saved_state_file(name, &state, &recipes, Vec::new()));
     let content = open(&file, 1_000).unwrap().content;
     let made = |model: &Arc<RobotModel>| (Arc::clone(model), Arc::new(Shapes::new(model)));
     let made = saved.models().map(made).collect();
     let again = Saved::new(from_proto::world_state(content, made).unwrap()).unwrap();
-    let second = seal(&snapshot_file(name, &again.world_state(), &recipes, Vec::new()));
+    let second = seal(&saved_state_file(name, &again.world_state(), &recipes, Vec::new()));
     assert_eq!(file, second, "an equal world is an equal file");
     again
 }
@@ -88,7 +88,7 @@ fn scene(rng: &mut Rng) -> Simulation {
         let place = DVec3::new(0.4 * rng.f64() - 0.2, 0.4 * rng.f64() - 0.2, 0.1 + 0.1 * f64::from(i));
         spawn(&mut world, robot(&format!("body-{i}"), &model, DPose3::from_parts(place, turn), false));
     }
-    // One that has long been still by the time of the first snapshot.
+    // One that has long been still by the time of the first saved state.
     let brick = cuboid(DVec3::splat(0.1), 1.0);
     spawn(&mut world, robot("brick", &brick, at(DVec3::new(0.0, -1.0, 0.05)), false));
     world
@@ -186,7 +186,7 @@ fn an_imported_world_runs_on_to_the_bit() {
                 let _either_way = world.apply(&random_command(rng, &world));
                 (0..rng.usize(1..300)).for_each(|_| world.step());
             }
-            apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+            apply(&mut world, Command::SaveState { name: "here".into() });
             let saved = through_a_file(&world, "here");
             let state = saved.world_state();
             slept += state.robots.iter().filter(|robot| robot.asleep.is_some()).count();
@@ -199,8 +199,8 @@ fn an_imported_world_runs_on_to_the_bit() {
             let mut other = simd_tests::scenes::world(2e-3);
             spawn(&mut other, robot("another", &ball(0.1, 1.0), DPose3::IDENTITY, false));
             other.step();
-            apply(&mut other, Command::ImportSnapshot { name: "there".into(), saved });
-            apply(&mut other, Command::RestoreSnapshot { name: "there".into() });
+            apply(&mut other, Command::ImportSavedState { name: "there".into(), saved });
+            apply(&mut other, Command::RestoreState { name: "there".into() });
             assert_eq!(other.fingerprint(), world.fingerprint(), "seed {seed}, round {round}: at once");
             for part in 0..4 {
                 for step in 0..rng.usize(1..200) {
@@ -253,7 +253,7 @@ fn the_hash_sees_every_part_of_a_state() {
     let robots = vec![RobotTargets { robot: "arm".into(), joints, ..Default::default() }];
     apply(&mut world, Command::SetTargets(SetTargets { robots, ..Default::default() }));
     (0..3).for_each(|_| world.step());
-    apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+    apply(&mut world, Command::SaveState { name: "here".into() });
     let saved = through_a_file(&world, "here");
 
     type Change = (&'static str, fn(&mut WorldState));
@@ -310,8 +310,8 @@ fn the_hash_sees_every_part_of_a_state() {
     ];
     let hash = |state: WorldState| {
         let mut world = simd_tests::scenes::world(1e-3);
-        apply(&mut world, Command::ImportSnapshot { name: "it".into(), saved: Saved::new(state).unwrap() });
-        apply(&mut world, Command::RestoreSnapshot { name: "it".into() });
+        apply(&mut world, Command::ImportSavedState { name: "it".into(), saved: Saved::new(state).unwrap() });
+        apply(&mut world, Command::RestoreState { name: "it".into() });
         world.fingerprint()
     };
     assert_eq!(hash(saved.world_state()), world.fingerprint());
@@ -331,18 +331,18 @@ fn the_hash_sees_every_part_of_a_state() {
 #[test]
 fn imported_robots_have_versions_of_their_own() {
     let mut world = stack(1e-3);
-    apply(&mut world, Command::SaveSnapshot { name: "here".into() });
+    apply(&mut world, Command::SaveState { name: "here".into() });
     let saved = through_a_file(&world, "here");
     let mut other = stack(1e-3);
     let versions = |world: &Simulation| -> Vec<u64> {
         world.layout().entities.iter().map(|entity| entity.version).collect()
     };
     let before = versions(&other);
-    apply(&mut other, Command::ImportSnapshot { name: "there".into(), saved });
-    apply(&mut other, Command::RestoreSnapshot { name: "there".into() });
+    apply(&mut other, Command::ImportSavedState { name: "there".into(), saved });
+    apply(&mut other, Command::RestoreState { name: "there".into() });
     let after = versions(&other);
     assert!(before.iter().all(|version| !after.contains(version)), "{before:?} and {after:?}");
-    apply(&mut other, Command::RestoreSnapshot { name: "there".into() });
+    apply(&mut other, Command::RestoreState { name: "there".into() });
     assert_eq!(versions(&other), after, "the same robots again");
     spawn(&mut other, robot("last", &ball(0.1, 1.0), at(DVec3::X * 9.0), false));
     let last = *versions(&other).last().unwrap();

@@ -1,4 +1,4 @@
-//! Snapshots out to a file and into another daemon. An equal world is an equal file: that two worlds are
+//! Saved states out to a file and into another daemon. An equal world is an equal file: that two worlds are
 //! equal in everything that a step reads is shown by exporting both.
 
 use std::path::{Path, PathBuf};
@@ -85,8 +85,8 @@ async fn change(client: &Client) {
 }
 
 async fn export(client: &Client, folder: &Path, name: &str) -> (PathBuf, Vec<u8>) {
-    let file = folder.join(format!("{name}.simdsnap"));
-    let size = client.export_snapshot(name, &file).await.unwrap();
+    let file = folder.join(format!("{name}.simdstate"));
+    let size = client.export_saved_state(name, &file).await.unwrap();
     let bytes = std::fs::read(&file).unwrap();
     assert_eq!(bytes.len() as u64, size);
     (file, bytes)
@@ -99,18 +99,18 @@ async fn a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits(via: Vi
     here.client.step(1_700).await.unwrap();
     change(&here.client).await;
     here.client.step(30).await.unwrap();
-    let saved = here.client.save_snapshot("mark").await.unwrap();
+    let saved = here.client.save_state("mark").await.unwrap();
     let (file, first) = export(&here.client, folder.path(), "mark").await;
 
     // A world of its own, whose robots have versions of their own.
     let there = arm(via).await;
     there.client.step(5).await.unwrap();
-    let imported = there.client.import_snapshot(&file, "").await.unwrap();
+    let imported = there.client.import_saved_state(&file, "").await.unwrap();
     assert_eq!((imported.name.as_str(), imported.robots), ("mark", saved.robots));
     assert_eq!(imported.stamp.unwrap().step, 1_730);
     let robots = |robots: Vec<proto::EntityInfo>| robots.into_iter().map(|it| it.name).collect::<Vec<_>>();
     assert_eq!(robots(there.client.robots().await.unwrap()), ["arm"], "the world is left as it is");
-    let stamp = there.client.restore_snapshot("mark").await.unwrap();
+    let stamp = there.client.restore_state("mark").await.unwrap();
     assert_eq!((stamp.step, stamp.epoch), (1_730, 1));
     let names = robots(here.client.robots().await.unwrap());
     assert_eq!(robots(there.client.robots().await.unwrap()), names);
@@ -124,7 +124,7 @@ async fn a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits(via: Vi
         client.step(400).await.unwrap();
         set_small(client).await;
         client.step(300).await.unwrap();
-        client.save_snapshot("later").await.unwrap();
+        client.save_state("later").await.unwrap();
     }
     let later = export(&here.client, folder.path(), "later").await.1;
     assert_ne!(later, first);
@@ -142,71 +142,72 @@ async fn set_small(client: &Client) {
     client.set_robot_targets("small", [target]).await.unwrap();
 }
 
-async fn what_is_no_snapshot_is_refused_and_changes_nothing(via: Via) {
+async fn what_is_no_saved_state_is_refused_and_changes_nothing(via: Via) {
     let folder = tempfile::tempdir().unwrap();
     let daemon = arm(via).await;
     set(&daemon, Target::position(0.5)).await;
     daemon.pass(0.1).await;
-    daemon.client.save_snapshot("mark").await.unwrap();
+    daemon.client.save_state("mark").await.unwrap();
     let (file, bytes) = export(&daemon.client, folder.path(), "mark").await;
     let import = async |bytes: &[u8]| {
         std::fs::write(&file, bytes).unwrap();
-        let refused = daemon.client.import_snapshot(&file, "other").await.unwrap_err();
-        assert_eq!(refused.reason(), Some(ErrorReason::InvalidSnapshot), "{refused}");
+        let refused = daemon.client.import_saved_state(&file, "other").await.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InvalidSavedState), "{refused}");
         refused.to_string()
     };
     let mut flipped = bytes.clone();
     flipped[bytes.len() / 2] ^= 4;
     assert!(import(&flipped).await.contains("damaged"));
     assert!(import(&bytes[..bytes.len() - 1]).await.contains("damaged"));
-    assert!(import(b"<robot name=\"a\"/>").await.contains("no snapshot"));
+    assert!(import(b"<robot name=\"a\"/>").await.contains("no saved state"));
     let mut newer = bytes.clone();
     newer[8] = 9;
     let sentence = import(&newer).await;
     assert!(sentence.contains("format 9") && sentence.contains("the daemon is older"), "{sentence}");
-    let kept = daemon.client.snapshots().await.unwrap();
+    let kept = daemon.client.saved_states().await.unwrap();
     assert_eq!(kept.len(), 1);
     let (_, again) = export(&daemon.client, folder.path(), "mark").await;
     assert_eq!(again, bytes);
 
-    let unknown = daemon.client.export_snapshot("nothing", &file).await.unwrap_err();
-    assert_eq!(unknown.reason(), Some(ErrorReason::SnapshotNotFound));
-    let missing = daemon.client.import_snapshot(folder.path().join("none"), "").await.unwrap_err();
+    let unknown = daemon.client.export_saved_state("nothing", &file).await.unwrap_err();
+    assert_eq!(unknown.reason(), Some(ErrorReason::SavedStateNotFound));
+    let missing = daemon.client.import_saved_state(folder.path().join("none"), "").await.unwrap_err();
     assert!(matches!(missing, simd_client::Error::File { .. }), "{missing}");
-    let nowhere = daemon.client.export_snapshot("mark", folder.path().join("no/folder")).await.unwrap_err();
+    let nowhere =
+        daemon.client.export_saved_state("mark", folder.path().join("no/folder")).await.unwrap_err();
     assert!(matches!(nowhere, simd_client::Error::Write { .. }), "{nowhere}");
 }
 
 /// A file is bounded as an upload is, and a daemon for fewer robots refuses it.
-async fn limits_hold_for_snapshots_in_files(via: Via) {
+async fn limits_hold_for_saved_states_in_files(via: Via) {
     let folder = tempfile::tempdir().unwrap();
     let here = arm(via).await;
     crate::load_arm(&here.client, "second").await;
-    here.client.save_snapshot("mark").await.unwrap();
+    here.client.save_state("mark").await.unwrap();
     let (file, bytes) = export(&here.client, folder.path(), "mark").await;
 
     let small = Daemon::start_via(via, |config| config.limits.robots = 1).await;
-    let refused = small.client.import_snapshot(&file, "").await.unwrap_err();
+    let refused = small.client.import_saved_state(&file, "").await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
-    let few = Daemon::start_via(via, |config| config.limits.snapshots = 1).await;
-    few.client.save_snapshot("mine").await.unwrap();
-    let refused = few.client.import_snapshot(&file, "").await.unwrap_err();
+    let few = Daemon::start_via(via, |config| config.limits.saved_states = 1).await;
+    few.client.save_state("mine").await.unwrap();
+    let refused = few.client.import_saved_state(&file, "").await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
-    let replaced = few.client.import_snapshot(&file, "mine").await.unwrap();
+    let replaced = few.client.import_saved_state(&file, "mine").await.unwrap();
     assert_eq!((replaced.name.as_str(), replaced.robots), ("mine", 2));
 
     let limit = bytes.len() as u64 - 1;
     let tight = Daemon::start_via(via, |config| config.limits.asset_bytes = limit).await;
     crate::load_arm(&tight.client, "arm").await;
     crate::load_arm(&tight.client, "second").await;
-    tight.client.save_snapshot("mark").await.unwrap();
-    let refused = tight.client.export_snapshot("mark", &file).await.unwrap_err();
+    tight.client.save_state("mark").await.unwrap();
+    let refused = tight.client.export_saved_state("mark", &file).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::LimitExceeded), "{refused}");
-    assert!(refused.to_string().contains("the snapshot's file"), "{refused}");
+    assert!(refused.to_string().contains("the saved state's file"), "{refused}");
 }
 
 crate::over_every_transport![
     a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits,
-    what_is_no_snapshot_is_refused_and_changes_nothing,
-    limits_hold_for_snapshots_in_files,
+    what_is_no_saved_state_is_refused_and_changes_nothing,
+    limits_hold_for_saved_states_in_files,
 ];

@@ -1,4 +1,4 @@
-"""Snapshots go out to files and into another process of the daemon."""
+"""Saved states go out to files and into another process of the daemon."""
 
 from __future__ import annotations
 
@@ -16,44 +16,44 @@ def test_a_world_runs_on_in_another_process_to_the_same_bits(
     sim: Simulation, arm: Robot, tmp_path: Path
 ) -> None:
     sim.step(40, {arm: {"elbow joint": Target.position(0.8)}})
-    kept = sim.save_snapshot("mark")
-    file = sim.export_snapshot(kept, tmp_path / "mark.simdsnap")
-    assert file == tmp_path / "mark.simdsnap" and file.stat().st_size > 1000
+    kept = sim.save_state("mark")
+    file = sim.export_saved_state(kept, tmp_path / "mark.simdstate")
+    assert file == tmp_path / "mark.simdstate" and file.stat().st_size > 1000
     with Daemon(name="other") as another, simd_client.connect(another.endpoint) as other:
         other.pause()
-        imported = other.import_snapshot(file)
+        imported = other.import_saved_state(file)
         assert (imported.name, imported.robots, imported.stamp.step) == ("mark", 1, 40)
         assert other.robots == {}
-        assert other.import_snapshot(file, "again").name == "again"
-        other.restore_snapshot("again")
+        assert other.import_saved_state(file, "again").name == "again"
+        other.restore_state("again")
         before, after = sim.step(200, states=True), other.step(200, states=True)
         np.testing.assert_array_equal(before["arm"].position, after["arm"].position)
         np.testing.assert_array_equal(before["arm"].effort, after["arm"].effort)
         for world in (sim, other):
-            world.save_snapshot("later")
-            world.export_snapshot("later", tmp_path / world.name)
+            world.save_state("later")
+            world.export_saved_state("later", tmp_path / world.name)
         assert (tmp_path / sim.name).read_bytes() == (tmp_path / other.name).read_bytes()
 
 
-def test_what_is_no_snapshot_is_refused(sim: Simulation, arm: Robot, tmp_path: Path) -> None:
+def test_what_is_no_saved_state_is_refused(sim: Simulation, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_bytes(b"solid ascii")
-    with pytest.raises(simd_client.InvalidSnapshot, match="no snapshot of simd"):
-        sim.import_snapshot(file)
-    sim.export_snapshot(sim.save_snapshot("mark"), file)
+    with pytest.raises(simd_client.InvalidSavedState, match="no saved state of simd"):
+        sim.import_saved_state(file)
+    sim.export_saved_state(sim.save_state("mark"), file)
     file.write_bytes(file.read_bytes()[:-1])
-    with pytest.raises(simd_client.InvalidSnapshot, match="damaged"):
-        sim.import_snapshot(file, "other")
-    with pytest.raises(simd_client.SnapshotNotFound):
-        sim.export_snapshot("never", file)
+    with pytest.raises(simd_client.InvalidSavedState, match="damaged"):
+        sim.import_saved_state(file, "other")
+    with pytest.raises(simd_client.SavedStateNotFound):
+        sim.export_saved_state("never", file)
     with pytest.raises(FileNotFoundError):
-        sim.import_snapshot(tmp_path / "none")
+        sim.import_saved_state(tmp_path / "none")
 
 
 async def test_it_is_the_same_for_asyncio(daemon: Daemon, sim: Simulation, arm: Robot, tmp_path: Path) -> None:
     async with aio.connect(daemon.endpoint) as awaited:
-        kept = await awaited.save_snapshot("mark")
-        file = await awaited.export_snapshot(kept, tmp_path / "mark")
-        assert (await awaited.import_snapshot(file, "again")).name == "again"
-        await awaited.restore_snapshot("again")
+        kept = await awaited.save_state("mark")
+        file = await awaited.export_saved_state(kept, tmp_path / "mark")
+        assert (await awaited.import_saved_state(file, "again")).name == "again"
+        await awaited.restore_state("again")
         assert list(await awaited.robots) == ["arm"]

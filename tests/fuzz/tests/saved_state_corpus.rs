@@ -1,4 +1,4 @@
-//! The corpus of snapshots: what it is made of, and that it is still accepted.
+//! The corpus of saved states: what it is made of, and that it is still accepted.
 #![cfg(test)]
 
 use std::collections::BTreeMap;
@@ -14,11 +14,11 @@ use simd_core::simulation::command::{
     JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target, Touches,
 };
 use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
-use simd_fuzz_targets::snapshots;
+use simd_fuzz_targets::saved_states;
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
 use simd_proto::v1;
-use simd_server::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
+use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
 
 const PLANE: &str = "<robot name='p'><link name='l'><collision><geometry><plane normal='0 0 1'/></geometry>\
     </collision></link></robot>";
@@ -77,7 +77,7 @@ impl Assets for Pyramid {
 
 impl Scene {
     fn new() -> Self {
-        let world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 20, snapshots: 2 });
+        let world = Simulation::new(PhysicsSettings::default(), WorldLimits { robots: 20, saved_states: 2 });
         Self { world, recipes: Vec::new(), files: BTreeMap::new() }
     }
 
@@ -119,12 +119,12 @@ impl Scene {
 
     fn content(mut self, steps: usize) -> Vec<u8> {
         (0..steps).for_each(|_| self.world.step());
-        self.apply(Command::SaveSnapshot { name: "it".into() });
+        self.apply(Command::SaveState { name: "it".into() });
         let mut seen = Snapshot::default();
         self.world.observe(&mut seen);
         let saved = seen.saved("it").unwrap().saved();
         let files = self.files.into_values().collect();
-        snapshot_file("it", &saved.world_state(), &self.recipes, files).encode_to_vec()
+        saved_state_file("it", &saved.world_state(), &self.recipes, files).encode_to_vec()
     }
 }
 
@@ -174,28 +174,28 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/snapshots")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/saved_states")
 }
 
 /// What the corpus is for is behind the first checks: each of its files must get there.
 #[test]
-fn the_corpus_of_snapshots_is_what_daemons_write() {
+fn the_corpus_of_saved_states_is_what_daemons_write() {
     for (name, content) in scenes() {
         let kept = fs::read(folder().join(name)).unwrap();
-        let [kept, now] = [&kept, &content].map(|bytes| v1::SnapshotFile::decode(&bytes[..]).unwrap());
+        let [kept, now] = [&kept, &content].map(|bytes| v1::SavedStateFile::decode(&bytes[..]).unwrap());
         // The numbers are those of the machine that wrote it.
         assert_eq!(kept.files, now.files, "{name}");
-        let robots = |file: &v1::SnapshotFile| -> Vec<_> {
+        let robots = |file: &v1::SavedStateFile| -> Vec<_> {
             file.robots.iter().map(|it| (it.name.clone(), it.layout.clone(), it.surfaces.clone())).collect()
         };
         assert_eq!(robots(&kept), robots(&now), "{name}: write it anew, see `write_the_corpus`");
-        assert!(snapshots(&content), "{name} is accepted");
+        assert!(saved_states(&content), "{name} is accepted");
     }
 }
 
 /// To be run by hand where the format changes.
 #[test]
-#[ignore = "writes fuzz/corpus/snapshots"]
+#[ignore = "writes fuzz/corpus/saved_states"]
 fn write_the_corpus() {
     for (name, content) in scenes() {
         fs::write(folder().join(name), content).unwrap();

@@ -1,5 +1,5 @@
-//! A snapshot's file as bytes: its header, its hash, and what bounds the memory that reading it takes.
-//! `snapshot_file.proto` says how it is laid out.
+//! A saved state's file as bytes: its header, its hash, and what bounds the memory that reading it takes.
+//! `saved_state_file.proto` says how it is laid out.
 
 use prost::Message as _;
 use prost::encoding::{WireType, decode_key, decode_varint};
@@ -9,7 +9,7 @@ use simd_proto::v1;
 use crate::handle::CallError;
 
 /// What a file begins with.
-const MAGIC: &[u8; 8] = b"simdsnap";
+const MAGIC: &[u8; 8] = b"simdsave";
 
 /// The newest format that is read, and the one that is written. It grows where a daemon that does not
 /// know what is new would go on otherwise than the one that wrote it.
@@ -25,11 +25,11 @@ pub struct Opened {
     /// The release of the daemon that wrote it.
     pub written_by: String,
     /// What is in it.
-    pub content: v1::SnapshotFile,
+    pub content: v1::SavedStateFile,
 }
 
 /// A file of this content.
-pub fn seal(content: &v1::SnapshotFile) -> Vec<u8> {
+pub fn seal(content: &v1::SavedStateFile) -> Vec<u8> {
     seal_encoded(&content.encode_to_vec())
 }
 
@@ -46,19 +46,19 @@ pub fn seal_encoded(content: &[u8]) -> Vec<u8> {
 /// Opens a file for a daemon that takes so many robots.
 ///
 /// # Errors
-/// Where it is no snapshot, is of a newer format, is damaged, or has more entries than it may.
+/// Where it is no saved state, is of a newer format, is damaged, or has more entries than it may.
 pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
-    let Some((magic, rest)) = file.split_first_chunk::<8>() else { return Err(no_snapshot()) };
+    let Some((magic, rest)) = file.split_first_chunk::<8>() else { return Err(no_saved_state()) };
     let (Some((format, rest)), true) = (rest.split_first_chunk::<4>(), magic == MAGIC) else {
-        return Err(no_snapshot());
+        return Err(no_saved_state());
     };
     match u32::from_le_bytes(*format) {
         FORMAT => {}
         0 => return Err(damaged("its format is 0, which there is not")),
         newer => {
             return Err(invalid(format!(
-                "the snapshot's file is of format {newer}, and this daemon reads up to {FORMAT}; the daemon is \
-                 older: update the daemon, or export the snapshot with this one"
+                "the saved state's file is of format {newer}, and this daemon reads up to {FORMAT}; the daemon is \
+                 older: update the daemon, or export the state with this one"
             )));
         }
     }
@@ -71,14 +71,14 @@ pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     let Some((release, content)) = release else { return Err(damaged("it ends early")) };
     let written_by = String::from_utf8_lossy(release).into_owned();
     bound(content, robots)?;
-    let content = v1::SnapshotFile::decode(content).map_err(|error| damaged(&error.to_string()))?;
+    let content = v1::SavedStateFile::decode(content).map_err(|error| damaged(&error.to_string()))?;
     Ok(Opened { written_by, content })
 }
 
 /// Counts what takes more memory than it has bytes, before it is decoded: a message of two bytes
 /// becomes hundreds.
 fn bound(content: &[u8], robots: usize) -> Result<(), CallError> {
-    /// Of `SnapshotFile`.
+    /// Of `SavedStateFile`.
     const ROBOTS: u32 = 9;
     let (mut found, mut entries) = (0, 0);
     let mut fields = Fields { rest: content };
@@ -97,11 +97,11 @@ fn bound(content: &[u8], robots: usize) -> Result<(), CallError> {
             }
         }
         if found > robots {
-            let what = "the number of robots in the snapshot".into();
+            let what = "the number of robots in the saved state".into();
             return Err(CallError::LimitExceeded { what, value: found as u64, limit: robots as u64 });
         }
         if entries > MOST_ENTRIES {
-            let what = "the number of entries in the snapshot's file".into();
+            let what = "the number of entries in the saved state's file".into();
             return Err(CallError::LimitExceeded { what, value: entries as u64, limit: MOST_ENTRIES as u64 });
         }
     }
@@ -139,24 +139,24 @@ impl<'a> Fields<'a> {
 
 /// A refusal of a file.
 pub fn invalid(message: impl Into<String>) -> CallError {
-    CallError::InvalidSnapshot { message: message.into() }
+    CallError::InvalidSavedState { message: message.into() }
 }
 
-fn no_snapshot() -> CallError {
-    invalid("the file is no snapshot of simd: it does not begin as one")
+fn no_saved_state() -> CallError {
+    invalid("the file is no saved state of simd: it does not begin as one")
 }
 
 fn damaged(why: &str) -> CallError {
-    invalid(format!("the snapshot's file is damaged: {why}"))
+    invalid(format!("the saved state's file is damaged: {why}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn content() -> v1::SnapshotFile {
-        let robots = vec![v1::SnapshotRobot { name: "arm".into(), ..Default::default() }];
-        v1::SnapshotFile { name: "a".into(), robots, files: vec![vec![7; 100]], ..Default::default() }
+    fn content() -> v1::SavedStateFile {
+        let robots = vec![v1::SavedStateRobot { name: "arm".into(), ..Default::default() }];
+        v1::SavedStateFile { name: "a".into(), robots, files: vec![vec![7; 100]], ..Default::default() }
     }
 
     fn refusal(file: &[u8]) -> String {
@@ -183,13 +183,16 @@ mod tests {
         for bit in 0..8 * file.len() {
             let mut file = file.clone();
             file[bit / 8] ^= 1 << (bit % 8);
-            assert!(matches!(open(&file, 10), Err(CallError::InvalidSnapshot { .. })), "bit {bit}");
+            assert!(matches!(open(&file, 10), Err(CallError::InvalidSavedState { .. })), "bit {bit}");
         }
         for end in 0..file.len() {
-            assert!(matches!(open(&file[..end], 10), Err(CallError::InvalidSnapshot { .. })), "cut at {end}");
+            assert!(
+                matches!(open(&file[..end], 10), Err(CallError::InvalidSavedState { .. })),
+                "cut at {end}"
+            );
         }
         assert!(refusal(&[&file[..], b"x"].concat()).contains("damaged"));
-        assert!(refusal(b"solid ascii\n").contains("no snapshot of simd"));
+        assert!(refusal(b"solid ascii\n").contains("no saved state of simd"));
     }
 
     #[test]
@@ -197,7 +200,7 @@ mod tests {
         let wrapped = seal_encoded;
         // Field 9, of no bytes: a robot.
         let robots = refusal(&wrapped(&[9 << 3 | 2, 0].repeat(11)));
-        assert_eq!(robots, "the number of robots in the snapshot would be 11, and the limit is 10");
+        assert_eq!(robots, "the number of robots in the saved state would be 11, and the limit is 10");
         // Field 12: a file.
         let files = refusal(&wrapped(&[12 << 3 | 2, 0].repeat(MOST_ENTRIES + 1)));
         assert!(files.contains("entries"), "{files}");

@@ -1,10 +1,10 @@
-//! `simctl snapshot`: states of the world to go back to.
+//! `simctl state`: states of the world to go back to.
 
 use std::path::PathBuf;
 
 use clap::Subcommand;
 use serde::Serialize;
-use simd_client::{Client, proto::SnapshotInfo};
+use simd_client::{Client, proto::SavedStateInfo};
 
 use super::present;
 use crate::output::{
@@ -15,33 +15,33 @@ use crate::output::{
 };
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Snapshot {
+pub(crate) enum State {
     /// Keeps the state of the world in the daemon's memory
     Save {
         /// Replaces one of that name; made up where it is left out
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
     },
-    /// Puts the world back to a snapshot
+    /// Puts the world back to a saved state
     Restore {
         /// Which one
         name: String,
     },
-    /// Shows the snapshots, oldest first
+    /// Shows the saved states, oldest first
     List,
-    /// Forgets a snapshot
+    /// Forgets a saved state
     Delete {
         /// Which one
         name: String,
     },
-    /// Writes a snapshot and what its robots are made of into a file
+    /// Writes a saved state and what its robots are made of into a file
     Export {
         /// Which one
         name: String,
         /// Where to; a file that is there is replaced
         file: PathBuf,
     },
-    /// Keeps the snapshot of a file in the daemon's memory; the world stays as it is
+    /// Keeps the saved state of a file in the daemon's memory; the world stays as it is
     Import {
         /// Where from
         file: PathBuf,
@@ -51,74 +51,78 @@ pub(crate) enum Snapshot {
     },
 }
 
-pub(crate) async fn run(command: Snapshot, client: &Client, output: Output) -> anyhow::Result<()> {
+pub(crate) async fn run(command: State, client: &Client, output: Output) -> anyhow::Result<()> {
     match command {
-        Snapshot::Save { name } => {
-            let saved = SnapshotView::new(client.save_snapshot(&name).await?)?;
+        State::Save { name } => {
+            let saved = SavedStateView::new(client.save_state(&name).await?)?;
             output.one(&Saved(saved))
         }
-        Snapshot::Restore { name } => {
-            let stamp = client.restore_snapshot(&name).await?.into();
+        State::Restore { name } => {
+            let stamp = client.restore_state(&name).await?.into();
             output.one(&Restored { restored: name, stamp })
         }
-        Snapshot::List => {
-            let snapshots: Vec<SnapshotView> =
-                client.snapshots().await?.into_iter().map(SnapshotView::new).collect::<Result<_, _>>()?;
-            output.list(&snapshots, list)
+        State::List => {
+            let saved_states: Vec<SavedStateView> = client
+                .saved_states()
+                .await?
+                .into_iter()
+                .map(SavedStateView::new)
+                .collect::<Result<_, _>>()?;
+            output.list(&saved_states, list)
         }
-        Snapshot::Delete { name } => {
-            client.delete_snapshot(&name).await?;
+        State::Delete { name } => {
+            client.delete_saved_state(&name).await?;
             output.one(&Deleted { deleted: name })
         }
-        Snapshot::Export { name, file } => {
-            let bytes = client.export_snapshot(&name, &file).await?;
+        State::Export { name, file } => {
+            let bytes = client.export_saved_state(&name, &file).await?;
             output.one(&Exported { exported: name, file: file.display().to_string(), bytes })
         }
-        Snapshot::Import { file, name } => {
-            let imported = SnapshotView::new(client.import_snapshot(&file, &name).await?)?;
+        State::Import { file, name } => {
+            let imported = SavedStateView::new(client.import_saved_state(&file, &name).await?)?;
             output.one(&Imported(imported))
         }
     }
 }
 
 #[derive(Serialize)]
-struct SnapshotView {
+struct SavedStateView {
     name: String,
     stamp: Stamp,
     robots: u32,
 }
 
-impl SnapshotView {
-    fn new(snapshot: SnapshotInfo) -> anyhow::Result<Self> {
-        let stamp = present(snapshot.stamp, "stamp")?.into();
-        Ok(Self { name: snapshot.name, stamp, robots: snapshot.robots })
+impl SavedStateView {
+    fn new(saved_state: SavedStateInfo) -> anyhow::Result<Self> {
+        let stamp = present(saved_state.stamp, "stamp")?.into();
+        Ok(Self { name: saved_state.name, stamp, robots: saved_state.robots })
     }
 }
 
-fn list(snapshots: &[SnapshotView]) -> Page {
+fn list(saved_states: &[SavedStateView]) -> Page {
     let columns = vec![
-        Column::left("SNAPSHOT"),
+        Column::left("STATE"),
         Column::right("EPOCH"),
         Column::right("STEP"),
         Column::right("SIM TIME [s]"),
         Column::right("ROBOTS"),
     ];
-    let row = |snapshot: &SnapshotView| {
+    let row = |saved_state: &SavedStateView| {
         vec![
-            snapshot.name.clone(),
-            snapshot.stamp.epoch.to_string(),
-            snapshot.stamp.step.to_string(),
-            fixed(snapshot.stamp.sim_time, 3),
-            snapshot.robots.to_string(),
+            saved_state.name.clone(),
+            saved_state.stamp.epoch.to_string(),
+            saved_state.stamp.step.to_string(),
+            fixed(saved_state.stamp.sim_time, 3),
+            saved_state.robots.to_string(),
         ]
     };
-    Page::new().table(Table::new(columns, snapshots.iter().map(row).collect()))
+    Page::new().table(Table::new(columns, saved_states.iter().map(row).collect()))
 }
 
-/// `snapshot save`.
+/// `state save`.
 #[derive(Serialize)]
 #[serde(transparent)]
-struct Saved(SnapshotView);
+struct Saved(SavedStateView);
 
 impl View for Saved {
     fn page(&self) -> Page {
@@ -127,7 +131,7 @@ impl View for Saved {
     }
 }
 
-/// `snapshot restore`.
+/// `state restore`.
 #[derive(Serialize)]
 struct Restored {
     restored: String,
@@ -141,7 +145,7 @@ impl View for Restored {
     }
 }
 
-/// `snapshot delete`.
+/// `state delete`.
 #[derive(Serialize)]
 struct Deleted {
     deleted: String,
@@ -153,7 +157,7 @@ impl View for Deleted {
     }
 }
 
-/// `snapshot export`.
+/// `state export`.
 #[derive(Serialize)]
 struct Exported {
     exported: String,
@@ -167,15 +171,15 @@ impl View for Exported {
     }
 }
 
-/// `snapshot import`.
+/// `state import`.
 #[derive(Serialize)]
 #[serde(transparent)]
-struct Imported(SnapshotView);
+struct Imported(SavedStateView);
 
 impl View for Imported {
     fn page(&self) -> Page {
-        let Self(SnapshotView { name, stamp, robots }) = self;
+        let Self(SavedStateView { name, stamp, robots }) = self;
         let robots = count(*robots as usize, "robot");
-        Page::of_line(format!("imported {name}: {robots} at {stamp}; `simctl snapshot restore` goes there"))
+        Page::of_line(format!("imported {name}: {robots} at {stamp}; `simctl state restore` goes there"))
     }
 }

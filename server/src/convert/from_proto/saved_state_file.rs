@@ -1,4 +1,4 @@
-//! What is in a snapshot's file as a state of the world. How long lists must be for a model, and which
+//! What is in a saved state's file as a state of the world. How long lists must be for a model, and which
 //! numbers can be, is for the world to say.
 
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use simd_proto::v1;
 use super::contact::link_properties;
 use super::entity::{assets, sha256};
 use crate::convert::field::{BadField, Path};
-use crate::convert::to_proto::snapshot_file::{Recipe, layout};
+use crate::convert::to_proto::saved_state_file::{Recipe, layout};
 
 /// Bytes of why a robot is out of the simulation: it is in what clients see.
 const MOST_REASON: usize = 8192;
@@ -28,8 +28,8 @@ const MOST_REASON: usize = 8192;
 pub type Made = (Arc<RobotModel>, Arc<Shapes>);
 
 /// What each robot is to be made from.
-pub fn recipes(file: &v1::SnapshotFile) -> Result<Vec<Recipe>, BadField> {
-    let recipe = |(index, robot): (usize, &v1::SnapshotRobot)| {
+pub fn recipes(file: &v1::SavedStateFile) -> Result<Vec<Recipe>, BadField> {
+    let recipe = |(index, robot): (usize, &v1::SavedStateRobot)| {
         let at = Path::ROOT.item("robots", index);
         let made = || {
             let mesh_shapes = match at.field("mesh_shapes").known(robot.mesh_shapes)? {
@@ -49,7 +49,7 @@ pub fn recipes(file: &v1::SnapshotFile) -> Result<Vec<Recipe>, BadField> {
 }
 
 /// The state; one made robot for each in the file, in their order.
-pub fn world_state(file: v1::SnapshotFile, made: Vec<Made>) -> Result<WorldState, BadField> {
+pub fn world_state(file: v1::SavedStateFile, made: Vec<Made>) -> Result<WorldState, BadField> {
     Path::ROOT.field("name").short(file.name)?;
     let gravity = rows::<3, f64>(&Path::ROOT.field("gravity"), &file.gravity)?;
     let [gravity] = gravity[..] else {
@@ -78,11 +78,15 @@ fn of(robot: &str, error: BadField) -> BadField {
     BadField { of: format!(" (robot {:?})", robot.chars().take(80).collect::<String>()), ..error }
 }
 
-fn state_of(at: &Path<'_>, robot: v1::SnapshotRobot, (model, shapes): Made) -> Result<RobotState, BadField> {
+fn state_of(
+    at: &Path<'_>,
+    robot: v1::SavedStateRobot,
+    (model, shapes): Made,
+) -> Result<RobotState, BadField> {
     if layout(&model).to_string() != robot.layout {
         return Err(at.field("layout").refuse(
             "another one",
-            "its description must give the links and joints that it gave where the snapshot was exported: this \
+            "its description must give the links and joints that it gave where the state was saved: this \
              daemon reads it otherwise",
         ));
     }
@@ -118,7 +122,7 @@ fn state_of(at: &Path<'_>, robot: v1::SnapshotRobot, (model, shapes): Made) -> R
     })
 }
 
-fn body(at: &Path<'_>, state: Option<v1::SnapshotBody>) -> Result<BodyState, BadField> {
+fn body(at: &Path<'_>, state: Option<v1::SavedStateBody>) -> Result<BodyState, BadField> {
     let state = at.given(state)?;
     let base = rows::<7, f64>(&at.field("base"), &state.base)?;
     let [base] = base[..] else {
@@ -235,7 +239,7 @@ fn mode(mode: v1::JointMode) -> Mode {
     }
 }
 
-fn pushes(at: &Path<'_>, file: v1::SnapshotPushes) -> Result<Vec<Push>, BadField> {
+fn pushes(at: &Path<'_>, file: v1::SavedStatePushes) -> Result<Vec<Push>, BadField> {
     let values = rows::<10, f64>(&at.field("values"), &file.values)?;
     if file.links.len() != values.len() || file.flags.len() != values.len() {
         return Err(at.refuse("of lists of different lengths", "they must be aligned"));
@@ -261,7 +265,7 @@ fn pushes(at: &Path<'_>, file: v1::SnapshotPushes) -> Result<Vec<Push>, BadField
     Ok(values.into_iter().zip(file.links).zip(file.flags).map(push).collect())
 }
 
-fn contacts(file: v1::SnapshotContacts) -> Result<Vec<ContactState>, BadField> {
+fn contacts(file: v1::SavedStateContacts) -> Result<Vec<ContactState>, BadField> {
     let at = Path::ROOT.field("contacts");
     let pairs = pairs(&at.field("pairs"), &file.pairs)?;
     let values = rows::<21, f64>(&at.field("values"), &file.values)?;

@@ -1,4 +1,4 @@
-//! Snapshots whose messages are whole and whose numbers, lengths and places are not: each is refused, or
+//! Saved states whose messages are whole and whose numbers, lengths and places are not: each is refused, or
 //! is a world that can be stepped. A seed makes each run the same; `SIMD_MUTATIONS` asks for more of each file.
 #![cfg(test)]
 
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use fastrand::Rng;
 use prost::Message as _;
-use simd_fuzz_targets::snapshots;
+use simd_fuzz_targets::saved_states;
 use simd_proto::v1;
 
 const NUMBERS: &[f64] = &[
@@ -25,7 +25,7 @@ const NUMBERS: &[f64] = &[
     f64::MAX,
 ];
 
-fn of_body(body: &mut v1::SnapshotBody) -> [&mut Vec<f64>; 12] {
+fn of_body(body: &mut v1::SavedStateBody) -> [&mut Vec<f64>; 12] {
     [
         &mut body.base,
         &mut body.positions,
@@ -43,7 +43,7 @@ fn of_body(body: &mut v1::SnapshotBody) -> [&mut Vec<f64>; 12] {
 }
 
 /// All lists of numbers that there are.
-fn numbers(file: &mut v1::SnapshotFile) -> Vec<&mut Vec<f64>> {
+fn numbers(file: &mut v1::SavedStateFile) -> Vec<&mut Vec<f64>> {
     let mut lists = vec![&mut file.gravity];
     lists.extend(file.contacts.iter_mut().map(|contacts| &mut contacts.values));
     for robot in &mut file.robots {
@@ -57,7 +57,7 @@ fn numbers(file: &mut v1::SnapshotFile) -> Vec<&mut Vec<f64>> {
 }
 
 /// All lists of places and bits.
-fn places(file: &mut v1::SnapshotFile) -> Vec<&mut Vec<u32>> {
+fn places(file: &mut v1::SavedStateFile) -> Vec<&mut Vec<u32>> {
     let mut lists = vec![&mut file.merged];
     lists.extend(file.contacts.iter_mut().map(|contacts| &mut contacts.pairs));
     for robot in &mut file.robots {
@@ -80,7 +80,7 @@ fn change<T: Copy>(rng: &mut Rng, list: &mut Vec<T>, value: T) {
     }
 }
 
-fn mutate(rng: &mut Rng, file: &mut v1::SnapshotFile) {
+fn mutate(rng: &mut Rng, file: &mut v1::SavedStateFile) {
     for _ in 0..rng.usize(1..4) {
         match rng.u8(0..8) {
             0..5 => {
@@ -129,25 +129,25 @@ fn mutate(rng: &mut Rng, file: &mut v1::SnapshotFile) {
 }
 
 #[test]
-fn no_number_of_a_snapshot_breaks_a_promise() {
+fn no_number_of_a_saved_state_breaks_a_promise() {
     let each: u32 = std::env::var("SIMD_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(400);
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/snapshots");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/saved_states");
     let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     let rng = &mut Rng::with_seed(7);
     let mut accepted = 0;
     for path in &paths {
-        let file = v1::SnapshotFile::decode(&fs::read(path).unwrap()[..]).unwrap();
+        let file = v1::SavedStateFile::decode(&fs::read(path).unwrap()[..]).unwrap();
         for _ in 0..each {
             let mut mutated = file.clone();
             mutate(rng, &mut mutated);
             let bytes = mutated.encode_to_vec();
-            match std::panic::catch_unwind(|| snapshots(&bytes)) {
+            match std::panic::catch_unwind(|| saved_states(&bytes)) {
                 Ok(stepped) => accepted += u32::from(stepped),
                 Err(_panic) => {
-                    let found = std::env::temp_dir().join("simd_snapshots_found");
+                    let found = std::env::temp_dir().join("simd_saved_states_found");
                     fs::write(&found, &bytes).unwrap();
-                    panic!("a snapshot breaks on the bytes in {}", found.display());
+                    panic!("a saved state breaks on the bytes in {}", found.display());
                 }
             }
         }

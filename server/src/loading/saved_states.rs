@@ -1,10 +1,10 @@
-//! Snapshots out to a file and in from one: a state of the world with all that its robots are made of.
+//! Saved states out to a file and in from one: a state of the world with all that its robots are made of.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use simd_core::simulation::Saved;
-use simd_core::simulation::command::SnapshotInfo;
+use simd_core::simulation::command::SavedStateInfo;
 use simd_core::{Command, Reply};
 use simd_model::robot::{Geometry, Sha256};
 use simd_model::{Asset, RobotModel};
@@ -12,9 +12,9 @@ use simd_model::{Asset, RobotModel};
 use super::Loader;
 use super::progress::Reporter;
 use super::reading::{Made, Origin};
-use super::snapshot_file::{Opened, invalid, open, seal};
-use crate::convert::from_proto::snapshot_file as from_proto;
-use crate::convert::to_proto::snapshot_file::{Recipe, snapshot_file};
+use super::saved_state_file::{Opened, invalid, open, seal};
+use crate::convert::from_proto::saved_state_file as from_proto;
+use crate::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
 use crate::handle::{CallError, SimHandle};
 
 /// Files by their hash.
@@ -25,7 +25,7 @@ impl SimHandle {
     ///
     /// # Errors
     /// Where there is no such state, and where the file would be larger than an upload may be.
-    pub async fn export_snapshot(&self, name: String) -> Result<(Sha256, u64), CallError> {
+    pub async fn export_saved_state(&self, name: String) -> Result<(Sha256, u64), CallError> {
         let state = self.newest();
         let kept = state.snapshot.saved(&name)?;
         let (info, saved) = (kept.info(), kept.saved().clone());
@@ -43,7 +43,11 @@ impl SimHandle {
     ///
     /// # Errors
     /// Where the file is not here, is none or is damaged, and where its robots cannot be read as they were.
-    pub async fn import_snapshot(&self, sha256: Sha256, name: String) -> Result<SnapshotInfo, CallError> {
+    pub async fn import_saved_state(
+        &self,
+        sha256: Sha256,
+        name: String,
+    ) -> Result<SavedStateInfo, CallError> {
         let loader = self.loader();
         let file = loader.lock().store.get(&sha256);
         let lacking = || CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() };
@@ -66,14 +70,14 @@ impl SimHandle {
         let name = if name.is_empty() { content.name.clone() } else { name };
         let saved = loader.off_thread(move || {
             let state = from_proto::world_state(content, made).map_err(|error| invalid(error.to_string()))?;
-            Saved::new(state).map_err(|misfit| invalid(format!("the snapshot cannot be: {misfit}")))
+            Saved::new(state).map_err(|misfit| invalid(format!("the saved state cannot be: {misfit}")))
         });
         let saved = saved.await??;
-        tracing::info!(snapshot = name, "imported a file that simd {written_by} wrote");
-        let done = self.command(Command::ImportSnapshot { name, saved }).await?;
+        tracing::info!(saved_state = name, "imported a file that simd {written_by} wrote");
+        let done = self.command(Command::ImportSavedState { name, saved }).await?;
         match done.applied.reply {
-            Reply::Snapshot(info) => Ok(info),
-            other => Err(CallError::Internal { message: format!("this is no snapshot: {other:?}") }),
+            Reply::SavedState(info) => Ok(info),
+            other => Err(CallError::Internal { message: format!("this is no saved state: {other:?}") }),
         }
     }
 
@@ -83,7 +87,8 @@ impl SimHandle {
         files: &Files,
         robot: &str,
     ) -> Result<from_proto::Made, CallError> {
-        let of_robot = || format!("robot {:?} of the snapshot", robot.chars().take(80).collect::<String>());
+        let of_robot =
+            || format!("robot {:?} of the saved state", robot.chars().take(80).collect::<String>());
         let find = |sha256: &Sha256| {
             let lacking = || invalid(format!("{}: the file {sha256} is not in it", of_robot()));
             files.get(sha256).cloned().ok_or_else(lacking)
@@ -143,7 +148,7 @@ impl Loader {
         if value <= limit {
             return Ok(value);
         }
-        let what = "the size of the snapshot's file, its robots' meshes included, in bytes".into();
+        let what = "the size of the saved state's file, its robots' meshes included, in bytes".into();
         Err(CallError::LimitExceeded { what, value, limit })
     }
 }
@@ -164,7 +169,7 @@ fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
 
 fn sealed(name: &str, saved: &Saved, recipes: &[Recipe], files: Files) -> (Sha256, Arc<[u8]>) {
     let files = files.into_values().map(|file| file.to_vec()).collect();
-    let file = seal(&snapshot_file(name, &saved.world_state(), recipes, files));
+    let file = seal(&saved_state_file(name, &saved.world_state(), recipes, files));
     (Sha256::of(&file), file.into())
 }
 

@@ -5,8 +5,8 @@ use simd_tests::process::{Process, repository};
 
 use crate::paused;
 
-fn read(paper: &str) -> String {
-    std::fs::read_to_string(repository().join("docs").join(paper)).unwrap()
+fn read(document: &str) -> String {
+    std::fs::read_to_string(repository().join("docs").join(document)).unwrap()
 }
 
 /// Field names of documented and actual output are the same, and so are kinds of values where
@@ -34,10 +34,10 @@ fn assert_alike(place: &str, documented: &Value, actual: &Value) {
 }
 
 /// Each JSON block, with the command in backticks that the paragraph before it begins with.
-fn documented(paper: &str) -> Vec<(String, Value)> {
+fn documented(document: &str) -> Vec<(String, Value)> {
     let mut documents = Vec::new();
     let mut paragraph = "";
-    for block in paper.split("\n\n") {
+    for block in document.split("\n\n") {
         if let Some(json) = block.strip_prefix("```json\n") {
             let command = paragraph.split('`').nth(1).unwrap_or_default();
             let value = serde_json::from_str(json.trim_end_matches('`'));
@@ -49,9 +49,9 @@ fn documented(paper: &str) -> Vec<(String, Value)> {
 }
 
 #[tokio::test]
-async fn each_json_document_of_the_paper_has_the_fields_that_simctl_writes() {
-    let paper = read("simctl.md");
-    let documents = documented(&paper);
+async fn each_json_document_of_the_document_has_the_fields_that_simctl_writes() {
+    let document = read("simctl.md");
+    let documents = documented(&document);
     assert!(documents.len() > 15, "only {} documents were found", documents.len());
     let flags = ["--name", "demo", "--config", "tests/assets/demo.toml", "--paused"];
     let daemon = Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], flags).await;
@@ -59,8 +59,8 @@ async fn each_json_document_of_the_paper_has_the_fields_that_simctl_writes() {
     for (command, documented) in documents {
         assert!(command.starts_with("simctl "), "{command:?} is no command");
         // Nothing is written into the repository.
-        let file = folder.path().join("here.simdsnap").display().to_string();
-        let command = command.replace("here.simdsnap", &file);
+        let file = folder.path().join("here.simdstate").display().to_string();
+        let command = command.replace("here.simdstate", &file);
         // The documents are those of gRPC's endpoint, but for the one that Zenoh alone can answer.
         let place = match command.starts_with("simctl daemon") {
             true => format!(" -e {}", daemon.locator.as_deref().unwrap()),
@@ -74,13 +74,13 @@ async fn each_json_document_of_the_paper_has_the_fields_that_simctl_writes() {
 }
 
 /// The text in the fence that begins with `begin`.
-fn fenced<'a>(paper: &'a str, begin: &str) -> &'a str {
-    let (_, rest) = paper.split_once(begin).unwrap_or_else(|| panic!("no fence begins with {begin:?}"));
+fn fenced<'a>(document: &'a str, begin: &str) -> &'a str {
+    let (_, rest) = document.split_once(begin).unwrap_or_else(|| panic!("no fence begins with {begin:?}"));
     rest.split("```").next().unwrap()
 }
 
 #[tokio::test]
-async fn the_configuration_file_of_the_paper_is_that_of_the_help() {
+async fn the_configuration_file_of_the_document_is_that_of_the_help() {
     let help = simd_tests::process::Home::new().run("simd", ["--help"]).await.out;
     let (_, file) = help.split_once("at its folder):\n").unwrap();
     let (file, _) = file.split_once("\n\nExit codes").unwrap();
@@ -89,9 +89,9 @@ async fn the_configuration_file_of_the_paper_is_that_of_the_help() {
 }
 
 #[tokio::test]
-async fn each_flag_and_exit_code_of_the_help_is_in_the_paper() {
+async fn each_flag_and_exit_code_of_the_help_is_in_the_document() {
     let help = simd_tests::process::Home::new().run("simd", ["--help"]).await.out;
-    let paper = read("daemon.md");
+    let document = read("daemon.md");
     let flags: Vec<&str> = help
         .lines()
         .map(str::trim_start)
@@ -100,19 +100,19 @@ async fn each_flag_and_exit_code_of_the_help_is_in_the_paper() {
         .collect();
     assert!(flags.len() > 10, "{flags:?}");
     for flag in flags {
-        assert!(paper.contains(&format!("`{flag}")), "docs/daemon.md lacks {flag}");
+        assert!(document.contains(&format!("`{flag}")), "docs/daemon.md lacks {flag}");
     }
     let (_, codes) = help.split_once("Exit codes:\n").unwrap();
     for line in codes.lines() {
         let (code, meaning) = line.trim().split_once(' ').unwrap();
         let row = format!("| {code} | {} |", meaning.trim());
-        assert!(paper.contains(&row), "docs/daemon.md lacks {row:?}");
+        assert!(document.contains(&row), "docs/daemon.md lacks {row:?}");
     }
 }
 
 #[tokio::test]
-async fn the_limits_of_the_paper_are_those_that_the_daemon_reports() {
-    let paper = read("daemon.md");
+async fn the_limits_of_the_document_are_those_that_the_daemon_reports() {
+    let document = read("daemon.md");
     let info = paused().await.client().await.simulator_info().await.unwrap();
     let limits = info.limits.unwrap();
     for (name, value) in [
@@ -123,10 +123,10 @@ async fn the_limits_of_the_paper_are_those_that_the_daemon_reports() {
         ("max_upload_store_bytes", limits.max_upload_store_bytes),
         ("max_message_bytes", limits.max_message_bytes),
         ("max_steps", limits.max_steps),
-        ("max_snapshots", limits.max_snapshots.into()),
+        ("max_saved_states", limits.max_saved_states.into()),
         ("max_parameters", limits.max_parameters.into()),
     ] {
         let row = format!("| `{name}` | {value} |");
-        assert!(paper.contains(&row), "docs/daemon.md lacks {row:?}");
+        assert!(document.contains(&row), "docs/daemon.md lacks {row:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! What somebody on the same Zenoh network can do who reads everything and answers everything: nothing to
+//! What an untrusted session on the same Zenoh network can do that reads everything and answers everything: nothing to
 //! claimed joints, and nothing to a client that knows its daemon.
 
 use std::sync::{Arc, Mutex};
@@ -32,12 +32,12 @@ struct Heard {
 }
 
 /// A session that subscribes to everything and is asked everything.
-struct Stranger {
+struct Untrusted {
     session: zenoh::Session,
     heard: Arc<Mutex<Vec<Heard>>>,
 }
 
-impl Stranger {
+impl Untrusted {
     async fn of(daemon: &Daemon) -> Self {
         let session = network::session("client", &daemon.running.locators()[0]).await;
         let heard = Arc::new(Mutex::new(Vec::new()));
@@ -93,7 +93,7 @@ async fn target(client: &Client) -> f64 {
 async fn what_is_heard_of_a_claim_drives_nothing() {
     let daemon = arm(Via::Zenoh).await;
     load_arm(&daemon.client, "other").await;
-    let stranger = Stranger::of(&daemon).await;
+    let untrusted = Untrusted::of(&daemon).await;
     let holder = &daemon.client;
     let joints = vec![every_joint("arm")];
     let secret = holder.claim_joints(joints.clone(), "holder", Duration::from_secs(3600)).await.unwrap();
@@ -123,7 +123,7 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
 
     // Nobody heard the secret.
     let random = secret.split_once('.').unwrap().1;
-    let heard = stranger.heard.lock().unwrap().clone();
+    let heard = untrusted.heard.lock().unwrap().clone();
     for heard in &heard {
         assert!(!String::from_utf8_lossy(&heard.payload).contains(random), "{heard:?}");
         assert!(!heard.attachment.contains(random), "{heard:?}");
@@ -147,13 +147,13 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
         let heard: &Heard = heard;
         assert!(heard.attachment.contains(PROOF_HEADER), "{heard:?}");
         // Again; with other targets; with the next counter; without the proof; by another way; to release.
-        stranger.send(heard).await;
+        untrusted.send(heard).await;
         let other =
             SetJointTargetsRequest { robots: position("arm", -1.0), claim: id.into(), ..Default::default() };
         let proof = Proof::parse(keys::parse_attachment(&heard.attachment, PROOF_HEADER).unwrap()).unwrap();
         let (counter, later) = (proof.counter.to_string(), (proof.counter + 1_000_000_000).to_string());
         let later = heard.attachment.replace(&counter, &later);
-        stranger
+        untrusted
             .send(&Heard {
                 key: ways[0].clone(),
                 is_query: true,
@@ -161,23 +161,23 @@ async fn what_is_heard_of_a_claim_drives_nothing() {
                 ..heard.clone()
             })
             .await;
-        stranger.send(&Heard { attachment: later.clone(), ..heard.clone() }).await;
-        stranger.send(&Heard { attachment: String::new(), ..heard.clone() }).await;
-        stranger
+        untrusted.send(&Heard { attachment: later.clone(), ..heard.clone() }).await;
+        untrusted.send(&Heard { attachment: String::new(), ..heard.clone() }).await;
+        untrusted
             .send(&Heard { key: key.clone(), is_query: false, attachment: later.clone(), ..heard.clone() })
             .await;
-        stranger.send(&Heard { attachment: heard.attachment.clone(), ..release.clone() }).await;
-        stranger.send(&Heard { attachment: later, ..release.clone() }).await;
+        untrusted.send(&Heard { attachment: heard.attachment.clone(), ..release.clone() }).await;
+        untrusted.send(&Heard { attachment: later, ..release.clone() }).await;
     }
-    stranger.send(&release).await;
+    untrusted.send(&release).await;
 
     // What it published is read in order: once this one holds, all before it were refused.
     let last = SetJointTargetsRequest { robots: position("other", 0.3), ..Default::default() };
-    let put = stranger.session.put(&key, last.encode_to_vec());
+    let put = untrusted.session.put(&key, last.encode_to_vec());
     put.await.unwrap();
     let of_other =
         async || holder.joint_states(vec![every_joint("other")]).await.unwrap().robots[0].target[0];
-    soon("the stranger's own target", async { while of_other().await != 0.3 {} }).await;
+    soon("the untrusted session's own target", async { while of_other().await != 0.3 {} }).await;
     assert_eq!(target(holder).await, 0.1);
     assert_eq!(holder.joint_layout("arm").await.unwrap().joints[0].claimed_by, "holder");
 
@@ -210,7 +210,7 @@ async fn a_secret_is_refused_where_others_can_read_it() {
 
 /// One that answers at once, and says that it has all answers.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_strangers_answers_are_not_read() {
+async fn answers_of_an_untrusted_session_are_not_read() {
     let daemon = arm(Via::Zenoh).await;
     let session = network::session("client", &daemon.running.locators()[0]).await;
     let queryable = session.declare_queryable("simd/**").complete(true).callback(|query| {
@@ -295,8 +295,8 @@ async fn streams_go_on_after_a_daemon_was_started_again() {
     second.drain().await;
 }
 
-/// The settings of a router in the papers, with a daemon that is known by the id of its session instead of a
-/// certificate, and clients that are whoever comes.
+/// The settings of a router in the docs, with a daemon that is known by the id of its session instead of a
+/// certificate, and any clients.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_routers_access_control_holds_clients_to_their_part() {
     let paper = include_str!("../../docs/zenoh.md");
@@ -316,21 +316,21 @@ async fn a_routers_access_control_holds_clients_to_their_part() {
     let client = Client::connect(&router.locator).await.unwrap();
     load_arm(&client, "arm").await;
 
-    // What a stranger may not do: be asked, be a daemon, publish states, read what others send.
-    let stranger = network::session("client", &router.locator).await;
+    // What an untrusted session may not do: be asked, be a daemon, publish states, read what others send.
+    let untrusted = network::session("client", &router.locator).await;
     let (asked, mut questions) = tokio::sync::mpsc::unbounded_channel();
     let heard = asked.clone();
-    let queryable = stranger.declare_queryable("simd/**").callback(move |query| {
+    let queryable = untrusted.declare_queryable("simd/**").callback(move |query| {
         let _ = asked.send(query.key_expr().to_string());
     });
     queryable.background().await.unwrap();
-    let reading = stranger.declare_subscriber("simd/*/joint_targets").callback(move |sample| {
+    let reading = untrusted.declare_subscriber("simd/*/joint_targets").callback(move |sample| {
         let _ = heard.send(sample.key_expr().to_string());
     });
     reading.background().await.unwrap();
-    let zid = stranger.zid().to_string();
-    let _token = stranger.liveliness().declare_token(keys::daemon("simd", &zid)).await.unwrap();
-    stranger.put("simd/simd/joint_states/arm", "forged").await.unwrap();
+    let zid = untrusted.zid().to_string();
+    let _token = untrusted.liveliness().declare_token(keys::daemon("simd", &zid)).await.unwrap();
+    untrusted.put("simd/simd/joint_states/arm", "forged").await.unwrap();
 
     // What a client does goes on, and is heard by the daemon alone.
     let states = network::session("client", &router.locator).await;

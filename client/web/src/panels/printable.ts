@@ -1,0 +1,36 @@
+// Text as people see it. Names come from untrusted files and programs, and may have characters that turn the direction of
+// text or are not shown at all. Every text that the page draws passes here, so that no panel has to think of it.
+import { options, type VNode } from "preact";
+
+/** Unicode's categories Cc (control), Cf (format), Zl and Zp (line and paragraph separators); line breaks stay. */
+const HIDDEN = /(?!\n)[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]/gu;
+
+/** Attributes that are shown or read aloud. */
+const LABELS = ["title", "aria-label", "placeholder", "label", "alt"];
+
+/** With each hidden character as `\u{202e}`. */
+export function printable(text: string): string {
+  return text.replace(HIDDEN, (hidden) => `\\u{${hidden.codePointAt(0)?.toString(16) ?? ""}}`);
+}
+
+/** A child of an element, or its children. What is not text stays the same object. */
+function child(node: unknown): unknown {
+  if (typeof node === "string") return printable(node);
+  return Array.isArray(node) && node.some((each) => typeof each === "string" || Array.isArray(each)) ? node.map(child) : node;
+}
+
+/** From here on each element that Preact makes has printable text and labels. Components get their properties as they are. */
+export function escapeHiddenCharacters(): void {
+  const before = options.vnode;
+  options.vnode = (vnode: VNode) => {
+    if (typeof vnode.type === "string") {
+      const properties = vnode.props as Record<string, unknown>;
+      if (properties.children !== undefined) properties.children = child(properties.children);
+      for (const label of LABELS) {
+        const value = properties[label];
+        if (typeof value === "string") properties[label] = printable(value);
+      }
+    }
+    before?.(vnode);
+  };
+}
