@@ -20,7 +20,7 @@ use tracing_subscriber::EnvFilter;
 
 pub use self::zenoh::Zenoh;
 use crate::driver;
-use crate::handle::{Limits, Pace, RunState};
+use crate::handle::{DaemonLimits, Pace, RunState};
 
 /// Everything that a daemon is started with.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ pub struct Config {
     /// Pace, and whether the world plays once the robots are loaded.
     pub driver: driver::Config,
     /// What requests must stay within.
-    pub limits: Limits,
+    pub limits: DaemonLimits,
 }
 
 /// A robot to load at the start.
@@ -100,7 +100,7 @@ impl Default for Config {
             robots: Vec::new(),
             physics: PhysicsSettings::default(),
             driver: driver::Config::default(),
-            limits: Limits::default(),
+            limits: DaemonLimits::default(),
         }
     }
 }

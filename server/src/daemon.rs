@@ -170,7 +170,7 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         scale: robot.scale,
         strict: robot.strict,
         mesh_shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
     };
     let loaded = handle.spawn_at_start(path.clone(), request).await;
     let loaded = loaded.map_err(|source| Error::Robot { path, source })?;

@@ -23,7 +23,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use simd_core::Snapshot;
+use simd_core::PublishedState;
 
 pub(crate) use board::Board;
 pub(crate) use event::{Event, ReplyTo};
@@ -89,10 +89,10 @@ pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> 
 fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     let now = Instant::now();
     let (mailbox, inbox) = mailbox(config.mailbox);
-    let mut snapshot = Snapshot::default();
-    world.observe(&mut snapshot);
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
     let settings = world.settings();
-    let publisher = Publisher::new(snapshot, settings, Statistics::at_start(config.state, config.pace));
+    let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
     let events = Arc::new(EventLog::default());
     let link = Link { mailbox, board: publisher.board().clone(), events: events.clone() };
     let driver = Driver {

@@ -39,7 +39,7 @@ pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub(crate) use heavy::Cancelled;
 use heavy::HeavyWork;
-pub use info::{DaemonInfo, Limits};
+pub use info::{DaemonInfo, DaemonLimits};
 pub(crate) use once::{Asked, Outcome};
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 pub use published::{Done, Pace, PaceChange, Published, RunState, Statistics, Stepped};

@@ -33,7 +33,7 @@ use tokio::time::Instant;
 
 pub use progress::{Phase, Progress};
 
-use crate::handle::{CallError, Limits};
+use crate::handle::{CallError, DaemonLimits};
 use decoded::Decoded;
 use disk::Roots;
 use partial::Partials;
@@ -48,7 +48,7 @@ const SEATS: usize = 64;
 /// Keeps uploads and knows where robots came from.
 #[derive(Debug)]
 pub(crate) struct Loader {
-    limits: Limits,
+    limits: DaemonLimits,
     roots: Roots,
     turns: Arc<Semaphore>,
     seats: Arc<Semaphore>,
@@ -81,7 +81,10 @@ struct Known {
 impl Loader {
     /// # Errors
     /// Where an asset root is not a folder that can be read, with that root.
-    pub(crate) fn new(limits: Limits, asset_roots: &[PathBuf]) -> Result<Self, (PathBuf, std::io::Error)> {
+    pub(crate) fn new(
+        limits: DaemonLimits,
+        asset_roots: &[PathBuf],
+    ) -> Result<Self, (PathBuf, std::io::Error)> {
         let shelf = Shelf {
             store: Store::new(limits.upload_store_bytes),
             partials: Partials::default(),

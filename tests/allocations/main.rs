@@ -7,9 +7,9 @@ use allocation_counter::measure;
 use glamx::{DPose3, DVec3};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{JointKind, Limits};
+use simd_model::robot::{JointKind, JointLimits};
 use simd_tests::robots;
 
 /// Steps before counting, at each width of the limits.
@@ -32,7 +32,7 @@ fn spawn(world: &mut Simulation, name: &str, model: &Arc<RobotModel>, fixed: boo
         passive,
         joint_positions: Vec::new(),
         shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     };
     apply(world, Command::Spawn(Box::new(spawn)));
@@ -44,7 +44,7 @@ fn hinder(world: &mut Simulation, robot: &str, model: &RobotModel, reach: f64) {
     let joints = axes.map(|joint| JointProperties {
         joint: joint.name.clone(),
         friction: Some(0.2),
-        limits: Some(Limits { lower: Some(-reach), upper: Some(reach), ..joint.limits }),
+        limits: Some(JointLimits { lower: Some(-reach), upper: Some(reach), ..joint.limits }),
         ..JointProperties::default()
     });
     apply(world, Command::SetJointProperties { robot: robot.into(), joints: joints.collect() });
@@ -85,12 +85,12 @@ fn a_step_allocates_nothing() {
 #[test]
 fn observing_into_a_used_snapshot_allocates_nothing() {
     let mut world = busy_world();
-    let mut snapshot = Snapshot::default();
-    world.observe(&mut snapshot);
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
     let seen = measure(|| {
         for _ in 0..COUNTED {
             world.step();
-            world.observe(&mut snapshot);
+            world.observe(&mut state);
         }
     });
     assert_eq!(seen.count_total, 0, "{seen:?}");

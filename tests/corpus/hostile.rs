@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use simd_model::{Limits, ReadOptions};
+use simd_model::{LoadLimits, ReadOptions};
 
 use crate::mutations::Nothing;
 
@@ -13,7 +13,7 @@ fn answer(urdf: &[u8]) -> (Result<usize, String>, Duration) {
     let outcome = read.map(|(model, _)| model.links.len()).map_err(|refused| refused.message);
     let took = start.elapsed();
     let start = Instant::now();
-    drop(simd_model::describe(urdf, &Limits::default()));
+    drop(simd_model::describe(urdf, &LoadLimits::default()));
     (outcome, took.max(start.elapsed()))
 }
 
@@ -27,7 +27,7 @@ fn times(count: usize, of: impl Fn(usize) -> String) -> String {
 
 /// Whole of the allowed bytes, filled with something.
 fn filled(with: &str) -> String {
-    robot(&with.repeat((Limits::default().urdf_bytes - 100) / with.len()))
+    robot(&with.repeat((LoadLimits::default().urdf_bytes - 100) / with.len()))
 }
 
 /// 1,000 links in a chain, with something in each joint.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use simd_model::robot::{Geometry, RobotModel, Sha256};
-use simd_model::{Asset, Assets, Disposition, Limits, LoadReport, ReadOptions, Severity};
+use simd_model::{Asset, Assets, Disposition, LoadLimits, LoadReport, ReadOptions, Severity};
 
 use crate::meshes;
 
@@ -22,17 +22,17 @@ impl Assets for Made {
 }
 
 /// The robot, or the sentence that refuses it.
-fn read(urdf: &[u8], limits: Limits) -> Result<(RobotModel, LoadReport), String> {
+fn read(urdf: &[u8], limits: LoadLimits) -> Result<(RobotModel, LoadReport), String> {
     let options = ReadOptions { limits, ..ReadOptions::default() };
     simd_model::read(urdf, &Made, &options).map_err(|refused| refused.message)
 }
 
 fn refused(urdf: &str) -> String {
-    read(urdf.as_bytes(), Limits::default()).expect_err("it is past the limit")
+    read(urdf.as_bytes(), LoadLimits::default()).expect_err("it is past the limit")
 }
 
 fn is_read(urdf: &str) {
-    if let Err(message) = read(urdf.as_bytes(), Limits::default()) {
+    if let Err(message) = read(urdf.as_bytes(), LoadLimits::default()) {
         panic!("it is at the limit, and refused: {message}");
     }
 }
@@ -47,7 +47,7 @@ fn times(count: usize, of: impl Fn(usize) -> String) -> String {
 
 #[test]
 fn bytes_of_a_urdf() {
-    let most = Limits::default().urdf_bytes;
+    let most = LoadLimits::default().urdf_bytes;
     let padded = |size: usize| {
         let urdf = robot("");
         let spaces = " ".repeat(size - urdf.len());
@@ -57,12 +57,12 @@ fn bytes_of_a_urdf() {
     assert_eq!(refused(&padded(most + 1)), "the URDF has 16777217 bytes; the most is 16777216");
     // Of UTF-16 too it is the bytes that count.
     let wide: Vec<u8> = padded(most / 2 + 1).encode_utf16().flat_map(u16::to_le_bytes).collect();
-    assert!(read(&wide, Limits::default()).unwrap_err().contains("16777218 bytes"));
+    assert!(read(&wide, LoadLimits::default()).unwrap_err().contains("16777218 bytes"));
 }
 
 #[test]
 fn nodes_of_a_urdf() {
-    let most = Limits::default().xml_nodes as usize;
+    let most = LoadLimits::default().xml_nodes as usize;
     // The document itself, the root and the link are nodes too.
     is_read(&robot(&"<x/>".repeat(most - 3)));
     assert_eq!(refused(&robot(&"<x/>".repeat(most - 2))), "the URDF has more than 250000 XML nodes");
@@ -70,7 +70,7 @@ fn nodes_of_a_urdf() {
 
 #[test]
 fn depth_of_a_urdf() {
-    let most = Limits::default().xml_depth;
+    let most = LoadLimits::default().xml_depth;
     let nested = |depth: usize| robot(&("<x>".repeat(depth - 1) + &"</x>".repeat(depth - 1)));
     is_read(&nested(most));
     assert_eq!(refused(&nested(most + 1)), "line 1: elements are nested deeper than 100 levels");
@@ -78,7 +78,7 @@ fn depth_of_a_urdf() {
 
 #[test]
 fn attributes_of_an_element() {
-    let most = Limits::default().xml_attributes;
+    let most = LoadLimits::default().xml_attributes;
     let with = |count: usize| robot(&format!("\n<x{}/>", times(count, |i| format!(" a{i}=''"))));
     is_read(&with(most));
     assert_eq!(refused(&with(most + 1)), "line 2: an element has some 129 attributes; the most is 128");
@@ -86,7 +86,7 @@ fn attributes_of_an_element() {
 
 #[test]
 fn namespaces_of_a_urdf() {
-    let most = Limits::default().xml_namespaces;
+    let most = LoadLimits::default().xml_namespaces;
     let with = |count: usize| robot(&times(count, |i| format!("<x xmlns='n{i}'/>")));
     is_read(&with(most));
     assert_eq!(refused(&with(most + 1)), "257 namespaces are declared; the most is 256");
@@ -94,7 +94,7 @@ fn namespaces_of_a_urdf() {
 
 #[test]
 fn bytes_of_a_name() {
-    let most = Limits::default().name_bytes;
+    let most = LoadLimits::default().name_bytes;
     let with = |size: usize| format!("<robot name='r'>\n<link name='{}'/></robot>", "n".repeat(size));
     is_read(&with(most));
     let message = refused(&with(most + 1));
@@ -103,7 +103,7 @@ fn bytes_of_a_name() {
 
 #[test]
 fn links_and_joints_of_a_robot() {
-    let most = Limits::default().links;
+    let most = LoadLimits::default().links;
     let link = |i: usize| format!("<link name='l{i}'/>");
     let joint = |i: usize| {
         format!(
@@ -122,7 +122,7 @@ fn links_and_joints_of_a_robot() {
 
 #[test]
 fn shapes_of_a_robot() {
-    let most = Limits::default().shapes;
+    let most = LoadLimits::default().shapes;
     let shape = "<collision><geometry><sphere radius='1'/></geometry></collision>";
     let with =
         |count: usize| format!("<robot name='r'><link name='a'>{}</link></robot>", shape.repeat(count));
@@ -142,7 +142,7 @@ fn with_meshes(names: &[&str]) -> String {
 }
 
 /// How many of a robot's meshes were read, and the warnings.
-fn meshes_read(names: &[&str], limits: Limits) -> (usize, Vec<String>) {
+fn meshes_read(names: &[&str], limits: LoadLimits) -> (usize, Vec<String>) {
     let (model, report) = read(with_meshes(names).as_bytes(), limits).unwrap();
     let is_there = |geometry: &Geometry| matches!(geometry, Geometry::Mesh { asset: Some(_), .. });
     let read = model.links[0].collisions.iter().filter(|collision| is_there(&collision.geometry)).count();
@@ -153,9 +153,9 @@ fn meshes_read(names: &[&str], limits: Limits) -> (usize, Vec<String>) {
 #[test]
 fn bytes_of_a_mesh() {
     let bytes = meshes::strewn(5).len();
-    let at = Limits { mesh_bytes: bytes, ..Limits::default() };
+    let at = LoadLimits { mesh_bytes: bytes, ..LoadLimits::default() };
     assert_eq!(meshes_read(&["5"], at), (1, vec![]));
-    let past = Limits { mesh_bytes: bytes - 1, ..Limits::default() };
+    let past = LoadLimits { mesh_bytes: bytes - 1, ..LoadLimits::default() };
     let message = "mesh \"5.stl\" is not read: it has 334 bytes; the most is 333; it touches nothing";
     assert_eq!(meshes_read(&["5"], past), (0, vec![message.to_owned()]));
 }
@@ -163,18 +163,18 @@ fn bytes_of_a_mesh() {
 /// The default is looked at by the readers of the formats, before there is room for more.
 #[test]
 fn triangles_of_a_mesh() {
-    let at = Limits { mesh_triangles: 5, ..Limits::default() };
+    let at = LoadLimits { mesh_triangles: 5, ..LoadLimits::default() };
     assert_eq!(meshes_read(&["5"], at), (1, vec![]));
-    let past = Limits { mesh_triangles: 4, ..Limits::default() };
+    let past = LoadLimits { mesh_triangles: 4, ..LoadLimits::default() };
     let message = "mesh \"5.stl\" is not read: it has 5 triangles; the most is 4; it touches nothing";
     assert_eq!(meshes_read(&["5"], past), (0, vec![message.to_owned()]));
 }
 
 #[test]
 fn triangles_of_a_robot() {
-    let at = Limits { robot_triangles: 8, ..Limits::default() };
+    let at = LoadLimits { robot_triangles: 8, ..LoadLimits::default() };
     assert_eq!(meshes_read(&["5-a", "3-b"], at), (2, vec![]));
-    let past = Limits { robot_triangles: 7, ..Limits::default() };
+    let past = LoadLimits { robot_triangles: 7, ..LoadLimits::default() };
     let message =
         "mesh \"3-b.stl\" is not read: with it the robot has more than 7 triangles; it touches nothing";
     assert_eq!(meshes_read(&["5-a", "3-b"], past), (1, vec![message.to_owned()]));
@@ -184,7 +184,7 @@ fn triangles_of_a_robot() {
 
 #[test]
 fn findings_of_a_report() {
-    let most = Limits::default().findings;
+    let most = LoadLimits::default().findings;
     let ignored = |report: &LoadReport| {
         let one = |it: &&simd_model::Finding| it.disposition == Disposition::Ignored && it.line.is_some();
         let rest = report.findings.iter().find(|finding| finding.message.contains("left out"));
@@ -193,7 +193,7 @@ fn findings_of_a_report() {
     let with = |count: usize| {
         let content = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>".to_owned();
         let urdf = format!("<robot name='r'><link name='a'>{content}{}</link></robot>", "<x/>".repeat(count));
-        read(urdf.as_bytes(), Limits::default()).unwrap().1
+        read(urdf.as_bytes(), LoadLimits::default()).unwrap().1
     };
     assert_eq!(ignored(&with(most)), (1000, None));
     assert_eq!(ignored(&with(most + 1)), (1000, Some("1 more findings like these are left out".to_owned())));
@@ -201,16 +201,16 @@ fn findings_of_a_report() {
 
 #[test]
 fn seconds_of_reading() {
-    let never = Limits { time: Duration::ZERO, ..Limits::default() };
+    let never = LoadLimits { time: Duration::ZERO, ..LoadLimits::default() };
     let message = read(robot("").as_bytes(), never).unwrap_err();
     assert_eq!(message, "reading it takes longer than 0 s, which is the most");
-    let ever = Limits { time: Duration::MAX, ..Limits::default() };
+    let ever = LoadLimits { time: Duration::MAX, ..LoadLimits::default() };
     assert!(read(robot("").as_bytes(), ever).is_ok());
 }
 
 #[test]
 fn smaller_limits_are_kept_too() {
-    let few = Limits { links: 1, xml_nodes: 10, xml_depth: 2, name_bytes: 1, ..Limits::default() };
+    let few = LoadLimits { links: 1, xml_nodes: 10, xml_depth: 2, name_bytes: 1, ..LoadLimits::default() };
     assert!(read(b"<robot name='r'><link name='a'/></robot>", few).is_ok());
     for (urdf, why) in [
         ("<robot name='r'><link name='a'/><link name='b'/></robot>", "2 links; the most is 1"),

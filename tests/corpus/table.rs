@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use simd_model::Limits;
+use simd_model::LoadLimits;
 
 use crate::case::Case;
 
@@ -87,7 +87,7 @@ fn each_case_is_reported_as_its_row_says() {
 fn the_table_of_limits_gives_the_defaults() {
     let of_table: Vec<(String, u64)> =
         rows("limit").iter().map(|row| (name(&row[0]), row[1].parse().unwrap())).collect();
-    let Limits {
+    let LoadLimits {
         urdf_bytes,
         xml_nodes,
         xml_depth,
@@ -101,7 +101,7 @@ fn the_table_of_limits_gives_the_defaults() {
         robot_triangles,
         findings,
         time,
-    } = Limits::default();
+    } = LoadLimits::default();
     let of_code = [
         ("urdf_bytes", urdf_bytes as u64),
         ("xml_nodes", u64::from(xml_nodes)),

@@ -2,7 +2,7 @@
 
 use glamx::{DMat3, DPose3, DVec3};
 use simd_model::RobotModel;
-use simd_model::robot::{Inertial, Joint, JointKind, Limits, Link};
+use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
 /// A rod of 1 kg and `length` along x from its joint: moment m l^2 / 12 about its middle.
 pub(crate) fn rod(length: f64) -> Inertial {
@@ -30,7 +30,7 @@ pub(crate) fn chain(count: usize) -> RobotModel {
         child: i,
         parent_from_joint: DPose3::from_translation(DVec3::new(if i == 1 { 0.0 } else { 1.0 }, 0.0, 0.0)),
         axis: DVec3::Y,
-        limits: Limits::default(),
+        limits: JointLimits::default(),
         damping: 0.0,
         friction: 0.0,
         mimic: None,

@@ -7,7 +7,7 @@ use glamx::{DPose3, DQuat, DVec3};
 use simd_core::simulation::command::*;
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, Joint, JointKind, Limits};
+use simd_model::robot::{Geometry, Joint, JointKind, JointLimits};
 use simd_tests::scenes::*;
 
 /// Balls, boxes, cylinders, capsules and a driven arm fall into a box.
@@ -55,7 +55,7 @@ fn arm() -> Arc<RobotModel> {
         child: 1,
         parent_from_joint: DPose3::IDENTITY,
         axis: DVec3::Z,
-        limits: Limits { effort: Some(5.0), ..Limits::default() },
+        limits: JointLimits { effort: Some(5.0), ..JointLimits::default() },
         damping: 0.0,
         friction: 0.1,
         mimic: None,
@@ -68,7 +68,7 @@ fn arm() -> Arc<RobotModel> {
 fn robots_that_are_gone_leave_no_trace() {
     let poses = |world: &Simulation| {
         let seen = look(world);
-        let bits = |root: &simd_core::simulation::snapshot::RootState| {
+        let bits = |root: &simd_core::simulation::published_state::RootState| {
             root.pose.translation.to_array().map(f64::to_bits)
         };
         let named = seen
@@ -114,8 +114,8 @@ fn contacts_make_no_energy_from_nothing() {
         let energy = |world: &Simulation| -> f64 {
             let seen = look(world);
             let of = |(root, entity): (
-                &simd_core::simulation::snapshot::RootState,
-                &Arc<simd_core::simulation::snapshot::EntityLayout>,
+                &simd_core::simulation::published_state::RootState,
+                &Arc<simd_core::simulation::published_state::EntityLayout>,
             )| {
                 if entity.fixed_base {
                     return 0.0;
@@ -203,7 +203,7 @@ fn what_sleeps_wakes_when_something_changes() {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        lasts: Lasts::UntilCleared,
+        duration: WrenchDuration::UntilCleared,
     };
     apply(&mut world, Command::ApplyWrench(push));
     moved(&mut world, "a wrench");
@@ -242,11 +242,11 @@ fn links_of_one_robot_touch_where_asked_and_neighbours_never() {
     model.links.push(second);
     model.joints.push(Joint { name: "other".into(), child: 2, ..joint });
     let model = Arc::new(model);
-    for itself in [false, true] {
+    for self_collision in [false, true] {
         let mut world = world(1e-3);
         let asked = Spawn {
             joint_positions: vec![("turn".into(), 0.0), ("other".into(), 2.0)],
-            touches: Touches { itself, ..Touches::default() },
+            contact_settings: ContactSettings { self_collision, ..ContactSettings::default() },
             ..robot("robot", &model, DPose3::IDENTITY, true)
         };
         spawn(&mut world, asked);
@@ -259,8 +259,8 @@ fn links_of_one_robot_touch_where_asked_and_neighbours_never() {
         (0..2_000).for_each(|_| world.step());
         let seen = look(&world).positions;
         let passed = seen[0] > seen[1] + 0.2;
-        assert_eq!(passed, !itself, "{seen:?}");
-        if itself {
+        assert_eq!(passed, !self_collision, "{seen:?}");
+        if self_collision {
             assert!(seen[1] > 2.1, "the second rod is pushed along: {seen:?}");
         }
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::collision::Shapes;
-use simd_core::simulation::command::{JointReset, Lasts, LinkWrench, RobotReset, Spawn};
+use simd_core::simulation::command::{JointReset, LinkWrench, RobotReset, Spawn, WrenchDuration};
 use simd_core::{Command, Simulation};
 use simd_model::robot::{Collision, Geometry, JointKind};
 use simd_tests::scenes::*;
@@ -20,7 +20,7 @@ pub(crate) fn keep_awake(world: &mut Simulation, robot: &str) {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        lasts: Lasts::UntilCleared,
+        duration: WrenchDuration::UntilCleared,
     };
     apply(world, Command::ApplyWrench(push));
 }
@@ -36,9 +36,9 @@ fn on_a_slope(angle: f64, body: Spawn, height: f64, friction: f64, h: f64) -> (S
     let tilt = DQuat::from_rotation_y(angle);
     let mut world = world(h);
     let slope = robot("slope", &plane(DVec3::Z), DPose3::from_rotation(tilt), true);
-    spawn(&mut world, Spawn { touches: surface(friction, 0.0), ..slope });
+    spawn(&mut world, Spawn { contact_settings: surface(friction, 0.0), ..slope });
     let pose = DPose3::from_parts(tilt * DVec3::Z * height, tilt);
-    spawn(&mut world, Spawn { pose, touches: surface(friction, 0.0), ..body });
+    spawn(&mut world, Spawn { pose, contact_settings: surface(friction, 0.0), ..body });
     keep_awake(&mut world, "body");
     (world, tilt * DVec3::X)
 }
@@ -99,7 +99,7 @@ fn a_ball_bounces_to_the_heights_that_its_restitution_gives() {
         spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
         let at = DPose3::from_translation(DVec3::Z * (height + radius));
         let body = robot("body", &ball(radius, 1.0), at, false);
-        spawn(&mut world, Spawn { touches: surface(1.0, e), ..body });
+        spawn(&mut world, Spawn { contact_settings: surface(1.0, e), ..body });
         let (mut tops, mut rising, mut before) = (Vec::new(), false, 0.0);
         while tops.len() < 4 {
             world.step();
@@ -161,12 +161,12 @@ fn a_hit_moves_both_and_keeps_their_momentum() {
             ..Default::default()
         };
         apply(&mut world, Command::SetPhysics(physics));
-        let touches = || surface(friction, restitution);
+        let contact_settings = || surface(friction, restitution);
         let at = |x: f64, y: f64| DPose3::from_translation(DVec3::new(x, y, 0.0));
         let small = robot("small", &cuboid(DVec3::splat(0.1), 1.0), at(-0.3, 0.0), false);
         let large = robot("large", &ball(0.1, 3.0), at(0.0, 0.05), false);
-        spawn(&mut world, Spawn { touches: touches(), ..small });
-        spawn(&mut world, Spawn { touches: touches(), ..large });
+        spawn(&mut world, Spawn { contact_settings: contact_settings(), ..small });
+        spawn(&mut world, Spawn { contact_settings: contact_settings(), ..large });
         throw(&mut world, "small", DVec3::X * 2.0, DVec3::ZERO);
         run(&mut world, 1.0);
         let seen = look(&world);
@@ -174,7 +174,7 @@ fn a_hit_moves_both_and_keeps_their_momentum() {
         let linear = a.linear * 1.0 + b.linear * 3.0;
         assert!(linear.distance(DVec3::X * 2.0) < 1e-5, "{linear}");
         assert!(b.linear.x > 0.3, "{}", b.linear);
-        let spin = |root: &simd_core::simulation::snapshot::RootState, mass: f64, moment: f64| {
+        let spin = |root: &simd_core::simulation::published_state::RootState, mass: f64, moment: f64| {
             root.pose.translation.cross(root.linear) * mass + root.angular * moment
         };
         let angular = spin(a, 1.0, 0.01 / 6.0) + spin(b, 3.0, 0.4 * 3.0 * 0.01);
@@ -256,7 +256,7 @@ fn friction_brakes_what_can_move_along_one_direction_alone() {
     let arm = Spawn {
         pose: DPose3::from_translation(DVec3::Z * 0.05),
         shapes: Arc::new(Shapes::new(&model)),
-        touches: surface(0.5, 0.0),
+        contact_settings: surface(0.5, 0.0),
         ..crate::world::passive(&model, false, &[])
     };
     spawn(&mut world, arm);

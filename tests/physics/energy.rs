@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use simd_core::dynamics::mass_matrix::mass_matrix;
-use simd_core::{Command, Snapshot};
+use simd_core::{Command, PublishedState};
 use simd_model::RobotModel;
 
 use crate::chains::chain;
 use crate::world::{apply, look, passive, world};
 
 /// Kinetic energy qd' M qd / 2 and potential energy m g z, joules; fixed base only.
-fn energy(model: &RobotModel, seen: &Snapshot) -> f64 {
+fn energy(model: &RobotModel, seen: &PublishedState) -> f64 {
     let tree = &seen.world.entities[0].tree;
     let n = tree.velocity_count;
     let matrix = mass_matrix(tree, &seen.positions);

@@ -111,7 +111,7 @@ fn an_interrupted_step_never_began() {
                     torque: DVec3::ZERO,
                     in_link_axes: false,
                     point: DVec3::X,
-                    lasts: Lasts::NextStep,
+                    duration: WrenchDuration::NextStep,
                 };
                 apply(world, Command::ApplyWrench(wrench));
                 world.take_events();

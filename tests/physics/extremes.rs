@@ -9,7 +9,7 @@ use simd_model::robot::Inertial;
 use crate::chains::{chain, rod};
 use crate::world::{apply, passive, run, world};
 
-fn held(model: simd_model::RobotModel) -> simd_core::Snapshot {
+fn held(model: simd_model::RobotModel) -> simd_core::PublishedState {
     let mut world = world(1e-3);
     let spawn = Spawn { passive: false, ..passive(&Arc::new(model), false, &[]) };
     apply(&mut world, Command::Spawn(Box::new(spawn)));

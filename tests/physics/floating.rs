@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use glamx::DVec3;
 use simd_core::simulation::command::*;
-use simd_core::{Command, Snapshot};
+use simd_core::{Command, PublishedState};
 use simd_model::robot::JointKind;
 
 use crate::chains::chain;
 use crate::world::{apply, look, passive, run, world};
 
 /// Where the centre of mass of link 2 is in the world.
-fn centre(seen: &Snapshot) -> DVec3 {
+fn centre(seen: &PublishedState) -> DVec3 {
     let link = &seen.world.entities[0].model.links[2];
     seen.link_poses(0).unwrap()[2].transform_point(link.inertial.center_of_mass)
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
-use simd_core::dynamics::inverse_kinematics::{Effort, Found, Goal, Movable, inverse_kinematics};
+use simd_core::dynamics::inverse_kinematics::{Found, Goal, Movable, SolverOptions, inverse_kinematics};
 use simd_core::dynamics::{Configuration, Tree};
 use simd_model::RobotModel;
 use simd_tests::robots;
@@ -14,7 +14,7 @@ fn movables(model: &RobotModel, tree: &Tree) -> Vec<Movable> {
     let movable = |(place, body): (usize, &simd_core::dynamics::tree::Body)| {
         let joint = &model.joints[body.joint?];
         let limits = &joint.limits;
-        (joint.mimic.is_none() && body.freedom.positions() == 1).then(|| Movable {
+        (joint.mimic.is_none() && body.joint_type.positions() == 1).then(|| Movable {
             body: place,
             lower: limits.lower.unwrap_or(f64::NEG_INFINITY),
             upper: limits.upper.unwrap_or(f64::INFINITY),
@@ -23,7 +23,7 @@ fn movables(model: &RobotModel, tree: &Tree) -> Vec<Movable> {
     tree.bodies.iter().enumerate().filter_map(movable).collect()
 }
 
-const ALL: Effort = Effort { iterations: 100, tolerance: 1e-4 };
+const ALL: SolverOptions = SolverOptions { iterations: 100, tolerance: 1e-4 };
 
 fn pose_of(tree: &Tree, root: DPose3, positions: &[f64], link: usize) -> DPose3 {
     tree.link_poses(root, positions)[link]
@@ -31,7 +31,7 @@ fn pose_of(tree: &Tree, root: DPose3, positions: &[f64], link: usize) -> DPose3 
 
 /// Goals that the robot can reach since it was there, from where its joints are at zero or
 /// nearest to it. What is found is checked by forward kinematics.
-fn reach(urdf: &str, with_orientation: bool, effort: Effort) -> (usize, u32) {
+fn reach(urdf: &str, with_orientation: bool, options: SolverOptions) -> (usize, u32) {
     let (model, _) = robots::read(urdf);
     let tree = Tree::new(&model, true);
     let movables = movables(&model, &tree);
@@ -46,12 +46,12 @@ fn reach(urdf: &str, with_orientation: bool, effort: Effort) -> (usize, u32) {
             let (lower, upper) = (movable.lower.max(-3.0), movable.upper.min(3.0));
             q[tree.bodies[movable.body].position] = lower + (upper - lower) * rng.f64();
         }
-        tree.follow(&mut q);
+        tree.apply_mimics(&mut q);
         let there = pose_of(&tree, root, &q, link);
         let position = there.transform_point(point);
         let goal = Goal { link, point, position, orientation: with_orientation.then_some(there.rotation) };
         let guess = Configuration::at(root, vec![0.0; tree.position_count]);
-        let found = inverse_kinematics(&tree, &guess, &goal, &movables, effort, || false);
+        let found = inverse_kinematics(&tree, &guess, &goal, &movables, options, || false);
         let pose = pose_of(&tree, root, &found.positions, link);
         let position_error = (pose.transform_point(point) - position).length();
         assert!((position_error - found.position_error).abs() < 1e-9, "{found:?}");
@@ -66,8 +66,8 @@ fn reach(urdf: &str, with_orientation: bool, effort: Effort) -> (usize, u32) {
             assert!(position >= movable.lower && position <= movable.upper, "{found:?}");
         }
         let size = position_error.hypot(found.orientation_error);
-        assert_eq!(found.converged, size <= effort.tolerance * (1.0 + 1e-6), "{found:?}");
-        assert!(found.iterations <= effort.iterations);
+        assert_eq!(found.converged, size <= options.tolerance * (1.0 + 1e-6), "{found:?}");
+        assert!(found.iterations <= options.iterations);
         reached += usize::from(found.converged);
         iterations += found.iterations;
     }
@@ -79,8 +79,8 @@ fn reach(urdf: &str, with_orientation: bool, effort: Effort) -> (usize, u32) {
 /// limits, from a guess that lies outside of them.
 #[test]
 fn inverse_kinematics_finds_what_can_be_reached() {
-    let most = Effort { iterations: 1000, ..ALL };
-    let sharp = Effort { iterations: 1000, tolerance: 1e-9 };
+    let most = SolverOptions { iterations: 1000, ..ALL };
+    let sharp = SolverOptions { iterations: 1000, tolerance: 1e-9 };
     let cases = [
         ("seven_arm/urdf/seven_arm.urdf", true, ALL, 85),
         ("seven_arm/urdf/seven_arm.urdf", false, ALL, 90),
@@ -89,7 +89,7 @@ fn inverse_kinematics_finds_what_can_be_reached() {
         ("pybullet_data/franka_panda/panda.urdf", true, most, 98),
         ("pybullet_data/kuka_iiwa/model.urdf", true, sharp, 100),
     ];
-    let reached = cases.map(|(urdf, turned, effort, least)| (reach(urdf, turned, effort).0, least));
+    let reached = cases.map(|(urdf, turned, options, least)| (reach(urdf, turned, options).0, least));
     assert!(reached.iter().all(|(reached, least)| reached >= least), "{reached:?}");
 }
 
@@ -99,14 +99,14 @@ fn seven_arm() -> (Arc<RobotModel>, Tree) {
     (model, tree)
 }
 
-fn go(tree: &Tree, movables: &[Movable], position: DVec3, effort: Effort) -> Found {
+fn go(tree: &Tree, movables: &[Movable], position: DVec3, options: SolverOptions) -> Found {
     let goal = Goal { link: tree.links.len() - 1, point: DVec3::ZERO, position, orientation: None };
     inverse_kinematics(
         tree,
         &Configuration::at(DPose3::IDENTITY, vec![0.0; 7]),
         &goal,
         movables,
-        effort,
+        options,
         || false,
     )
 }
@@ -116,7 +116,7 @@ fn a_goal_out_of_reach_gets_about_the_nearest_there_is() {
     let (model, tree) = seven_arm();
     let movables = movables(&model, &tree);
     let far = DVec3::new(5.0, 4.0, 3.0);
-    let found = go(&tree, &movables, far, Effort { iterations: 1000, ..ALL });
+    let found = go(&tree, &movables, far, SolverOptions { iterations: 1000, ..ALL });
     assert!(!found.converged);
     assert_eq!(found.iterations, 1000);
     // Stretched out towards it: no other place of the arm's joints is nearer by much. The
@@ -151,7 +151,7 @@ fn joints_that_follow_others_are_moved_by_them() {
     let movables = movables(&model, &tree);
     assert_eq!(movables.len(), 2);
     let mut q = vec![0.4, -0.7, 0.0];
-    tree.follow(&mut q);
+    tree.apply_mimics(&mut q);
     let link = 3;
     let there = pose_of(&tree, DPose3::IDENTITY, &q, link);
     let goal = Goal { link, point: DVec3::X, position: there.transform_point(DVec3::X), orientation: None };

@@ -34,7 +34,7 @@ fn moving(rng: &mut Rng) -> Articulation {
     let mut body = Articulation::new(Arc::clone(&tree), pose, axes, &[]);
     for at in &tree.bodies {
         let q = &mut body.positions_mut()[at.position..];
-        match at.freedom.positions() {
+        match at.joint_type.positions() {
             7 if at.joint.is_none() => {}
             7 => {
                 q[..3].copy_from_slice(&vector(rng).to_array());
@@ -43,7 +43,7 @@ fn moving(rng: &mut Rng) -> Articulation {
             _ => q[0] = 2.0 * rng.f64() - 1.0,
         }
     }
-    body.rates_mut().iter_mut().for_each(|rate| *rate = 2.0 * rng.f64() - 1.0);
+    body.velocities_mut().iter_mut().for_each(|rate| *rate = 2.0 * rng.f64() - 1.0);
     body
 }
 
@@ -54,7 +54,7 @@ fn seen(body: &Articulation) -> Configuration {
         linear,
         angular,
         positions: body.positions()[body.tree().root_positions()..].to_vec(),
-        velocities: body.rates()[body.tree().root_velocities()..].to_vec(),
+        velocities: body.velocities()[body.tree().root_velocities()..].to_vec(),
     }
 }
 
@@ -68,7 +68,7 @@ fn in_world_axes(body: &Articulation, values: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Central differences of link poses along the rates: their error is of second order, about
+/// Central differences of link poses along the velocities: their error is of second order, about
 /// 1e-10 of a metre a second for a step of 1e-5, and rounding is of the same size.
 #[test]
 fn twists_and_jacobians_are_what_link_poses_change_by() {
@@ -80,14 +80,14 @@ fn twists_and_jacobians_are_what_link_poses_change_by() {
         let h = 1e-5;
         let beside = |sign: f64| {
             let mut body = body.clone();
-            let rates = body.rates().to_vec();
-            advance(&tree, body.positions_mut(), &rates, sign * h);
+            let velocities = body.velocities().to_vec();
+            advance(&tree, body.positions_mut(), &velocities, sign * h);
             let there = seen(&body);
             tree.link_poses(there.root, &there.positions)
         };
         let (before, after) = (beside(-1.0), beside(1.0));
         let twists = tree.link_twists(&here);
-        let rates = in_world_axes(&body, body.rates());
+        let velocities = in_world_axes(&body, body.velocities());
         for (link, (linear, angular)) in twists.into_iter().enumerate() {
             let (a, b) = (before[link], after[link]);
             let turned = (b.rotation * a.rotation.inverse()).to_scaled_axis() / (2.0 * h);
@@ -95,11 +95,11 @@ fn twists_and_jacobians_are_what_link_poses_change_by() {
             let error = (moved - linear).length() + (turned - angular).length();
             worst = worst.max(error / (1.0 + linear.length() + angular.length()));
 
-            // The Jacobian times the rates is the same, at the origin and at any point.
+            // The Jacobian times the velocities is the same, at the origin and at any point.
             let point = vector(rng);
             let columns = jacobian(&tree, &here, link, point);
             let sum = |part: fn(&simd_core::dynamics::spatial::Spatial) -> DVec3| {
-                columns.iter().zip(&rates).map(|(column, rate)| part(column) * *rate).sum::<DVec3>()
+                columns.iter().zip(&velocities).map(|(column, rate)| part(column) * *rate).sum::<DVec3>()
             };
             let pose = tree.link_poses(here.root, &here.positions)[link];
             let at_point = linear + angular.cross(pose.rotation * point);
@@ -122,10 +122,10 @@ fn inverse_dynamics_undoes_the_step() {
         let mut body = moving(rng);
         let tree = Arc::clone(body.tree());
         let single = |rate: usize| {
-            tree.bodies.iter().any(|body| body.velocity == rate && body.freedom.velocities() == 1)
+            tree.bodies.iter().any(|body| body.velocity == rate && body.joint_type.velocities() == 1)
         };
         // A free body without mass has no acceleration of its own.
-        let free = |place: &usize| tree.bodies[*place].freedom.positions() == 7;
+        let free = |place: &usize| tree.bodies[*place].joint_type.positions() == 7;
         if (0..tree.bodies.len()).filter(free).any(|place| tree.bodies[place].inertia.mass == 0.0) {
             continue;
         }
@@ -137,10 +137,11 @@ fn inverse_dynamics_undoes_the_step() {
             body.axes_mut()[rate].actuator =
                 Actuator { mode: Mode::Effort, target: effort, ..Actuator::default() };
         }
-        let (here, before, start) = (seen(&body), body.rates().to_vec(), body.clone());
+        let (here, before, start) = (seen(&body), body.velocities().to_vec(), body.clone());
         let h = 0.125;
         body.step(gravity, h);
-        let accelerations: Vec<f64> = body.rates().iter().zip(&before).map(|(a, b)| (a - b) / h).collect();
+        let accelerations: Vec<f64> =
+            body.velocities().iter().zip(&before).map(|(a, b)| (a - b) / h).collect();
         let accelerations = in_world_axes(&start, &accelerations);
         let armature = |rate| if single(rate) { ARMATURE } else { 0.0 };
         let resistance: Vec<Resistance> = (0..tree.velocity_count)
@@ -268,7 +269,7 @@ fn jacobians_mass_matrices_and_inverse_dynamics_equal_pinocchios() {
                 compare(matrix[row * n + column], case.mass_matrix[order[row] * n + order[column]]);
             }
         }
-        println!("{}: {n} rates, largest difference {worst:.1e}", case.name);
+        println!("{}: {n} velocities, largest difference {worst:.1e}", case.name);
         assert!(worst < 1e-9, "{}: {worst:e}", case.name);
     }
 }

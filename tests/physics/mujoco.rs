@@ -7,7 +7,7 @@ use glamx::DVec3;
 use serde::Deserialize;
 use simd_core::Command;
 use simd_core::simulation::command::*;
-use simd_model::robot::{JointKind, Limits};
+use simd_model::robot::{JointKind, JointLimits};
 use simd_tests::robots;
 
 use crate::world::{apply, passive, run, world};
@@ -27,7 +27,8 @@ struct Case {
     time_step: f64,
     seconds: f64,
     start: Vec<f64>,
-    rates: Vec<f64>,
+    #[serde(rename = "rates")]
+    start_velocities: Vec<f64>,
     positions: Vec<f64>,
     velocities: Vec<f64>,
     /// Linear in world axes, angular in the root's own.
@@ -77,12 +78,12 @@ fn largest_error(case: &Case) -> f64 {
         damping: Some(case.damping),
         friction: Some(0.0),
         armature: Some(case.armature),
-        limits: Some(Limits::default()),
+        limits: Some(JointLimits::default()),
         default_gains: None,
     });
     let joints = properties.collect();
     apply(&mut world, Command::SetJointProperties { robot: "robot".into(), joints });
-    let joints = names.iter().zip(case.start.iter().zip(&case.rates));
+    let joints = names.iter().zip(case.start.iter().zip(&case.start_velocities));
     let joints = joints.map(|((joint, axis), (&position, &velocity))| JointReset {
         joint: joint.clone(),
         axis: *axis,

@@ -69,13 +69,13 @@ fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
         }
         let mut q = vec![0.0; tree.position_count];
         for body in &tree.bodies {
-            match body.freedom.positions() {
+            match body.joint_type.positions() {
                 7 => q[body.position + 6] = 1.0,
                 _ => q[body.position] = rng.f64() - 0.5,
             }
         }
         // A free body without mass has no inverse.
-        let massless = |i: usize| tree.bodies[i].freedom.positions() == 7 && !carries(&tree, i);
+        let massless = |i: usize| tree.bodies[i].joint_type.positions() == 7 && !carries(&tree, i);
         if (0..tree.bodies.len()).any(massless) {
             continue;
         }
@@ -89,10 +89,11 @@ fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
             let free = tree
                 .bodies
                 .iter()
-                .any(|b| b.velocity <= i && i < b.velocity + 6 && b.freedom.velocities() == 6);
+                .any(|b| b.velocity <= i && i < b.velocity + 6 && b.joint_type.velocities() == 6);
             matrix[i * n + i] += if free { 0.0 } else { resistance };
         }
-        for (place, moving) in tree.bodies.iter().enumerate().filter(|(_, b)| b.freedom.velocities() == 1) {
+        for (place, moving) in tree.bodies.iter().enumerate().filter(|(_, b)| b.joint_type.velocities() == 1)
+        {
             let response = body.response(place);
             for row in 0..n {
                 let product: f64 = (0..n).map(|k| matrix[row * n + k] * response[k]).sum();
@@ -111,7 +112,7 @@ fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
 fn carries(tree: &Tree, body: usize) -> bool {
     (body..tree.bodies.len()).any(|i| {
         let mut at = i;
-        while at != body && tree.bodies[at].freedom.positions() != 7 {
+        while at != body && tree.bodies[at].joint_type.positions() != 7 {
             match tree.bodies[at].parent {
                 Some(parent) => at = parent,
                 None => return false,

@@ -5,7 +5,7 @@ use glamx::{DMat3, DPose3, DQuat, DVec3};
 use simd_core::Command;
 use simd_core::simulation::command::*;
 use simd_model::RobotModel;
-use simd_model::robot::{Inertial, Joint, JointKind, Limits, Link, Mimic};
+use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link, Mimic};
 
 /// A number of either sign, its size evenly spread over decades.
 fn wild(rng: &mut Rng, least: f64, most: f64) -> f64 {
@@ -54,7 +54,7 @@ pub(crate) fn robot(rng: &mut Rng) -> RobotModel {
             child,
             parent_from_joint: DPose3::from_parts(vector(rng, 0.5), rotation(rng)),
             axis: vector(rng, 1.0).try_normalize().unwrap_or(DVec3::Z),
-            limits: Limits {
+            limits: JointLimits {
                 lower: limited.then_some(lower),
                 upper: limited.then_some(upper),
                 effort: optional(rng, 1e-2, 1e3),
@@ -103,7 +103,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
         passive: rng.bool(),
         joint_positions: Vec::new(),
         shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     }
 }
@@ -149,7 +149,8 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
             torque: vector(rng, 1.0),
             in_link_axes: rng.bool(),
             point: vector(rng, 0.1),
-            lasts: [Lasts::NextStep, Lasts::For(0.02), Lasts::UntilCleared][rng.usize(..3)],
+            duration: [WrenchDuration::NextStep, WrenchDuration::For(0.02), WrenchDuration::UntilCleared]
+                [rng.usize(..3)],
         }),
         2 => Command::SetJointProperties {
             robot,

@@ -6,9 +6,9 @@ use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::dynamics::reactions::{Motion, joint_reactions};
 use simd_core::dynamics::spatial::Spatial;
-use simd_core::dynamics::tree::Freedom;
+use simd_core::dynamics::tree::JointType;
 use simd_core::dynamics::{Articulation, Axis, Tree};
-use simd_core::simulation::command::{Lasts, LinkWrench, Spawn};
+use simd_core::simulation::command::{LinkWrench, Spawn, WrenchDuration};
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
@@ -19,16 +19,16 @@ use crate::world::{apply, look, passive, run, world};
 
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
-/// Positions and rates by rate of a robot with one position to each rate.
+/// Positions and velocities by rate of a robot with one position to each rate.
 fn reactions(
     model: &RobotModel,
     positions: &[f64],
-    rates: &[f64],
+    velocities: &[f64],
     pushes: &[(usize, Spatial)],
 ) -> Vec<Spatial> {
     let tree = Tree::new(model, true);
-    let still = vec![0.0; rates.len()];
-    let motion = Motion { positions, rates, accelerations: &still };
+    let still = vec![0.0; velocities.len()];
+    let motion = Motion { positions, velocities, accelerations: &still };
     joint_reactions(model, &tree, motion, GRAVITY, pushes)
 }
 
@@ -39,8 +39,8 @@ fn joints_at_rest_carry_the_weight_of_what_hangs_on_them() {
     let mut model = chain(2);
     for second in [JointKind::Continuous, JointKind::Fixed] {
         model.joints[1].kind = second;
-        let rates = if second == JointKind::Fixed { 1 } else { 2 };
-        let carried = reactions(&model, &vec![0.0; rates], &vec![0.0; rates], &[]);
+        let velocities = if second == JointKind::Fixed { 1 } else { 2 };
+        let carried = reactions(&model, &vec![0.0; velocities], &vec![0.0; velocities], &[]);
         for (carried, (mass, lever)) in carried.iter().zip([(2.0, 1.0), (1.0, 0.5)]) {
             let weight = mass * 9.81;
             assert!((carried.linear - DVec3::Z * weight).length() < 1e-12, "{carried:?}");
@@ -60,7 +60,7 @@ fn a_turning_rod_pulls_at_its_joint() {
 
 /// What pushes a link from outside, the joint need not do.
 #[test]
-fn a_push_from_outside_relieves_the_joint() {
+fn an_applied_wrench_relieves_the_joint() {
     let model = chain(1);
     // The weight of the rod at its middle, half a metre from the link's origin.
     let push = Spatial::new(DVec3::new(0.5, 0.0, 0.0).cross(DVec3::Z * 9.81), DVec3::Z * 9.81);
@@ -94,18 +94,20 @@ fn passive_joints_carry_nothing_along_their_axes() {
         let root = DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), turned);
         let mut body = Articulation::new(Arc::clone(&tree), root, vec![Axis::default(); n], &[]);
         for part in &tree.bodies {
-            match part.freedom {
-                Freedom::Free { .. } if part.joint.is_some() => body.positions_mut()[part.position + 6] = 1.0,
-                Freedom::Free { .. } => {}
+            match part.joint_type {
+                JointType::Free { .. } if part.joint.is_some() => {
+                    body.positions_mut()[part.position + 6] = 1.0
+                }
+                JointType::Free { .. } => {}
                 _ => body.positions_mut()[part.position] = rng.f64() - 0.5,
             }
         }
-        body.rates_mut().iter_mut().for_each(|rate| *rate = rng.f64() - 0.5);
-        let (positions, rates) = (body.positions().to_vec(), body.rates().to_vec());
+        body.velocities_mut().iter_mut().for_each(|rate| *rate = rng.f64() - 0.5);
+        let (positions, velocities) = (body.positions().to_vec(), body.velocities().to_vec());
         body.step(GRAVITY, h);
         let accelerations: Vec<f64> =
-            body.rates().iter().zip(&rates).map(|(after, before)| (after - before) / h).collect();
-        let motion = Motion { positions: &positions, rates: &rates, accelerations: &accelerations };
+            body.velocities().iter().zip(&velocities).map(|(after, before)| (after - before) / h).collect();
+        let motion = Motion { positions: &positions, velocities: &velocities, accelerations: &accelerations };
         let gravity = if tree.fixed_base { turned.inverse() * GRAVITY } else { GRAVITY };
         let carried = joint_reactions(&model, &tree, motion, gravity, &[]);
         for (joint, carried) in model.joints.iter().zip(&carried) {
@@ -170,7 +172,7 @@ fn joints_of_a_falling_robot_carry_nothing_until_it_is_pushed() {
             torque: DVec3::ZERO,
             in_link_axes: true,
             point: DVec3::ZERO,
-            lasts: Lasts::NextStep,
+            duration: WrenchDuration::NextStep,
         }),
     );
     world.step();

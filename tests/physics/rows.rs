@@ -5,7 +5,7 @@ use std::sync::Arc;
 use simd_core::simulation::command::*;
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{JointKind, Limits, Mimic};
+use simd_model::robot::{JointKind, JointLimits, Mimic};
 
 use crate::chains::chain;
 use crate::world::{apply, look, passive, run, world};
@@ -49,7 +49,7 @@ fn a_limit_wins_against_an_actuator_that_pulls_beyond_it() {
     let mut model = chain(2);
     model.joints[1].kind = JointKind::Revolute;
     model.joints[1].limits =
-        Limits { lower: Some(-0.3), upper: Some(0.4), effort: Some(30.0), velocity: None };
+        JointLimits { lower: Some(-0.3), upper: Some(0.4), effort: Some(30.0), velocity: None };
     let mut world = driven(model);
     // An effort target is not clamped by position limits.
     let joints = vec![JointTarget { joint: "joint-2".into(), axis: 0, target: Target::Effort(30.0) }];
@@ -97,7 +97,7 @@ fn a_chain_with_too_little_friction_moves() {
 /// follower would be jerked in the first step, and the leader lose speed to it: sliders of
 /// equal mass half of it.
 #[test]
-fn a_follower_is_put_at_the_rate_that_goes_with_its_leaders() {
+fn a_mimic_joint_gets_the_velocity_of_its_leader_times_the_multiplier() {
     let mut model = chain(2);
     model.joints[1].mimic = Some(Mimic { joint: 0, multiplier: -2.0, offset: 0.1 });
     let mut world = world(1e-3);

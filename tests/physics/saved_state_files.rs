@@ -14,7 +14,7 @@ use simd_core::simulation::command::*;
 use simd_core::simulation::world_state::{RobotState, WorldState};
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Limits, Material, Sha256};
+use simd_model::robot::{JointLimits, Material, Sha256};
 use simd_server::convert::from_proto::saved_state_file as from_proto;
 use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
 use simd_server::loading::saved_state_file::{open, seal};
@@ -52,23 +52,26 @@ fn scene(rng: &mut Rng) -> Simulation {
     let mut world = world(1e-3);
     spawn(
         &mut world,
-        Spawn { touches: surface(0.7, 0.1), ..robot("ground", &plane(DVec3::Z), at(DVec3::ZERO), true) },
+        Spawn {
+            contact_settings: surface(0.7, 0.1),
+            ..robot("ground", &plane(DVec3::Z), at(DVec3::ZERO), true)
+        },
     );
     for i in 0..3 {
         let model = Arc::new(random_robots::robot(rng));
         let pose = at(DVec3::new(2.0 * f64::from(i), 3.0, 1.0 + rng.f64()));
-        let touches = Touches { itself: rng.bool(), links: Vec::new() };
+        let contact_settings = ContactSettings { self_collision: rng.bool(), links: Vec::new() };
         let passive = rng.u8(0..4) == 0;
         spawn(
             &mut world,
-            Spawn { passive, touches, ..robot(&format!("robot-{i}"), &model, pose, rng.bool()) },
+            Spawn { passive, contact_settings, ..robot(&format!("robot-{i}"), &model, pose, rng.bool()) },
         );
     }
     let (arm, _) = robots::read("Two Link.v2/urdf/Two Link.v2.urdf");
     for (name, x) in [("arm", 0.0), ("other-arm", 0.05)] {
-        let touches = Touches { itself: true, links: Vec::new() };
+        let contact_settings = ContactSettings { self_collision: true, links: Vec::new() };
         let passive = name == "other-arm";
-        spawn(&mut world, Spawn { passive, touches, ..robot(name, &arm, at(DVec3::X * x), true) });
+        spawn(&mut world, Spawn { passive, contact_settings, ..robot(name, &arm, at(DVec3::X * x), true) });
     }
     for i in 0..8 {
         let size = 0.05 + 0.05 * rng.f64();
@@ -133,7 +136,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                 damping: Some(0.1 + number.abs()),
                 friction: Some(number.abs()),
                 armature: Some(0.01),
-                limits: rng.bool().then_some(Limits {
+                limits: rng.bool().then_some(JointLimits {
                     lower: Some(-1.0),
                     upper: None,
                     effort: Some(3.0),
@@ -154,7 +157,11 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             torque: DVec3::ZERO,
             in_link_axes: rng.bool(),
             point: DVec3::splat(0.01),
-            lasts: [Lasts::NextStep, Lasts::For(0.05 * rng.f64()), Lasts::UntilCleared][rng.usize(0..3)],
+            duration: [
+                WrenchDuration::NextStep,
+                WrenchDuration::For(0.05 * rng.f64()),
+                WrenchDuration::UntilCleared,
+            ][rng.usize(0..3)],
         }),
         5 => Command::SetPhysics(PhysicsChange {
             gravity: Some(DVec3::new(-0.0, 0.3 * number, -9.81)),
@@ -177,7 +184,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
 /// is equal to the one that it came from, also after commands, which both get, and after a reset.
 #[test]
 fn an_imported_world_runs_on_to_the_bit() {
-    let (mut slept, mut touched, mut pushed, mut merged, mut saturated) = (0, 0, 0, 0, 0);
+    let (mut slept, mut touched, mut pushed, mut ignored, mut saturated) = (0, 0, 0, 0, 0);
     for seed in 0..4 {
         let rng = &mut Rng::with_seed(seed);
         let mut world = scene(rng);
@@ -190,11 +197,11 @@ fn an_imported_world_runs_on_to_the_bit() {
             let saved = through_a_file(&world, "here");
             let state = saved.world_state();
             slept += state.robots.iter().filter(|robot| robot.asleep.is_some()).count();
-            pushed += state.robots.iter().map(|robot| robot.pushes.len()).sum::<usize>();
+            pushed += state.robots.iter().map(|robot| robot.applied_wrenches.len()).sum::<usize>();
             let drives = state.robots.iter().flat_map(|robot| &robot.body.drives);
             saturated += drives.filter(|drive| drive.saturated.is_some()).count();
             touched += state.contacts.len();
-            merged += state.merged.len();
+            ignored += state.ignored_overlaps.len();
 
             let mut other = simd_tests::scenes::world(2e-3);
             spawn(&mut other, robot("another", &ball(0.1, 1.0), DPose3::IDENTITY, false));
@@ -214,8 +221,8 @@ fn an_imported_world_runs_on_to_the_bit() {
             }
         }
     }
-    println!("{slept} slept, {touched} touched, {pushed} pushed, {merged} merged, {saturated} saturated");
-    assert!(slept > 5 && touched > 100 && pushed > 5 && merged > 0 && saturated > 5);
+    println!("{slept} slept, {touched} touched, {pushed} pushed, {ignored} ignored, {saturated} saturated");
+    assert!(slept > 5 && touched > 100 && pushed > 5 && ignored > 0 && saturated > 5);
 }
 
 /// Whatever of a state is changed, however little, the hash is another one: it covers what it is
@@ -224,7 +231,7 @@ fn an_imported_world_runs_on_to_the_bit() {
 fn the_hash_sees_every_part_of_a_state() {
     let rng = &mut Rng::with_seed(1);
     let mut world = scene(rng);
-    let push = |link: &str, lasts| {
+    let push = |link: &str, duration| {
         Command::ApplyWrench(LinkWrench {
             robot: "body-0".into(),
             link: link.into(),
@@ -232,10 +239,10 @@ fn the_hash_sees_every_part_of_a_state() {
             torque: DVec3::ZERO,
             in_link_axes: false,
             point: DVec3::ZERO,
-            lasts,
+            duration,
         })
     };
-    apply(&mut world, push("body", Lasts::UntilCleared));
+    apply(&mut world, push("body", WrenchDuration::UntilCleared));
     (0..1_500).for_each(|_| world.step());
     let joints = vec![JointTarget {
         joint: "shoulder joint".into(),
@@ -271,7 +278,7 @@ fn the_hash_sees_every_part_of_a_state() {
         arm(state).body.drives.iter_mut().find(|drive| drive.saturated.is_some()).unwrap()
     }
     fn pushed(state: &mut WorldState) -> &mut RobotState {
-        state.robots.iter_mut().find(|robot| !robot.pushes.is_empty()).unwrap()
+        state.robots.iter_mut().find(|robot| !robot.applied_wrenches.is_empty()).unwrap()
     }
     let changes: &[Change] = &[
         ("step", |it| it.step += 1),
@@ -281,7 +288,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("gravity", |it| it.settings.gravity.x = -0.0),
         ("substeps", |it| it.settings.substeps += 1),
         ("a position", |it| nudge(&mut arm(it).body.positions[0])),
-        ("a rate", |it| nudge(&mut arm(it).body.rates[0])),
+        ("a velocity", |it| nudge(&mut arm(it).body.velocities[0])),
         ("a target", |it| nudge(&mut arm(it).body.axes[0].actuator.target)),
         ("a setpoint", |it| nudge(&mut arm(it).body.axes[0].actuator.setpoint)),
         ("damping", |it| nudge(&mut arm(it).body.axes[0].settings.damping)),
@@ -291,9 +298,9 @@ fn the_hash_sees_every_part_of_a_state() {
         ("an impulse of friction", |it| nudge(&mut arm(it).body.impulses.friction[0])),
         ("an impulse of a limit", |it| nudge(&mut arm(it).body.impulses.upper[0])),
         ("a force from outside", |it| nudge(&mut pushed(it).body.external[0].linear.x)),
-        ("a push", |it| nudge(&mut pushed(it).pushes[0].force.z)),
-        ("how long a push lasts", |it| pushed(it).pushes[0].lasts = Lasts::NextStep),
-        ("whether a push waits", |it| pushed(it).pushes[0].waits = true),
+        ("a wrench", |it| nudge(&mut pushed(it).applied_wrenches[0].force.z)),
+        ("the duration of a wrench", |it| pushed(it).applied_wrenches[0].duration = WrenchDuration::NextStep),
+        ("whether a wrench is suspended", |it| pushed(it).applied_wrenches[0].suspended = true),
         ("a surface", |it| nudge(&mut arm(it).surfaces[0].friction)),
         ("where a sleeper's collider is", |it| {
             nudge(&mut sleeper(it).asleep.as_mut().unwrap()[0].0.translation.x);
@@ -301,12 +308,12 @@ fn the_hash_sees_every_part_of_a_state() {
         ("the margin of a sleeper's collider", |it| nudge(&mut sleeper(it).asleep.as_mut().unwrap()[0].1)),
         ("sleep", |it| sleeper(it).asleep = None),
         ("the time of rest", |it| nudge(&mut arm(it).still_for)),
-        ("that it was put there", |it| arm(it).was_put ^= true),
+        ("that it was teleported", |it| arm(it).teleported ^= true),
         ("that it is out of the simulation", |it| arm(it).disabled = Some("a reason".into())),
         ("a contact's impulse", |it| nudge(&mut it.contacts[0].impulse.z)),
         ("where a contact is", |it| nudge(&mut it.contacts[0].on[1].x)),
         ("a contact", |it| it.contacts.truncate(it.contacts.len() - 1)),
-        ("what is put into each other", |it| it.merged.truncate(it.merged.len() - 1)),
+        ("an ignored overlap", |it| it.ignored_overlaps.truncate(it.ignored_overlaps.len() - 1)),
     ];
     let hash = |state: WorldState| {
         let mut world = simd_tests::scenes::world(1e-3);
@@ -321,7 +328,7 @@ fn the_hash_sees_every_part_of_a_state() {
         // What is out of the simulation touches nothing.
         if state.robots.iter().any(|robot| robot.disabled.is_some()) {
             state.contacts.clear();
-            state.merged.clear();
+            state.ignored_overlaps.clear();
         }
         assert_ne!(hash(state), world.fingerprint(), "{what}");
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glamx::DPose3;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 
 pub(crate) fn world(time_step: f64) -> Simulation {
@@ -25,7 +25,7 @@ pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) ->
         passive: true,
         joint_positions: moving.map(|joint| joint.name.clone()).zip(positions.iter().copied()).collect(),
         shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     }
 }
@@ -36,13 +36,13 @@ pub(crate) fn apply(world: &mut Simulation, command: Command) {
     }
 }
 
-pub(crate) fn look(world: &Simulation) -> Snapshot {
-    let mut snapshot = Snapshot::default();
-    world.observe(&mut snapshot);
-    snapshot
+pub(crate) fn look(world: &Simulation) -> PublishedState {
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
+    state
 }
 
-pub(crate) fn run(world: &mut Simulation, seconds: f64) -> Snapshot {
+pub(crate) fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
     for _ in 0..(seconds / world.settings().time_step).round() as u64 {
         world.step();
     }

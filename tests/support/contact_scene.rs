@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use glamx::{DPose3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use simd_core::simulation::command::{
-    JointProperties, JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target,
+    JointProperties, JointTarget, LinkWrench, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
 };
-use simd_core::{Command, Simulation, Snapshot};
-use simd_model::robot::Limits;
+use simd_core::{Command, PublishedState, Simulation};
+use simd_model::robot::JointLimits;
 
 use crate::{robots, scenes};
 
@@ -183,9 +183,9 @@ impl Thing {
             let at =
                 DPose3::from_translation(DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift);
             let name = if nx * ny * nz == 1 { self.name.clone() } else { format!("{}-{i}", self.name) };
-            let touches = scenes::surface(self.friction, self.restitution);
+            let contact_settings = scenes::surface(self.friction, self.restitution);
             let fixed = self.mass == 0.0;
-            scenes::spawn(world, Spawn { touches, ..scenes::robot(&name, &model, at, fixed) });
+            scenes::spawn(world, Spawn { contact_settings, ..scenes::robot(&name, &model, at, fixed) });
             if !fixed {
                 scenes::throw(world, &name, self.linear.into(), DVec3::ZERO);
                 keep_awake(world, &name);
@@ -200,7 +200,7 @@ impl Robot {
         let [x, y, z, w] = self.turn;
         let at = DPose3::from_parts(self.at.into(), DQuat::from_xyzw(x, y, z, w));
         let spawn = Spawn {
-            touches: scenes::surface(self.friction, self.restitution),
+            contact_settings: scenes::surface(self.friction, self.restitution),
             joint_positions: self.joints.iter().map(|(name, &at)| (name.clone(), at)).collect(),
             passive: self.gains.is_empty(),
             ..scenes::robot(&self.name, &model, at, self.fixed)
@@ -217,7 +217,7 @@ impl Robot {
                 damping: Some(0.0),
                 friction: Some(0.0),
                 armature: Some(0.0),
-                limits: Some(Limits { effort, velocity: None, ..limits }),
+                limits: Some(JointLimits { effort, velocity: None, ..limits }),
                 default_gains: None,
             }
         });
@@ -261,7 +261,7 @@ impl Robot {
         Some((1.0 - part) * from.get(column)? + part * to.get(column)?)
     }
 
-    fn positions(&self, seen: &Snapshot) -> Vec<f64> {
+    fn positions(&self, seen: &PublishedState) -> Vec<f64> {
         let Some((_, entity)) = seen.entity(&self.name) else { return Vec::new() };
         let own = &seen.positions[entity.positions.clone()];
         let place = |name: &String| {
@@ -281,7 +281,7 @@ pub fn keep_awake(world: &mut Simulation, robot: &str) {
         torque: DVec3::ZERO,
         in_link_axes: false,
         point: DVec3::ZERO,
-        lasts: Lasts::UntilCleared,
+        duration: WrenchDuration::UntilCleared,
     };
     scenes::apply(world, Command::ApplyWrench(push));
 }

@@ -6,12 +6,12 @@ use glamx::{DMat3, DPose3, DVec3};
 use simd_core::collision::Shapes;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
-    JointTarget, LinkProperties, RobotTargets, SetTargets, Spawn, Target, Touches,
+    ContactSettings, JointTarget, LinkProperties, RobotTargets, SetTargets, Spawn, Target,
 };
-use simd_core::simulation::snapshot::ContactReport;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::simulation::published_state::ContactReport;
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, Limits, Link, Material};
+use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, JointLimits, Link, Material};
 
 /// An empty world on Earth.
 pub fn world(time_step: f64) -> Simulation {
@@ -93,15 +93,15 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
         fixed_base: Some(fixed),
         passive: true,
         joint_positions: Vec::new(),
-        touches: Touches::default(),
+        contact_settings: ContactSettings::default(),
         loaded_at_start: false,
     }
 }
 
 /// Friction and restitution of all of a robot's links.
-pub fn surface(friction: f64, restitution: f64) -> Touches {
+pub fn surface(friction: f64, restitution: f64) -> ContactSettings {
     let material = Material { friction: Some(friction), restitution: Some(restitution) };
-    Touches { itself: false, links: vec![LinkProperties { link: String::new(), material }] }
+    ContactSettings { self_collision: false, links: vec![LinkProperties { link: String::new(), material }] }
 }
 
 /// Applies a command that must be accepted.
@@ -127,10 +127,10 @@ pub fn throw(world: &mut Simulation, robot: &str, linear: DVec3, angular: DVec3)
 }
 
 /// What the world looks like.
-pub fn look(world: &Simulation) -> Snapshot {
-    let mut snapshot = Snapshot::default();
-    world.observe(&mut snapshot);
-    snapshot
+pub fn look(world: &Simulation) -> PublishedState {
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
+    state
 }
 
 /// A point where two links touch, by their names; its numbers are those of a `ContactReport`.
@@ -215,7 +215,7 @@ fn joint(name: &str, kind: JointKind, (parent, child): (usize, usize), at: DVec3
         child,
         parent_from_joint: DPose3::from_translation(at),
         axis,
-        limits: Limits::default(),
+        limits: JointLimits::default(),
         damping: 0.0,
         friction: 0.0,
         mimic: None,
@@ -239,11 +239,13 @@ pub fn gripper() -> Arc<RobotModel> {
     let slide = |name: &str, child: usize, y: f64| {
         let axis = DVec3::Y * -y.signum();
         let mut joint = joint(name, JointKind::Prismatic, (1, child), DVec3::Y * y, axis);
-        joint.limits = Limits { lower: Some(0.0), upper: Some(0.1), effort: Some(20.0), velocity: Some(0.5) };
+        joint.limits =
+            JointLimits { lower: Some(0.0), upper: Some(0.1), effort: Some(20.0), velocity: Some(0.5) };
         joint
     };
     let mut lift = joint("lift", JointKind::Prismatic, (0, 1), DVec3::ZERO, DVec3::Z);
-    lift.limits = Limits { lower: Some(0.0), upper: Some(1.0), effort: Some(200.0), velocity: Some(0.3) };
+    lift.limits =
+        JointLimits { lower: Some(0.0), upper: Some(1.0), effort: Some(200.0), velocity: Some(0.3) };
     Arc::new(RobotModel {
         name: "gripper".into(),
         links: vec![base, hand, finger("left"), finger("right")],

@@ -7,9 +7,9 @@ use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Limits, Mimic};
+use simd_model::robot::{JointLimits, Mimic};
 
 use crate::robots;
 
@@ -160,7 +160,7 @@ impl Case {
             passive: true,
             joint_positions: Vec::new(),
             shapes: Default::default(),
-            touches: Default::default(),
+            contact_settings: Default::default(),
             loaded_at_start: false,
         }
     }
@@ -177,7 +177,7 @@ impl Case {
             assert_eq!(mimic.is_some(), found.is_some(), "{}: no such leader", self.name);
             model.joints[place].mimic = mimic;
             // What lies beyond the file's limits may be asked for.
-            model.joints[place].limits = Limits::default();
+            model.joints[place].limits = JointLimits::default();
         }
         model
     }
@@ -190,7 +190,7 @@ impl Case {
         let first = self.joints.iter().filter(|start| start.axis == 0);
         let properties = first.map(|start| {
             let stops = self.limits.iter().find(|stops| stops.joint == start.joint);
-            let limits = Limits {
+            let limits = JointLimits {
                 lower: stops.map(|stops| stops.lower),
                 upper: stops.map(|stops| stops.upper),
                 effort: self.effort,
@@ -235,7 +235,7 @@ impl Case {
     }
 
     fn view(&self, world: &Simulation) -> View {
-        let mut seen = Snapshot::default();
+        let mut seen = PublishedState::default();
         world.observe(&mut seen);
         assert!(seen.roots[0].disabled.is_none(), "{} was disabled", self.name);
         let layout = &seen.world.entities[0];

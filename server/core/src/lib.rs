@@ -10,4 +10,6 @@ pub mod collision;
 pub mod dynamics;
 pub mod simulation;
 
-pub use simulation::{Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Simulation, Snapshot};
+pub use simulation::{
+    Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation,
+};

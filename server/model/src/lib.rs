@@ -1,5 +1,5 @@
 //! URDF text and asset bytes to an immutable [`RobotModel`] and its
-//! [`LoadReport`]. Does no IO of any kind: whoever calls brings the bytes.
+//! [`LoadReport`]. Does no IO of any kind: the caller brings the bytes.
 //!
 //! * [`robot`]: what a robot is.
 //! * [`limits`]: how much a description may be.
@@ -16,7 +16,7 @@ pub mod report;
 pub mod robot;
 pub mod urdf;
 
-pub use limits::Limits;
+pub use limits::LoadLimits;
 pub use name::wire_name;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};

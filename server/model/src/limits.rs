@@ -1,12 +1,12 @@
-//! The caps on what a stranger may send; each refusal says the value and the cap.
+//! The limits of untrusted descriptions and meshes; each refusal says the value and the limit.
 
 use std::time::Duration;
 
-/// How much a description may be, so that no file hangs or bloats whoever reads
+/// How much a description may be, so that no file hangs or bloats the process that reads
 /// it. The defaults are far above any real robot. What a mesh may be can be made
 /// less than the defaults, not more: its readers are built for those.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct LoadLimits {
     /// Bytes of a URDF.
     pub urdf_bytes: usize,
     /// XML nodes of a URDF: elements, texts and comments.
@@ -36,7 +36,7 @@ pub struct Limits {
     pub time: Duration,
 }
 
-impl Default for Limits {
+impl Default for LoadLimits {
     fn default() -> Self {
         Self {
             urdf_bytes: 16 << 20,
@@ -56,7 +56,7 @@ impl Default for Limits {
     }
 }
 
-impl Limits {
+impl LoadLimits {
     /// Whether they can be kept.
     ///
     /// # Errors

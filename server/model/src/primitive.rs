@@ -157,6 +157,9 @@ mod tests {
         let uri = "a \"b\" & <c>.stl".to_owned();
         let geometry = Geometry::Mesh { uri: uri.clone(), scale: DVec3::ONE, asset: None };
         let text = Primitive { geometry, mass: Some(1.0), color: None }.urdf();
-        assert_eq!(crate::describe(text.as_bytes(), &crate::Limits::default()).unwrap().asset_uris, [uri]);
+        assert_eq!(
+            crate::describe(text.as_bytes(), &crate::LoadLimits::default()).unwrap().asset_uris,
+            [uri]
+        );
     }
 }

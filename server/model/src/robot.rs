@@ -158,7 +158,7 @@ pub struct Joint {
     /// Unit vector in the joint's frame; meaningless for fixed and floating joints.
     pub axis: DVec3,
     /// Limits of position, effort and velocity.
-    pub limits: Limits,
+    pub limits: JointLimits,
     /// Viscous damping, N m s/rad or N s/m, at least 0.
     pub damping: f64,
     /// Dry friction, N m or N, at least 0.
@@ -191,9 +191,9 @@ impl JointKind {
     }
 }
 
-/// Limits of a joint; absent is no limit.
+/// Limits of a joint; an absent one does not limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Limits {
+pub struct JointLimits {
     /// rad or m; not above `upper`.
     pub lower: Option<f64>,
     /// rad or m.
@@ -253,7 +253,7 @@ impl std::fmt::Debug for Sha256 {
     }
 }
 
-impl Limits {
+impl JointLimits {
     /// Lower and upper, infinite where absent.
     pub fn range(&self) -> (f64, f64) {
         (self.lower.unwrap_or(f64::NEG_INFINITY), self.upper.unwrap_or(f64::INFINITY))

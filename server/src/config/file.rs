@@ -10,7 +10,7 @@ use serde::Deserialize;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::{Config, Robot, Zenoh};
-use crate::handle::Limits;
+use crate::handle::DaemonLimits;
 
 /// All that a file can say; see `simd --help`.
 #[derive(Debug, Default, Deserialize)]
@@ -182,7 +182,7 @@ impl ZenohTable {
 }
 
 impl LimitsTable {
-    fn apply(self, limits: &mut Limits) -> Result<(), String> {
+    fn apply(self, limits: &mut DaemonLimits) -> Result<(), String> {
         let reading = &mut limits.reading;
         let set = |limit: &mut usize, value: Option<usize>| *limit = value.unwrap_or(*limit);
         set(&mut reading.urdf_bytes, self.urdf_bytes);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use simd_core::Error;
 use simd_core::simulation::command::JointSelection;
-use simd_core::simulation::snapshot::{EntityLayout, Flags, Mode, Snapshot, WorldLayout};
+use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, PublishedState, WorldLayout};
 use simd_proto::v1;
 
 use super::to_proto;
@@ -58,15 +58,13 @@ impl Selection {
     /// # Errors
     /// `RobotNotFound` and `JointNotFound`, where the state has them no longer.
     pub fn states(&mut self, published: &Published) -> Result<v1::JointStates, Error> {
-        let snapshot = &published.snapshot;
+        let state = &published.state;
         let robots = self
-            .found_in(&snapshot.world)?
+            .found_in(&state.world)?
             .iter()
             .map(|found| match &found.values {
-                Values::Whole => whole(snapshot, &found.entity),
-                Values::Some { positions, velocities } => {
-                    some(snapshot, &found.entity, positions, velocities)
-                }
+                Values::Whole => whole(state, &found.entity),
+                Values::Some { positions, velocities } => some(state, &found.entity, positions, velocities),
             })
             .collect();
         Ok(v1::JointStates { stamp: Some(to_proto::stamp::published(published)), robots })
@@ -126,22 +124,22 @@ fn within(robot: &Range<usize>, joint: Option<&Range<usize>>) -> Range<usize> {
     joint.map_or(0..0, |joint| robot.start + joint.start..robot.start + joint.end)
 }
 
-fn whole(snapshot: &Snapshot, entity: &EntityLayout) -> v1::RobotJointStates {
+fn whole(state: &PublishedState, entity: &EntityLayout) -> v1::RobotJointStates {
     let (positions, velocities) = (&entity.positions, &entity.velocities);
     v1::RobotJointStates {
         robot: entity.name.clone(),
         layout_version: entity.version,
-        position: slice(&snapshot.positions, positions).to_vec(),
-        velocity: slice(&snapshot.velocities, velocities).to_vec(),
-        effort: slice(&snapshot.efforts, velocities).to_vec(),
-        target: slice(&snapshot.targets, velocities).to_vec(),
-        mode: slice(&snapshot.modes, velocities).iter().copied().map(mode).collect(),
-        flags: slice(&snapshot.flags, velocities).iter().copied().map(flags).collect(),
+        position: slice(&state.positions, positions).to_vec(),
+        velocity: slice(&state.velocities, velocities).to_vec(),
+        effort: slice(&state.efforts, velocities).to_vec(),
+        target: slice(&state.targets, velocities).to_vec(),
+        mode: slice(&state.modes, velocities).iter().copied().map(mode).collect(),
+        flags: slice(&state.flags, velocities).iter().copied().map(flags).collect(),
     }
 }
 
 fn some(
-    snapshot: &Snapshot,
+    state: &PublishedState,
     entity: &EntityLayout,
     positions: &[usize],
     velocities: &[usize],
@@ -149,12 +147,12 @@ fn some(
     v1::RobotJointStates {
         robot: entity.name.clone(),
         layout_version: entity.version,
-        position: gather(&snapshot.positions, positions).collect(),
-        velocity: gather(&snapshot.velocities, velocities).collect(),
-        effort: gather(&snapshot.efforts, velocities).collect(),
-        target: gather(&snapshot.targets, velocities).collect(),
-        mode: gather(&snapshot.modes, velocities).map(mode).collect(),
-        flags: gather(&snapshot.flags, velocities).map(flags).collect(),
+        position: gather(&state.positions, positions).collect(),
+        velocity: gather(&state.velocities, velocities).collect(),
+        effort: gather(&state.efforts, velocities).collect(),
+        target: gather(&state.targets, velocities).collect(),
+        mode: gather(&state.modes, velocities).map(mode).collect(),
+        flags: gather(&state.flags, velocities).map(flags).collect(),
     }
 }
 

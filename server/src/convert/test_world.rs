@@ -6,9 +6,9 @@ use std::time::{Duration, UNIX_EPOCH};
 use glamx::{DMat3, DPose3, DVec3};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::Spawn;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, Inertial, Joint, JointKind, Limits, Link, Visual};
+use simd_model::robot::{Geometry, Inertial, Joint, JointKind, JointLimits, Link, Visual};
 
 use crate::handle::{Pace, Published, RunState, Statistics};
 
@@ -52,7 +52,7 @@ fn joint((index, (name, kind)): (usize, (&str, JointKind))) -> Joint {
         child: index + 1,
         parent_from_joint: DPose3::from_translation(DVec3::new(0.0, 0.0, 0.5)),
         axis: DVec3::Z,
-        limits: Limits { lower: Some(-1.0), upper: Some(1.0), effort: None, velocity: None },
+        limits: JointLimits { lower: Some(-1.0), upper: Some(1.0), effort: None, velocity: None },
         damping: 0.1,
         friction: 0.0,
         mimic: None,
@@ -70,7 +70,7 @@ pub(crate) fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
         passive: false,
         joint_positions: joint_positions.iter().map(|(name, at)| ((*name).to_owned(), *at)).collect(),
         shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     }))
 }
@@ -85,12 +85,12 @@ pub(crate) fn simulation() -> Simulation {
 
 /// What a world looks like.
 pub(crate) fn publish(simulation: &Simulation, sequence: u64) -> Published {
-    let mut snapshot = Snapshot::default();
-    simulation.observe(&mut snapshot);
+    let mut state = PublishedState::default();
+    simulation.observe(&mut state);
     Published {
         sequence,
         wall_time: UNIX_EPOCH + Duration::from_millis(1500),
-        snapshot,
+        state,
         physics: *simulation.settings(),
         statistics: Statistics::at_start(RunState::Paused, Pace::default()),
     }

@@ -13,7 +13,7 @@ async fn a_daemon_starts_on_a_port_of_its_own_plays_and_drains() {
     assert_eq!(running.handle.statistics().state, RunState::Playing);
     let first = running.handle.newest();
     let next = running.handle.newer_than(first.sequence, None).await.unwrap();
-    assert!(next.snapshot.at.step > 0);
+    assert!(next.state.at.step > 0);
     let handle = running.handle.clone();
     running.drain().await;
     assert!(handle.driver_ended().is_cancelled());
@@ -52,7 +52,7 @@ async fn robots_are_there_before_the_first_step() {
     paused.robots = vec![Robot { name: "first".into(), ..Robot::at(path) }];
     let running = start(paused).await.unwrap();
     let newest = running.handle.newest();
-    assert_eq!(newest.snapshot.at.step, 0);
-    assert!(newest.snapshot.entity("first").is_some());
+    assert_eq!(newest.state.at.step, 0);
+    assert!(newest.state.entity("first").is_some());
     running.drain().await;
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 use arc_swap::ArcSwap;
-use simd_core::{PhysicsSettings, Snapshot};
+use simd_core::{PhysicsSettings, PublishedState};
 use tokio::sync::Notify;
 
 use crate::handle::{Published, Statistics};
@@ -78,8 +78,8 @@ impl Publisher {
     }
 
     /// A board with a first state, sequence 1, and its writer.
-    pub(crate) fn new(snapshot: Snapshot, physics: PhysicsSettings, statistics: Statistics) -> Self {
-        let first = Published { sequence: 1, wall_time: SystemTime::now(), snapshot, physics, statistics };
+    pub(crate) fn new(state: PublishedState, physics: PhysicsSettings, statistics: Statistics) -> Self {
+        let first = Published { sequence: 1, wall_time: SystemTime::now(), state, physics, statistics };
         let board = Board {
             newest: ArcSwap::from_pointee(first),
             changed: Notify::new(),
@@ -116,7 +116,7 @@ impl Publisher {
         self.retired.push(old);
         // Any other would keep robots or saved states that are gone in memory.
         let newest = self.board.newest.load();
-        self.retired.retain(|old| shares_all(&old.snapshot, &newest.snapshot));
+        self.retired.retain(|old| shares_all(&old.state, &newest.state));
         self.board.changed.notify_waiters();
         wall_time
     }
@@ -131,7 +131,7 @@ impl Publisher {
 }
 
 /// Whether two states have all that is shared in common.
-fn shares_all(one: &Snapshot, other: &Snapshot) -> bool {
+fn shares_all(one: &PublishedState, other: &PublishedState) -> bool {
     Arc::ptr_eq(&one.world, &other.world)
         && Arc::ptr_eq(&one.settings, &other.settings)
         && Arc::ptr_eq(&one.saved, &other.saved)
@@ -144,7 +144,7 @@ mod tests {
 
     fn publisher() -> Publisher {
         let statistics = Statistics::at_start(RunState::Paused, Pace::default());
-        Publisher::new(Snapshot::default(), PhysicsSettings::default(), statistics)
+        Publisher::new(PublishedState::default(), PhysicsSettings::default(), statistics)
     }
 
     #[test]
@@ -152,9 +152,9 @@ mod tests {
         let mut publisher = publisher();
         let mut seen = std::collections::BTreeSet::new();
         for _ in 0..1000 {
-            publisher.publish(|state| state.snapshot.positions.resize(100, 0.0));
+            publisher.publish(|state| state.state.positions.resize(100, 0.0));
             let newest = publisher.board().newest();
-            seen.insert((Arc::as_ptr(&newest) as usize, newest.snapshot.positions.as_ptr() as usize));
+            seen.insert((Arc::as_ptr(&newest) as usize, newest.state.positions.as_ptr() as usize));
         }
         assert_eq!(seen.len(), 2);
         assert_eq!(publisher.board().newest().sequence, 1001);
@@ -165,12 +165,12 @@ mod tests {
         let mut publisher = publisher();
         let held: Vec<_> = (0..100_u64)
             .map(|n| {
-                publisher.publish(|state| state.snapshot.at.step = n);
+                publisher.publish(|state| state.state.at.step = n);
                 publisher.board().newest()
             })
             .collect();
         for (n, state) in held.iter().enumerate() {
-            assert_eq!((state.snapshot.at.step, state.sequence), (n as u64, n as u64 + 2));
+            assert_eq!((state.state.at.step, state.sequence), (n as u64, n as u64 + 2));
         }
         assert!(publisher.retired.len() <= RETIRED);
     }
@@ -184,9 +184,9 @@ mod tests {
                 publisher.board().newest()
             })
             .collect();
-        let gone = Arc::downgrade(&held[0].snapshot.world);
+        let gone = Arc::downgrade(&held[0].state.world);
         drop(held);
-        publisher.publish(|state| state.snapshot.world = Arc::default());
+        publisher.publish(|state| state.state.world = Arc::default());
         assert!(gone.upgrade().is_none());
     }
 

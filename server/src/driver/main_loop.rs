@@ -274,7 +274,7 @@ impl<W: World> Driver<W> {
         };
         let world = &self.world;
         self.publisher.publish(|state| {
-            world.observe(&mut state.snapshot);
+            world.observe(&mut state.state);
             state.physics = world.settings();
             state.statistics = statistics;
         });

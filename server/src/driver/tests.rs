@@ -60,7 +60,7 @@ impl Bench {
     }
 
     fn step(&self) -> u64 {
-        self.link.board.newest().snapshot.at.step
+        self.link.board.newest().state.at.step
     }
 
     fn happened(&self) -> Vec<Happened> {
@@ -147,13 +147,13 @@ fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
     let Stepped { done, state, clamped } = done(answer);
     assert_eq!(bench.driver.world.applied.lock().unwrap().len(), 1);
     assert_eq!(bench.driver.world.applied.lock().unwrap()[0].0, 0);
-    assert_eq!((done.applied.at.step, state.snapshot.at.step, clamped), (2, 2, Vec::new()));
+    assert_eq!((done.applied.at.step, state.state.at.step, clamped), (2, 2, Vec::new()));
     assert_eq!((done.sequence, state.sequence), (published + 2, published + 2), "a state a step, no more");
     // The state is that of the last of its steps, whatever comes after it.
     let _answers = (bench.steps(5), bench.command(nothing()));
     bench.turns(2 + 5);
     assert_eq!(bench.step(), 7);
-    assert_eq!(state.snapshot.at.step, 2);
+    assert_eq!(state.state.at.step, 2);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::PhysicsChange;
-use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Reply, Simulation, Snapshot};
+use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation};
 
 use super::world::World;
 
@@ -120,8 +120,8 @@ impl World for Toy {
         self.settings
     }
 
-    fn observe(&self, snapshot: &mut Snapshot) {
-        snapshot.at = self.now;
+    fn observe(&self, state: &mut PublishedState) {
+        state.at = self.now;
     }
 
     fn take_events(&mut self) -> Vec<Event> {
@@ -170,8 +170,8 @@ impl World for Stuck {
         *self.world.settings()
     }
 
-    fn observe(&self, snapshot: &mut Snapshot) {
-        self.world.observe(snapshot);
+    fn observe(&self, state: &mut PublishedState) {
+        self.world.observe(state);
     }
 
     fn take_events(&mut self) -> Vec<Event> {

@@ -1,7 +1,7 @@
 //! What the driver needs of a world. There is one world, [`Simulation`]; tests of
 //! the driver bring their own, which stalls and fails when it is told to.
 
-use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Simulation};
 
 /// A world that commands change and steps move.
 pub(crate) trait World: Send + 'static {
@@ -16,7 +16,7 @@ pub(crate) trait World: Send + 'static {
     /// See [`Simulation::settings`].
     fn settings(&self) -> PhysicsSettings;
     /// See [`Simulation::observe`].
-    fn observe(&self, snapshot: &mut Snapshot);
+    fn observe(&self, state: &mut PublishedState);
     /// See [`Simulation::take_events`].
     fn take_events(&mut self) -> Vec<Event>;
 }
@@ -42,8 +42,8 @@ impl World for Simulation {
         *Simulation::settings(self)
     }
 
-    fn observe(&self, snapshot: &mut Snapshot) {
-        Simulation::observe(self, snapshot);
+    fn observe(&self, state: &mut PublishedState) {
+        Simulation::observe(self, state);
     }
 
     fn take_events(&mut self) -> Vec<Event> {

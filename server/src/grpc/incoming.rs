@@ -29,7 +29,7 @@ static ACCEPTED: AtomicU64 = AtomicU64::new(0);
 
 /// What connections are held to.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
+pub(super) struct ConnectionLimits {
     /// Connections at one time; more wait in the kernel's backlog.
     pub(super) connections: usize,
     /// How long after it was accepted a connection may take to say which HTTP it speaks, in wall time.
@@ -45,7 +45,7 @@ pub(super) struct Limits {
 /// Accepts from `source` within limits. Errors of accepting are logged and not passed on.
 pub(super) fn incoming<S, T>(
     source: S,
-    limits: Limits,
+    limits: ConnectionLimits,
 ) -> impl Stream<Item = Result<Connection<T>, Infallible>>
 where
     S: Stream<Item = io::Result<T>> + Unpin,
@@ -105,7 +105,7 @@ enum Speaks {
 }
 
 impl<T> Connection<T> {
-    fn new(io: T, place: OwnedSemaphorePermit, http1: Arc<Semaphore>, limits: Limits) -> Self {
+    fn new(io: T, place: OwnedSemaphorePermit, http1: Arc<Semaphore>, limits: ConnectionLimits) -> Self {
         let deadline = Box::pin(tokio::time::sleep(limits.preface));
         let speaks = Speaks::Opening { sent: 0, deadline, http1, silence: limits.http1_silence };
         Self { io, number: ACCEPTED.fetch_add(1, Ordering::Relaxed), speaks, _place: place }

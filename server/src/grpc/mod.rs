@@ -30,7 +30,7 @@ const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// Connections at one time, which is well below the 1024 files that a process may
 /// usually open; how long one may take to begin; and how many of them may be browsers'.
-const CONNECTIONS: incoming::Limits = incoming::Limits {
+const CONNECTIONS: incoming::ConnectionLimits = incoming::ConnectionLimits {
     connections: 512,
     preface: Duration::from_secs(5),
     http1: 192,

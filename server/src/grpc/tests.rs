@@ -25,7 +25,7 @@ use tonic_types::StatusExt as _;
 use crate::SimHandle;
 use crate::convert::test_world::spawn;
 use crate::driver;
-use crate::handle::{DaemonInfo, Limits, RunState};
+use crate::handle::{DaemonInfo, DaemonLimits, RunState};
 use crate::loading::Loader;
 
 /// A daemon with one robot, `arm`, and a client's connection to it.
@@ -38,7 +38,7 @@ struct Daemon {
 
 impl Daemon {
     async fn start(state: RunState) -> Self {
-        let limits = Limits::default();
+        let limits = DaemonLimits::default();
         let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
         let driver = driver::start(world, driver::Config { state, ..Default::default() }).unwrap();
         let info = DaemonInfo { name: "test".into(), version: "0.0.0", limits };

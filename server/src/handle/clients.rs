@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use simd_core::simulation::command::SetTargets;
-use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::simulation::published_state::EntityLayout;
 use simd_model::robot::JointKind;
 use tokio::time::Instant;
 
@@ -239,7 +239,7 @@ impl SimHandle {
     pub fn note_targets(&self, caller: Option<&Caller>, aim: Aim) {
         let source = (caller.map(|caller| caller.name.clone()).unwrap_or_default(), Instant::now());
         let newest = self.newest();
-        let version = |robot: &str| newest.snapshot.entity(robot).map(|(_, entity)| entity.version);
+        let version = |robot: &str| newest.state.entity(robot).map(|(_, entity)| entity.version);
         let mut targets = self.inner.clients.targets();
         for Aimed { robot, whole, joints } in aim.0 {
             let Some(version) = version(&robot) else { continue };
@@ -253,7 +253,7 @@ impl SimHandle {
             known.joints.extend(joints.into_iter().map(|joint| (joint, source.clone())));
         }
         // Robots that are gone are forgotten here, so that names do not pile up.
-        if targets.len() > newest.snapshot.world.entities.len() {
+        if targets.len() > newest.state.world.entities.len() {
             targets.retain(|robot, known| version(robot) == Some(known.version));
         }
     }
@@ -271,7 +271,7 @@ impl SimHandle {
             let known = targets.get(&entity.name).filter(|known| known.version == entity.version)?;
             Some((entity.clone(), known))
         };
-        let robots = newest.snapshot.world.entities.iter().filter_map(of_robot);
+        let robots = newest.state.world.entities.iter().filter_map(of_robot);
         let sources = robots.flat_map(|(entity, known)| {
             let source = |joint: &str| known.joints.get(joint).or(known.whole.as_ref()).cloned();
             let joints = entity.model.joints.iter().filter(|joint| {

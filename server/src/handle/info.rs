@@ -8,12 +8,12 @@ pub struct DaemonInfo {
     /// Its release.
     pub version: &'static str,
     /// What it allows.
-    pub limits: Limits,
+    pub limits: DaemonLimits,
 }
 
 /// Beyond one of these a request is refused; see `Limits` in the schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct DaemonLimits {
     /// Robots at one time.
     pub robots: u32,
     /// Links of one robot.
@@ -35,12 +35,12 @@ pub struct Limits {
     /// States of the world that are kept.
     pub saved_states: u32,
     /// What a description and its meshes must stay within while they are read.
-    pub reading: simd_model::Limits,
+    pub reading: simd_model::LoadLimits,
     /// Sliders and buttons at one time.
     pub parameters: u32,
 }
 
-impl Default for Limits {
+impl Default for DaemonLimits {
     fn default() -> Self {
         Self {
             robots: 1_000,
@@ -54,7 +54,7 @@ impl Default for Limits {
             message_bytes: 16 << 20,
             steps: 100_000_000,
             saved_states: 32,
-            reading: simd_model::Limits::default(),
+            reading: simd_model::LoadLimits::default(),
             parameters: 1_024,
         }
     }

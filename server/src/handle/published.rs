@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use simd_core::simulation::command::Clamped;
-use simd_core::{Applied, PhysicsSettings, Snapshot};
+use simd_core::{Applied, PhysicsSettings, PublishedState};
 
 use super::CallError;
 
@@ -17,7 +17,7 @@ pub struct Published {
     /// When it was published.
     pub wall_time: SystemTime,
     /// What the world looked like.
-    pub snapshot: Snapshot,
+    pub state: PublishedState,
     /// Gravity, time step and substeps that were in force.
     pub physics: PhysicsSettings,
     /// How well it kept time.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::MeshShapes;
-use simd_core::simulation::command::Touches;
+use simd_core::simulation::command::ContactSettings;
 use simd_model::robot::Sha256;
 use simd_model::{LoadReport, RobotModel};
 
@@ -61,7 +61,7 @@ pub struct SpawnRequest {
     /// What its collision meshes become.
     pub mesh_shapes: MeshShapes,
     /// How it touches others and itself.
-    pub touches: Touches,
+    pub contact_settings: ContactSettings,
 }
 
 /// What the daemon knows of a file that a description names.

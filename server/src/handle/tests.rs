@@ -13,7 +13,7 @@ type Applied = Arc<Mutex<Vec<(u64, Command)>>>;
 fn handle(toy: Toy, state: RunState) -> (SimHandle, Applied) {
     let applied = toy.applied.clone();
     let driver = driver::start(toy, driver::Config { state, ..Default::default() }).unwrap();
-    let limits = Limits::default();
+    let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
     (SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info), applied)
 }

@@ -8,8 +8,8 @@ use axum::extract::{Path, State};
 use axum::http::{Response, StatusCode, header};
 use axum::response::IntoResponse;
 use serde::Serialize;
-use simd_core::Snapshot;
-use simd_core::simulation::snapshot::{EntityLayout, Mode};
+use simd_core::PublishedState;
+use simd_core::simulation::published_state::{EntityLayout, Mode};
 use simd_model::robot::{Geometry, JointKind};
 
 use super::{Page, caching, files, refused};
@@ -57,7 +57,7 @@ pub(super) async fn list(State(page): State<Arc<Page>>) -> Response<Body> {
 
 fn world(handle: &SimHandle) -> World {
     let newest = handle.newest();
-    let snapshot = &newest.snapshot;
+    let state = &newest.state;
     World {
         name: handle.info().name.clone(),
         state: match newest.statistics.state {
@@ -65,13 +65,13 @@ fn world(handle: &SimHandle) -> World {
             RunState::Paused => "paused",
             RunState::Stopped => "stopped",
         },
-        step: snapshot.at.step,
-        sim_time: snapshot.at.sim_time,
-        robots: snapshot.world.entities.iter().map(|entity| robot(snapshot, entity)).collect(),
+        step: state.at.step,
+        sim_time: state.at.sim_time,
+        robots: state.world.entities.iter().map(|entity| robot(state, entity)).collect(),
     }
 }
 
-fn robot(snapshot: &Snapshot, entity: &EntityLayout) -> Robot {
+fn robot(state: &PublishedState, entity: &EntityLayout) -> Robot {
     let joints = entity.model.joints.iter().enumerate();
     let joints = joints.filter(|(_, joint)| joint.kind != JointKind::Fixed).map(|(index, joint)| {
         let own = entity.joint_velocities.get(index).cloned().unwrap_or_default();
@@ -84,11 +84,11 @@ fn robot(snapshot: &Snapshot, entity: &EntityLayout) -> Robot {
         Joint {
             name: joint.name.clone(),
             r#type: kind(joint.kind),
-            position: snapshot.positions.get(positions).unwrap_or_default().to_vec(),
-            velocity: values(&snapshot.velocities),
-            effort: values(&snapshot.efforts),
-            target: values(&snapshot.targets),
-            mode: snapshot.modes.get(rates.clone()).unwrap_or_default().iter().copied().map(mode).collect(),
+            position: state.positions.get(positions).unwrap_or_default().to_vec(),
+            velocity: values(&state.velocities),
+            effort: values(&state.efforts),
+            target: values(&state.targets),
+            mode: state.modes.get(rates.clone()).unwrap_or_default().iter().copied().map(mode).collect(),
         }
     });
     Robot { name: entity.name.clone(), joints: joints.collect() }
@@ -119,7 +119,7 @@ fn mode(mode: Mode) -> &'static str {
 /// `GET /robots/NAME/robot.urdf`: the description, with the addresses of its meshes here.
 pub(super) async fn description(State(page): State<Arc<Page>>, Path(robot): Path<String>) -> Response<Body> {
     let newest = page.handle.newest();
-    let Some((_, entity)) = newest.snapshot.entity(&robot) else {
+    let Some((_, entity)) = newest.state.entity(&robot) else {
         let sentence = format!("there is no robot {robot:?} in this world; /robots has those there are\n");
         return (StatusCode::NOT_FOUND, sentence).into_response();
     };

@@ -16,7 +16,7 @@ use super::*;
 use crate::convert::test_world::spawn;
 use crate::convert::to_proto;
 use crate::driver;
-use crate::handle::{DaemonInfo, Limits, RunState, Transport};
+use crate::handle::{DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// The routes of a daemon with `arm`, as they are where no viewer was built.
@@ -25,7 +25,7 @@ async fn routes() -> Router {
 }
 
 async fn beside_a_world(spawn: Command) -> (Router, SimHandle) {
-    let limits = Limits::default();
+    let limits = DaemonLimits::default();
     let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
     let driver =
         driver::start(world, driver::Config { state: RunState::Paused, ..Default::default() }).unwrap();
@@ -126,7 +126,7 @@ async fn convex_colliders_of_the_scene_are_those_that_the_physics_touches_with()
     for (meshes, count) in [(MeshShapes::Hull, 1), (MeshShapes::Decomposition, 2)] {
         let (mut routes, handle) = beside_a_world(spawn_with_a_mesh(meshes)).await;
         let newest = handle.newest();
-        let (_, robot) = newest.snapshot.entity("arm").unwrap();
+        let (_, robot) = newest.state.entity("arm").unwrap();
         let scene = to_proto::scene::robot_scene(robot);
         assert!(matches!(scene.collisions[0].geometry, Some(v1::shape::Geometry::Mesh(_))));
         assert!(scene.colliders.len() >= count, "{:?}", scene.colliders);

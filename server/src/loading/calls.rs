@@ -179,7 +179,7 @@ impl SimHandle {
         let summary = summary(&model, &report);
         let name = wire_name(if name.is_empty() { &model.name } else { name });
         let spawn = Spawn {
-            touches: request.touches,
+            contact_settings: request.contact_settings,
             name,
             allow_renaming: request.allow_renaming,
             model,
@@ -212,8 +212,8 @@ impl SimHandle {
     ) -> Result<Reloaded, CallError> {
         let (origin, scale, mesh_shapes) = {
             let newest = self.newest();
-            let Some((_, entity)) = newest.snapshot.entity(&robot) else {
-                let entities = newest.snapshot.world.entities.iter();
+            let Some((_, entity)) = newest.state.entity(&robot) else {
+                let entities = newest.state.world.entities.iter();
                 let known = entities.map(|entity| entity.name.clone()).collect();
                 return Err(simd_core::Error::RobotNotFound { robot, known }.into());
             };
@@ -247,7 +247,7 @@ impl SimHandle {
     /// The hash of a robot's description.
     pub fn description_of(&self, robot: &str) -> Option<Sha256> {
         let newest = self.newest();
-        let (_, entity) = newest.snapshot.entity(robot)?;
+        let (_, entity) = newest.state.entity(robot)?;
         self.description_of_model(&entity.model)
     }
 
@@ -286,7 +286,7 @@ impl SimHandle {
         work: impl FnOnce(ConvexMesh) -> T + Send + 'static,
     ) -> Result<Option<T>, CallError> {
         let newest = self.newest();
-        let mut robots = newest.snapshot.world.entities.iter();
+        let mut robots = newest.state.world.entities.iter();
         let Some(collider) = robots.find_map(|robot| robot.shapes.convex_mesh(&sha256)) else {
             return Ok(None);
         };

@@ -27,7 +27,7 @@ impl SimHandle {
     /// Where there is no such state, and where the file would be larger than an upload may be.
     pub async fn export_saved_state(&self, name: String) -> Result<(Sha256, u64), CallError> {
         let state = self.newest();
-        let kept = state.snapshot.saved(&name)?;
+        let kept = state.state.saved(&name)?;
         let (info, saved) = (kept.info(), kept.saved().clone());
         drop(state);
         let loader = self.loader();
@@ -70,7 +70,7 @@ impl SimHandle {
         let name = if name.is_empty() { content.name.clone() } else { name };
         let saved = loader.off_thread(move || {
             let state = from_proto::world_state(content, made).map_err(|error| invalid(error.to_string()))?;
-            Saved::new(state).map_err(|misfit| invalid(format!("the saved state cannot be: {misfit}")))
+            Saved::new(state).map_err(|why| invalid(format!("the saved state cannot be: {why}")))
         });
         let saved = saved.await??;
         tracing::info!(saved_state = name, "imported a file that simd {written_by} wrote");

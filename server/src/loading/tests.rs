@@ -41,7 +41,7 @@ fn stl(size: f32) -> Vec<u8> {
     file
 }
 
-fn daemon(limits: Limits, roots: &[PathBuf]) -> SimHandle {
+fn daemon(limits: DaemonLimits, roots: &[PathBuf]) -> SimHandle {
     let limits_of_world = WorldLimits { robots: 10, saved_states: 10 };
     let world = Simulation::new(PhysicsSettings::default(), limits_of_world);
     let config = driver::Config { state: RunState::Paused, ..Default::default() };
@@ -62,7 +62,7 @@ fn request(source: Source) -> SpawnRequest {
         scale: 1.0,
         strict: false,
         mesh_shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
     }
 }
 
@@ -74,7 +74,7 @@ const URI: &str = "package://arm/meshes/base.STL";
 
 #[tokio::test]
 async fn a_robot_comes_by_prepare_upload_and_spawn() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let (text, mesh) = (Bytes::from(urdf("arm", &["elbow"])), Bytes::from(stl(1.0)));
     let prepared = handle.prepare(text.clone(), BTreeMap::new()).await.unwrap();
     assert_eq!(prepared.name, "arm");
@@ -97,12 +97,12 @@ async fn a_robot_comes_by_prepare_upload_and_spawn() {
     let loaded = handle.spawn(request(source)).await.unwrap();
     assert_eq!((loaded.name.as_str(), loaded.summary.as_str()), ("arm", "arm: 2 links, 1 moving joint"));
     assert_eq!(handle.description_of("arm"), Some(description));
-    assert!(handle.newest().snapshot.entity("arm").is_some(), "it is there once the answer is");
+    assert!(handle.newest().state.entity("arm").is_some(), "it is there once the answer is");
 }
 
 #[tokio::test]
 async fn bytes_that_have_another_hash_are_refused() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let refused = handle.upload(Sha256::of(b"a"), 1, 0, Bytes::from_static(b"b")).await.unwrap_err();
     assert!(matches!(refused, CallError::UploadMismatch { .. }), "{refused}");
     assert_eq!(handle.asset(&Sha256::of(b"a")), None);
@@ -112,7 +112,7 @@ async fn bytes_that_have_another_hash_are_refused() {
 
 #[tokio::test]
 async fn a_description_that_was_never_sent_is_asked_for() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let description = Sha256::of(b"");
     let source = Source::Uploaded { description, assets: BTreeMap::new(), missing: BTreeMap::new() };
     let refused = handle.spawn(request(source)).await.unwrap_err();
@@ -121,7 +121,7 @@ async fn a_description_that_was_never_sent_is_asked_for() {
 
 #[tokio::test]
 async fn names_are_made_fit_for_the_wire() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let loaded = handle.spawn(request(inline(urdf("Bench Arm", &[])))).await.unwrap();
     assert_eq!(loaded.name, "Bench_Arm");
     let named = SpawnRequest { name: "my/arm 2".into(), ..request(inline(urdf("arm", &[]))) };
@@ -130,7 +130,7 @@ async fn names_are_made_fit_for_the_wire() {
 
 #[tokio::test]
 async fn a_missing_mesh_is_a_warning_that_names_the_places() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let missing = BTreeMap::from([(URI.to_owned(), vec!["/home/me/arm/meshes/base.STL".to_owned()])]);
     let source = Source::Inline { urdf: urdf("arm", &[]).into(), assets: BTreeMap::new(), missing };
     let loaded = handle.spawn(request(source)).await.unwrap();
@@ -141,7 +141,7 @@ async fn a_missing_mesh_is_a_warning_that_names_the_places() {
 
 #[tokio::test]
 async fn what_is_no_robot_is_refused_and_validation_says_why() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let garbage = || inline("<robot".into());
     let refused = handle.spawn(request(garbage())).await.unwrap_err();
     assert!(matches!(refused, CallError::InvalidDescription { .. }), "{refused}");
@@ -150,7 +150,7 @@ async fn what_is_no_robot_is_refused_and_validation_says_why() {
     assert!(!validated.report.findings.is_empty());
     let validated = handle.validate(inline(urdf("arm", &["a", "b"])), 1.0).await.unwrap();
     assert_eq!(validated.summary, "arm: 3 links, 2 moving joints; 1 warning");
-    assert!(handle.newest().snapshot.world.entities.is_empty());
+    assert!(handle.newest().state.world.entities.is_empty());
     for scale in [0.0, -1.0, f64::NAN, 1001.0] {
         let refused = handle.validate(garbage(), scale).await.unwrap_err();
         assert!(matches!(refused, CallError::InvalidValue { .. }), "{scale}");
@@ -159,7 +159,7 @@ async fn what_is_no_robot_is_refused_and_validation_says_why() {
 
 #[tokio::test]
 async fn a_description_beyond_the_limit_is_refused_before_it_is_read() {
-    let limits = Limits { description_bytes: 100, ..Limits::default() };
+    let limits = DaemonLimits { description_bytes: 100, ..DaemonLimits::default() };
     let handle = daemon(limits, &[]);
     let text = urdf("arm", &[]);
     let prepared = handle.prepare(text.clone().into(), BTreeMap::new()).await;
@@ -180,7 +180,7 @@ fn write_package(root: &Path, joints: &[&str]) {
 async fn a_robot_from_disk_is_read_again_at_a_reload_and_keeps_its_scale() {
     let dir = tempfile::tempdir().unwrap();
     write_package(dir.path(), &["elbow"]);
-    let handle = daemon(Limits::default(), &[dir.path().to_path_buf()]);
+    let handle = daemon(DaemonLimits::default(), &[dir.path().to_path_buf()]);
     let spawned = SpawnRequest { scale: 2.0, ..request(Source::Path("arm".into())) };
     let loaded = handle.spawn(spawned).await.unwrap();
     assert_eq!(loaded.summary, "arm: 2 links, 1 moving joint");
@@ -195,7 +195,7 @@ async fn a_robot_from_disk_is_read_again_at_a_reload_and_keeps_its_scale() {
     );
     assert_ne!(handle.description_of("arm"), before);
     let newest = handle.newest();
-    let (_, entity) = newest.snapshot.entity("arm").unwrap();
+    let (_, entity) = newest.state.entity("arm").unwrap();
     assert_eq!(handle.loader().with_known(&entity.model, |known| known.scale), Some(2.0));
 
     let nobody = handle.reload("nobody".into(), None, false).await.unwrap_err();
@@ -206,13 +206,13 @@ async fn a_robot_from_disk_is_read_again_at_a_reload_and_keeps_its_scale() {
 async fn the_operator_may_load_from_anywhere_and_reload_from_there() {
     let dir = tempfile::tempdir().unwrap();
     write_package(dir.path(), &["elbow"]);
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let path = dir.path().join("arm");
     let source = Source::Path(path.display().to_string());
     let refused = handle.spawn(request(source.clone())).await.unwrap_err();
     assert!(matches!(refused, CallError::PathNotAllowed { .. }), "{refused}");
     let loaded = handle.spawn_at_start(path, request(source)).await.unwrap();
-    assert!(handle.newest().snapshot.entity(&loaded.name).unwrap().1.loaded_at_start);
+    assert!(handle.newest().state.entity(&loaded.name).unwrap().1.loaded_at_start);
     handle.reload(loaded.name, None, false).await.unwrap();
 }
 
@@ -221,7 +221,7 @@ async fn files_of_robots_stay_and_those_of_deleted_robots_make_room() {
     // Room for two descriptions.
     let text = |n: u8| urdf(&format!("arm{n}"), &["elbow"]);
     let each = text(0).len() as u64 + 1024;
-    let limits = Limits { upload_store_bytes: 2 * each, ..Limits::default() };
+    let limits = DaemonLimits { upload_store_bytes: 2 * each, ..DaemonLimits::default() };
     let handle = daemon(limits, &[]);
     for n in 0..2 {
         handle.spawn(request(inline(text(n)))).await.unwrap();
@@ -244,7 +244,7 @@ fn missing() -> BTreeMap<String, Vec<String>> {
 
 #[tokio::test(start_paused = true)]
 async fn deleting_robots_frees_what_they_held_also_in_a_paused_world() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     let names: Vec<String> = (0..10).map(|n| format!("arm{n}")).collect();
     for name in &names {
         let urdf = urdf(name, &["elbow"]).replace(&format!("package://{name}/meshes/base.STL"), URI);
@@ -268,7 +268,7 @@ async fn deleting_robots_frees_what_they_held_also_in_a_paused_world() {
 
 #[tokio::test(start_paused = true)]
 async fn abandoned_uploads_are_dropped_although_no_other_comes() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     handle.upload(Sha256::of(b"a"), 1 << 20, 0, vec![0; 1000].into()).await.unwrap();
     handle.tidy(Instant::now());
     assert!(handle.loader().held() >= 1000);
@@ -279,7 +279,7 @@ async fn abandoned_uploads_are_dropped_although_no_other_comes() {
 
 #[tokio::test]
 async fn a_fault_while_reading_is_a_fault_of_one_call() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     for _ in 0..SEATS {
         let failed = handle.loader().off_thread::<()>(|| panic!("on purpose")).await.unwrap_err();
         assert!(matches!(&failed, CallError::Internal { message } if message.contains("on purpose")));
@@ -303,13 +303,13 @@ async fn with_mesh(handle: &SimHandle, name: &str, mesh: Vec<u8>) -> Result<(), 
 
 #[tokio::test]
 async fn robots_with_the_same_mesh_share_it_in_memory() {
-    let handle = daemon(Limits::default(), &[]);
+    let handle = daemon(DaemonLimits::default(), &[]);
     for name in ["a", "b"] {
         with_mesh(&handle, name, stl(1.0)).await.unwrap();
     }
     let newest = handle.newest();
     let asset = |name: &str| {
-        let (_, entity) = newest.snapshot.entity(name).unwrap();
+        let (_, entity) = newest.state.entity(name).unwrap();
         match &entity.model.links[0].collisions[0].geometry {
             simd_model::robot::Geometry::Mesh { asset, .. } => asset.clone().unwrap(),
             other => panic!("{other:?}"),
@@ -321,19 +321,19 @@ async fn robots_with_the_same_mesh_share_it_in_memory() {
 #[tokio::test]
 async fn meshes_of_all_robots_together_stay_within_a_limit() {
     // A triangle is three corners of three numbers and three indices.
-    let limits = Limits { decoded_bytes: 2 * (3 * 24 + 12), ..Limits::default() };
+    let limits = DaemonLimits { decoded_bytes: 2 * (3 * 24 + 12), ..DaemonLimits::default() };
     let handle = daemon(limits, &[]);
     with_mesh(&handle, "a", stl(1.0)).await.unwrap();
     with_mesh(&handle, "b", stl(2.0)).await.unwrap();
     with_mesh(&handle, "same", stl(2.0)).await.unwrap();
     let refused = with_mesh(&handle, "c", stl(3.0)).await.unwrap_err();
     assert!(matches!(refused, CallError::LimitExceeded { limit: 168, value: 252, .. }), "{refused}");
-    assert!(handle.newest().snapshot.entity("c").is_none());
+    assert!(handle.newest().state.entity("c").is_none());
 }
 
 #[tokio::test]
 async fn whoever_waits_too_long_for_a_reading_is_refused_and_the_work_ends_all_the_same() {
-    let limits = Limits { reading_seconds: 0, ..Limits::default() };
+    let limits = DaemonLimits { reading_seconds: 0, ..DaemonLimits::default() };
     let handle = daemon(limits, &[]);
     let (go, wait) = std::sync::mpsc::channel::<()>();
     let (end, ended) = tokio::sync::oneshot::channel();

@@ -33,7 +33,7 @@ impl ContactService for Service {
         let state = self.handle.newest();
         let only = robot.map(|robot| find(&state, &robot).map(|(place, _)| place)).transpose()?;
         let is_wanted = |robots: [usize; 2]| only.is_none_or(|only| robots.contains(&only));
-        let contacts = to_proto::contacts(&state.snapshot, is_wanted);
+        let contacts = to_proto::contacts(&state.state, is_wanted);
         Ok(Response::new(v1::GetContactsResponse { stamp: Some(stamp::published(&state)), contacts }))
     }
 
@@ -46,7 +46,7 @@ impl ContactService for Service {
         check_rays(&rays).map_err(CallError::World)?;
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
-        let cast = move |cancelled: &Cancelled| state.snapshot.cast_rays(&rays, || cancelled.is_set());
+        let cast = move |cancelled: &Cancelled| state.state.cast_rays(&rays, || cancelled.is_set());
         let hits = self.handle.heavy(cast).await?.map_err(CallError::World)?;
         Ok(Response::new(v1::CastRaysResponse { stamp, hits: hits.into_iter().map(to_proto::hit).collect() }))
     }

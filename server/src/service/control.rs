@@ -108,7 +108,7 @@ impl Control {
             set_targets(request.robots, request.limit_policy, request.claim)?;
         let claim = self.presented.claim(&self.handle, &claim);
         // Targets hold only where their answer can be given.
-        self.selection.resolve(&self.handle.newest().snapshot.world)?;
+        self.selection.resolve(&self.handle.newest().state.world)?;
 
         let mut clamped = Vec::new();
         let mut after = self.answered.max(request.after_sequence);

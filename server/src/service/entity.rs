@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::simulation::published_state::EntityLayout;
 use simd_core::{Command, Error};
 use simd_proto::v1::{self, entity_service_server::EntityService};
 use tokio::sync::watch;
@@ -37,13 +37,13 @@ impl Service {
 
     fn info(&self, state: &Published, place: usize, entity: &EntityLayout) -> v1::EntityInfo {
         let description = self.handle.description_of_model(&entity.model);
-        to_proto::entity::entity_info(entity, state.snapshot.roots.get(place), description)
+        to_proto::entity::entity_info(entity, state.state.roots.get(place), description)
     }
 
     /// A robot that has just come; `None` where it is gone again by now.
     fn info_of(&self, robot: &str) -> Option<v1::EntityInfo> {
         let state = self.handle.newest();
-        let (place, entity) = state.snapshot.entity(robot)?;
+        let (place, entity) = state.state.entity(robot)?;
         Some(self.info(&state, place, entity))
     }
 
@@ -62,11 +62,11 @@ pub(super) fn find<'a>(
     state: &'a Published,
     robot: &str,
 ) -> Result<(usize, &'a Arc<EntityLayout>), CallError> {
-    state.snapshot.entity(robot).ok_or_else(|| CallError::World(not_found(state, robot)))
+    state.state.entity(robot).ok_or_else(|| CallError::World(not_found(state, robot)))
 }
 
 fn not_found(state: &Published, robot: &str) -> Error {
-    let known = state.snapshot.world.entities.iter().map(|entity| entity.name.clone()).collect();
+    let known = state.state.world.entities.iter().map(|entity| entity.name.clone()).collect();
     Error::RobotNotFound { robot: robot.to_owned(), known }
 }
 
@@ -76,7 +76,7 @@ pub(super) fn find_all<'a>(
     robots: &[String],
 ) -> Result<Vec<(usize, &'a Arc<EntityLayout>)>, CallError> {
     if robots.is_empty() {
-        return Ok(state.snapshot.world.entities.iter().enumerate().collect());
+        return Ok(state.state.world.entities.iter().enumerate().collect());
     }
     robots.iter().map(|robot| find(state, robot)).collect()
 }
@@ -197,7 +197,7 @@ impl EntityService for Service {
         _request: Request<v1::ListEntitiesRequest>,
     ) -> Result<Response<v1::ListEntitiesResponse>, Status> {
         let state = self.handle.newest();
-        let entities = state.snapshot.world.entities.iter().enumerate();
+        let entities = state.state.world.entities.iter().enumerate();
         Ok(Response::new(v1::ListEntitiesResponse {
             entities: entities.map(|(place, entity)| self.info(&state, place, entity)).collect(),
             stamp: Some(stamp::published(&state)),
@@ -222,7 +222,7 @@ impl EntityService for Service {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
         let (place, _entity) = find(&state, &robot)?;
-        let root = state.snapshot.roots.get(place);
+        let root = state.state.roots.get(place);
         Ok(Response::new(v1::GetEntityStateResponse {
             stamp: Some(stamp::published(&state)),
             pose: root.map(|root| to_proto::geometry::pose(root.pose)),
@@ -249,7 +249,7 @@ impl EntityService for Service {
         let state = self.handle.newest();
         let robots = find_all(&state, &robots)?
             .into_iter()
-            .map(|(place, entity)| to_proto::entity::link_poses(&state.snapshot, place, entity))
+            .map(|(place, entity)| to_proto::entity::link_poses(&state.state, place, entity))
             .collect();
         Ok(Response::new(v1::GetLinkPosesResponse { stamp: Some(stamp::published(&state)), robots }))
     }
@@ -303,7 +303,7 @@ impl EntityService for Service {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
         let (place, entity) = find(&state, &robot)?;
-        let surfaces = state.snapshot.settings.get(place).map_or(&[][..], |settings| &settings.surfaces);
+        let surfaces = state.state.settings.get(place).map_or(&[][..], |settings| &settings.surfaces);
         let links = entity.model.links.iter().zip(surfaces);
         Ok(Response::new(v1::GetLinkPropertiesResponse {
             links: links.map(|(link, surface)| link_properties(&link.name, *surface)).collect(),

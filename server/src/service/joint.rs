@@ -37,7 +37,7 @@ impl JointService for Service {
     ) -> Result<Response<v1::GetJointLayoutResponse>, Status> {
         let robot = from_proto::layout_of(request.into_inner())?;
         let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let layout = Some(to_proto::joint::layout(&state.snapshot, place, &entity, &joints));
+        let layout = Some(to_proto::joint::layout(&state.state, place, &entity, &joints));
         Ok(Response::new(v1::GetJointLayoutResponse { layout }))
     }
 
@@ -148,19 +148,20 @@ impl JointService for Service {
         let all = request.selections.is_empty();
         let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
         // A name that is not there is refused at once and not after a wait.
-        selection.resolve(&self.handle.newest().snapshot.world).map_err(CallError::World)?;
+        selection.resolve(&self.handle.newest().state.world).map_err(CallError::World)?;
         let state = self.handle.newer_than(request.after_sequence, Some(timeout)).await?;
         let states = selection.states(&state).map_err(CallError::World)?;
-        let snapshot = &state.snapshot;
-        let places = || states.robots.iter().filter_map(|of| snapshot.entity(&of.robot));
+        let state_of_world = &state.state;
+        let places = || states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
         let mut link_poses = Vec::new();
         if request.return_link_poses {
-            link_poses.extend(places().map(|(place, entity)| entity_link_poses(snapshot, place, entity)));
+            link_poses
+                .extend(places().map(|(place, entity)| entity_link_poses(state_of_world, place, entity)));
         }
         let mut contacts = Vec::new();
         if request.return_contacts {
             let wanted: Vec<usize> = places().map(|(place, _entity)| place).collect();
-            contacts = to_proto::contact::contacts(snapshot, |robots| {
+            contacts = to_proto::contact::contacts(state_of_world, |robots| {
                 all || robots.iter().any(|robot| wanted.contains(robot))
             });
         }
@@ -177,7 +178,7 @@ impl JointService for Service {
         let mut ticks = interval(from_proto_state::period(request.rate)?);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         let mut selection = Selection::new(from_proto_state::selections(request.selections)?);
-        selection.resolve(&self.handle.newest().snapshot.world).map_err(CallError::World)?;
+        selection.resolve(&self.handle.newest().state.world).map_err(CallError::World)?;
         let watcher = Watcher { handle: self.handle.clone(), selection, ticks, sent: 0 };
         Ok(Response::new(Box::pin(stream::try_unfold(watcher, Watcher::next))))
     }

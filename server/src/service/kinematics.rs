@@ -6,8 +6,8 @@ use simd_core::Error;
 use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
 use simd_core::dynamics::inverse_kinematics::{Goal, Movable, inverse_kinematics};
 use simd_core::dynamics::jacobian::jacobian;
+use simd_core::simulation::published_state::EntityLayout;
 use simd_core::simulation::robot_settings::JointStatus;
-use simd_core::simulation::snapshot::EntityLayout;
 use simd_model::robot::JointKind;
 use simd_proto::v1::{self, kinematics_service_server::KinematicsService};
 use tonic::{Request, Response, Status};
@@ -45,7 +45,7 @@ fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallError> {
 /// What joints resist with, by rate.
 fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance> {
     let mut resistances = vec![Resistance::default(); entity.tree.velocity_count];
-    for body in entity.tree.bodies.iter().filter(|body| body.freedom.velocities() == 1) {
+    for body in entity.tree.bodies.iter().filter(|body| body.joint_type.velocities() == 1) {
         let joint = body.joint.and_then(|joint| joints.get(joint));
         if let (Some(joint), Some(resistance)) = (joint, resistances.get_mut(body.velocity)) {
             *resistance = Resistance { armature: joint.settings.armature, damping: joint.settings.damping };
@@ -108,7 +108,7 @@ impl KinematicsService for Service {
         let state = self.handle.newest();
         let robots = entity::find_all(&state, &robots)?
             .into_iter()
-            .map(|(place, entity)| to_proto::link_states(&state.snapshot, place, entity))
+            .map(|(place, entity)| to_proto::link_states(&state.state, place, entity))
             .collect();
         Ok(Response::new(v1::GetLinkStatesResponse { stamp: Some(stamp::published(&state)), robots }))
     }
@@ -120,7 +120,7 @@ impl KinematicsService for Service {
         let robot = from_proto_entity::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
         let (index, entity) = entity::find(&state, &robot)?;
-        let wrenches = state.snapshot.joint_reactions(index, state.physics.gravity).unwrap_or_default();
+        let wrenches = state.state.joint_reactions(index, state.physics.gravity).unwrap_or_default();
         Ok(Response::new(v1::GetJointReactionsResponse {
             stamp: Some(stamp::published(&state)),
             layout_version: entity.version,
@@ -138,8 +138,7 @@ impl KinematicsService for Service {
         let state = self.handle.newest();
         let (place, entity) = entity::find(&state, &robot)?;
         let link = link_of(entity, &link)?;
-        let given =
-            from_proto::configuration("configuration", configuration, &state.snapshot, place, entity)?;
+        let given = from_proto::configuration("configuration", configuration, &state.state, place, entity)?;
         let columns = jacobian(&entity.tree, &given, link, point);
         Ok(Response::new(to_proto::jacobian(&columns, stamp::published(&state))))
     }
@@ -151,8 +150,7 @@ impl KinematicsService for Service {
         let v1::GetMassMatrixRequest { robot, configuration } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
         let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let given =
-            from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
+        let given = from_proto::configuration("configuration", configuration, &state.state, place, &entity)?;
         let columns = u32::try_from(entity.tree.velocity_count).unwrap_or(u32::MAX);
         let resistances = resistances(&entity, &joints);
         let matrix = self.handle.heavy(move |_| inertia_matrix(&entity.tree, &given, &resistances)).await?;
@@ -167,8 +165,7 @@ impl KinematicsService for Service {
         let v1::ComputeInverseDynamicsRequest { robot, configuration, accelerations } = request.into_inner();
         let robot = from_proto_entity::robot(robot)?;
         let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let given =
-            from_proto::configuration("configuration", configuration, &state.snapshot, place, &entity)?;
+        let given = from_proto::configuration("configuration", configuration, &state.state, place, &entity)?;
         let accelerations = from_proto::accelerations(accelerations, &entity)?;
         let (gravity, resistances) = (state.physics.gravity, resistances(&entity, &joints));
         let efforts = inverse_dynamics(&entity.tree, &given, gravity, &accelerations, &resistances);
@@ -185,9 +182,9 @@ impl KinematicsService for Service {
         let target = from_proto::target(request.target)?;
         let point = from_proto::point(request.point)?;
         let names = from_proto::joints(request.joints)?;
-        let effort = from_proto::effort(request.max_iterations, request.tolerance)?;
+        let options = from_proto::solver_options(request.max_iterations, request.tolerance)?;
         let PublishedRobot { state, index: place, layout: entity, joints } = joints_of(&self.handle, &robot)?;
-        let guess = from_proto::configuration("guess", request.guess, &state.snapshot, place, &entity)?;
+        let guess = from_proto::configuration("guess", request.guess, &state.state, place, &entity)?;
         let movables = movables(&entity, &joints, &names)?;
         let (position, orientation) = (target.position, target.orientation);
         let goal = Goal { link: link_of(&entity, &link)?, point, position, orientation };
@@ -195,7 +192,7 @@ impl KinematicsService for Service {
             .handle
             .heavy(move |cancelled: &Cancelled| {
                 let is_cancelled = || cancelled.is_set();
-                inverse_kinematics(&entity.tree, &guess, &goal, &movables, effort, is_cancelled)
+                inverse_kinematics(&entity.tree, &guess, &goal, &movables, options, is_cancelled)
             })
             .await?;
         Ok(Response::new(to_proto::found(found, stamp::published(&state))))

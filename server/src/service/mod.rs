@@ -33,8 +33,8 @@ pub mod version;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use simd_core::simulation::published_state::EntityLayout;
 use simd_core::simulation::robot_settings::JointStatus;
-use simd_core::simulation::snapshot::EntityLayout;
 use simd_proto::v1::client_service_server::ClientServiceServer;
 use simd_proto::v1::contact_service_server::ContactServiceServer;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
@@ -111,7 +111,7 @@ fn joints_of(handle: &SimHandle, robot: &str) -> Result<PublishedRobot, CallErro
     let state = handle.newest();
     let (index, layout) = entity::find(&state, robot)?;
     let layout = Arc::clone(layout);
-    let joints = state.snapshot.joint_status(index).unwrap_or_default();
+    let joints = state.state.joint_status(index).unwrap_or_default();
     Ok(PublishedRobot { state, index, layout, joints })
 }
 

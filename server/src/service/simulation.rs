@@ -73,7 +73,7 @@ impl SimulationService for Service {
             }
             // Nothing is done where its answer cannot be given.
             if let Some(selection) = &mut selection {
-                selection.resolve(&handle.newest().snapshot.world)?;
+                selection.resolve(&handle.newest().state.world)?;
             }
             let aim = targets.as_ref().map(Aim::of);
             let stepped = handle.step_with(targets, steps).await?;
@@ -82,10 +82,10 @@ impl SimulationService for Service {
             }
             let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
             let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
-            let snapshot = &stepped.state.snapshot;
+            let state_of_world = &stepped.state.state;
             let links = |of: &v1::RobotJointStates| {
-                let (place, entity) = snapshot.entity(&of.robot)?;
-                Some(to_proto_kinematics::link_states(snapshot, place, entity))
+                let (place, entity) = state_of_world.entity(&of.robot)?;
+                Some(to_proto_kinematics::link_states(state_of_world, place, entity))
             };
             let link_states = robots.filter_map(links).collect();
             Ok(v1::StepSimulationResponse {
@@ -179,8 +179,7 @@ impl SimulationService for Service {
         _request: Request<v1::ListSavedStatesRequest>,
     ) -> Result<Response<v1::ListSavedStatesResponse>, Status> {
         let state = self.handle.newest();
-        let saved_states =
-            state.snapshot.saved.iter().map(|kept| to_proto::saved_state(&kept.info())).collect();
+        let saved_states = state.state.saved.iter().map(|kept| to_proto::saved_state(&kept.info())).collect();
         Ok(Response::new(v1::ListSavedStatesResponse { saved_states }))
     }
 

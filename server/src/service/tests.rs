@@ -19,7 +19,7 @@ use crate::SimHandle;
 use crate::convert::test_world;
 use crate::driver::toy::Stuck;
 use crate::driver::{self, Config};
-use crate::handle::{DaemonInfo, Limits, Transport};
+use crate::handle::{DaemonInfo, DaemonLimits, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
@@ -118,7 +118,7 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
     world.apply(&Command::SaveState { name: "here".into() }).unwrap();
     let (world, has_begun, let_go) = Stuck::new(world);
     let driver = driver::start(world, Config::default()).unwrap();
-    let limits = Limits::default();
+    let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
     let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
     tokio::task::spawn_blocking(move || has_begun.recv().unwrap()).await.unwrap();
@@ -153,7 +153,7 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
         }
     }
     assert!(reads.is_empty(), "{:?} are no methods", reads.keys());
-    assert_eq!(handle.newest().snapshot.at.step, 0, "the step is still going on");
+    assert_eq!(handle.newest().state.at.step, 0, "the step is still going on");
     drop(let_go);
     handle.end_driver();
     handle.driver_ended().cancelled().await;

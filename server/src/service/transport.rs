@@ -74,7 +74,7 @@ pub fn with_reason(status: Status) -> Status {
     };
     match status.code() {
         Code::OutOfRange => {
-            let message = because("the message is longer than Limits.max_message_bytes");
+            let message = because("the message is longer than DaemonLimits.max_message_bytes");
             Explained::new(ErrorReason::LimitExceeded, message).into()
         }
         Code::ResourceExhausted => {

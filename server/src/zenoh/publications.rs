@@ -85,8 +85,8 @@ fn joint_states(state: &Published, robot: &str) -> Option<Vec<u8>> {
 }
 
 fn link_poses(state: &Published, robot: &str) -> Option<Vec<u8>> {
-    let (place, entity) = state.snapshot.entity(robot)?;
-    let robots = vec![to_proto::entity::link_poses(&state.snapshot, place, entity)];
+    let (place, entity) = state.state.entity(robot)?;
+    let robots = vec![to_proto::entity::link_poses(&state.state, place, entity)];
     let stamp = Some(to_proto::stamp::published(state));
     Some(v1::GetLinkPosesResponse { stamp, robots }.encode_to_vec())
 }
@@ -103,7 +103,7 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
         ticks.tick().await;
         let Ok(state) = newest(&world.handle, sent).await else { return };
         sent = state.sequence;
-        let robots = &state.snapshot.world.entities;
+        let robots = &state.state.world.entities;
         publishers.retain(|name, _| robots.iter().any(|robot| robot.name == *name));
         for robot in robots {
             if !publishers.contains_key(&robot.name) {

@@ -131,7 +131,7 @@ impl Calls {
         let bytes = query.payload().map_or(0, ZBytes::len) + query.attachment().map_or(0, ZBytes::len);
         if bytes > self.limit {
             let message = format!(
-                "the message is longer than Limits.max_message_bytes: it has {bytes} bytes, the limit is {}",
+                "the message is longer than DaemonLimits.max_message_bytes: it has {bytes} bytes, the limit is {}",
                 self.limit
             );
             return Err(Explained::new(ErrorReason::LimitExceeded, message));

@@ -8,7 +8,7 @@ use glamx::{DPose3, DVec3};
 use simd_core::collision::Shapes;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::JointKind;
 use simd_tests::robots;
@@ -63,7 +63,7 @@ fn spawn(world: &mut Simulation, i: usize, model: &Arc<RobotModel>, shapes: &Arc
         passive: false,
         joint_positions: Vec::new(),
         shapes: Arc::clone(shapes),
-        touches: Touches::default(),
+        contact_settings: ContactSettings::default(),
         loaded_at_start: false,
     };
     assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());
@@ -104,9 +104,9 @@ fn many_robots() {
     let start = Instant::now();
     world.step();
     row("step", start);
-    let mut snapshot = Snapshot::default();
+    let mut state = PublishedState::default();
     let start = Instant::now();
-    world.observe(black_box(&mut snapshot));
+    world.observe(black_box(&mut state));
     row("observe", start);
     let start = Instant::now();
     for i in 0..MANY {

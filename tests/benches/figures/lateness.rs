@@ -117,7 +117,7 @@ async fn measure(title: &str, running: Running, asking: usize) {
         let state = running.handle.newer_than(sequence, second).await.expect("the driver lives");
         sequence = state.sequence;
         let wall = state.wall_time.duration_since(std::time::UNIX_EPOCH).expect("after 1970").as_secs_f64();
-        states.push((wall, state.snapshot.at.sim_time));
+        states.push((wall, state.state.at.sim_time));
     }
     let (first, last) = (states[0], states[states.len() - 1]);
     let factor = (last.1 - first.1) / (last.0 - first.0);

@@ -7,7 +7,7 @@ use std::time::Instant;
 use glamx::DPose3;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 use simd_tests::robots;
 use simd_tests::statistics::Spread;
@@ -29,14 +29,14 @@ pub(crate) fn print() {
         ("the same, 100 arms", 100, true, true),
     ] {
         let mut world = world(&model, arms, driven);
-        let mut snapshot = Snapshot::default();
+        let mut state = PublishedState::default();
         let steps = STEPS / arms.min(20);
         let batches = (0..BATCHES).map(|_| {
             let start = Instant::now();
             for _ in 0..steps {
                 world.step();
                 if observed {
-                    world.observe(black_box(&mut snapshot));
+                    world.observe(black_box(&mut state));
                 }
             }
             start.elapsed().as_secs_f64() * 1e6 / steps as f64
@@ -59,7 +59,7 @@ fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
             passive: !driven,
             joint_positions: moving.map(|j| j.name.clone()).zip(bent).collect(),
             shapes: Default::default(),
-            touches: Default::default(),
+            contact_settings: Default::default(),
             loaded_at_start: false,
         };
         assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());

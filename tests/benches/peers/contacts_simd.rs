@@ -20,16 +20,16 @@ impl InContact {
     /// Settled, and kept so as a saved state.
     pub(crate) fn new(scene: &Scene, contact: &Contact, may_sleep: bool) -> Self {
         let mut world = scenes::world(TIME_STEP);
-        let touches = || scenes::surface(contact.friction, 0.0);
+        let contact_settings = || scenes::surface(contact.friction, 0.0);
         let ground = scenes::robot("ground", &scenes::plane(DVec3::Z), DPose3::IDENTITY, true);
-        scenes::spawn(&mut world, Spawn { touches: touches(), ..ground });
+        scenes::spawn(&mut world, Spawn { contact_settings: contact_settings(), ..ground });
         if !scene.urdf.is_empty() {
             let at = DPose3::from_translation(DVec3::Z * contact.height);
             let positions = scene.joints().into_iter().map(|joint| (joint.name, joint.position));
             let robot = Spawn {
                 passive: false,
                 joint_positions: positions.collect(),
-                touches: touches(),
+                contact_settings: contact_settings(),
                 ..scenes::robot("robot", &scene.model(), at, false)
             };
             scenes::spawn(&mut world, robot);
@@ -43,7 +43,7 @@ impl InContact {
             };
             let (name, fixed) = (format!("thing-{i}"), mass == 0.0);
             let thing = scenes::robot(&name, &model, DPose3::from_translation(at.into()), fixed);
-            scenes::spawn(&mut world, Spawn { touches: touches(), ..thing });
+            scenes::spawn(&mut world, Spawn { contact_settings: contact_settings(), ..thing });
             if !fixed && !may_sleep {
                 contact_scene::keep_awake(&mut world, &name);
             }

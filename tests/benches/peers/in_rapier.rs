@@ -11,7 +11,7 @@ use rapier3d_f64::dynamics::{
 use rapier3d_f64::pipeline::PhysicsWorld;
 use simd_core::dynamics::Tree;
 use simd_core::dynamics::inertia::Rigid;
-use simd_core::dynamics::tree::Freedom;
+use simd_core::dynamics::tree::JointType;
 use simd_core::simulation::PhysicsSettings;
 use simd_model::RobotModel;
 
@@ -49,10 +49,10 @@ impl Rapier {
                 .can_sleep(false)
                 .additional_mass_properties(mass_properties(&body.inertia));
             let handle = self.world.insert_body(builder);
-            let axis = match body.freedom {
-                Freedom::Revolute => Some((JointAxis::AngZ, JointAxesMask::ANG_Z)),
-                Freedom::Prismatic => Some((JointAxis::LinZ, JointAxesMask::LIN_Z)),
-                Freedom::Free { .. } => None,
+            let axis = match body.joint_type {
+                JointType::Revolute => Some((JointAxis::AngZ, JointAxesMask::ANG_Z)),
+                JointType::Prismatic => Some((JointAxis::LinZ, JointAxesMask::LIN_Z)),
+                JointType::Free { .. } => None,
             };
             if let (Some((axis, free)), Some(held)) = (axis, body.joint.and_then(|_| held.next())) {
                 let at_zero = &body.at_zero;
@@ -93,8 +93,8 @@ impl Rapier {
             }
         }
         for pair in &self.tree.mimics {
-            let axis = |body: usize| match self.tree.bodies[body].freedom {
-                Freedom::Prismatic => 2,
+            let axis = |body: usize| match self.tree.bodies[body].joint_type {
+                JointType::Prismatic => 2,
                 _ => 5,
             };
             robot.add_dof_coupling(MultibodyDofCoupling {

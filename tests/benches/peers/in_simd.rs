@@ -2,7 +2,7 @@
 
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 
 use crate::World;
 use crate::scene::{Scene, TIME_STEP};
@@ -29,7 +29,7 @@ impl Simd {
                 passive: false,
                 joint_positions: positions.clone(),
                 shapes: Default::default(),
-                touches: Default::default(),
+                contact_settings: Default::default(),
                 loaded_at_start: false,
             };
             let spawned = world.apply(&Command::Spawn(Box::new(spawn)));
@@ -52,7 +52,7 @@ impl World for Simd {
     }
 
     fn error(&self) -> f64 {
-        let mut seen = Snapshot::default();
+        let mut seen = PublishedState::default();
         self.world.observe(&mut seen);
         assert!(seen.roots.iter().all(|root| root.disabled.is_none()));
         seen.positions.iter().zip(&self.held).map(|(at, held)| (at - held).abs()).fold(0.0, f64::max)

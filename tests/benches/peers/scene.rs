@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 use serde::{Deserialize, Serialize};
 use simd_core::dynamics::gains::composite_inertia;
-use simd_core::dynamics::tree::Freedom;
+use simd_core::dynamics::tree::JointType;
 use simd_core::dynamics::{Tree, actuator};
 use simd_model::RobotModel;
 use simd_tests::robots;
@@ -102,7 +102,7 @@ impl Scene {
             let (follower, leader) = (&tree.bodies[pair.follower], &tree.bodies[pair.leader]);
             q[follower.position] = pair.multiplier * q[leader.position] + pair.offset;
         }
-        if let Some(Freedom::Free { .. }) = tree.bodies.first().map(|body| body.freedom) {
+        if let Some(JointType::Free { .. }) = tree.bodies.first().map(|body| body.joint_type) {
             q[6] = 1.0;
         }
         let inertia = composite_inertia(&tree, &q);

@@ -8,7 +8,7 @@ use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{ClaimId, Reload, Spawn};
 use simd_core::simulation::rays::RayReport;
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::{ReadOptions, wire_name};
 use simd_proto::v1;
 use simd_server::convert::BadField;
@@ -47,7 +47,7 @@ pub fn commands(bytes: &[u8]) {
                 }
             }
             Some(Asked::Rays(rays)) => {
-                let mut seen = Snapshot::default();
+                let mut seen = PublishedState::default();
                 world.observe(&mut seen);
                 if let Ok(hits) = seen.cast_rays(&rays, || false) {
                     assert_eq!(hits.len(), rays.len(), "each ray has an answer");
@@ -56,7 +56,7 @@ pub fn commands(bytes: &[u8]) {
             }
         }
         (0..STEPS).for_each(|_| world.step());
-        let mut seen = Snapshot::default();
+        let mut seen = PublishedState::default();
         world.observe(&mut seen);
         let numbers = [&seen.positions, &seen.velocities, &seen.efforts, &seen.targets];
         assert!(numbers.into_iter().flatten().all(|value| value.is_finite()), "after request {turn}");
@@ -181,7 +181,7 @@ fn read_with(urdf: &[u8], name: &str, x: f64, assets: &super::Only, meshes: Mesh
         fixed_base: Some(name == "arm"),
         passive: false,
         joint_positions: Vec::new(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     })
 }

@@ -20,7 +20,7 @@ pub use requests::requests_of_strangers;
 pub use saved_states::saved_states;
 use simd_assets::Locator;
 use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
-use simd_model::{Asset, Assets, Limits, LoadReport, ReadOptions, Refused};
+use simd_model::{Asset, Assets, LoadLimits, LoadReport, ReadOptions, Refused};
 
 /// A target: its name, which is that of its corpus and of its fuzzer, and the function.
 pub type Target = (&'static str, fn(&[u8]));
@@ -60,7 +60,7 @@ fn only(bytes: &[u8]) -> Only {
 pub fn urdf(bytes: &[u8]) {
     // The robot, if it has meshes, has this one.
     let triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    let described = simd_model::describe(bytes, &Limits::default());
+    let described = simd_model::describe(bytes, &LoadLimits::default());
     let read = simd_model::read(bytes, &only(triangle), &ReadOptions::default());
     if let Ok((model, _)) = &read {
         assert!(described.is_ok(), "a robot that is read is described");

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use simd_core::collision::Shapes;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::{Saved, world_state::WorldState};
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
 use simd_proto::v1;
@@ -20,7 +20,7 @@ const ROBOTS: usize = 20;
 const STEPS: usize = 20;
 
 /// A file is refused in a sentence, or gives a world that can be gone to, stepped and written again,
-/// and whose positions and rates stay numbers. Says whether it was stepped.
+/// and whose positions and velocities stay numbers. Says whether it was stepped.
 pub fn saved_states(bytes: &[u8]) -> bool {
     // As a file it is no saved state, or a whole one.
     drop(open(bytes, ROBOTS));
@@ -35,8 +35,8 @@ pub fn saved_states(bytes: &[u8]) -> bool {
     let Some(state) = state(file, &recipes) else { return false };
     let saved = match Saved::new(state) {
         Ok(saved) => saved,
-        Err(misfit) => {
-            assert!(!misfit.to_string().is_empty(), "a refusal says why");
+        Err(invalid) => {
+            assert!(!invalid.to_string().is_empty(), "a refusal says why");
             return false;
         }
     };
@@ -51,10 +51,10 @@ pub fn saved_states(bytes: &[u8]) -> bool {
     }
     for _ in 0..STEPS {
         world.step();
-        let mut seen = Snapshot::default();
+        let mut seen = PublishedState::default();
         world.observe(&mut seen);
         let numbers = seen.positions.iter().chain(&seen.velocities);
-        assert!(numbers.into_iter().all(|value| value.is_finite()), "positions and rates are numbers");
+        assert!(numbers.into_iter().all(|value| value.is_finite()), "positions and velocities are numbers");
         assert!(seen.roots.iter().all(|root| root.pose.is_finite()), "and so are places");
     }
     true

@@ -11,9 +11,9 @@ use prost::Message as _;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
-    JointTarget, Lasts, LinkWrench, RobotTargets, SetTargets, Spawn, Target, Touches,
+    ContactSettings, JointTarget, LinkWrench, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
 };
-use simd_core::{Command, PhysicsSettings, Simulation, Snapshot};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_fuzz_targets::saved_states;
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
@@ -102,7 +102,7 @@ impl Scene {
             fixed_base: Some(fixed),
             passive: false,
             joint_positions: Vec::new(),
-            touches: Touches { itself: true, links: Vec::new() },
+            contact_settings: ContactSettings { self_collision: true, links: Vec::new() },
             loaded_at_start: fixed,
         })));
     }
@@ -120,7 +120,7 @@ impl Scene {
     fn content(mut self, steps: usize) -> Vec<u8> {
         (0..steps).for_each(|_| self.world.step());
         self.apply(Command::SaveState { name: "it".into() });
-        let mut seen = Snapshot::default();
+        let mut seen = PublishedState::default();
         self.world.observe(&mut seen);
         let saved = seen.saved("it").unwrap().saved();
         let files = self.files.into_values().collect();
@@ -141,7 +141,11 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
     kinds.add("kinds", &every_kind(), 1.0, true);
     kinds.target("j0", Target::position(0.8));
     kinds.target("j2", Target::velocity(0.2));
-    for (link, lasts) in [("l5", Lasts::UntilCleared), ("l5", Lasts::For(0.5)), ("l6", Lasts::NextStep)] {
+    for (link, duration) in [
+        ("l5", WrenchDuration::UntilCleared),
+        ("l5", WrenchDuration::For(0.5)),
+        ("l6", WrenchDuration::NextStep),
+    ] {
         kinds.apply(Command::ApplyWrench(LinkWrench {
             robot: "kinds".into(),
             link: link.into(),
@@ -149,7 +153,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
             torque: DVec3::X,
             in_link_axes: true,
             point: DVec3::splat(0.1),
-            lasts,
+            duration,
         }));
     }
     let mut merged = Scene::new();

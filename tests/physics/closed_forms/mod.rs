@@ -8,7 +8,7 @@ mod tops;
 
 use glamx::DVec3;
 use simd_core::simulation::command::*;
-use simd_core::{Command, Simulation, Snapshot};
+use simd_core::{Command, PublishedState, Simulation};
 use simd_model::RobotModel;
 
 use crate::world::{apply, look, passive, world};
@@ -60,7 +60,7 @@ fn spring(stiffness: f64, damping: f64, feed_forward: f64) -> Target {
 }
 
 /// What is seen after each of so many steps.
-fn steps(world: &mut Simulation, count: usize) -> impl Iterator<Item = Snapshot> {
+fn steps(world: &mut Simulation, count: usize) -> impl Iterator<Item = PublishedState> {
     (0..count).map(|_| {
         world.step();
         look(world)

@@ -2,14 +2,14 @@
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::Simulation;
-use simd_model::robot::{JointKind, Limits};
+use simd_model::robot::{JointKind, JointLimits};
 
 use super::{met, put, spring, steps, tell, with};
 use crate::chains::chain;
 use crate::world::{look, run};
 
 /// 1 kg on a slide that leads down by this angle.
-fn slide(angle: f64, friction: f64, limits: Limits, time_step: f64) -> Simulation {
+fn slide(angle: f64, friction: f64, limits: JointLimits, time_step: f64) -> Simulation {
     let mut model = chain(1);
     let joint = &mut model.joints[0];
     joint.kind = JointKind::Prismatic;
@@ -27,7 +27,7 @@ fn slide(angle: f64, friction: f64, limits: Limits, time_step: f64) -> Simulatio
 fn dry_friction_stops_a_slider_when_and_where_coulomb_says() {
     let (start, friction) = (0.7, 1.3);
     for time_step in [1e-4, 1e-3, 4e-3] {
-        let mut world = slide(0.0, friction, Limits::default(), time_step);
+        let mut world = slide(0.0, friction, JointLimits::default(), time_step);
         put(&mut world, "joint-1", 0.0, start);
         let mut stopped = None;
         for (step, seen) in steps(&mut world, (1.0 / time_step) as usize).enumerate() {
@@ -57,11 +57,11 @@ fn dry_friction_stops_a_slider_when_and_where_coulomb_says() {
 fn dry_friction_holds_on_a_slope_or_lets_slide_with_what_is_left() {
     let pull = 9.81 * 30f64.to_radians().sin();
     for time_step in [1e-4, 1e-3, 4e-3] {
-        let mut world = slide(30f64.to_radians(), pull * 1.0001, Limits::default(), time_step);
+        let mut world = slide(30f64.to_radians(), pull * 1.0001, JointLimits::default(), time_step);
         let crept = run(&mut world, 10.0).positions[0];
         met("slope, friction 1.0001 m g sin: creep in 10 s, m", time_step, 0.0, crept, 1e-9);
 
-        let mut world = slide(30f64.to_radians(), pull * 0.9, Limits::default(), time_step);
+        let mut world = slide(30f64.to_radians(), pull * 0.9, JointLimits::default(), time_step);
         let slid = run(&mut world, 1.0).positions[0];
         let n = (1.0 / time_step).round();
         let discrete = 0.1 * pull * time_step * time_step * n * (n + 1.0) / 2.0;
@@ -74,7 +74,7 @@ fn dry_friction_holds_on_a_slope_or_lets_slide_with_what_is_left() {
 #[test]
 fn a_falling_slider_arrives_at_its_limit_and_rests_there() {
     let distance = 0.5;
-    let limits = Limits { lower: Some(-1.0), upper: Some(distance), ..Limits::default() };
+    let limits = JointLimits { lower: Some(-1.0), upper: Some(distance), ..JointLimits::default() };
     for time_step in [1e-4, 1e-3, 4e-3] {
         let mut world = slide(90f64.to_radians(), 0.0, limits, time_step);
         let mut arrived = None;
@@ -98,7 +98,7 @@ fn a_falling_slider_arrives_at_its_limit_and_rests_there() {
 /// where k q = torque of gravity, if that is before the stop. Statics: q solves k q = m g l / 2 cos q.
 #[test]
 fn a_rod_rests_on_its_stop_or_on_its_spring_whichever_is_first() {
-    let limits = Limits { lower: Some(-3.0), upper: Some(30f64.to_radians()), ..Limits::default() };
+    let limits = JointLimits { lower: Some(-3.0), upper: Some(30f64.to_radians()), ..JointLimits::default() };
     for (stiffness, rests_on_stop) in [(5.0, true), (20.0, false)] {
         let mut model = chain(1);
         model.joints[0].kind = JointKind::Revolute;

@@ -35,7 +35,7 @@ impl Broad {
         self.bounds.clear();
         self.bounds.extend(robots.enumerate().filter_map(|(robot, present)| {
             let (colliders, awake) = present.filter(|(colliders, _)| !colliders.is_empty())?;
-            Some(Entry { robot, awake, own: colliders.touch_each_other(), bounds: colliders.bounds })
+            Some(Entry { robot, awake, own: colliders.has_self_collision(), bounds: colliders.bounds })
         }));
         let axis = self.widest_axis();
         self.bounds.sort_unstable_by(|a, b| {

@@ -14,7 +14,7 @@ use super::separation::Inner;
 use crate::dynamics::Tree;
 use crate::dynamics::articulation::{pose, sizes};
 
-/// Twice the way that a shape goes in a step at its present rate is looked ahead: what else
+/// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
 /// happens in the step may make it faster.
 const LOOK_AHEAD: f64 = 2.0;
 
@@ -104,7 +104,7 @@ pub struct RobotColliders {
 /// A shape in the world.
 #[derive(Clone)]
 pub(super) struct Placed {
-    /// Its place among the shapes.
+    /// Its index among the shapes.
     part: usize,
     pub(super) link: usize,
     /// `None` is the base.
@@ -195,10 +195,10 @@ impl fmt::Debug for RobotColliders {
 
 impl RobotColliders {
     /// Those of a robot whose surfaces are `surface` where its description gives nothing else.
-    /// They are nowhere until [`RobotColliders::place`] puts them. A plane that could move
+    /// They have no pose until [`RobotColliders::update_poses`] puts them. A plane that could move
     /// touches nothing.
-    pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface, touches_itself: bool) -> Self {
-        let place = |(part, of): (usize, &super::shapes::Part)| {
+    pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface, self_collision: bool) -> Self {
+        let make = |(part, of): (usize, &super::shapes::Part)| {
             let frame = tree.links.get(of.link).filter(|_| of.is_used(tree))?;
             let sphere = of.shape.compute_local_bounding_sphere();
             Some(Placed {
@@ -214,12 +214,12 @@ impl RobotColliders {
                 surface: surface.with(&of.material),
             })
         };
-        let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(place).collect();
+        let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(make).collect();
         let mut own_pairs = Vec::new();
-        if touches_itself {
+        if self_collision {
             for (i, a) in placed.iter().enumerate() {
                 for (j, b) in placed.iter().enumerate().skip(i + 1) {
-                    if may_touch(tree, a.body, b.body) {
+                    if may_collide(tree, a.body, b.body) {
                         own_pairs.push([i, j]);
                     }
                 }
@@ -240,7 +240,7 @@ impl RobotColliders {
     }
 
     /// Whether some of them may touch others of the same robot.
-    pub fn touch_each_other(&self) -> bool {
+    pub fn has_self_collision(&self) -> bool {
         !self.own_pairs.is_empty()
     }
 
@@ -261,9 +261,9 @@ impl RobotColliders {
         self.placed.iter().map(|placed| placed.surface)
     }
 
-    /// Puts them where the bodies are. Contacts are looked for within `slack` metres and
+    /// Updates their poses from those of the bodies. Contacts are looked for within `slack` metres and
     /// twice what a step of `h` seconds moves them.
-    pub fn place(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
+    pub fn update_poses(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
         let still = self.base == Some(base);
         if still && self.placed.iter().all(|placed| placed.body.is_none()) {
             return;
@@ -281,10 +281,10 @@ impl RobotColliders {
                     farthest = farthest.max(placed.put(base * placed.body_from_shape));
                     placed.margin = 0.0;
                 }
-                Some(place) => {
-                    let known = last.filter(|(of, _)| *of == place).map(|(_, motion)| motion);
-                    let motion = known.unwrap_or_else(|| body(place));
-                    last = Some((place, motion));
+                Some(index) => {
+                    let known = last.filter(|(of, _)| *of == index).map(|(_, motion)| motion);
+                    let motion = known.unwrap_or_else(|| body(index));
+                    last = Some((index, motion));
                     let BodyMotion { pose, linear, angular } = motion;
                     farthest = farthest.max(placed.put(pose * placed.body_from_shape));
                     let arm = placed.world_middle() - pose.translation;
@@ -323,24 +323,24 @@ impl RobotColliders {
         Ok(())
     }
 
-    /// Where each was put last, and how far around it contacts are looked for: what a step
-    /// reads of a robot that sleeps, whose colliders stay where the step left them that it fell asleep in.
-    pub fn left(&self) -> Vec<(DPose3, f64)> {
+    /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
+    /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
+    pub fn save_poses(&self) -> Vec<(DPose3, f64)> {
         self.placed.iter().map(|placed| (placed.world_from_shape, placed.margin)).collect()
     }
 
-    /// Puts each where it was left.
+    /// Gives each a saved pose.
     ///
     /// # Errors
     /// Where there are more or fewer, and where a number cannot be, as a fragment of a sentence.
-    pub fn leave(&mut self, places: &[(DPose3, f64)]) -> Result<(), String> {
-        self.check_count("places of colliders", places.len())?;
-        for (world_from_shape, margin) in places {
-            pose("the place of a collider", world_from_shape)?;
+    pub fn restore_poses(&mut self, poses: &[(DPose3, f64)]) -> Result<(), String> {
+        self.check_count("poses of colliders", poses.len())?;
+        for (world_from_shape, margin) in poses {
+            pose("the pose of a collider", world_from_shape)?;
             sizes("margins of colliders", [*margin])?;
         }
         self.bounds = Bounds::default();
-        for (placed, (world_from_shape, margin)) in self.placed.iter_mut().zip(places) {
+        for (placed, (world_from_shape, margin)) in self.placed.iter_mut().zip(poses) {
             (placed.world_from_shape, placed.margin) = (*world_from_shape, *margin);
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
@@ -371,9 +371,9 @@ impl RobotColliders {
     }
 }
 
-/// Whether two bodies of a robot are not the same and not joined by a joint. The bodies of
+/// Whether two bodies of a robot differ and are not connected by a joint. The bodies of
 /// a planar joint are one link.
-fn may_touch(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
+fn may_collide(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
     let above = |body: Option<usize>| {
         let mut at = body?;
         let joint = tree.bodies[at].joint;

@@ -4,7 +4,7 @@
 //! * [`RobotColliders`]: those of one robot in the world, and where they are.
 //! * [`Collider`]: one of them as plain data, for those who draw it.
 //! * [`Broad`]: which robots are near each other.
-//! * [`Narrow`]: where two robots' shapes touch; [`Fixed`]: what it knows of two that cannot be parted.
+//! * [`Narrow`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
 //! * [`rays`]: what a ray hits.
 //!
 //! Nothing here depends on the steps before: equal poses give equal contacts to the bit, so
@@ -12,7 +12,7 @@
 
 mod broad;
 mod colliders;
-mod fixed;
+mod fixed_pair;
 mod geometry;
 mod narrow;
 mod plane;
@@ -25,8 +25,8 @@ mod tests;
 
 pub use broad::Broad;
 pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Side, Surface};
-pub use fixed::Fixed;
+pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
-pub use narrow::{Narrow, Touch};
+pub use narrow::{ContactPoint, Narrow};
 pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};

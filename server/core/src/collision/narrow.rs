@@ -7,13 +7,13 @@ use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQuer
 use parry3d_f64::shape::Shape;
 
 use super::colliders::{Placed, RobotColliders, Surface};
-use super::fixed::LookMemory;
+use super::fixed_pair::FixedPairScratch;
 use super::plane::outermost;
 use super::reduce::{MOST, reduce};
 
 /// One point where two colliders touch or are near.
 #[derive(Clone, Copy, Debug)]
-pub struct Touch {
+pub struct ContactPoint {
     /// Index of each robot's collider.
     pub colliders: [usize; 2],
     /// Index of each link.
@@ -23,7 +23,7 @@ pub struct Touch {
     /// On each one's surface, in its shape's axes.
     pub on: [DVec3; 2],
     /// In the middle between the surfaces, world.
-    pub point: DVec3,
+    pub position: DVec3,
     /// From the first to the second, world.
     pub normal: DVec3,
     /// Between the surfaces; negative inside. Metres.
@@ -36,12 +36,12 @@ pub struct Touch {
 #[derive(Default)]
 pub struct Narrow {
     manifold: ContactManifold<(), ()>,
-    /// Place and distance, in the first shape's axes.
+    /// Position and distance, in the first shape's axes.
     points: Vec<(DVec3, f64)>,
     /// The same points on the second shape, in its axes.
     opposite: Vec<DVec3>,
     near: Vec<usize>,
-    pub(super) look: LookMemory,
+    pub(super) fixed_pairs: FixedPairScratch,
 }
 
 impl fmt::Debug for Narrow {
@@ -52,7 +52,7 @@ impl fmt::Debug for Narrow {
 
 impl Narrow {
     /// Calls `found` with each point where two robots touch or are about to, in a fixed order.
-    pub fn between(&mut self, [a, b]: [&RobotColliders; 2], mut found: impl FnMut(Touch)) {
+    pub fn between(&mut self, [a, b]: [&RobotColliders; 2], mut found: impl FnMut(ContactPoint)) {
         // Of the second robot only what is near the first is looked at with each of the first's.
         let mut near = std::mem::take(&mut self.near);
         near.clear();
@@ -77,7 +77,7 @@ impl Narrow {
         colliders: [usize; 2],
         robots: [&RobotColliders; 2],
         [a, b]: [&Placed; 2],
-        found: &mut impl FnMut(Touch),
+        found: &mut impl FnMut(ContactPoint),
     ) {
         let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
         let within = a.margin + b.margin;
@@ -92,12 +92,12 @@ impl Narrow {
         for &i in &kept[..count] {
             let (on_a, distance) = self.points[i];
             let point = a.world_from_shape.transform_point(on_a + normal * (distance / 2.0));
-            found(Touch {
+            found(ContactPoint {
                 colliders,
                 links: [a.link, b.link],
                 bodies: [a.body, b.body],
                 on: [on_a, self.opposite[i]],
-                point,
+                position: point,
                 normal: world_normal,
                 distance,
                 surface: a.surface.against(b.surface),

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use simd_model::RobotModel;
-use simd_model::robot::{Collision, Geometry, Joint, JointKind, Limits, Link, Material, MeshAsset, Sha256};
+use simd_model::robot::{
+    Collision, Geometry, Joint, JointKind, JointLimits, Link, Material, MeshAsset, Sha256,
+};
 
 use super::{Collider, ColliderGeometry, MeshShapes, Shapes};
 use crate::dynamics::Tree;
 use crate::simulation::WorldLimits;
 use crate::simulation::command::{JointReset, RobotReset, Spawn};
-use crate::{Command, PhysicsSettings, Simulation, Snapshot};
+use crate::{Command, PhysicsSettings, PublishedState, Simulation};
 
 fn collision(at: DVec3, geometry: Geometry) -> Collision {
     Collision { link_from_shape: DPose3::from_translation(at), geometry, material: Material::default() }
@@ -46,7 +48,7 @@ fn robot() -> RobotModel {
         child,
         parent_from_joint: DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), DQuat::from_rotation_x(0.4)),
         axis: DVec3::new(0.6, 0.0, 0.8),
-        limits: Limits::default(),
+        limits: JointLimits::default(),
         damping: 0.0,
         friction: 0.0,
         mimic: None,
@@ -88,7 +90,7 @@ fn world(fixed: bool) -> Simulation {
         fixed_base: Some(fixed),
         passive: true,
         joint_positions: Vec::new(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     };
     world.apply(&Command::Spawn(Box::new(spawn))).unwrap();
@@ -116,7 +118,7 @@ fn colliders_are_where_the_links_are_after_any_motion() {
         for _ in 0..300 {
             world.step();
         }
-        let mut seen = Snapshot::default();
+        let mut seen = PublishedState::default();
         world.observe(&mut seen);
         let links = seen.link_poses(0).unwrap();
         let model = robot();

@@ -3,7 +3,7 @@
 
 use std::hash::Hasher;
 
-use simd_model::robot::Limits;
+use simd_model::robot::JointLimits;
 
 /// What an actuator does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub enum Mode {
     Passive,
     /// Goes to a position.
     Position,
-    /// Keeps a rate.
+    /// Keeps a velocity.
     Velocity,
     /// Applies an effort.
     Effort,
@@ -52,8 +52,8 @@ pub struct AxisSettings {
     pub friction: f64,
     /// Rotor inertia seen at the joint, kg m^2 or kg.
     pub armature: f64,
-    /// Of position, effort and rate.
-    pub limits: Limits,
+    /// Of position, effort and velocity.
+    pub limits: JointLimits,
     /// Stiffness of position targets that give none.
     pub default_stiffness: f64,
     /// Damping of position targets that give none.
@@ -69,8 +69,8 @@ pub struct Actuator {
     pub mode: Mode,
     /// rad or m; rad/s or m/s; N m or N: as the mode says.
     pub target: f64,
-    /// In position mode: the rate that the damper pulls towards at the target.
-    pub rate: f64,
+    /// In position mode: the velocity that the damper pulls towards at the target.
+    pub velocity: f64,
     /// In position mode; `None` is the joint's default.
     pub stiffness: Option<f64>,
     /// In position and velocity mode; `None` is the joint's default, in velocity
@@ -82,14 +82,14 @@ pub struct Actuator {
     pub max_effort: Option<f64>,
     /// How fast the setpoint travels, beside the joint's own limit.
     pub max_velocity: Option<f64>,
-    /// Where a position target has got to on its way; see [`Axis::travel`].
+    /// Where a position target has got to on its way; see [`Axis::advance_setpoint`].
     pub setpoint: f64,
     /// How fast the setpoint moves.
-    pub setpoint_rate: f64,
+    pub setpoint_velocity: f64,
 }
 
 /// The law of an actuator over one step, in the terms of dynamics: effort =
-/// kp (target - q - h qd+) + kd (rate - qd+) + feed forward, with qd+ the new rate.
+/// kp (target - q - h qd+) + kd (velocity - qd+) + feed forward, with qd+ the new velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drive {
     /// kp.
@@ -98,8 +98,8 @@ pub struct Drive {
     pub damping: f64,
     /// target.
     pub position: f64,
-    /// rate.
-    pub rate: f64,
+    /// velocity.
+    pub velocity: f64,
     /// Whatever the state.
     pub feed_forward: f64,
     /// The most effort that it can apply.
@@ -110,12 +110,12 @@ pub struct Drive {
 
 impl Actuator {
     /// Holds a position; a joint that moves is braked first, and comes back.
-    pub fn hold(position: f64, rate: f64) -> Self {
+    pub fn hold(position: f64, velocity: f64) -> Self {
         Self {
             mode: Mode::Hold,
             target: position,
             setpoint: position,
-            setpoint_rate: rate,
+            setpoint_velocity: velocity,
             ..Self::default()
         }
     }
@@ -135,12 +135,12 @@ impl Axis {
         let Actuator {
             mode,
             target,
-            rate,
+            velocity,
             stiffness,
             damping: kd,
             feed_forward,
             setpoint,
-            setpoint_rate,
+            setpoint_velocity,
             ..
         } = &self.actuator;
         let Actuator { max_effort, max_velocity, .. } = &self.actuator;
@@ -151,7 +151,8 @@ impl Axis {
         }
         let defaults =
             [self.settings.default_stiffness, self.settings.default_damping, self.settings.composite_inertia];
-        let values = [damping, friction, armature, target, rate, feed_forward, setpoint, setpoint_rate];
+        let values =
+            [damping, friction, armature, target, velocity, feed_forward, setpoint, setpoint_velocity];
         for value in values.into_iter().chain(&defaults) {
             hasher.write_u64(value.to_bits());
         }
@@ -172,7 +173,7 @@ impl Axis {
             Mode::Effort => Drive { feed_forward: actuator.target, ..still },
             Mode::Velocity => Drive {
                 damping: actuator.damping.unwrap_or(DEFAULT_VELOCITY_GAIN * settings.composite_inertia / h),
-                rate: actuator.target,
+                velocity: actuator.target,
                 feed_forward: actuator.feed_forward,
                 ..still
             },
@@ -180,7 +181,7 @@ impl Axis {
                 stiffness: actuator.stiffness.unwrap_or(settings.default_stiffness),
                 damping: actuator.damping.unwrap_or(settings.default_damping),
                 position: actuator.setpoint,
-                rate: actuator.rate,
+                velocity: actuator.velocity,
                 feed_forward: actuator.feed_forward,
                 ..still
             },
@@ -194,16 +195,16 @@ impl Axis {
     ///
     /// A stiff spring whose effort saturates all the way is a relay: it would swing
     /// around the target for seconds. The damper does not pull along with the setpoint;
-    /// the joint follows 2 / bandwidth seconds behind, and never passes its rate.
-    pub fn travel(&mut self, h: f64) {
+    /// the joint follows 2 / bandwidth seconds behind, and never passes its velocity.
+    pub fn advance_setpoint(&mut self, h: f64) {
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) {
             return;
         }
         let hardest = PROFILE_EFFORT * self.most_effort() / self.settings.composite_inertia;
-        let Actuator { target, setpoint, setpoint_rate, max_velocity, .. } = &mut self.actuator;
+        let Actuator { target, setpoint, setpoint_velocity, max_velocity, .. } = &mut self.actuator;
         let fastest = least(self.settings.limits.velocity, *max_velocity);
         let left = *target - *setpoint;
-        // The rate from which braking by `hardest` each step still ends at the target.
+        // The velocity from which braking by `hardest` each step still ends at the target.
         let gain = hardest * h;
         let braking = if gain.is_finite() {
             (gain * gain / 4.0 + 2.0 * hardest * left.abs()).sqrt() - gain / 2.0
@@ -212,11 +213,11 @@ impl Axis {
         };
         let most = fastest.min(braking);
         let wanted = (left / h).max(-most).min(most);
-        *setpoint_rate += (wanted - *setpoint_rate).max(-gain).min(gain);
-        let moved = *setpoint_rate * h;
+        *setpoint_velocity += (wanted - *setpoint_velocity).max(-gain).min(gain);
+        let moved = *setpoint_velocity * h;
         // Within rounding of the target it is there.
         if (left - moved).abs() <= 1e-12 * left.abs().max(1.0) {
-            (*setpoint, *setpoint_rate) = (*target, 0.0);
+            (*setpoint, *setpoint_velocity) = (*target, 0.0);
         } else {
             *setpoint += moved;
         }
@@ -227,18 +228,18 @@ impl Axis {
     /// is braked with its whole effort, and then travels back along a profile, where a
     /// setpoint that waited at the target would make it swing. A joint that is blocked
     /// goes on to push with its limit.
-    pub fn follow(&mut self, saturated: &Drive, q: f64, qd: f64, h: f64) {
-        let Drive { stiffness, damping, rate, feed_forward, limit, .. } = *saturated;
+    pub fn anti_windup(&mut self, saturated: &Drive, q: f64, qd: f64, h: f64) {
+        let Drive { stiffness, damping, velocity, feed_forward, limit, .. } = *saturated;
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || stiffness <= 0.0 {
             return;
         }
         // The solved effort is smaller than the law's by what the implicit terms add to D.
         let softening = 1.0 + (h * damping + h * h * stiffness) / self.settings.composite_inertia;
-        let middle = q + (damping * (qd - rate) - feed_forward) / stiffness;
+        let middle = q + (damping * (qd - velocity) - feed_forward) / stiffness;
         let reach = limit * softening / stiffness;
         let bounded = self.actuator.setpoint.max(middle - reach).min(middle + reach);
         if bounded != self.actuator.setpoint {
-            (self.actuator.setpoint, self.actuator.setpoint_rate) = (bounded, qd);
+            (self.actuator.setpoint, self.actuator.setpoint_velocity) = (bounded, qd);
         }
     }
 
@@ -255,7 +256,7 @@ fn least(one: Option<f64>, other: Option<f64>) -> f64 {
 }
 
 impl Drive {
-    /// What the actuator applies at rate `qd` after a step of `h` from `q`; the
+    /// What the actuator applies at velocity `qd` after a step of `h` from `q`; the
     /// limit where it is saturated.
     pub fn effort(&self, q: f64, qd: f64, h: f64) -> f64 {
         self.saturated.unwrap_or_else(|| self.law(q, qd, h).clamp(-self.limit, self.limit))
@@ -263,7 +264,9 @@ impl Drive {
 
     /// The law alone, without its limit.
     pub fn law(&self, q: f64, qd: f64, h: f64) -> f64 {
-        self.stiffness * (self.position - q - h * qd) + self.damping * (self.rate - qd) + self.feed_forward
+        self.stiffness * (self.position - q - h * qd)
+            + self.damping * (self.velocity - qd)
+            + self.feed_forward
     }
 
     /// What the law adds to D: h kd + h^2 kp.

@@ -15,10 +15,10 @@ use super::constraint::{
 };
 use super::gains::set_default_gains;
 use super::integrate::{advance, write_free_pose};
-use super::kinematics::place_and_move;
+use super::kinematics::update_kinematics;
+use super::scratch::{BodyScratch, Scratch};
 use super::spatial::{Placement, Spatial};
-use super::tree::{Freedom, Tree};
-use super::work::{Work, Workspace};
+use super::tree::{JointType, Tree};
 use crate::collision::BodyMotion;
 
 pub use body_state::BodyState;
@@ -30,7 +30,7 @@ pub(super) const MAX_ROUNDS: usize = 4;
 
 /// One robot: where it is, how it moves, what drives it.
 ///
-/// Vectors are as long as the tree says: positions, and rates with all that is
+/// Vectors are as long as the tree says: positions, and velocities with all that is
 /// aligned with them. A free root comes first.
 #[derive(Clone, Debug)]
 pub struct Articulation {
@@ -40,21 +40,21 @@ pub struct Articulation {
     /// q.
     positions: Vec<f64>,
     /// qd.
-    rates: Vec<f64>,
-    /// By rate; those of free bodies have no actuator and no settings.
+    velocities: Vec<f64>,
+    /// One per degree of freedom; those of free bodies have no actuator and no settings.
     axes: Vec<Axis>,
-    /// The laws of the step, by rate.
+    /// The laws of the step, one per degree of freedom.
     drives: Vec<Drive>,
-    /// What the actuators applied over the last step, by rate.
+    /// What the actuators applied over the last step, one per degree of freedom.
     efforts: Vec<f64>,
     /// Forces from outside on each body, in its own frame. Held until changed.
     external: Vec<Spatial>,
-    /// Between steps: the rates before the last one.
-    new_rates: Vec<f64>,
-    /// Whether it was a step that gave it its rates.
+    /// Between steps: the velocities before the last one.
+    new_velocities: Vec<f64>,
+    /// Whether it was a step that gave it its velocities.
     has_stepped: bool,
     constraints: Constraints,
-    work: Workspace,
+    scratch: Scratch,
 }
 
 impl Articulation {
@@ -71,16 +71,16 @@ impl Articulation {
         let mut new = Self {
             base: if tree.fixed_base { world_from_root } else { DPose3::IDENTITY },
             positions: q,
-            rates: vec![0.0; n],
+            velocities: vec![0.0; n],
             axes,
             drives: vec![Drive::default(); n],
             efforts: vec![0.0; n],
             external: vec![Spatial::ZERO; tree.bodies.len()],
-            new_rates: vec![0.0; n],
+            new_velocities: vec![0.0; n],
             has_stepped: false,
             constraints: Constraints { warm: Impulses::new(&tree), ..Constraints::default() },
-            work: Workspace {
-                bodies: vec![Work::default(); tree.bodies.len()],
+            scratch: Scratch {
+                bodies: vec![BodyScratch::default(); tree.bodies.len()],
                 free: vec![Default::default(); tree.free_bodies()],
             },
             tree,
@@ -92,77 +92,77 @@ impl Articulation {
 
     /// Advances by `h` seconds, touching nothing: semi-implicit Euler.
     ///
-    /// 1. [`place`](Self::place): where bodies are and how they move.
+    /// 1. [`update_kinematics`](Self::update_kinematics): where bodies are and how they move.
     /// 2. [`start`](Self::start): each actuator's law for this step; articulated inertias,
-    ///    accelerations, and so the new rates.
-    /// 3. [`solve_alone`](Self::solve_alone): constraints change the new rates; an actuator
-    ///    whose effort at these rates would exceed its limit applies the limit, and the new
-    ///    rates are found again. Robots that touch are solved together instead, by
+    ///    accelerations, and so the new velocities.
+    /// 3. [`solve_alone`](Self::solve_alone): constraints change the new velocities; an actuator
+    ///    whose effort at these velocities would exceed its limit applies the limit, and the new
+    ///    velocities are found again. Robots that touch are solved together instead, by
     ///    [`Island`](super::island::Island).
-    /// 4. [`finish`](Self::finish): positions follow the new rates.
+    /// 4. [`finish`](Self::finish): positions follow the new velocities.
     ///
     /// Allocates nothing once the constraints have had their largest size.
     pub fn step(&mut self, gravity: DVec3, h: f64) {
-        self.place();
+        self.update_kinematics();
         self.start(gravity, h);
         self.solve_alone(gravity, h);
         self.finish(h);
     }
 
     /// Where bodies are and how they move.
-    pub fn place(&mut self) {
-        place_and_move(&self.tree, &self.positions, &self.rates, &mut self.work.bodies);
+    pub fn update_kinematics(&mut self) {
+        update_kinematics(&self.tree, &self.positions, &self.velocities, &mut self.scratch.bodies);
     }
 
-    /// Takes each actuator's law for the step, finds the new rates without constraints, and
+    /// Takes each actuator's law for the step, finds the new velocities without constraints, and
     /// the rows of joints.
     pub fn start(&mut self, gravity: DVec3, h: f64) {
         let tree = Arc::clone(&self.tree);
         self.set_drives(&tree, h);
         self.predict(gravity, h);
-        let state = (&*self.positions, &*self.new_rates);
+        let state = (&*self.positions, &*self.new_velocities);
         collect(&tree, &self.axes, state, h, &mut self.constraints);
     }
 
-    /// Makes the new rates keep to the rows of joints.
+    /// Makes the new velocities keep to the rows of joints.
     pub fn solve_alone(&mut self, gravity: DVec3, h: f64) {
         let tree = Arc::clone(&self.tree);
         for round in 0..MAX_ROUNDS {
             if round > 0 {
                 self.predict(gravity, h);
             }
-            solve(&tree, &self.positions, &mut self.constraints, &mut self.work, &mut self.new_rates);
+            solve(&tree, &self.positions, &mut self.constraints, &mut self.scratch, &mut self.new_velocities);
             if !self.saturate(h, round == 0) {
                 break;
             }
         }
     }
 
-    /// Moves on with the new rates.
+    /// Moves on with the new velocities.
     pub fn finish(&mut self, h: f64) {
         self.note_efforts(h);
-        self.take_new_rates();
-        advance(&self.tree, &mut self.positions, &self.rates, h);
+        self.take_new_velocities();
+        advance(&self.tree, &mut self.positions, &self.velocities, h);
     }
 
-    /// Moves on with the new rates, and positions with other ones: those that also push apart
-    /// what overlaps, which must not give it speed.
-    pub fn finish_apart(&mut self, moving: &[f64], h: f64) {
+    /// Like [`finish`](Self::finish), with positions integrated by other velocities, which include position
+    /// correction.
+    pub fn finish_corrected(&mut self, split_velocities: &[f64], h: f64) {
         self.note_efforts(h);
-        self.take_new_rates();
-        advance(&self.tree, &mut self.positions, moving, h);
+        self.take_new_velocities();
+        advance(&self.tree, &mut self.positions, split_velocities, h);
     }
 
-    fn take_new_rates(&mut self) {
-        std::mem::swap(&mut self.rates, &mut self.new_rates);
+    fn take_new_velocities(&mut self) {
+        std::mem::swap(&mut self.velocities, &mut self.new_velocities);
         self.has_stepped = true;
     }
 
-    /// What the actuators apply at the new rates.
+    /// What the actuators apply at the new velocities.
     fn note_efforts(&mut self, h: f64) {
         for body in &self.tree.bodies {
-            if !matches!(body.freedom, Freedom::Free { .. }) {
-                let (q, qd) = (self.positions[body.position], self.new_rates[body.velocity]);
+            if !matches!(body.joint_type, JointType::Free { .. }) {
+                let (q, qd) = (self.positions[body.position], self.new_velocities[body.velocity]);
                 self.efforts[body.velocity] = self.drives[body.velocity].effort(q, qd, h);
             }
         }
@@ -171,29 +171,36 @@ impl Articulation {
     /// Moves setpoints on, and takes each actuator's law for the step.
     fn set_drives(&mut self, tree: &Tree, h: f64) {
         for body in &tree.bodies {
-            if matches!(body.freedom, Freedom::Free { .. }) {
+            if matches!(body.joint_type, JointType::Free { .. }) {
                 continue;
             }
-            let (q, qd) = (self.positions[body.position], self.rates[body.velocity]);
+            let (q, qd) = (self.positions[body.position], self.velocities[body.velocity]);
             let (axis, drive) = (&mut self.axes[body.velocity], &mut self.drives[body.velocity]);
             let saturated = drive.saturated;
             if saturated.is_some() {
-                axis.follow(drive, q, qd, h);
+                axis.anti_windup(drive, q, qd, h);
             }
-            axis.travel(h);
+            axis.advance_setpoint(h);
             *drive = axis.drive(h);
             // An actuator that saturated in the last step mostly does in this one.
             drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
         }
     }
 
-    /// Second and third pass: the new rates without constraints.
+    /// Second and third pass: the new velocities without constraints.
     pub(super) fn predict(&mut self, gravity: DVec3, h: f64) {
         let tree = &*self.tree;
-        let state = (&*self.positions, &*self.rates);
+        let state = (&*self.positions, &*self.velocities);
         let base = Placement::new(self.base.rotation, self.base.translation);
-        gather_inertia(tree, &self.axes, &self.drives, &self.external, state, h, &mut self.work);
-        accelerate(tree, base_acceleration(&base, gravity), state, h, &mut self.work, &mut self.new_rates);
+        gather_inertia(tree, &self.axes, &self.drives, &self.external, state, h, &mut self.scratch);
+        accelerate(
+            tree,
+            base_acceleration(&base, gravity),
+            state,
+            h,
+            &mut self.scratch,
+            &mut self.new_velocities,
+        );
     }
 
     /// Finds the actuators whose solved effort is beyond their limit, and where
@@ -202,10 +209,10 @@ impl Articulation {
         let mut changed = false;
         for body in &self.tree.bodies {
             let drive = &mut self.drives[body.velocity];
-            if matches!(body.freedom, Freedom::Free { .. }) || drive.limit == f64::INFINITY {
+            if matches!(body.joint_type, JointType::Free { .. }) || drive.limit == f64::INFINITY {
                 continue;
             }
-            let law = drive.law(self.positions[body.position], self.new_rates[body.velocity], h);
+            let law = drive.law(self.positions[body.position], self.new_velocities[body.velocity], h);
             let next = match drive.saturated {
                 // Held at its limit: right as long as the law would go beyond on that side.
                 Some(effort) if law * effort.signum() >= drive.limit || !release => Some(effort),
@@ -218,10 +225,10 @@ impl Articulation {
         changed
     }
 
-    /// Where a body is and how it moves, as [`place`](Self::place) found: its origin, axes and
+    /// Where a body is and how it moves, as [`update_kinematics`](Self::update_kinematics) found: its origin, axes and
     /// velocity of the origin, world.
     pub fn body_motion(&self, body: usize) -> BodyMotion {
-        let at = &self.work.bodies[body];
+        let at = &self.scratch.bodies[body];
         let turn = self.base.rotation;
         let own = DQuat::from_mat3(&at.rotation);
         BodyMotion {
@@ -234,29 +241,29 @@ impl Articulation {
     /// A unit impulse at a world point of a body, in a world direction, as it acts about the body's
     /// origin, in the base's axes.
     pub(super) fn wrench(&self, body: usize, point: DVec3, direction: DVec3) -> Spatial {
-        let arm = self.base.inverse_transform_point(point) - self.work.bodies[body].origin;
+        let arm = self.base.inverse_transform_point(point) - self.scratch.bodies[body].origin;
         let direction = self.base.rotation.inverse() * direction;
         Spatial::new(arm.cross(direction), direction)
     }
 
     /// Writes J for an impulse on a body about its origin, in the base's axes.
     pub(super) fn wrench_row(&self, body: usize, wrench: Spatial, jacobian: &mut [f64]) {
-        project(&self.tree, &self.positions, &self.work.bodies, (body, wrench), jacobian);
+        project(&self.tree, &self.positions, &self.scratch.bodies, (body, wrench), jacobian);
     }
 
     /// Writes M^-1 J' for the same.
     pub(super) fn wrench_response(&mut self, body: usize, wrench: Spatial, response: &mut [f64]) {
-        respond_to_force(&self.tree, &self.positions, (body, wrench), &mut self.work, response);
+        respond_to_force(&self.tree, &self.positions, (body, wrench), &mut self.scratch, response);
     }
 
-    /// Gives `rates` the impulses that the rows of joints start from.
-    pub(super) fn prepare_rows(&mut self, rates: &mut [f64]) {
-        prepare(&self.tree, &self.positions, &mut self.constraints, &mut self.work, rates);
+    /// Gives `velocities` the impulses that the rows of joints start from.
+    pub(super) fn prepare_rows(&mut self, velocities: &mut [f64]) {
+        prepare(&self.tree, &self.positions, &mut self.constraints, &mut self.scratch, velocities);
     }
 
-    /// Once through the rows of joints: the largest change of a rate.
-    pub(super) fn sweep_rows(&mut self, rates: &mut [f64]) -> f64 {
-        sweep(&mut self.constraints, rates)
+    /// Once through the rows of joints: the largest change of a velocity.
+    pub(super) fn sweep_rows(&mut self, velocities: &mut [f64]) -> f64 {
+        sweep(&mut self.constraints, velocities)
     }
 
     /// Keeps the impulses of the rows of joints for the next step.
@@ -264,14 +271,14 @@ impl Articulation {
         keep(&mut self.constraints);
     }
 
-    /// The new rates, as far as they are found.
-    pub(super) fn new_rates_mut(&mut self) -> &mut [f64] {
-        &mut self.new_rates
+    /// The new velocities, as far as they are found.
+    pub(super) fn new_velocities_mut(&mut self) -> &mut [f64] {
+        &mut self.new_velocities
     }
 
-    /// Whether the new rates are numbers.
-    pub fn new_rates_are_finite(&self) -> bool {
-        self.new_rates.iter().all(|rate| rate.is_finite())
+    /// Whether the new velocities are numbers.
+    pub fn new_velocities_are_finite(&self) -> bool {
+        self.new_velocities.iter().all(|velocity| velocity.is_finite())
     }
 
     /// Forgets what the last step left for the next one to start from: warm-start
@@ -283,16 +290,16 @@ impl Articulation {
         self.has_stepped = false;
     }
 
-    /// The change of all rates by a unit impulse at the joint of a body, as the last
+    /// The change of all velocities by a unit impulse at the joint of a body, as the last
     /// step's factorisation has it: a column of (M + h K_d + h^2 K_p)^-1.
     pub fn response(&mut self, body: usize) -> Vec<f64> {
-        let mut out = vec![0.0; self.rates.len()];
+        let mut out = vec![0.0; self.velocities.len()];
         let tree = Arc::clone(&self.tree);
-        respond(&tree, &self.positions, &[(body, 1.0)], &mut self.work, &mut out);
+        respond(&tree, &self.positions, &[(body, 1.0)], &mut self.scratch, &mut out);
         out
     }
 
-    /// What the actuators of the last step add to the diagonal of M, by rate:
+    /// What the actuators of the last step add to the diagonal of M, by velocity:
     /// armature + h (kd + damping) + h^2 kp.
     pub fn resistance(&self, h: f64) -> Vec<f64> {
         let pairs = self.axes.iter().zip(&self.drives);
@@ -302,18 +309,18 @@ impl Articulation {
     /// Feeds everything that a step reads to a hasher.
     pub fn hash_into(&self, hasher: &mut impl Hasher) {
         let base = self.base.translation.to_array().into_iter().chain(self.base.rotation.to_array());
-        for value in base.chain(self.positions.iter().copied()).chain(self.rates.iter().copied()) {
+        for value in base.chain(self.positions.iter().copied()).chain(self.velocities.iter().copied()) {
             hasher.write_u64(value.to_bits());
         }
         for axis in &self.axes {
             axis.hash_into(hasher);
         }
         for (drive, push) in self.drives.iter().zip(&self.external) {
-            // A law is read again only where its actuator saturated; see `Axis::follow`.
+            // A law is read again only where its actuator saturated; see `Axis::anti_windup`.
             hasher.write_u64(drive.saturated.map_or(u64::MAX, f64::to_bits));
             if drive.saturated.is_some() {
-                let Drive { stiffness, damping, rate, feed_forward, limit, .. } = *drive;
-                for value in [stiffness, damping, rate, feed_forward, limit] {
+                let Drive { stiffness, damping, velocity, feed_forward, limit, .. } = *drive;
+                for value in [stiffness, damping, velocity, feed_forward, limit] {
                     hasher.write_u64(value.to_bits());
                 }
             }
@@ -332,7 +339,7 @@ impl Articulation {
     /// Makes a joint hold the position that it has.
     pub fn hold(&mut self, body: usize) {
         let body = &self.tree.bodies[body];
-        let (position, rate) = (self.positions[body.position], self.rates[body.velocity]);
-        self.axes[body.velocity].actuator = Actuator::hold(position, rate);
+        let (position, velocity) = (self.positions[body.position], self.velocities[body.velocity]);
+        self.axes[body.velocity].actuator = Actuator::hold(position, velocity);
     }
 }

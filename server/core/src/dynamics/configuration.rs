@@ -5,16 +5,16 @@ use glamx::{DMat3, DPose3, DVec3};
 
 use super::articulated::write_free;
 use super::integrate::write_free_pose;
-use super::kinematics::place_and_move;
+use super::kinematics::update_kinematics;
+use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
 use super::tree::Tree;
-use super::work::Work;
 
 /// Where a robot's root and joints are and how they move.
 ///
-/// What is computed from it is by rate: where the root is free, six entries come
+/// What is computed from it is by velocity: where the root is free, six entries come
 /// first, its origin's linear velocity and its angular velocity, both in world axes.
-/// (Within a step a free root's angular rate is in its own axes.)
+/// (Within a step a free root's angular velocity is in its own axes.)
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
     /// `world_from_root`.
@@ -61,30 +61,30 @@ impl Configuration {
 }
 
 /// All bodies at a moment, in the base's axes.
-pub(super) struct Moved {
+pub(super) struct Kinematics {
     /// First pass of a step.
-    pub(super) work: Vec<Work>,
+    pub(super) scratch: Vec<BodyScratch>,
     /// From the base's origin to each body's.
     pub(super) origins: Vec<DVec3>,
 }
 
-impl Moved {
+impl Kinematics {
     /// First pass for all bodies.
     pub(super) fn new(tree: &Tree, q: &[f64], qd: &[f64]) -> Self {
-        let mut moved = Self {
-            work: vec![Work::default(); tree.bodies.len()],
+        let mut kinematics = Self {
+            scratch: vec![BodyScratch::default(); tree.bodies.len()],
             origins: vec![DVec3::ZERO; tree.bodies.len()],
         };
-        moved.update(tree, q, qd);
-        moved
+        kinematics.update(tree, q, qd);
+        kinematics
     }
 
     /// The same, for another state of the same tree.
     pub(super) fn update(&mut self, tree: &Tree, q: &[f64], qd: &[f64]) {
-        place_and_move(tree, q, qd, &mut self.work);
+        update_kinematics(tree, q, qd, &mut self.scratch);
         for (i, body) in tree.bodies.iter().enumerate() {
             let above = body.parent.map_or(DVec3::ZERO, |parent| self.origins[parent]);
-            self.origins[i] = above + self.work[i].reach;
+            self.origins[i] = above + self.scratch[i].reach;
         }
     }
 
@@ -94,7 +94,7 @@ impl Moved {
         let own = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
         match frame.body {
             Some(body) => {
-                Placement { rotation: self.work[body].rotation, origin: self.origins[body] }.then(&own)
+                Placement { rotation: self.scratch[body].rotation, origin: self.origins[body] }.then(&own)
             }
             None => own,
         }
@@ -107,11 +107,11 @@ impl Tree {
     pub fn link_twists(&self, configuration: &Configuration) -> Vec<(DVec3, DVec3)> {
         let (q, qd) = configuration.state(self);
         let world_from_base: DMat3 = configuration.base(self).rotation;
-        let moved = Moved::new(self, &q, &qd);
+        let kinematics = Kinematics::new(self, &q, &qd);
         let twist = |(link, frame): (usize, &super::tree::LinkFrame)| {
             let Some(body) = frame.body else { return (DVec3::ZERO, DVec3::ZERO) };
-            let reach = moved.link(self, link).origin - moved.origins[body];
-            let Spatial { angular, linear } = moved.work[body].velocity.motion_at(reach);
+            let reach = kinematics.link(self, link).origin - kinematics.origins[body];
+            let Spatial { angular, linear } = kinematics.scratch[body].velocity.motion_at(reach);
             (world_from_base * linear, world_from_base * angular)
         };
         self.links.iter().enumerate().map(twist).collect()

@@ -4,22 +4,22 @@
 use super::actuator::{Axis, DEFAULT_BANDWIDTH};
 use super::inertia::Rigid;
 use super::kinematics::placement;
-use super::tree::{Freedom, Tree};
+use super::tree::{JointType, Tree};
 
 /// The least composite inertia that gains are made of: joints that carry nothing
 /// get gains all the same. kg m^2 or kg.
 const LEAST: f64 = 1e-9;
 
-/// M_ii of each rate at positions `q`, armature not included: the composite
+/// M_ii of each velocity at positions `q`, armature not included: the composite
 /// rigid-body algorithm's diagonal (Featherstone table 6.2). 0 for free bodies.
 pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let mut composite: Vec<Rigid> = tree.bodies.iter().map(|body| body.inertia).collect();
     let mut diagonal = vec![0.0; tree.velocity_count];
     for (i, body) in tree.bodies.iter().enumerate().rev() {
-        match body.freedom {
-            Freedom::Revolute => diagonal[body.velocity] = composite[i].moment.zz,
-            Freedom::Prismatic => diagonal[body.velocity] = composite[i].mass,
-            Freedom::Free { .. } => {}
+        match body.joint_type {
+            JointType::Revolute => diagonal[body.velocity] = composite[i].moment.zz,
+            JointType::Prismatic => diagonal[body.velocity] = composite[i].mass,
+            JointType::Free { .. } => {}
         }
         if let Some(parent) = body.parent {
             let at = placement(body, q);

@@ -38,7 +38,7 @@ impl Rigid {
         Self { mass, first_moment: first_moment + reach * mass, moment: moment + moved }
     }
 
-    /// Momentum by velocity, or force by acceleration.
+    /// Momentum, one per degree of freedom, or force by acceleration.
     #[inline]
     pub fn times(&self, motion: Spatial) -> Spatial {
         let Spatial { angular, linear } = motion;

@@ -1,19 +1,19 @@
-//! Last pass: positions from the new rates.
+//! Last pass: positions from the new velocities.
 
 use glamx::{DQuat, DVec3};
 
 use super::kinematics::free_pose;
-use super::tree::{Freedom, Tree};
+use super::tree::{JointType, Tree};
 
-/// q += h qd; a free body's origin by its linear rate, its rotation by the
-/// exponential map of its angular rate in its own axes.
+/// q += h qd; a free body's origin by its linear velocity, its rotation by the
+/// exponential map of its angular velocity in its own axes.
 pub fn advance(tree: &Tree, q: &mut [f64], qd: &[f64], h: f64) {
     for body in &tree.bodies {
         let q = &mut q[body.position..];
         let qd = &qd[body.velocity..];
-        match body.freedom {
-            Freedom::Revolute | Freedom::Prismatic => q[0] += h * qd[0],
-            Freedom::Free { .. } => {
+        match body.joint_type {
+            JointType::Revolute | JointType::Prismatic => q[0] += h * qd[0],
+            JointType::Free { .. } => {
                 let (origin, rotation) = free_pose(q);
                 let origin = origin + DVec3::new(qd[0], qd[1], qd[2]) * h;
                 let turn = DQuat::from_scaled_axis(DVec3::new(qd[3], qd[4], qd[5]) * h);

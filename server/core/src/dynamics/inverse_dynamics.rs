@@ -2,11 +2,11 @@
 
 use glamx::{DMat3, DVec3};
 
-use super::articulated::{along, base_acceleration, free_rates, write_free};
-use super::configuration::{Configuration, Moved};
+use super::articulated::{along, base_acceleration, free_velocities, write_free};
+use super::configuration::{Configuration, Kinematics};
 use super::mass_matrix::mass_matrix;
 use super::spatial::Spatial;
-use super::tree::{Freedom, Tree};
+use super::tree::{JointType, Tree};
 
 /// What resists a joint's motion beside the inertia of links.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,8 +18,8 @@ pub struct Resistance {
 }
 
 /// The efforts at which a robot in this configuration accelerates so, under gravity
-/// (m/s^2, world axes), by rate: N m or N; of a free root the force and the torque at
-/// its origin, world axes. `accelerations` and `resistance` are by rate too; what is
+/// (m/s^2, world axes), by velocity: N m or N; of a free root the force and the torque at
+/// its origin, world axes. `accelerations` and `resistance` are by velocity too; what is
 /// missing is zero. Dry friction, limits and contacts are left out.
 ///
 /// The recursive Newton-Euler algorithm (Featherstone table 5.1), with armature and
@@ -38,18 +38,18 @@ pub fn inverse_dynamics(
     if !tree.fixed_base {
         turn(&world_from_root.transpose(), &mut qdd);
     }
-    let Moved { mut work, .. } = Moved::new(tree, &q, &qd);
+    let Kinematics { mut scratch, .. } = Kinematics::new(tree, &q, &qd);
     let base = Spatial::new(DVec3::ZERO, base_acceleration(&configuration.base(tree), gravity));
     for (i, body) in tree.bodies.iter().enumerate() {
-        let above = body.parent.map_or(base, |parent| work[parent].acceleration);
-        let at = &mut work[i];
+        let above = body.parent.map_or(base, |parent| scratch[parent].acceleration);
+        let at = &mut scratch[i];
         let (qd, qdd) = (&qd[body.velocity..], &qdd[body.velocity..]);
         let z = at.rotation.z_axis;
-        let own = match body.freedom {
-            Freedom::Revolute => Spatial::new(z * qdd[0], DVec3::ZERO),
-            Freedom::Prismatic => Spatial::new(DVec3::ZERO, z * qdd[0]),
-            Freedom::Free { .. } => {
-                // The linear rate is kept in axes that do not turn with the body:
+        let own = match body.joint_type {
+            JointType::Revolute => Spatial::new(z * qdd[0], DVec3::ZERO),
+            JointType::Prismatic => Spatial::new(DVec3::ZERO, z * qdd[0]),
+            JointType::Free { .. } => {
+                // The linear velocity is kept in axes that do not turn with the body:
                 // a step adds R w x v, see `accelerate`.
                 let of = |v: &[f64]| (DVec3::new(v[0], v[1], v[2]), DVec3::new(v[3], v[4], v[5]));
                 let ((linear, angular), (linear_qdd, angular_qdd)) = (of(qd), of(qdd));
@@ -66,20 +66,20 @@ pub fn inverse_dynamics(
     }
     let mut efforts = vec![0.0; tree.velocity_count];
     for (i, body) in tree.bodies.iter().enumerate().rev() {
-        let (force, reach) = (work[i].bias, work[i].reach);
+        let (force, reach) = (scratch[i].bias, scratch[i].reach);
         let out = &mut efforts[body.velocity..];
-        match body.freedom {
-            Freedom::Revolute | Freedom::Prismatic => {
-                out[0] = along(body.freedom, force, work[i].rotation.z_axis);
+        match body.joint_type {
+            JointType::Revolute | JointType::Prismatic => {
+                out[0] = along(body.joint_type, force, scratch[i].rotation.z_axis);
             }
-            Freedom::Free { .. } => {
+            JointType::Free { .. } => {
                 let rotation = super::kinematics::free_pose(&q[body.position..]).1;
-                let (linear, angular) = free_rates(force, &work[i].rotation, rotation);
+                let (linear, angular) = free_velocities(force, &scratch[i].rotation, rotation);
                 write_free(out, linear, angular);
             }
         }
         if let Some(parent) = body.parent {
-            work[parent].bias += force.force_from(reach);
+            scratch[parent].bias += force.force_from(reach);
         }
     }
     for (((effort, resistance), qd), qdd) in efforts.iter_mut().zip(resistance).zip(&qd).zip(&qdd) {
@@ -91,7 +91,7 @@ pub fn inverse_dynamics(
     efforts
 }
 
-/// The joint-space inertia matrix with armature, row by row, by rate as [`Configuration`] says.
+/// The joint-space inertia matrix with armature, row by row, by velocity as [`Configuration`] says.
 pub fn inertia_matrix(tree: &Tree, configuration: &Configuration, resistance: &[Resistance]) -> Vec<f64> {
     let (q, _) = configuration.state(tree);
     let n = tree.velocity_count;

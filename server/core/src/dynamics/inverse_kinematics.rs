@@ -2,10 +2,10 @@
 
 use glamx::{DMat3, DQuat, DVec3};
 
-use super::configuration::{Configuration, Moved};
+use super::configuration::{Configuration, Kinematics};
 use super::jacobian::fill;
 use super::spatial::Spatial;
-use super::tree::{Freedom, Tree};
+use super::tree::{JointType, Tree};
 
 /// Where a link is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct Movable {
 
 /// When to end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
+pub struct SolverOptions {
     /// Steps at the most; each costs one look at where the bodies are.
     pub iterations: u32,
     /// Metres; radians count as metres.
@@ -76,7 +76,7 @@ pub fn inverse_kinematics(
     guess: &Configuration,
     goal: &Goal,
     movables: &[Movable],
-    effort: Effort,
+    options: SolverOptions,
     is_cancelled: impl Fn() -> bool,
 ) -> Found {
     let (q, qd) = guess.state(tree);
@@ -86,7 +86,7 @@ pub fn inverse_kinematics(
     let (mut damping, mut nudges, mut iterations) = (DAMPING.0, 0_u32, 0);
     // The distance to be halved, and for how many steps it was not.
     let mut halving = (here.size(), 0);
-    while best.0.size() > effort.tolerance && iterations < effort.iterations && !movables.is_empty() {
+    while best.0.size() > options.tolerance && iterations < options.iterations && !movables.is_empty() {
         if is_cancelled() {
             break;
         }
@@ -117,7 +117,7 @@ pub fn inverse_kinematics(
     let (gap, q) = best;
     Found {
         positions: q.get(tree.root_positions()..).unwrap_or_default().to_vec(),
-        converged: gap.size() <= effort.tolerance,
+        converged: gap.size() <= options.tolerance,
         position_error: gap.position.length(),
         orientation_error: gap.rotation.length(),
         iterations,
@@ -146,11 +146,11 @@ struct Search<'a> {
     position: DVec3,
     rotation: Option<DMat3>,
     movables: &'a [Movable],
-    /// For each movable, the rates that it moves and by how much: its own and its followers'.
+    /// For each movable, the velocities that it moves and by how much: its own and its followers'.
     moves: Vec<Vec<(usize, f64)>>,
     q: Vec<f64>,
     at_rest: Vec<f64>,
-    moved: Moved,
+    kinematics: Kinematics,
     columns: Vec<Spatial>,
 }
 
@@ -173,7 +173,7 @@ impl<'a> Search<'a> {
             movables,
             moves: movables.iter().map(|movable| moves(tree, movable.body)).collect(),
             q: q.to_vec(),
-            moved: Moved::new(tree, q, &at_rest),
+            kinematics: Kinematics::new(tree, q, &at_rest),
             columns: vec![Spatial::ZERO; at_rest.len()],
             at_rest,
         }
@@ -186,9 +186,9 @@ impl<'a> Search<'a> {
             let position = self.tree.bodies[movable.body].position;
             self.q[position] = self.q[position].max(movable.lower).min(movable.upper);
         }
-        self.tree.follow(&mut self.q);
-        self.moved.update(self.tree, &self.q, &self.at_rest);
-        let link = self.moved.link(self.tree, self.goal.link);
+        self.tree.apply_mimics(&mut self.q);
+        self.kinematics.update(self.tree, &self.q, &self.at_rest);
+        let link = self.kinematics.link(self.tree, self.goal.link);
         let position = self.position - (link.origin + link.rotation * self.goal.point);
         let rotation = self.rotation.map_or(DVec3::ZERO, |goal| {
             let turn = DQuat::from_mat3(&(goal * link.rotation.transpose())).normalize();
@@ -200,14 +200,15 @@ impl<'a> Search<'a> {
 
     /// Where the joints are to be next.
     fn next(&mut self, gap: &Gap, damping: f64) -> Vec<f64> {
-        let link = self.moved.link(self.tree, self.goal.link);
+        let link = self.kinematics.link(self.tree, self.goal.link);
         let point = link.origin + link.rotation * self.goal.point;
-        fill(self.tree, &self.moved, self.goal.link, point, &mut self.columns);
+        fill(self.tree, &self.kinematics, self.goal.link, point, &mut self.columns);
         let turns = self.rotation.is_some();
         let error = rows(Spatial::new(gap.rotation, gap.position), turns);
         let columns: Vec<[f64; 6]> = (self.moves.iter().zip(self.movables))
             .map(|(moves, movable)| {
-                let sum = |sum: Spatial, &(rate, factor): &(usize, f64)| sum + self.columns[rate] * factor;
+                let sum =
+                    |sum: Spatial, &(velocity, factor): &(usize, f64)| sum + self.columns[velocity] * factor;
                 let column = rows(moves.iter().fold(Spatial::ZERO, sum), turns);
                 let position = self.q[self.tree.bodies[movable.body].position];
                 let pull: f64 = column.iter().zip(&error).map(|(a, b)| a * b).sum();
@@ -248,7 +249,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A body's rate and those of all that follow it, with how much they move for each of its own.
+/// A body's velocity and those of all that follow it, with how much they move for each of its own.
 fn moves(tree: &Tree, body: usize) -> Vec<(usize, f64)> {
     let mut bodies = vec![(body, 1.0)];
     // Chains are as deep as there are pairs.
@@ -260,7 +261,7 @@ fn moves(tree: &Tree, body: usize) -> Vec<(usize, f64)> {
             }
         }
     }
-    let single = |(body, _): &(usize, f64)| !matches!(tree.bodies[*body].freedom, Freedom::Free { .. });
+    let single = |(body, _): &(usize, f64)| !matches!(tree.bodies[*body].joint_type, JointType::Free { .. });
     bodies.into_iter().filter(single).map(|(body, factor)| (tree.bodies[body].velocity, factor)).collect()
 }
 

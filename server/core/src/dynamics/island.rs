@@ -1,5 +1,5 @@
 //! Robots that touch, solved together: the rows of their joints and of their contacts, by
-//! projected Gauss-Seidel on all their rates.
+//! projected Gauss-Seidel on all their velocities.
 
 use glamx::DVec3;
 
@@ -10,14 +10,14 @@ use super::spatial::Spatial;
 /// Sweeps at the most.
 pub const MAX_SWEEPS: usize = 50;
 
-/// Sweeping ends when no impulse changes its own rate by more than this, m/s or rad/s.
+/// Sweeping ends when no impulse changes its own velocity by more than this, m/s or rad/s.
 pub const SETTLED: f64 = 1e-6;
 
-/// Sweeps of what pushes apart; what is left, the next step does.
-const PUSH_SWEEPS: usize = 5;
+/// Sweeps of position correction; the rest is left to the next step.
+const CORRECTION_SWEEPS: usize = 5;
 
-/// What pushes apart moves no rate faster than this, m/s or rad/s.
-const FASTEST_PART: f64 = 3.0;
+/// Position correction changes no velocity by more than this, m/s or rad/s.
+const MAX_SPLIT_VELOCITY: f64 = 3.0;
 
 /// With so many points, the responses of a body are summed from those of the six wrenches.
 const MANY: usize = 3;
@@ -30,8 +30,8 @@ pub struct Island {
     /// Of all sides of all contacts.
     blocks: Vec<f64>,
     /// Of all members, one after the other.
-    rates: Vec<f64>,
-    /// The rates before the step.
+    velocities: Vec<f64>,
+    /// The velocities before the step.
     before: Vec<f64>,
     /// A row and its response, before they are filed.
     scratch: Vec<f64>,
@@ -63,10 +63,9 @@ impl Island {
     /// [started](Articulation::start) and touch at those of `contacts` that `which` names.
     ///
     /// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005), chapter
-    /// 5, with the tangents of a contact as a block. What pushes overlapping shapes apart moves
-    /// positions alone, by rates of its own that are then forgotten, so that it gives nothing speed
-    /// (Guendelman, Bridson and Fedkiw, "Nonconvex rigid bodies with stacking" (2003), have the
-    /// two apart alike).
+    /// 5, with the tangents of a contact as a block. Position correction uses
+    /// split impulses: velocities of its own, which are dropped after integration and so add no energy
+    /// (as in Guendelman, Bridson and Fedkiw, "Nonconvex rigid bodies with stacking" (2003)).
     ///
     /// False where `interrupt`, which is asked before each sweep, ended it: then the robots are in the midst
     /// of a step.
@@ -94,7 +93,8 @@ impl Island {
             let mut changed = false;
             for member in &self.members {
                 let body = robots[member.robot].as_mut();
-                body.new_rates_mut().copy_from_slice(&self.rates[member.first..member.first + member.len]);
+                body.new_velocities_mut()
+                    .copy_from_slice(&self.velocities[member.first..member.first + member.len]);
                 if body.saturate(h, round == 0) {
                     changed = true;
                 }
@@ -112,11 +112,11 @@ impl Island {
         for member in &self.members {
             robots[member.robot].as_mut().keep_rows();
         }
-        let apart = self.part();
+        let is_corrected = self.correct_positions();
         for &Member { robot, first, len } in &self.members {
             let body = robots[robot].as_mut();
-            if apart {
-                body.finish_apart(&self.rates[first..first + len], h);
+            if is_corrected {
+                body.finish_corrected(&self.velocities[first..first + len], h);
             } else {
                 body.finish(h);
             }
@@ -124,24 +124,23 @@ impl Island {
         true
     }
 
-    /// Makes the rates those that positions follow: with what pushes apart. False where nothing
-    /// does.
-    fn part(&mut self) -> bool {
-        if self.rows.iter().all(|rows| rows.apart == 0.0 || !rows.acts()) {
+    /// Adds position correction to the velocities that positions are integrated with. False if there is none.
+    fn correct_positions(&mut self) -> bool {
+        if self.rows.iter().all(|rows| rows.correction_velocity == 0.0 || !rows.acts()) {
             return false;
         }
-        let Self { rows, blocks, rates, before: moving, .. } = self;
-        moving.clear();
-        moving.resize(rates.len(), 0.0);
-        for _ in 0..PUSH_SWEEPS {
+        let Self { rows, blocks, velocities, before: split_velocities, .. } = self;
+        split_velocities.clear();
+        split_velocities.resize(velocities.len(), 0.0);
+        for _ in 0..CORRECTION_SWEEPS {
             for rows in rows.iter_mut().filter(|rows| rows.acts()) {
-                rows.part(blocks, moving);
+                rows.correct_position(blocks, split_velocities);
             }
         }
-        // A push near an axis would turn a joint as fast as its arm is short.
-        let largest = moving.iter().fold(0.0f64, |largest, push| largest.max(push.abs()));
-        let part = if largest > FASTEST_PART { FASTEST_PART / largest } else { 1.0 };
-        rates.iter_mut().zip(moving).for_each(|(rate, push)| *rate += part * *push);
+        // A correction near an axis would turn a joint the faster, the shorter its arm is.
+        let largest = split_velocities.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
+        let scale = if largest > MAX_SPLIT_VELOCITY { MAX_SPLIT_VELOCITY / largest } else { 1.0 };
+        velocities.iter_mut().zip(split_velocities).for_each(|(velocity, split)| *velocity += scale * *split);
         true
     }
 
@@ -149,7 +148,7 @@ impl Island {
         self.members.clear();
         let mut first = 0;
         for &robot in members {
-            let len = robots[robot].as_mut().rates().len();
+            let len = robots[robot].as_mut().velocities().len();
             self.members.push(Member { robot, first, len });
             first += len;
         }
@@ -159,12 +158,12 @@ impl Island {
     fn make_rows(&mut self, contacts: &[Contact], which: &[usize]) {
         self.rows.clear();
         let mut at = 0;
-        for &place in which {
-            let contact = &contacts[place];
+        for &index in which {
+            let contact = &contacts[index];
             let mut sides = [Side::default(); 2];
             let mut count = 0;
             let own = contact.robots[0] == contact.robots[1];
-            for (robot, body) in contact.robots.into_iter().zip(contact.touch.bodies) {
+            for (robot, body) in contact.robots.into_iter().zip(contact.point.bodies) {
                 // Two links of one robot are one side.
                 if body.is_none() || (own && count == 1) {
                     continue;
@@ -177,15 +176,15 @@ impl Island {
                 at += Side::size(len);
                 count += 1;
             }
-            let (t, u) = contact.touch.normal.any_orthonormal_pair();
-            let axes = [contact.touch.normal, t, u];
+            let (t, u) = contact.point.normal.any_orthonormal_pair();
+            let axes = [contact.point.normal, t, u];
             let kept = axes.map(|axis| contact.impulse.dot(axis));
             let impulse = if kept[0] > 0.0 { kept } else { [0.0; 3] };
             self.rows.push(ContactRows {
-                contact: place,
+                contact: index,
                 sides,
                 axes,
-                friction: contact.touch.surface.friction,
+                friction: contact.point.surface.friction,
                 impulse,
                 ..ContactRows::default()
             });
@@ -200,9 +199,9 @@ impl Island {
     }
 
     fn gather<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
-        self.rates.clear();
+        self.velocities.clear();
         for member in &self.members {
-            self.rates.extend_from_slice(robots[member.robot].as_mut().new_rates_mut());
+            self.velocities.extend_from_slice(robots[member.robot].as_mut().new_velocities_mut());
         }
     }
 
@@ -215,7 +214,7 @@ impl Island {
         for rows in &mut self.rows {
             let contact = &contacts[rows.contact];
             let mut used = 0;
-            for (i, (robot, body)) in contact.robots.into_iter().zip(contact.touch.bodies).enumerate() {
+            for (i, (robot, body)) in contact.robots.into_iter().zip(contact.point.bodies).enumerate() {
                 let Some(body) = body else { continue };
                 let sign = if i == 0 { -1.0 } else { 1.0 };
                 let again = i == 1 && used == 1 && contact.robots[0] == contact.robots[1];
@@ -234,7 +233,7 @@ impl Island {
                     self.bases.binary_search_by_key(&(robot, body), |basis| (basis.robot, basis.body));
                 for (k, axis) in rows.axes.iter().enumerate() {
                     let articulation = robots[robot].as_mut();
-                    let wrench = articulation.wrench(body, contact.touch.point, axis * sign);
+                    let wrench = articulation.wrench(body, contact.point.position, axis * sign);
                     let kept = &mut responses[k * n..(k + 1) * n];
                     articulation.wrench_row(body, wrench, jacobian);
                     columns[k..].iter_mut().step_by(4).zip(&*jacobian).for_each(|(sum, j)| *sum += j);
@@ -260,7 +259,7 @@ impl Island {
         touched.clear();
         for rows in rows {
             let contact = &contacts[rows.contact];
-            for (robot, body) in contact.robots.into_iter().zip(contact.touch.bodies) {
+            for (robot, body) in contact.robots.into_iter().zip(contact.point.bodies) {
                 touched.extend(body.map(|body| (robot, body)));
             }
         }
@@ -270,22 +269,22 @@ impl Island {
         for points in touched.chunk_by(|a, b| a == b).filter(|points| points.len() >= MANY) {
             let (robot, body) = points[0];
             let articulation = robots[robot].as_mut();
-            let n = articulation.rates().len();
+            let n = articulation.velocities().len();
             bases.push(Basis { robot, body, at: end });
             if basis_responses.len() < end + 6 * n {
                 basis_responses.resize(end + 6 * n, 0.0);
             }
             let axes = [DVec3::X, DVec3::Y, DVec3::Z];
             let turns = axes.map(|axis| Spatial::new(axis, DVec3::ZERO));
-            let pushes = axes.map(|axis| Spatial::new(DVec3::ZERO, axis));
-            for wrench in turns.into_iter().chain(pushes) {
+            let forces = axes.map(|axis| Spatial::new(DVec3::ZERO, axis));
+            for wrench in turns.into_iter().chain(forces) {
                 articulation.wrench_response(body, wrench, &mut basis_responses[end..end + n]);
                 end += n;
             }
         }
     }
 
-    /// Sets the targets of the normal rates.
+    /// Sets the targets of the normal velocities.
     fn aim<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -295,25 +294,25 @@ impl Island {
     ) {
         self.before.clear();
         for member in &self.members {
-            self.before.extend_from_slice(robots[member.robot].as_mut().rates());
+            self.before.extend_from_slice(robots[member.robot].as_mut().velocities());
         }
         for rows in &mut self.rows {
-            let before = rows.rates(&self.blocks, &self.before)[0];
-            let predicted = rows.rates(&self.blocks, &self.rates)[0];
+            let before = rows.velocities(&self.blocks, &self.before)[0];
+            let predicted = rows.velocities(&self.blocks, &self.velocities)[0];
             rows.aim(&contacts[rows.contact], before, predicted, gravity.length(), h);
         }
     }
 
-    /// Gives the rates the impulses that are started from.
+    /// Gives the velocities the impulses that are started from.
     fn start<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         for rows in &mut self.rows {
             if rows.acts() {
                 let impulse = rows.impulse;
-                rows.push(&self.blocks, impulse, &mut self.rates);
+                rows.apply_impulse(&self.blocks, impulse, &mut self.velocities);
             }
         }
         for &Member { robot, first, len } in &self.members {
-            robots[robot].as_mut().prepare_rows(&mut self.rates[first..first + len]);
+            robots[robot].as_mut().prepare_rows(&mut self.velocities[first..first + len]);
         }
     }
 
@@ -326,10 +325,10 @@ impl Island {
             let mut largest = 0.0f64;
             for &Member { robot, first, len } in &self.members {
                 let body = robots[robot].as_mut();
-                largest = largest.max(body.sweep_rows(&mut self.rates[first..first + len]));
+                largest = largest.max(body.sweep_rows(&mut self.velocities[first..first + len]));
             }
             for rows in self.rows.iter_mut().filter(|rows| rows.acts()) {
-                largest = largest.max(rows.solve(&self.blocks, &mut self.rates));
+                largest = largest.max(rows.solve(&self.blocks, &mut self.velocities));
             }
             if largest <= SETTLED {
                 break;

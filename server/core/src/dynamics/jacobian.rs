@@ -1,13 +1,13 @@
-//! How rates move a point of a link.
+//! How velocities move a point of a link.
 
 use glamx::{DMat3, DVec3};
 
-use super::configuration::{Configuration, Moved};
+use super::configuration::{Configuration, Kinematics};
 use super::spatial::Spatial;
-use super::tree::{Freedom, Tree};
+use super::tree::{JointType, Tree};
 
-/// The geometric Jacobian of a point: a column a rate, each the velocity of the point
-/// (`linear`) and the angular velocity of the link (`angular`) that a unit of that rate
+/// The geometric Jacobian of a point: a column a velocity, each the velocity of the point
+/// (`linear`) and the angular velocity of the link (`angular`) that a unit of that velocity
 /// gives, world axes. `point` is in the link's frame, metres. Columns are as
 /// [`Configuration`] says.
 ///
@@ -15,10 +15,10 @@ use super::tree::{Freedom, Tree};
 /// z and nothing where it slides.
 pub fn jacobian(tree: &Tree, configuration: &Configuration, link: usize, point: DVec3) -> Vec<Spatial> {
     let (q, qd) = configuration.state(tree);
-    let moved = Moved::new(tree, &q, &qd);
-    let at = moved.link(tree, link);
+    let kinematics = Kinematics::new(tree, &q, &qd);
+    let at = kinematics.link(tree, link);
     let mut columns = vec![Spatial::ZERO; tree.velocity_count];
-    fill(tree, &moved, link, at.origin + at.rotation * point, &mut columns);
+    fill(tree, &kinematics, link, at.origin + at.rotation * point, &mut columns);
     let world_from_base = configuration.base(tree).rotation;
     if tree.fixed_base {
         for column in &mut columns {
@@ -30,22 +30,22 @@ pub fn jacobian(tree: &Tree, configuration: &Configuration, link: usize, point: 
     columns
 }
 
-/// Columns by the rates of a step, in the base's axes; `point` is from the base's origin.
-pub(super) fn fill(tree: &Tree, moved: &Moved, link: usize, point: DVec3, columns: &mut [Spatial]) {
+/// Columns by the velocities of a step, in the base's axes; `point` is from the base's origin.
+pub(super) fn fill(tree: &Tree, kinematics: &Kinematics, link: usize, point: DVec3, columns: &mut [Spatial]) {
     columns.fill(Spatial::ZERO);
     let mut next = tree.links[link].body;
-    while let Some(place) = next {
-        let body = &tree.bodies[place];
-        let reach = point - moved.origins[place];
-        let rotation = &moved.work[place].rotation;
+    while let Some(index) = next {
+        let body = &tree.bodies[index];
+        let reach = point - kinematics.origins[index];
+        let rotation = &kinematics.scratch[index].rotation;
         let turn = |axis: DVec3| Spatial::new(axis, axis.cross(reach));
         let column = &mut columns[body.velocity..];
-        match body.freedom {
-            Freedom::Revolute => column[0] = turn(rotation.z_axis),
-            Freedom::Prismatic => column[0] = Spatial::new(DVec3::ZERO, rotation.z_axis),
-            Freedom::Free { .. } => {
+        match body.joint_type {
+            JointType::Revolute => column[0] = turn(rotation.z_axis),
+            JointType::Prismatic => column[0] = Spatial::new(DVec3::ZERO, rotation.z_axis),
+            JointType::Free { .. } => {
                 // Linear in the axes that the joint has at zero, angular in the body's own.
-                let above = body.parent.map_or(DMat3::IDENTITY, |parent| moved.work[parent].rotation);
+                let above = body.parent.map_or(DMat3::IDENTITY, |parent| kinematics.scratch[parent].rotation);
                 let zero = above * body.at_zero.rotation;
                 for (i, axis) in [zero.x_axis, zero.y_axis, zero.z_axis].into_iter().enumerate() {
                     column[i] = Spatial::new(DVec3::ZERO, axis);

@@ -2,37 +2,37 @@
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
+use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
-use super::tree::{Body, Freedom, LinkFrame, Tree};
-use super::work::Work;
+use super::tree::{Body, JointType, LinkFrame, Tree};
 
 /// Places and velocities of all bodies (Featherstone table 7.1, first loop), in the
 /// base's axes.
 ///
 /// v_i = X v_parent + S qd,  c_i = v_i x S qd
-pub fn place_and_move(tree: &Tree, q: &[f64], qd: &[f64], work: &mut [Work]) {
+pub fn update_kinematics(tree: &Tree, q: &[f64], qd: &[f64], scratch: &mut [BodyScratch]) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let (base_from_parent, parent_origin, parent_velocity) = match body.parent {
-            Some(parent) => (work[parent].rotation, work[parent].origin, work[parent].velocity),
+            Some(parent) => (scratch[parent].rotation, scratch[parent].origin, scratch[parent].velocity),
             None => (DMat3::IDENTITY, DVec3::ZERO, Spatial::ZERO),
         };
-        let at = &mut work[i];
+        let at = &mut scratch[i];
         // Where the joint is at position zero.
         let zero = base_from_parent * body.at_zero.rotation;
         let reach = base_from_parent * body.at_zero.origin;
         let (q, qd) = (&q[body.position..], &qd[body.velocity..]);
-        let own = match body.freedom {
-            Freedom::Revolute => {
+        let own = match body.joint_type {
+            JointType::Revolute => {
                 at.rotation = turned_about_z(&zero, q[0]);
                 at.reach = reach;
                 Spatial::new(zero.z_axis * qd[0], DVec3::ZERO)
             }
-            Freedom::Prismatic => {
+            JointType::Prismatic => {
                 at.rotation = zero;
                 at.reach = reach + zero.z_axis * q[0];
                 Spatial::new(DVec3::ZERO, zero.z_axis * qd[0])
             }
-            Freedom::Free { .. } => {
+            JointType::Free { .. } => {
                 let (origin, rotation) = free_pose(q);
                 at.rotation = zero * DMat3::from_quat(rotation);
                 at.reach = reach + zero * origin;
@@ -60,14 +60,14 @@ fn turned_about_z(frame: &DMat3, angle: f64) -> DMat3 {
 pub fn placement(body: &Body, q: &[f64]) -> Placement {
     let zero = &body.at_zero;
     let q = &q[body.position..];
-    match body.freedom {
-        Freedom::Revolute => {
+    match body.joint_type {
+        JointType::Revolute => {
             Placement { rotation: turned_about_z(&zero.rotation, q[0]), origin: zero.origin }
         }
-        Freedom::Prismatic => {
+        JointType::Prismatic => {
             Placement { rotation: zero.rotation, origin: zero.origin + zero.rotation.z_axis * q[0] }
         }
-        Freedom::Free { .. } => {
+        JointType::Free { .. } => {
             let (origin, rotation) = free_pose(q);
             zero.then(&Placement::new(rotation, origin))
         }
@@ -80,8 +80,8 @@ pub fn free_pose(q: &[f64]) -> (DVec3, DQuat) {
 }
 
 impl Tree {
-    /// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
-    pub fn follow(&self, q: &mut [f64]) {
+    /// Sets the positions of mimic joints. Chains are as deep as there are pairs.
+    pub fn apply_mimics(&self, q: &mut [f64]) {
         for _ in 0..self.mimics.len() {
             for pair in &self.mimics {
                 let leader = q[self.bodies[pair.leader].position];

@@ -5,18 +5,18 @@ use glamx::{DMat3, DVec3};
 use super::inertia::Rigid;
 use super::kinematics::{free_pose, placement};
 use super::spatial::{Placement, Spatial};
-use super::tree::{Body, Freedom, Tree};
+use super::tree::{Body, JointType, Tree};
 
 /// M at positions `q`, row by row, `velocity_count` squared, armature not included:
 /// the composite-rigid-body algorithm (Featherstone table 6.2). Units follow the
-/// rates: kg m^2, kg m or kg.
+/// velocities: kg m^2, kg m or kg.
 pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let n = tree.velocity_count;
-    let places: Vec<Placement> = tree.bodies.iter().map(|body| placement(body, q)).collect();
+    let placements: Vec<Placement> = tree.bodies.iter().map(|body| placement(body, q)).collect();
     let mut composite: Vec<Rigid> = tree.bodies.iter().map(|body| body.inertia).collect();
     for (i, body) in tree.bodies.iter().enumerate().rev() {
         if let Some(parent) = body.parent {
-            let lifted = composite[i].turned(&places[i].rotation).shifted(places[i].origin);
+            let lifted = composite[i].turned(&placements[i].rotation).shifted(placements[i].origin);
             composite[parent] += lifted;
         }
     }
@@ -33,7 +33,7 @@ pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
                     matrix[(above.velocity + b) * n + row] = value;
                 }
                 let Some(parent) = above.parent else { break };
-                force = places[j].force_to_parent(force);
+                force = placements[j].force_to_parent(force);
                 j = parent;
             }
         }
@@ -43,11 +43,11 @@ pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
 
 /// The columns of S, by which the body's own velocity is S qd.
 fn subspace(body: &Body, q: &[f64]) -> Vec<Spatial> {
-    match body.freedom {
-        Freedom::Revolute => vec![Spatial::new(DVec3::Z, DVec3::ZERO)],
-        Freedom::Prismatic => vec![Spatial::new(DVec3::ZERO, DVec3::Z)],
-        Freedom::Free { .. } => {
-            // Rates are linear in the parent's axes, then angular in the body's own.
+    match body.joint_type {
+        JointType::Revolute => vec![Spatial::new(DVec3::Z, DVec3::ZERO)],
+        JointType::Prismatic => vec![Spatial::new(DVec3::ZERO, DVec3::Z)],
+        JointType::Free { .. } => {
+            // Velocities are linear in the parent's axes, then angular in the body's own.
             let own = DMat3::from_quat(free_pose(&q[body.position..]).1).transpose();
             let linear = [own.x_axis, own.y_axis, own.z_axis].map(|axis| Spatial::new(DVec3::ZERO, axis));
             let angular = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| Spatial::new(axis, DVec3::ZERO));

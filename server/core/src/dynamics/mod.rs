@@ -26,13 +26,13 @@ pub mod inverse_kinematics;
 pub mod island;
 pub mod jacobian;
 pub mod kinematics;
+pub mod ldlt;
 pub mod mass_matrix;
 pub mod reactions;
-pub mod six;
+pub mod scratch;
 pub mod spatial;
 pub mod symmetric;
 pub mod tree;
-pub mod work;
 
 pub use actuator::{Actuator, Axis, Mode};
 pub use articulation::{Articulation, BodyState};

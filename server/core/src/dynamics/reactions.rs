@@ -4,10 +4,10 @@
 use glamx::{DMat3, DVec3};
 use simd_model::RobotModel;
 
-use super::kinematics::{free_pose, place_and_move};
+use super::kinematics::{free_pose, update_kinematics};
+use super::scratch::BodyScratch;
 use super::spatial::Spatial;
-use super::tree::{Freedom, Tree};
-use super::work::Work;
+use super::tree::{JointType, Tree};
 
 /// How a robot moves at a moment.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +15,7 @@ pub struct Motion<'a> {
     /// q.
     pub positions: &'a [f64],
     /// qd.
-    pub rates: &'a [f64],
+    pub velocities: &'a [f64],
     /// The change of qd in a second.
     pub accelerations: &'a [f64],
 }
@@ -97,18 +97,18 @@ pub fn joint_reactions(
 
 /// How each link moves.
 fn links(tree: &Tree, motion: Motion<'_>) -> Vec<Moving> {
-    let mut work = vec![Work::default(); tree.bodies.len()];
-    place_and_move(tree, motion.positions, motion.rates, &mut work);
+    let mut scratch = vec![BodyScratch::default(); tree.bodies.len()];
+    update_kinematics(tree, motion.positions, motion.velocities, &mut scratch);
     let mut bodies: Vec<Moving> = Vec::with_capacity(tree.bodies.len());
-    for (body, at) in tree.bodies.iter().zip(&work) {
+    for (body, at) in tree.bodies.iter().zip(&scratch) {
         let parent = body.parent.map_or(Moving::STILL, |parent| bodies[parent]);
-        let (qd, qdd) = (&motion.rates[body.velocity..], &motion.accelerations[body.velocity..]);
+        let (qd, qdd) = (&motion.velocities[body.velocity..], &motion.accelerations[body.velocity..]);
         let axis = at.rotation.z_axis;
-        let (turn, slide) = match body.freedom {
-            Freedom::Revolute => (axis * qdd[0] + parent.angular.cross(axis * qd[0]), DVec3::ZERO),
+        let (turn, slide) = match body.joint_type {
+            JointType::Revolute => (axis * qdd[0] + parent.angular.cross(axis * qd[0]), DVec3::ZERO),
             // Coriolis: the axis turns with the parent.
-            Freedom::Prismatic => (DVec3::ZERO, axis * qdd[0] + 2.0 * parent.angular.cross(axis * qd[0])),
-            Freedom::Free { .. } => {
+            JointType::Prismatic => (DVec3::ZERO, axis * qdd[0] + 2.0 * parent.angular.cross(axis * qd[0])),
+            JointType::Free { .. } => {
                 // Linear in the parent's axes, angular in the body's own.
                 let (_, rotation) = free_pose(&motion.positions[body.position..]);
                 let axes = at.rotation * DMat3::from_quat(rotation).transpose();

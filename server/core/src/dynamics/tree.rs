@@ -26,7 +26,7 @@ pub struct Tree {
     pub mimics: Vec<MimicPair>,
     /// Length of the position vector.
     pub position_count: usize,
-    /// Length of the rate vector.
+    /// Length of the velocity vector.
     pub velocity_count: usize,
     /// The root link cannot move.
     pub fixed_base: bool,
@@ -39,14 +39,14 @@ pub struct Body {
     /// world where the root is free.
     pub parent: Option<usize>,
     /// How it moves.
-    pub freedom: Freedom,
+    pub joint_type: JointType,
     /// `parent_from_body` at position zero.
     pub at_zero: Placement,
     /// Of all its links, in its own frame.
     pub inertia: Rigid,
     /// Where its positions begin.
     pub position: usize,
-    /// Where its rates begin.
+    /// Where its velocities begin.
     pub velocity: usize,
     /// The joint of the model; `None` for a free root.
     pub joint: Option<usize>,
@@ -54,15 +54,15 @@ pub struct Body {
 
 /// How a body moves in its parent's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Freedom {
-    /// Turns about its z: one position, one rate.
+pub enum JointType {
+    /// Turns about its z: one position, one velocity.
     Revolute,
-    /// Slides along its z: one position, one rate.
+    /// Slides along its z: one position, one velocity.
     Prismatic,
-    /// Six degrees of freedom. Positions: origin x y z, quaternion x y z w. Rates:
+    /// Six degrees of freedom. Positions: origin x y z, quaternion x y z w. Velocities:
     /// linear of the origin in the parent's axes, then angular in its own.
     Free {
-        /// Its place among the tree's free bodies.
+        /// Its index among the tree's free bodies.
         slot: usize,
     },
 }
@@ -89,7 +89,7 @@ pub struct MimicPair {
     pub offset: f64,
 }
 
-impl Freedom {
+impl JointType {
     /// Positions that it takes.
     pub fn positions(self) -> usize {
         match self {
@@ -98,7 +98,7 @@ impl Freedom {
         }
     }
 
-    /// Rates that it takes.
+    /// Velocities that it takes.
     pub fn velocities(self) -> usize {
         match self {
             Self::Revolute | Self::Prismatic => 1,
@@ -120,7 +120,7 @@ impl Tree {
             fixed_base,
         };
         let root =
-            (!fixed_base).then(|| tree.push(None, Freedom::Free { slot: 0 }, Placement::IDENTITY, None));
+            (!fixed_base).then(|| tree.push(None, JointType::Free { slot: 0 }, Placement::IDENTITY, None));
         tree.links.push(LinkFrame { body: root, body_from_link: DPose3::IDENTITY });
         for (index, joint) in model.joints.iter().enumerate() {
             let first = tree.bodies.len();
@@ -139,7 +139,7 @@ impl Tree {
 
     /// How many bodies have six degrees of freedom.
     pub fn free_bodies(&self) -> usize {
-        self.bodies.iter().filter(|body| matches!(body.freedom, Freedom::Free { .. })).count()
+        self.bodies.iter().filter(|body| matches!(body.joint_type, JointType::Free { .. })).count()
     }
 
     /// Positions of the root: 7 where it is free, else 0.
@@ -147,7 +147,7 @@ impl Tree {
         if self.fixed_base { 0 } else { 7 }
     }
 
-    /// Rates of the root: 6 where it is free, else 0.
+    /// Velocities of the root: 6 where it is free, else 0.
     pub fn root_velocities(&self) -> usize {
         if self.fixed_base { 0 } else { 6 }
     }
@@ -156,38 +156,38 @@ impl Tree {
     fn attach(&mut self, index: usize, joint: &Joint) -> LinkFrame {
         let parent = self.links[joint.parent];
         let body_from_joint = parent.body_from_link * joint.parent_from_joint;
-        let one_axis = |tree: &mut Self, freedom, parent, frame: DPose3, axis| {
+        let one_axis = |tree: &mut Self, joint_type, parent, frame: DPose3, axis| {
             // The body's z is the joint's axis; the link keeps its own frame in the body.
             let joint_from_body = DQuat::from_rotation_arc(DVec3::Z, axis);
             let at_zero = Placement::new(frame.rotation * joint_from_body, frame.translation);
-            let body = tree.push(parent, freedom, at_zero, Some(index));
+            let body = tree.push(parent, joint_type, at_zero, Some(index));
             LinkFrame { body: Some(body), body_from_link: DPose3::from_rotation(joint_from_body.inverse()) }
         };
         match joint.kind {
             JointKind::Fixed => LinkFrame { body: parent.body, body_from_link: body_from_joint },
             JointKind::Revolute | JointKind::Continuous => {
-                one_axis(self, Freedom::Revolute, parent.body, body_from_joint, joint.axis)
+                one_axis(self, JointType::Revolute, parent.body, body_from_joint, joint.axis)
             }
             JointKind::Prismatic => {
-                one_axis(self, Freedom::Prismatic, parent.body, body_from_joint, joint.axis)
+                one_axis(self, JointType::Prismatic, parent.body, body_from_joint, joint.axis)
             }
             JointKind::Planar => {
                 // Two slides through bodies without mass, then a turn about the normal.
                 let plane = DQuat::from_rotation_arc(DVec3::Z, joint.axis);
                 let mut at = LinkFrame { body: parent.body, body_from_link: body_from_joint };
-                for (freedom, axis) in [
-                    (Freedom::Prismatic, plane * DVec3::X),
-                    (Freedom::Prismatic, plane * DVec3::Y),
-                    (Freedom::Revolute, joint.axis),
+                for (joint_type, axis) in [
+                    (JointType::Prismatic, plane * DVec3::X),
+                    (JointType::Prismatic, plane * DVec3::Y),
+                    (JointType::Revolute, joint.axis),
                 ] {
-                    at = one_axis(self, freedom, at.body, at.body_from_link, axis);
+                    at = one_axis(self, joint_type, at.body, at.body_from_link, axis);
                 }
                 at
             }
             JointKind::Floating => {
-                let freedom = Freedom::Free { slot: self.free_bodies() };
+                let joint_type = JointType::Free { slot: self.free_bodies() };
                 let at_zero = Placement::new(body_from_joint.rotation, body_from_joint.translation);
-                let body = self.push(parent.body, freedom, at_zero, Some(index));
+                let body = self.push(parent.body, joint_type, at_zero, Some(index));
                 LinkFrame { body: Some(body), body_from_link: DPose3::IDENTITY }
             }
         }
@@ -196,21 +196,21 @@ impl Tree {
     fn push(
         &mut self,
         parent: Option<usize>,
-        freedom: Freedom,
+        joint_type: JointType,
         at_zero: Placement,
         joint: Option<usize>,
     ) -> usize {
         self.bodies.push(Body {
             parent,
-            freedom,
+            joint_type,
             at_zero,
             inertia: Rigid::default(),
             position: self.position_count,
             velocity: self.velocity_count,
             joint,
         });
-        self.position_count += freedom.positions();
-        self.velocity_count += freedom.velocities();
+        self.position_count += joint_type.positions();
+        self.velocity_count += joint_type.velocities();
         self.bodies.len() - 1
     }
 }

@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
-use simd_model::robot::{Limits, Material};
+use simd_model::robot::{JointLimits, Material};
 
 pub use self::target::{ClaimId, Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use super::PhysicsSettings;
+use super::published_state::Moment;
 use super::saved::Saved;
-use super::snapshot::Moment;
 use crate::collision::Shapes;
 
 /// A change of the world. Applied between steps: whole or, where it is refused, not at all.
@@ -28,7 +28,7 @@ pub enum Command {
     },
     /// Gives joints new targets.
     SetTargets(SetTargets),
-    /// Puts joints at a position and a rate.
+    /// Puts joints at a position and a velocity.
     ResetJoints {
         /// Which joints of which robots.
         robots: Vec<RobotReset>,
@@ -72,7 +72,7 @@ pub enum Command {
         /// Linear and angular velocity of the root link's origin, world axes. Zero for a fixed base.
         twist: Option<(DVec3, DVec3)>,
     },
-    /// Pushes a link.
+    /// Applies a wrench to a link.
     ApplyWrench(LinkWrench),
     /// Changes gravity, time step or substeps.
     SetPhysics(PhysicsChange),
@@ -122,18 +122,18 @@ pub struct Spawn {
     /// Positions to start from, rad or m, by joint name. Others start at zero, or
     /// at the nearest limit where zero lies outside.
     pub joint_positions: Vec<(String, f64)>,
-    /// How it touches.
-    pub touches: Touches,
+    /// How its contacts are configured.
+    pub contact_settings: ContactSettings,
     /// Stays at a reset of scope `spawned`.
     pub loaded_at_start: bool,
 }
 
-/// How a robot touches others and itself.
+/// Contact settings of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Touches {
-    /// Links of the robot touch each other, unless a joint joins them.
-    pub itself: bool,
-    /// Surfaces of links, in the place of what the description gives.
+pub struct ContactSettings {
+    /// Links of the robot collide with each other, unless a joint connects them.
+    pub self_collision: bool,
+    /// Surfaces of links, which replace those of the description.
     pub links: Vec<LinkProperties>,
 }
 
@@ -147,7 +147,7 @@ pub struct LinkProperties {
 }
 
 /// A new model for a robot that is in the world. Keeps its name, pose and base,
-/// and position, rate and target of every joint that both models have by name.
+/// and position, velocity and target of every joint that both models have by name.
 #[derive(Clone, Debug)]
 pub struct Reload {
     /// Its name.
@@ -201,12 +201,12 @@ pub struct JointProperties {
     /// kg m^2 or kg.
     pub armature: Option<f64>,
     /// Replaces all four limits.
-    pub limits: Option<Limits>,
+    pub limits: Option<JointLimits>,
     /// Stiffness and damping of targets that give none.
     pub default_gains: Option<(f64, f64)>,
 }
 
-/// A push on a link.
+/// A wrench on a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkWrench {
     /// The robot's name.
@@ -222,15 +222,15 @@ pub struct LinkWrench {
     /// Where the force acts, in the link's frame, metres.
     pub point: DVec3,
     /// For how long.
-    pub lasts: Lasts,
+    pub duration: WrenchDuration,
 }
 
-/// Simulated seconds that [`Lasts::For`] may say.
-pub const LONGEST_PUSH: f64 = 3600.0;
+/// Simulated seconds that [`WrenchDuration::For`] may say.
+pub const MAX_WRENCH_DURATION: f64 = 3600.0;
 
-/// For how long a link is pushed.
+/// How long a wrench acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Lasts {
+pub enum WrenchDuration {
     /// For the next step, together with all others of it.
     #[default]
     NextStep,

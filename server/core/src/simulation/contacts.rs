@@ -9,7 +9,7 @@ use super::entity::Entity;
 use super::links::check_surface;
 use super::sleep::acts;
 use super::world_state::ContactState;
-use crate::collision::{Broad, Fixed, MOST, Narrow, Side, Touch};
+use crate::collision::{Broad, ContactPoint, FixedPair, MOST, Narrow, Side};
 use crate::dynamics::articulation::finite;
 use crate::dynamics::constraint::contact::Contact;
 
@@ -22,20 +22,20 @@ const SAME_POINT: f64 = 0.01;
 pub(super) struct Contacts {
     pub(super) list: Vec<Contact>,
     before: Vec<Contact>,
-    /// Of robots that are near each other and that nothing is sure to part, in order: which of their colliders were put
-    /// into each other, and do not touch until they have come apart.
-    fixed: Vec<Fixed>,
-    fixed_before: Vec<Fixed>,
+    /// Robots that are near each other and that nothing is sure to separate, in order, with the initial overlaps of their
+    /// colliders that are ignored until they have separated.
+    fixed: Vec<FixedPair>,
+    fixed_before: Vec<FixedPair>,
     broad: Broad,
     narrow: Narrow,
 }
 
-/// Places of two robots, the earlier first, and of a collider of each.
+/// Indices of two robots, the smaller first, and of a collider of each.
 pub type Pair = ([usize; 2], [usize; 2]);
 
 /// What orders contacts.
 fn key(contact: &Contact) -> Pair {
-    (contact.robots, contact.touch.colliders)
+    (contact.robots, contact.point.colliders)
 }
 
 impl Contacts {
@@ -57,9 +57,10 @@ impl Contacts {
     /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are looked
     /// for at least `slack` metres from what moves.
     ///
-    /// Links of one robot, and of two that are fixed to the world, do not touch where one was put into the other since
-    /// the last step, until they have come apart. A person loads two arms at the origin, or an arm whose first link
-    /// reaches into the table: no motion of their joints ends that, and to push would only make them writhe.
+    /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
+    /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
+    /// or an arm whose first link reaches into the table: no motion of joints ends such an overlap, and contact forces
+    /// would only make the robots shake.
     pub(super) fn find(&mut self, robots: &[Entity], slack: f64, interrupt: &dyn Fn() -> bool) -> bool {
         std::mem::swap(&mut self.list, &mut self.before);
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
@@ -75,11 +76,11 @@ impl Contacts {
             }
             let [a, b] = pair.map(|robot| &robots[robot]);
             let colliders = [&a.colliders, &b.colliders];
-            let found = |touch| {
+            let found = |point| {
                 list.push(Contact {
                     robots: pair,
-                    place: 0,
-                    touch,
+                    index: 0,
+                    point,
                     impulse: DVec3::ZERO,
                     total: DVec3::ZERO,
                 });
@@ -88,11 +89,11 @@ impl Contacts {
                 narrow.between(colliders, found);
                 continue;
             }
-            // Those that are near each other no more have come apart.
+            // Pairs that are no longer near each other have separated.
             while known.next_if(|known| known.robots < pair).is_some() {}
             let known = known.next_if(|known| known.robots == pair);
-            let mut known = known.unwrap_or_else(|| Fixed::new(pair, Vec::new()));
-            narrow.between_fixed(colliders, (a.was_put || b.was_put, slack), &mut known, found);
+            let mut known = known.unwrap_or_else(|| FixedPair::new(pair, Vec::new()));
+            narrow.between_fixed(colliders, (a.teleported || b.teleported, slack), &mut known, found);
             fixed.push(known);
         }
         drop(known);
@@ -103,20 +104,20 @@ impl Contacts {
             a.is_active() && b.is_active() && !a.is_awake() && !b.is_awake()
         };
         list.extend(before.iter().filter(asleep));
-        list.sort_unstable_by_key(|contact| (key(contact), contact.place));
+        list.sort_unstable_by_key(|contact| (key(contact), contact.index));
         true
     }
 
-    /// Pairs that were put into each other where nothing is sure to push them apart, in order.
-    pub(super) fn merged(&self) -> impl Iterator<Item = Pair> + '_ {
-        self.fixed.iter().flat_map(|fixed| fixed.merged.iter().map(|&colliders| (fixed.robots, colliders)))
+    /// Initial overlaps that are ignored, in order.
+    pub(super) fn ignored_overlaps(&self) -> impl Iterator<Item = Pair> + '_ {
+        self.fixed.iter().flat_map(|fixed| fixed.ignored.iter().map(|&colliders| (fixed.robots, colliders)))
     }
 
-    /// Takes over the contacts of another state, and the pairs that are put into each other in it.
-    pub(super) fn replace(&mut self, list: Vec<Contact>, merged: &[Pair]) {
+    /// Takes over the contacts and the ignored overlaps of another state.
+    pub(super) fn replace(&mut self, list: Vec<Contact>, ignored_overlaps: &[Pair]) {
         self.list = list;
-        let of = |pairs: &[Pair]| Fixed::new(pairs[0].0, pairs.iter().map(|pair| pair.1).collect());
-        self.fixed = merged.chunk_by(|a, b| a.0 == b.0).map(of).collect();
+        let of = |pairs: &[Pair]| FixedPair::new(pairs[0].0, pairs.iter().map(|pair| pair.1).collect());
+        self.fixed = ignored_overlaps.chunk_by(|a, b| a.0 == b.0).map(of).collect();
     }
 
     /// Takes the contacts of a robot out.
@@ -125,28 +126,30 @@ impl Contacts {
         self.fixed.retain(|fixed| !fixed.robots.contains(&robot));
     }
 
-    /// The robot at this place is gone, and those after it have moved up.
+    /// The robot at this index is gone, and those after it have moved up.
     pub(super) fn remove(&mut self, robot: usize) {
         self.forget(robot);
         let touching = self.list.iter_mut().flat_map(|contact| &mut contact.robots);
-        for place in touching.chain(self.fixed.iter_mut().flat_map(|fixed| &mut fixed.robots)) {
-            *place -= usize::from(*place > robot);
+        for index in touching.chain(self.fixed.iter_mut().flat_map(|fixed| &mut fixed.robots)) {
+            *index -= usize::from(*index > robot);
         }
     }
 
     /// Feeds everything that a step reads to a hasher.
     pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
         for contact in &self.list {
-            let Touch { colliders, on, point, normal, distance, .. } = contact.touch;
+            let ContactPoint { colliders, on, position, normal, distance, .. } = contact.point;
             for index in contact.robots.into_iter().chain(colliders) {
                 hasher.write_usize(index);
             }
-            let vectors = [on[0], on[1], point, normal, contact.impulse];
+            let vectors = [on[0], on[1], position, normal, contact.impulse];
             for value in vectors.into_iter().flat_map(|vector| vector.to_array()).chain([distance]) {
                 hasher.write_u64(value.to_bits());
             }
         }
-        for index in self.merged().flat_map(|(robots, colliders)| robots.into_iter().chain(colliders)) {
+        for index in
+            self.ignored_overlaps().flat_map(|(robots, colliders)| robots.into_iter().chain(colliders))
+        {
             hasher.write_usize(index);
         }
     }
@@ -154,18 +157,18 @@ impl Contacts {
 
 /// As plain data.
 pub(super) fn contact_state(contact: &Contact) -> ContactState {
-    let Contact { robots, place: _, touch, impulse, total } = *contact;
-    let Touch { colliders, links: _, bodies: _, on, point, normal, distance, surface } = touch;
-    ContactState { robots, colliders, on, point, normal, distance, surface, impulse, total }
+    let Contact { robots, index: _, point, impulse, total } = *contact;
+    let ContactPoint { colliders, links: _, bodies: _, on, position, normal, distance, surface } = point;
+    ContactState { robots, colliders, on, point: position, normal, distance, surface, impulse, total }
 }
 
 /// From plain data; or what is wrong with it, as a sentence.
 pub(super) fn contacts(robots: &[Entity], states: &[ContactState]) -> Result<Vec<Contact>, String> {
     let mut list: Vec<Contact> = Vec::with_capacity(states.len());
     for state in states {
-        let ContactState { robots: places, colliders, on, point, normal, distance, surface, impulse, total } =
+        let ContactState { robots: indices, colliders, on, point, normal, distance, surface, impulse, total } =
             *state;
-        let sides = sides(robots, (places, colliders))?;
+        let sides = sides(robots, (indices, colliders))?;
         if sides.iter().all(|side| side.body.is_none()) {
             return Err("a contact is between what cannot move".into());
         }
@@ -177,15 +180,15 @@ pub(super) fn contacts(robots: &[Entity], states: &[ContactState]) -> Result<Vec
         }
         check_surface(&surface)?;
         let (links, bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
-        let touch = Touch { colliders, links, bodies, on, point, normal, distance, surface };
-        let mut contact = Contact { robots: places, place: 0, touch, impulse, total };
+        let point = ContactPoint { colliders, links, bodies, on, position: point, normal, distance, surface };
+        let mut contact = Contact { robots: indices, index: 0, point, impulse, total };
         if let Some(before) = list.last() {
             if key(before) > key(&contact) {
                 return Err("the contacts are not in the order of their robots and colliders".into());
             }
-            contact.place = if key(before) == key(&contact) { before.place + 1 } else { 0 };
+            contact.index = if key(before) == key(&contact) { before.index + 1 } else { 0 };
         }
-        if contact.place >= MOST {
+        if contact.index >= MOST {
             return Err(format!("there are more than {MOST} contacts between two colliders"));
         }
         list.push(contact);
@@ -193,24 +196,24 @@ pub(super) fn contacts(robots: &[Entity], states: &[ContactState]) -> Result<Vec
     Ok(list)
 }
 
-/// Whether pairs that are put into each other are pairs of these robots, in order.
-pub(super) fn check_merged(robots: &[Entity], merged: &[Pair]) -> Result<(), String> {
-    if !merged.is_sorted_by(|a, b| a < b) {
-        return Err("the pairs that are put into each other are not in order".into());
+/// Whether ignored overlaps are pairs of colliders of these robots, in order.
+pub(super) fn check_ignored_overlaps(robots: &[Entity], ignored_overlaps: &[Pair]) -> Result<(), String> {
+    if !ignored_overlaps.is_sorted_by(|a, b| a < b) {
+        return Err("the initial overlaps that are ignored are not in order".into());
     }
-    merged.iter().try_for_each(|pair| sides(robots, *pair).map(|_sides| ()))
+    ignored_overlaps.iter().try_for_each(|pair| sides(robots, *pair).map(|_sides| ()))
 }
 
 /// What the two sides of a pair are.
-fn sides(robots: &[Entity], (places, colliders): Pair) -> Result<[Side; 2], String> {
+fn sides(robots: &[Entity], (indices, colliders): Pair) -> Result<[Side; 2], String> {
     let side = |i: usize| {
-        let robot = robots.get(places[i]).filter(|robot| robot.is_active());
+        let robot = robots.get(indices[i]).filter(|robot| robot.is_active());
         robot.and_then(|robot| robot.colliders.side(colliders[i]))
     };
-    let ordered = places[0] < places[1] || (places[0] == places[1] && colliders[0] < colliders[1]);
+    let ordered = indices[0] < indices[1] || (indices[0] == indices[1] && colliders[0] < colliders[1]);
     match (side(0), side(1)) {
         (Some(a), Some(b)) if ordered => Ok([a, b]),
-        _ => Err(format!("there is no pair of colliders {colliders:?} of the robots at {places:?}")),
+        _ => Err(format!("there is no pair of colliders {colliders:?} of the robots at {indices:?}")),
     }
 }
 
@@ -226,10 +229,10 @@ fn inherit(list: &mut [Contact], before: &[Contact]) {
         let old = &old[..old.iter().take_while(|old| key(old) == this).count()];
         let single = len == 1 && old.len() == 1;
         let mut taken = 0u64;
-        for (place, contact) in list[start..start + len].iter_mut().enumerate() {
-            contact.place = place;
+        for (index, contact) in list[start..start + len].iter_mut().enumerate() {
+            contact.index = index;
             let way = |old: &Contact| {
-                let on = |i: usize| contact.touch.on[i].distance_squared(old.touch.on[i]);
+                let on = |i: usize| contact.point.on[i].distance_squared(old.point.on[i]);
                 on(0).min(on(1))
             };
             let free = old.iter().take(64).enumerate().filter(|(i, _)| taken >> i & 1 == 0);

@@ -1,6 +1,6 @@
 //! One robot in the world: its dynamics, what it was spawned with, who may drive it.
 
-mod push;
+mod wrenches;
 
 use std::hash::Hasher;
 use std::ops::Range;
@@ -8,14 +8,14 @@ use std::sync::Arc;
 
 use glamx::DPose3;
 use simd_model::RobotModel;
-use simd_model::robot::{JointKind, Limits};
+use simd_model::robot::{JointKind, JointLimits};
 
-pub use self::push::Push;
-use super::command::{ClaimId, Touches};
+pub use self::wrenches::ActiveWrench;
+use super::command::{ClaimId, ContactSettings};
 use super::error::Error;
-use super::snapshot::{Flags, Mode, RootState, Snapshot};
+use super::published_state::{Flags, Mode, PublishedState, RootState};
 use crate::collision::RobotColliders;
-use crate::dynamics::tree::Freedom;
+use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Axis, Tree};
 
 /// A robot in the world.
@@ -31,12 +31,12 @@ pub(super) struct Entity {
     pub model: Arc<RobotModel>,
     /// What it touches with.
     pub colliders: RobotColliders,
-    /// How it was asked to touch.
-    pub touches: Touches,
+    /// How its contacts were configured.
+    pub contact_settings: ContactSettings,
     /// It rests, and no step looks at it.
     pub asleep: bool,
-    /// It was put where it is, and has not moved there by itself, since the last step.
-    pub was_put: bool,
+    /// A command has moved it since the last step.
+    pub teleported: bool,
     /// For how long it has hardly moved, seconds.
     pub still_for: f64,
     /// Where it is and how it moves.
@@ -47,10 +47,10 @@ pub(super) struct Entity {
     pub disabled: Option<Arc<str>>,
     /// Who holds a claim on which joint of the model.
     pub claims: Vec<Option<Arc<Claim>>>,
-    /// Pushes on links.
-    pub pushes: Vec<Push>,
-    /// Those that acted for the last step and are over.
-    pub passed: Vec<Push>,
+    /// Wrenches that commands applied to links.
+    pub applied_wrenches: Vec<ActiveWrench>,
+    /// Wrenches that acted over the last step and have expired.
+    pub expired_wrenches: Vec<ActiveWrench>,
     /// The state before the present step, to go back to if it is not finite.
     pub last_good: (Vec<f64>, Vec<f64>),
 }
@@ -84,35 +84,35 @@ impl Entity {
         let axes = axes(&model, &tree);
         let start = start_positions(&tree, &axes);
         let mut body = Articulation::new(tree, pose, axes, &start);
-        for place in 0..body.tree().bodies.len() {
-            if is_actuated(&model, body.tree(), place) {
+        for index in 0..body.tree().bodies.len() {
+            if is_actuated(&model, body.tree(), index) {
                 if passive {
-                    let rate = body.tree().bodies[place].velocity;
-                    body.axes_mut()[rate].actuator.mode = Mode::Passive;
+                    let velocity = body.tree().bodies[index].velocity;
+                    body.axes_mut()[velocity].actuator.mode = Mode::Passive;
                 } else {
-                    body.hold(place);
+                    body.hold(index);
                 }
             }
         }
         let claims = vec![None; model.joints.len()];
         let (spawned, last_good) = (Arc::new(body.clone()), (Vec::new(), Vec::new()));
-        let (disabled, pushes) = (None, Vec::new());
+        let (disabled, applied_wrenches) = (None, Vec::new());
         Self {
             name,
             version,
             loaded_at_start: false,
             model,
             colliders: RobotColliders::default(),
-            touches: Touches::default(),
+            contact_settings: ContactSettings::default(),
             asleep: false,
-            was_put: true,
+            teleported: true,
             still_for: 0.0,
             body,
             spawned,
             disabled,
             claims,
-            pushes,
-            passed: Vec::new(),
+            applied_wrenches,
+            expired_wrenches: Vec::new(),
             last_good,
         }
     }
@@ -124,64 +124,67 @@ impl Entity {
 
     /// Keeps the state, to go back to if a step spoils it.
     pub(super) fn begin_step(&mut self) {
-        self.begin_pushes();
+        self.begin_wrenches();
         if self.is_awake() {
             self.last_good.0.clear();
             self.last_good.0.extend_from_slice(self.body.positions());
             self.last_good.1.clear();
-            self.last_good.1.extend_from_slice(self.body.rates());
+            self.last_good.1.extend_from_slice(self.body.velocities());
         }
     }
 
     /// Feeds everything that a step reads to a hasher.
     pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
         hasher.write(self.name.as_bytes());
-        for flag in [self.disabled.is_some(), self.asleep, self.was_put] {
+        for flag in [self.disabled.is_some(), self.asleep, self.teleported] {
             hasher.write_u8(flag.into());
         }
         let surfaces = self.colliders.surfaces().flat_map(|surface| [surface.friction, surface.restitution]);
         for value in surfaces.chain([self.still_for]) {
             hasher.write_u64(value.to_bits());
         }
-        // Those of one that is awake are put in place by each step.
-        let left = if self.asleep { self.colliders.left() } else { Vec::new() };
-        for (pose, margin) in left {
+        // Each step updates those of an awake robot.
+        let saved = if self.asleep { self.colliders.save_poses() } else { Vec::new() };
+        for (pose, margin) in saved {
             let pose = pose.translation.to_array().into_iter().chain(pose.rotation.to_array());
             pose.chain([margin]).for_each(|value| hasher.write_u64(value.to_bits()));
         }
-        self.pushes.iter().chain(&self.passed).for_each(|push| push.hash_into(hasher));
+        self.applied_wrenches
+            .iter()
+            .chain(&self.expired_wrenches)
+            .for_each(|wrench| wrench.hash_into(hasher));
         self.body.hash_into(hasher);
     }
 
-    /// Puts bodies and pushes where they are now, and colliders where there are others. Contacts
+    /// Updates bodies and wrenches, and colliders if there are other robots. Contacts
     /// are looked for within `slack` metres and what a part of a step, `h` seconds, moves the
     /// robot.
-    pub(super) fn place(&mut self, others: bool, slack: f64, h: f64) {
+    pub(super) fn update_poses(&mut self, others: bool, slack: f64, h: f64) {
         if self.is_awake() {
-            if !self.pushes.is_empty() {
-                self.push_links();
+            if !self.applied_wrenches.is_empty() {
+                self.update_external_forces();
             }
-            self.body.place();
+            self.body.update_kinematics();
         }
         let Self { body, colliders, asleep, .. } = self;
-        if !*asleep && (others || colliders.touch_each_other()) {
-            colliders.place(body.base(), slack, h, |place| body.body_motion(place));
+        if !*asleep && (others || colliders.has_self_collision()) {
+            colliders.update_poses(body.base(), slack, h, |body_index| body.body_motion(body_index));
         }
     }
 
-    /// Ends a step of so many seconds: passing pushes are over. A state that is not finite is put back and
-    /// the robot disabled; says why.
+    /// Ends a step of so many seconds: expired wrenches are taken out. A state that is not finite is put back and
+    /// the robot disabled; returns why.
     pub(super) fn end_step(&mut self, time_step: f64) -> Option<Arc<str>> {
         if !self.is_active() {
             return None;
         }
-        self.end_pushes(time_step);
+        self.end_wrenches(time_step);
         if self.asleep || self.body.is_finite() {
             return None;
         }
         let culprit = self.first_not_finite();
         self.body.positions_mut().copy_from_slice(&self.last_good.0);
-        self.body.rates_mut().fill(0.0);
+        self.body.velocities_mut().fill(0.0);
         self.body.forget_last_step();
         let reason: Arc<str> = format!(
             "the state of {culprit} was not finite after a step; the robot was put back to the state \
@@ -197,8 +200,8 @@ impl Entity {
         self.claims.fill(None);
         for (claim, joint) in old.claims.iter().zip(&old.model.joints) {
             let Some(claim) = claim else { continue };
-            let place = self.joint(&joint.name).ok().filter(|&place| self.actuated_body(place, 0).is_ok());
-            if let Some(slot) = place.and_then(|place| self.claims.get_mut(place)) {
+            let index = self.joint(&joint.name).ok().filter(|&index| self.actuated_body(index, 0).is_ok());
+            if let Some(slot) = index.and_then(|index| self.claims.get_mut(index)) {
                 *slot = Some(Arc::clone(claim));
             }
         }
@@ -245,7 +248,7 @@ impl Entity {
 
     /// The body of an axis that takes targets.
     pub(super) fn actuated_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
-        let place = self.axis_body(joint, axis, "target")?;
+        let index = self.axis_body(joint, axis, "target")?;
         if let Some(mimic) = self.model.joints[joint].mimic {
             return Err(Error::JointNotActuated {
                 robot: self.name.clone(),
@@ -253,18 +256,18 @@ impl Entity {
                 why: format!("follows joint {:?}", self.model.joints[mimic.joint].name),
             });
         }
-        Ok(place)
+        Ok(index)
     }
 
     /// Bodies that take targets, with their joint.
     pub(super) fn actuated(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let tree = self.body.tree();
         (0..tree.bodies.len())
-            .filter(|&place| is_actuated(&self.model, tree, place))
-            .filter_map(|place| Some((tree.bodies[place].joint?, place)))
+            .filter(|&index| is_actuated(&self.model, tree, index))
+            .filter_map(|index| Some((tree.bodies[index].joint?, index)))
     }
 
-    /// Ranges of each joint of the model within the robot's own joint positions and rates.
+    /// Ranges of each joint of the model within the robot's own joint positions and velocities.
     pub(super) fn joint_ranges(&self) -> (Vec<Range<usize>>, Vec<Range<usize>>) {
         let tree = self.body.tree();
         let (mut position, mut velocity) = (0, 0);
@@ -273,8 +276,8 @@ impl Entity {
             .map(|bodies| {
                 let (p, v) = (position, velocity);
                 for body in &tree.bodies[bodies.clone()] {
-                    position += body.freedom.positions();
-                    velocity += body.freedom.velocities();
+                    position += body.joint_type.positions();
+                    velocity += body.joint_type.velocities();
                 }
                 (p..position, v..velocity)
             })
@@ -282,44 +285,44 @@ impl Entity {
     }
 
     /// Adds what it shows to a snapshot, after a step of so many seconds in parts of `h` seconds.
-    pub(super) fn observe(&self, snapshot: &mut Snapshot, time_step: f64, h: f64) {
+    pub(super) fn observe(&self, state: &mut PublishedState, time_step: f64, h: f64) {
         let tree = self.body.tree();
         let root = tree.root_velocities();
         let mut accelerations = self.body.last_accelerations(h);
         let mut of_root = [0.0; 6];
         of_root.iter_mut().zip(accelerations.by_ref().take(root)).for_each(|(of, value)| *of = value);
-        snapshot.accelerations.extend(accelerations);
+        state.accelerations.extend(accelerations);
         let (linear, angular) = self.body.root_twist();
-        snapshot.roots.push(RootState {
+        state.roots.push(RootState {
             pose: self.body.root_pose(),
             linear,
             angular,
             disabled: self.disabled.clone(),
             accelerations: of_root,
         });
-        snapshot.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);
-        snapshot.velocities.extend_from_slice(&self.body.rates()[root..]);
-        snapshot.efforts.extend_from_slice(&self.body.efforts()[root..]);
+        state.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);
+        state.velocities.extend_from_slice(&self.body.velocities()[root..]);
+        state.efforts.extend_from_slice(&self.body.efforts()[root..]);
         for axis in &self.body.axes()[root..] {
-            snapshot.targets.push(axis.actuator.target);
-            snapshot.modes.push(axis.actuator.mode);
-            snapshot.gains.push(axis.gains(time_step));
+            state.targets.push(axis.actuator.target);
+            state.modes.push(axis.actuator.mode);
+            state.gains.push(axis.gains(time_step));
         }
         for body in tree.bodies.iter().filter(|body| body.joint.is_some()) {
-            match body.freedom {
-                Freedom::Free { .. } => snapshot.flags.extend([Flags::default(); 6]),
-                _ => snapshot.flags.push(self.flags(body.position, body.velocity)),
+            match body.joint_type {
+                JointType::Free { .. } => state.flags.extend([Flags::default(); 6]),
+                _ => state.flags.push(self.flags(body.position, body.velocity)),
             }
         }
     }
 
-    fn flags(&self, position: usize, rate: usize) -> Flags {
+    fn flags(&self, position: usize, velocity: usize) -> Flags {
         /// A joint this near to a limit is at it, rad or m.
         const AT_LIMIT: f64 = 1e-6;
         let position = self.body.positions()[position];
-        let limits = &self.body.axes()[rate].settings.limits;
+        let limits = &self.body.axes()[velocity].settings.limits;
         Flags {
-            saturated: self.body.is_saturated(rate),
+            saturated: self.body.is_saturated(velocity),
             at_lower: limits.lower.is_some_and(|lower| position <= lower + AT_LIMIT),
             at_upper: limits.upper.is_some_and(|upper| position >= upper - AT_LIMIT),
         }
@@ -330,9 +333,9 @@ impl Entity {
         let tree = self.body.tree();
         let bad = tree.bodies.iter().find(|body| {
             let (p, v) = (body.position, body.velocity);
-            let positions = &self.body.positions()[p..p + body.freedom.positions()];
-            let rates = &self.body.rates()[v..v + body.freedom.velocities()];
-            positions.iter().chain(rates).any(|value| !value.is_finite())
+            let positions = &self.body.positions()[p..p + body.joint_type.positions()];
+            let velocities = &self.body.velocities()[v..v + body.joint_type.velocities()];
+            positions.iter().chain(velocities).any(|value| !value.is_finite())
         });
         match bad.and_then(|body| body.joint) {
             Some(joint) => format!("joint {:?}", self.model.joints[joint].name),
@@ -342,17 +345,17 @@ impl Entity {
 }
 
 /// Whether a body's axis takes targets.
-fn is_actuated(model: &RobotModel, tree: &Tree, place: usize) -> bool {
-    let body = &tree.bodies[place];
+fn is_actuated(model: &RobotModel, tree: &Tree, index: usize) -> bool {
+    let body = &tree.bodies[index];
     let follows = |joint: usize| model.joints[joint].mimic.is_some();
-    !matches!(body.freedom, Freedom::Free { .. }) && body.joint.is_some_and(|joint| !follows(joint))
+    !matches!(body.joint_type, JointType::Free { .. }) && body.joint.is_some_and(|joint| !follows(joint))
 }
 
 /// Settings of all axes as the model gives them; nothing is driven yet.
 fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
     let mut axes = vec![Axis::default(); tree.velocity_count];
     for body in &tree.bodies {
-        let (Some(joint), false) = (body.joint, matches!(body.freedom, Freedom::Free { .. })) else {
+        let (Some(joint), false) = (body.joint, matches!(body.joint_type, JointType::Free { .. })) else {
             continue;
         };
         let joint = &model.joints[joint];
@@ -361,8 +364,8 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
         settings.friction = joint.friction;
         // A planar joint's limits would be of three kinds at once: only one axis can have them.
         settings.limits = match joint.kind {
-            JointKind::Planar => Limits::default(),
-            JointKind::Continuous => Limits { lower: None, upper: None, ..joint.limits },
+            JointKind::Planar => JointLimits::default(),
+            JointKind::Continuous => JointLimits { lower: None, upper: None, ..joint.limits },
             _ => joint.limits,
         };
     }
@@ -373,22 +376,22 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
 fn start_positions(tree: &Tree, axes: &[Axis]) -> Vec<f64> {
     let mut q = vec![0.0; tree.position_count];
     for body in &tree.bodies {
-        match body.freedom {
-            Freedom::Free { .. } => q[body.position + 6] = 1.0,
+        match body.joint_type {
+            JointType::Free { .. } => q[body.position + 6] = 1.0,
             _ => q[body.position] = axes[body.velocity].settings.limits.nearest(0.0),
         }
     }
-    follow(tree, &mut q);
+    apply_mimics(tree, &mut q);
     q.split_off(tree.root_positions())
 }
 
-/// Puts joints that follow others where they belong. Chains are as deep as there are pairs.
-pub(super) fn follow(tree: &Tree, q: &mut [f64]) {
-    tree.follow(q);
+/// Sets the positions of mimic joints. Chains are as deep as there are pairs.
+pub(super) fn apply_mimics(tree: &Tree, q: &mut [f64]) {
+    tree.apply_mimics(q);
 }
 
-/// Gives joints that follow others the rates that go with it.
-pub(super) fn follow_rates(tree: &Tree, qd: &mut [f64]) {
+/// Sets the velocities of mimic joints.
+pub(super) fn apply_mimic_velocities(tree: &Tree, qd: &mut [f64]) {
     for _ in 0..tree.mimics.len() {
         for pair in &tree.mimics {
             let leader = qd[tree.bodies[pair.leader].velocity];

@@ -3,24 +3,24 @@
 use std::sync::Arc;
 
 use super::command::{ClaimId, JointProperties, JointSelection, RobotReset};
-use super::entity::{Claim, Entity, follow, follow_rates};
+use super::entity::{Claim, Entity, apply_mimic_velocities, apply_mimics};
 use super::error::Error;
-use super::snapshot::Mode;
+use super::published_state::Mode;
 use super::targets::{moderate_value, sane_limits};
 use super::{EventKind, Reply, Simulation};
 use crate::dynamics::Actuator;
 
 impl Simulation {
     pub(super) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
-        /// A robot, a position, a rate, and the values for them.
+        /// A robot, a position, a velocity, and the values for them.
         type Put = (usize, (usize, f64), (usize, f64));
         let mut puts: Vec<Put> = Vec::new();
         let mut whole = Vec::new();
         for reset in robots {
-            let place = self.place(&reset.robot)?;
-            let entity = &self.entities[place];
+            let robot_index = self.robot_index(&reset.robot)?;
+            let entity = &self.entities[robot_index];
             if reset.joints.is_empty() {
-                whole.push(place);
+                whole.push(robot_index);
             }
             for joint in &reset.joints {
                 let index = entity.joint(&joint.joint)?;
@@ -28,28 +28,28 @@ impl Simulation {
                 let body = &entity.body.tree().bodies[body];
                 let name = &joint.joint;
                 let position = moderate_value(|| format!("the position of joint {name:?}"), joint.position)?;
-                let rate = moderate_value(|| format!("the velocity of joint {name:?}"), joint.velocity)?;
-                puts.push((place, (body.position, position), (body.velocity, rate)));
+                let velocity = moderate_value(|| format!("the velocity of joint {name:?}"), joint.velocity)?;
+                puts.push((robot_index, (body.position, position), (body.velocity, velocity)));
             }
         }
-        for &place in &whole {
-            let entity = &mut self.entities[place];
+        for &robot_index in &whole {
+            let entity = &mut self.entities[robot_index];
             let (p, v) = (entity.body.tree().root_positions(), entity.body.tree().root_velocities());
             entity.body.positions_mut()[p..].copy_from_slice(&entity.spawned.positions()[p..]);
-            entity.body.rates_mut()[v..].fill(0.0);
+            entity.body.velocities_mut()[v..].fill(0.0);
         }
-        for &(place, (position, q), (rate, qd)) in &puts {
-            let body = &mut self.entities[place].body;
+        for &(robot_index, (position, q), (velocity, qd)) in &puts {
+            let body = &mut self.entities[robot_index].body;
             body.positions_mut()[position] = q;
-            body.rates_mut()[rate] = qd;
+            body.velocities_mut()[velocity] = qd;
         }
         let mut touched: Vec<usize> = whole.into_iter().chain(puts.iter().map(|put| put.0)).collect();
         touched.sort_unstable();
         touched.dedup();
-        for place in touched {
-            self.entities[place].settle_after_reset();
-            self.wake_around(place);
-            self.contacts.forget(place);
+        for robot_index in touched {
+            self.entities[robot_index].settle_after_reset();
+            self.wake_around(robot_index);
+            self.contacts.forget(robot_index);
         }
         Ok(Reply::Done)
     }
@@ -59,8 +59,8 @@ impl Simulation {
         robot: &str,
         joints: &[JointProperties],
     ) -> Result<Reply, Error> {
-        let place = self.place(robot)?;
-        let entity = &mut self.entities[place];
+        let robot_index = self.robot_index(robot)?;
+        let entity = &mut self.entities[robot_index];
         let mut accepted = Vec::new();
         for properties in joints {
             let name = &properties.joint;
@@ -89,11 +89,11 @@ impl Simulation {
         }
         for (index, properties) in accepted {
             for body in entity.body.tree().joints[index].clone() {
-                let rate = entity.body.tree().bodies[body].velocity;
-                change(&mut entity.body.axes_mut()[rate].settings, properties);
+                let velocity = entity.body.tree().bodies[body].velocity;
+                change(&mut entity.body.axes_mut()[velocity].settings, properties);
             }
         }
-        self.settings_changed(place);
+        self.settings_changed(robot_index);
         Ok(Reply::Done)
     }
 
@@ -105,8 +105,8 @@ impl Simulation {
     ) -> Result<Reply, Error> {
         let mut taken = Vec::new();
         for selection in selections {
-            let place = self.place(&selection.robot)?;
-            let entity = &self.entities[place];
+            let robot_index = self.robot_index(&selection.robot)?;
+            let entity = &self.entities[robot_index];
             let joints = if selection.joints.is_empty() {
                 let mut all: Vec<usize> = entity.actuated().map(|(joint, _)| joint).collect();
                 all.dedup();
@@ -126,16 +126,16 @@ impl Simulation {
                         holder: other.holder.to_string(),
                     });
                 }
-                taken.push((place, joint));
+                taken.push((robot_index, joint));
             }
         }
         let record = Arc::new(Claim { id: claim, holder: holder.into() });
         self.claims.insert(claim, Arc::clone(&record));
         let mut names = Vec::new();
-        let mut robots: Vec<usize> = taken.iter().map(|(place, _)| *place).collect();
+        let mut robots: Vec<usize> = taken.iter().map(|(robot_index, _)| *robot_index).collect();
         robots.dedup();
-        for (place, joint) in taken {
-            let entity = &mut self.entities[place];
+        for (robot_index, joint) in taken {
+            let entity = &mut self.entities[robot_index];
             entity.claims[joint] = Some(Arc::clone(&record));
             names.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
         }
@@ -147,8 +147,8 @@ impl Simulation {
     pub(super) fn release(&mut self, claim: ClaimId, lapsed: bool) -> Result<Reply, Error> {
         let record = self.claims.remove(&claim).ok_or(Error::ClaimNotFound)?;
         let mut joints = Vec::new();
-        for place in 0..self.entities.len() {
-            let entity = &mut self.entities[place];
+        for robot_index in 0..self.entities.len() {
+            let entity = &mut self.entities[robot_index];
             let before = joints.len();
             for joint in 0..entity.claims.len() {
                 if entity.claims[joint].as_ref().is_none_or(|held| held.id != claim) {
@@ -156,13 +156,13 @@ impl Simulation {
                 }
                 entity.claims[joint] = None;
                 joints.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
-                // Nobody drives it any more: it stays where it is.
+                // It is no longer driven: it holds its position.
                 for body in entity.body.tree().joints[joint].clone() {
                     entity.body.hold(body);
                 }
             }
             if joints.len() > before {
-                self.settings_changed(place);
+                self.settings_changed(robot_index);
             }
         }
         self.happened(EventKind::JointsReleased { holder: record.holder.to_string(), joints, lapsed });
@@ -175,21 +175,22 @@ impl Entity {
     /// new place, and the next step starts from nothing old.
     pub(super) fn settle_after_reset(&mut self) {
         let tree = Arc::clone(self.body.tree());
-        follow(&tree, self.body.positions_mut());
-        follow_rates(&tree, self.body.rates_mut());
+        apply_mimics(&tree, self.body.positions_mut());
+        apply_mimic_velocities(&tree, self.body.velocities_mut());
         for body in &tree.bodies {
-            let (position, rate) = (self.body.positions()[body.position], self.body.rates()[body.velocity]);
+            let (position, velocity) =
+                (self.body.positions()[body.position], self.body.velocities()[body.velocity]);
             let actuator = &mut self.body.axes_mut()[body.velocity].actuator;
             match actuator.mode {
-                Mode::Hold => *actuator = Actuator::hold(position, rate),
-                Mode::Position => (actuator.setpoint, actuator.setpoint_rate) = (position, rate),
+                Mode::Hold => *actuator = Actuator::hold(position, velocity),
+                Mode::Position => (actuator.setpoint, actuator.setpoint_velocity) = (position, velocity),
                 Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => {}
             }
         }
         self.body.forget_last_step();
         self.disabled = None;
-        self.was_put = true;
-        self.push_links();
+        self.teleported = true;
+        self.update_external_forces();
     }
 }
 

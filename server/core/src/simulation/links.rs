@@ -7,7 +7,7 @@ use simd_model::robot::Material;
 use super::command::LinkProperties;
 use super::entity::Entity;
 use super::error::Error;
-use super::snapshot::ContactReport;
+use super::published_state::ContactReport;
 use super::{Reply, Simulation};
 use crate::collision::{RobotColliders, Shapes, Surface};
 
@@ -20,21 +20,21 @@ impl Simulation {
         robot: &str,
         links: &[LinkProperties],
     ) -> Result<Reply, Error> {
-        let place = self.place(robot)?;
-        let entity = &mut self.entities[place];
+        let robot_index = self.robot_index(robot)?;
+        let entity = &mut self.entities[robot_index];
         let found = entity.check_links(links)?;
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
         }
-        self.settings_changed(place);
-        self.wake_around(place);
+        self.settings_changed(robot_index);
+        self.wake_around(robot_index);
         Ok(Reply::Done)
     }
 
     /// Wakes what a robot touches, and what that touches, and itself.
-    pub(super) fn wake_around(&mut self, place: usize) {
+    pub(super) fn wake_around(&mut self, robot_index: usize) {
         let mut reached = vec![false; self.entities.len()];
-        reached[place] = true;
+        reached[robot_index] = true;
         let mut grows = true;
         while grows {
             grows = false;
@@ -42,7 +42,7 @@ impl Simulation {
                 let [a, b] = contact.robots;
                 // What cannot move passes nothing on.
                 let passes =
-                    |robot: usize| reached[robot] && (robot == place || self.entities[robot].moves());
+                    |robot: usize| reached[robot] && (robot == robot_index || self.entities[robot].moves());
                 let (from_a, from_b) = (passes(a), passes(b));
                 if (from_a && !reached[b]) || (from_b && !reached[a]) {
                     (reached[a], reached[b], grows) = (true, true, true);
@@ -57,17 +57,17 @@ impl Simulation {
     /// What touches, as the last step had it, whose parts took `h` seconds each.
     pub(super) fn contact_reports(&self, h: f64) -> impl Iterator<Item = ContactReport> {
         self.contacts.list.iter().map(move |contact| {
-            let touch = &contact.touch;
+            let point = &contact.point;
             let force = contact.total / self.settings.time_step;
-            let normal_force = force.dot(touch.normal);
+            let normal_force = force.dot(point.normal);
             ContactReport {
                 robots: contact.robots,
-                links: touch.links,
-                point: touch.point,
-                normal: touch.normal,
-                depth: -touch.distance,
+                links: point.links,
+                point: point.position,
+                normal: point.normal,
+                depth: -point.distance,
                 normal_force,
-                friction_force: force - touch.normal * normal_force,
+                friction_force: force - point.normal * normal_force,
                 last_force: contact.impulse / h,
             }
         })
@@ -87,10 +87,11 @@ pub(super) fn check_surface(surface: &Surface) -> Result<(), String> {
 impl Entity {
     /// Makes the colliders anew, as the robot was asked to touch.
     pub(super) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {
-        let found = self.check_links(&self.touches.links)?;
+        let found = self.check_links(&self.contact_settings.links)?;
         let tree = self.body.tree();
-        self.colliders = RobotColliders::new(tree, shapes, Surface::default(), self.touches.itself);
-        for (link, properties) in found.into_iter().zip(&self.touches.links) {
+        self.colliders =
+            RobotColliders::new(tree, shapes, Surface::default(), self.contact_settings.self_collision);
+        for (link, properties) in found.into_iter().zip(&self.contact_settings.links) {
             self.colliders.set_material(link, &properties.material);
         }
         Ok(())
@@ -120,8 +121,8 @@ impl Entity {
     pub(super) fn placed_colliders(&self) -> RobotColliders {
         let mut colliders = self.colliders.clone();
         let mut body = self.body.clone();
-        body.place();
-        colliders.place(body.base(), 0.0, 0.0, |place| body.body_motion(place));
+        body.update_kinematics();
+        colliders.update_poses(body.base(), 0.0, 0.0, |body_index| body.body_motion(body_index));
         colliders
     }
 }

@@ -5,7 +5,7 @@
 //! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
 //! * `step`: how they move on.
 //! * [`saved`]: states that are kept; [`world_state`]: one of them as plain data.
-//! * [`snapshot`], [`event`]: what it shows; [`robot_settings`], [`rays`], `reactions`: what follows from that
+//! * [`published_state`], [`event`]: what it shows; [`robot_settings`], [`rays`], `reactions`: what follows from that
 //!   alone, on any thread.
 
 pub mod command;
@@ -15,6 +15,7 @@ pub mod error;
 pub mod event;
 mod joints;
 pub mod links;
+pub mod published_state;
 pub mod rays;
 mod reactions;
 pub mod robot_settings;
@@ -22,7 +23,6 @@ mod robots;
 pub mod saved;
 pub mod settings;
 mod sleep;
-pub mod snapshot;
 mod step;
 mod targets;
 #[cfg(test)]
@@ -40,11 +40,11 @@ use contacts::Contacts;
 use entity::{Claim, Entity};
 pub use error::Error;
 pub use event::{Event, EventKind};
+use published_state::{EntityLayout, WorldLayout};
+pub use published_state::{Moment, PublishedState};
 use robot_settings::RobotSettings;
 pub use saved::{Kept, Saved};
 pub use settings::PhysicsSettings;
-use snapshot::{EntityLayout, WorldLayout};
-pub use snapshot::{Moment, Snapshot};
 use step::StepMemory;
 
 use crate::collision::ColliderPose;
@@ -159,7 +159,7 @@ impl Simulation {
         &self.settings
     }
 
-    /// The robots that there are, and where their values lie in a snapshot.
+    /// The robots that there are, and where their values lie in a published state.
     pub fn layout(&self) -> &Arc<WorldLayout> {
         &self.layout
     }
@@ -169,31 +169,29 @@ impl Simulation {
         std::mem::take(&mut self.events)
     }
 
-    /// Writes what the world looks like into a snapshot, reusing its memory.
-    pub fn observe(&self, snapshot: &mut Snapshot) {
-        snapshot.at = self.now;
-        share(&mut snapshot.world, &self.layout);
-        snapshot.roots.clear();
-        for values in
-            [&mut snapshot.positions, &mut snapshot.velocities, &mut snapshot.efforts, &mut snapshot.targets]
-        {
+    /// Writes the state of the world into a published state, reusing its memory.
+    pub fn observe(&self, state: &mut PublishedState) {
+        state.at = self.now;
+        share(&mut state.world, &self.layout);
+        state.roots.clear();
+        for values in [&mut state.positions, &mut state.velocities, &mut state.efforts, &mut state.targets] {
             values.clear();
         }
-        snapshot.modes.clear();
-        snapshot.gains.clear();
-        snapshot.accelerations.clear();
-        snapshot.flags.clear();
+        state.modes.clear();
+        state.gains.clear();
+        state.accelerations.clear();
+        state.flags.clear();
         let PhysicsSettings { time_step, substeps, .. } = self.settings;
         let h = time_step / f64::from(substeps);
         for entity in &self.entities {
-            entity.observe(snapshot, time_step, h);
+            entity.observe(state, time_step, h);
         }
-        snapshot.contacts.clear();
-        snapshot.contacts.extend(self.contact_reports(h));
-        snapshot.applied_wrenches.clear();
-        snapshot.applied_wrenches.extend(self.applied_wrenches());
-        share(&mut snapshot.settings, &self.robot_settings);
-        share(&mut snapshot.saved, &self.saved);
+        state.contacts.clear();
+        state.contacts.extend(self.contact_reports(h));
+        state.applied_wrenches.clear();
+        state.applied_wrenches.extend(self.applied_wrenches());
+        share(&mut state.settings, &self.robot_settings);
+        share(&mut state.saved, &self.saved);
     }
 
     /// Where the colliders of a robot are, in the order of its shapes: where its links are now.
@@ -201,7 +199,7 @@ impl Simulation {
     /// # Errors
     /// Where there is no such robot.
     pub fn collider_poses(&self, robot: &str) -> Result<Vec<ColliderPose>, Error> {
-        Ok(self.entities[self.place(robot)?].placed_colliders().poses())
+        Ok(self.entities[self.robot_index(robot)?].placed_colliders().poses())
     }
 
     /// How many colliders there are.
@@ -209,8 +207,8 @@ impl Simulation {
         self.entities.iter().map(|entity| entity.colliders.len()).sum()
     }
 
-    /// A robot's place among the robots.
-    fn place(&self, robot: &str) -> Result<usize, Error> {
+    /// The index of a robot.
+    fn robot_index(&self, robot: &str) -> Result<usize, Error> {
         self.entities.iter().position(|entity| entity.name == robot).ok_or_else(|| Error::RobotNotFound {
             robot: robot.to_owned(),
             known: self.entities.iter().map(|entity| entity.name.clone()).collect(),
@@ -218,8 +216,8 @@ impl Simulation {
     }
 
     fn entity_mut(&mut self, robot: &str) -> Result<&mut Entity, Error> {
-        let place = self.place(robot)?;
-        Ok(&mut self.entities[place])
+        let robot_index = self.robot_index(robot)?;
+        Ok(&mut self.entities[robot_index])
     }
 
     fn happened(&mut self, kind: EventKind) {
@@ -234,7 +232,7 @@ impl Simulation {
     /// To be called when robots came, went or changed their model.
     fn lay_out(&mut self) {
         let (mut position, mut velocity) = (0, 0);
-        let entities = self.entities.iter().enumerate().map(|(place, entity)| {
+        let entities = self.entities.iter().enumerate().map(|(robot_index, entity)| {
             let tree = entity.body.tree();
             let (positions, velocities) =
                 (tree.position_count - tree.root_positions(), tree.velocity_count - tree.root_velocities());
@@ -242,7 +240,7 @@ impl Simulation {
             position += positions;
             velocity += velocities;
             // Of hundreds of robots one more leaves the others as they are. A version is of one robot and model.
-            let known = self.layout.entities.get(place).filter(|known| {
+            let known = self.layout.entities.get(robot_index).filter(|known| {
                 known.version == entity.version
                     && (known.positions.start, known.velocities.start) == (first_position, first_velocity)
             });

@@ -3,7 +3,7 @@
 use glamx::DVec3;
 
 use super::error::Error;
-use super::snapshot::Snapshot;
+use super::published_state::PublishedState;
 use crate::collision::rays::Scene;
 
 /// Rays that one request may cast.
@@ -46,7 +46,7 @@ pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
     Ok(())
 }
 
-impl Snapshot {
+impl PublishedState {
     /// What each ray, from its start to its end (world, metres), hits first; `None` where it hits
     /// nothing. Gives up, with nothing, as soon as `is_cancelled`, which is asked before each ray
     /// and each robot.

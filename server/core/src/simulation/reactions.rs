@@ -3,12 +3,12 @@
 use glamx::DVec3;
 
 use super::Simulation;
-use super::entity::Push;
-use super::snapshot::{AppliedWrench, Snapshot};
+use super::entity::ActiveWrench;
+use super::published_state::{AppliedWrench, PublishedState};
 use crate::dynamics::reactions::{Motion, joint_reactions};
 use crate::dynamics::spatial::Spatial;
 
-impl Snapshot {
+impl PublishedState {
     /// One for each joint of the model of the robot at this index: force and torque of the parent link on
     /// the child, in the child link's frame and about its origin, N and N m. At the present pose, with the
     /// accelerations and the contacts of the last step, or of its last part; without accelerations where
@@ -19,7 +19,7 @@ impl Snapshot {
         let configuration = self.configuration(robot)?;
         let poses = self.link_poses(robot)?;
         let tree = &*entity.tree;
-        let (positions, rates) = configuration.state(tree);
+        let (positions, velocities) = configuration.state(tree);
         let to_base = if tree.fixed_base { root.pose.rotation.inverse() } else { glamx::DQuat::IDENTITY };
 
         let of_robot = self.applied_wrenches.iter().filter(|wrench| wrench.robot == robot);
@@ -42,7 +42,7 @@ impl Snapshot {
         let wrenches: Vec<(usize, Spatial)> = applied.chain(contacts).collect();
         let mut accelerations = root.accelerations[..tree.root_velocities()].to_vec();
         accelerations.extend_from_slice(self.accelerations.get(entity.velocities.clone())?);
-        let motion = Motion { positions: &positions, rates: &rates, accelerations: &accelerations };
+        let motion = Motion { positions: &positions, velocities: &velocities, accelerations: &accelerations };
         let carried = joint_reactions(&entity.model, tree, motion, to_base * gravity, &wrenches);
         Some(carried.into_iter().map(|wrench| [wrench.linear, wrench.angular]).collect())
     }
@@ -52,9 +52,13 @@ impl Simulation {
     /// What acted on links over the last step or acts over the next one.
     pub(super) fn applied_wrenches(&self) -> impl Iterator<Item = AppliedWrench> + '_ {
         self.entities.iter().enumerate().flat_map(|(robot, entity)| {
-            let pushes = entity.pushes.iter().filter(|push| !push.waits).chain(&entity.passed);
-            pushes.map(move |push| {
-                let Push { link, force, torque, in_link_axes, point, .. } = *push;
+            let applied_wrenches = entity
+                .applied_wrenches
+                .iter()
+                .filter(|wrench| !wrench.suspended)
+                .chain(&entity.expired_wrenches);
+            applied_wrenches.map(move |wrench| {
+                let ActiveWrench { link, force, torque, in_link_axes, point, .. } = *wrench;
                 AppliedWrench { robot, link, force, torque, in_link_axes, point }
             })
         })

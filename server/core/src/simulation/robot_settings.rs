@@ -3,11 +3,11 @@
 
 use std::sync::Arc;
 
-use simd_model::robot::Limits;
+use simd_model::robot::JointLimits;
 
 use super::Simulation;
 use super::entity::Entity;
-use super::snapshot::{Mode, Snapshot};
+use super::published_state::{Mode, PublishedState};
 use crate::collision::Surface;
 
 /// Settings of one robot.
@@ -23,7 +23,7 @@ pub struct RobotSettings {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointSettings {
     /// In force.
-    pub limits: Limits,
+    pub limits: JointLimits,
     /// N m s/rad or N s/m.
     pub damping: f64,
     /// N m or N.
@@ -47,7 +47,7 @@ pub struct JointStatus {
     pub settings: JointSettings,
 }
 
-impl Snapshot {
+impl PublishedState {
     /// What holds for the joints of the robot at this index, in the model's order.
     pub fn joint_status(&self, robot: usize) -> Option<Vec<JointStatus>> {
         let entity = self.world.entities.get(robot)?;
@@ -88,7 +88,7 @@ impl Entity {
     fn joint_settings(&self, joint: usize) -> JointSettings {
         let tree = self.body.tree();
         let mut bodies = tree.bodies[tree.joints[joint].clone()].iter();
-        let axis = bodies.find(|body| body.freedom.velocities() == 1);
+        let axis = bodies.find(|body| body.joint_type.velocities() == 1);
         let settings = axis.map(|body| self.body.axes()[body.velocity].settings.clone()).unwrap_or_default();
         JointSettings {
             limits: settings.limits,

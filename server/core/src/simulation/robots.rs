@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 
-use super::command::{LONGEST_PUSH, Lasts, LinkWrench, Reload, Spawn, Touches};
-use super::entity::{Entity, Push, follow};
+use super::command::{ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration};
+use super::entity::{ActiveWrench, Entity, apply_mimics};
 use super::error::Error;
 use super::targets::{finite_value, moderate_value};
 use super::{EventKind, Reply, Simulation};
@@ -33,20 +33,20 @@ impl Simulation {
             let element = || format!("the initial position of joint {joint:?}");
             let value = moderate_value(element, *position)?;
             let index = entity.joint(joint)?;
-            let place = entity.axis_body(index, 0, "the initial position")?;
-            let body = &entity.body.tree().bodies[place];
-            let (position, rate) = (body.position, body.velocity);
+            let body = entity.axis_body(index, 0, "the initial position")?;
+            let body = &entity.body.tree().bodies[body];
+            let (position, velocity) = (body.position, body.velocity);
             entity.body.positions_mut()[position] = value;
-            let axis = &mut entity.body.axes_mut()[rate];
+            let axis = &mut entity.body.axes_mut()[velocity];
             if axis.actuator.mode == Mode::Hold {
                 axis.actuator = Actuator::hold(value, 0.0);
             }
         }
         let tree = std::sync::Arc::clone(entity.body.tree());
-        follow(&tree, entity.body.positions_mut());
+        apply_mimics(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
         entity.spawned = std::sync::Arc::new(entity.body.clone());
-        entity.touches = spawn.touches.clone();
+        entity.contact_settings = spawn.contact_settings.clone();
         entity.make_colliders(&spawn.shapes)?;
         // What sleeps is not looked for by what cannot move.
         if tree.fixed_base {
@@ -60,9 +60,9 @@ impl Simulation {
     }
 
     pub(super) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
-        let place = self.place(&reload.robot)?;
+        let robot_index = self.robot_index(&reload.robot)?;
         let version = self.take_version();
-        let old = &self.entities[place];
+        let old = &self.entities[robot_index];
         let (pose, fixed) = (old.body.root_pose(), old.body.tree().fixed_base);
         let model = std::sync::Arc::clone(&reload.model);
         let mut new = Entity::new(old.name.clone(), version, model, fixed, pose, false);
@@ -82,17 +82,17 @@ impl Simulation {
             let (from, to) = (old.body.tree().joints[was].clone(), new.body.tree().joints[index].clone());
             for (from, to) in from.zip(to) {
                 let (from, to) = (&old.body.tree().bodies[from], new.body.tree().bodies[to].clone());
-                if from.freedom.positions() != to.freedom.positions() {
+                if from.joint_type.positions() != to.joint_type.positions() {
                     continue;
                 }
-                for i in 0..to.freedom.positions() {
+                for i in 0..to.joint_type.positions() {
                     let value = old.body.positions()[from.position + i];
                     new.body.positions_mut()[to.position + i] = value;
                     spawned.positions_mut()[to.position + i] = old.spawned.positions()[from.position + i];
                 }
-                for i in 0..to.freedom.velocities() {
+                for i in 0..to.joint_type.velocities() {
                     let axis = &old.body.axes()[from.velocity + i];
-                    new.body.rates_mut()[to.velocity + i] = old.body.rates()[from.velocity + i];
+                    new.body.velocities_mut()[to.velocity + i] = old.body.velocities()[from.velocity + i];
                     if new.body.axes()[to.velocity + i].actuator.mode != Mode::None
                         && axis.actuator.mode != Mode::None
                     {
@@ -111,23 +111,23 @@ impl Simulation {
 
         // What was asked of links that the new model has not is forgotten.
         let known = |link: &str| link.is_empty() || new.link(link).is_ok();
-        let links = old.touches.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
-        new.touches = Touches { links, ..old.touches };
+        let links = old.contact_settings.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
+        new.contact_settings = ContactSettings { links, ..old.contact_settings };
         new.make_colliders(&reload.shapes)?;
-        self.wake_around(place);
-        self.contacts.forget(place);
+        self.wake_around(robot_index);
+        self.contacts.forget(robot_index);
         let robot = reload.robot.clone();
-        self.entities[place] = new;
+        self.entities[robot_index] = new;
         self.lay_out();
         self.happened(EventKind::EntityReloaded { robot, layout_version: version });
         Ok(Reply::Reloaded { added, removed })
     }
 
     pub(super) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
-        let place = self.place(robot)?;
-        self.wake_around(place);
-        self.contacts.remove(place);
-        self.entities.remove(place);
+        let robot_index = self.robot_index(robot)?;
+        self.wake_around(robot_index);
+        self.contacts.remove(robot_index);
+        self.entities.remove(robot_index);
         self.lay_out();
         self.happened(EventKind::EntityDeleted { robot: robot.to_owned() });
         Ok(Reply::Done)
@@ -156,7 +156,7 @@ impl Simulation {
             }
         }
         if let Some(pose) = pose {
-            // The angular rate is kept in the body's own axes: keep it as the world sees it.
+            // The angular velocity is kept in the body's own axes: keep it as the world sees it.
             let (linear, angular) = entity.body.root_twist();
             entity.body.set_root_pose(pose);
             entity.body.set_root_twist(linear, angular);
@@ -165,11 +165,11 @@ impl Simulation {
             entity.body.set_root_twist(linear, angular);
         }
         entity.disabled = None;
-        entity.was_put = true;
-        entity.push_links();
+        entity.teleported = true;
+        entity.update_external_forces();
         let moves = entity.moves();
-        let place = self.place(robot)?;
-        self.wake_around(place);
+        let robot_index = self.robot_index(robot)?;
+        self.wake_around(robot_index);
         if !moves {
             // What cannot move does not look for what sleeps where it is put.
             self.entities.iter_mut().for_each(Entity::wake);
@@ -180,22 +180,30 @@ impl Simulation {
     pub(super) fn apply_wrench(&mut self, wrench: &LinkWrench) -> Result<Reply, Error> {
         let entity = self.entity_mut(&wrench.robot)?;
         let link = entity.link(&wrench.link)?;
-        let LinkWrench { force, torque, in_link_axes, point, lasts, .. } = *wrench;
+        let LinkWrench { force, torque, in_link_axes, point, duration, .. } = *wrench;
         let size = force.length() + torque.length() + point.length();
         finite_value(|| format!("the wrench on link {:?}", wrench.link), size)?;
-        if let Lasts::For(seconds) = lasts
-            && !(0.0..=LONGEST_PUSH).contains(&seconds)
+        if let WrenchDuration::For(seconds) = duration
+            && !(0.0..=MAX_WRENCH_DURATION).contains(&seconds)
         {
             return Err(Error::InvalidValue {
                 element: format!("the duration of the wrench on link {:?}", wrench.link),
                 value: seconds.to_string(),
-                expected: format!("it must be 0 to {LONGEST_PUSH} seconds"),
+                expected: format!("it must be 0 to {MAX_WRENCH_DURATION} seconds"),
             });
         }
-        entity.push(Push { link, force, torque, in_link_axes, point, lasts, waits: false });
-        entity.push_links();
-        let place = self.place(&wrench.robot)?;
-        self.wake_around(place);
+        entity.add_wrench(ActiveWrench {
+            link,
+            force,
+            torque,
+            in_link_axes,
+            point,
+            duration,
+            suspended: false,
+        });
+        entity.update_external_forces();
+        let robot_index = self.robot_index(&wrench.robot)?;
+        self.wake_around(robot_index);
         Ok(Reply::Done)
     }
 

@@ -3,15 +3,15 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::command::{LONGEST_PUSH, Lasts, SavedStateInfo};
+use super::command::{MAX_WRENCH_DURATION, SavedStateInfo, WrenchDuration};
 use super::contacts::Pair;
 use super::entity::Entity;
 use super::error::Error;
 use super::links::check_surface;
 use super::robots::is_robot_name;
 use super::world::{SUBSTEPS, TIME_STEP};
-use super::world_state::{Misfit, Push, RobotState, WorldState};
-use super::{Moment, PhysicsSettings, Reply, Simulation, Snapshot};
+use super::world_state::{ActiveWrench, InvalidState, RobotState, WorldState};
+use super::{Moment, PhysicsSettings, PublishedState, Reply, Simulation};
 use crate::dynamics::articulation::{finite, sizes};
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::{Articulation, Tree};
@@ -28,7 +28,7 @@ pub(super) struct State {
     pub(super) settings: PhysicsSettings,
     pub(super) entities: Vec<Entity>,
     pub(super) contacts: Vec<Contact>,
-    pub(super) merged: Vec<Pair>,
+    pub(super) ignored_overlaps: Vec<Pair>,
 }
 
 /// One that a world keeps, under a name. Cheap to copy.
@@ -66,16 +66,16 @@ impl Simulation {
             settings: self.settings,
             entities: self.entities.clone(),
             contacts: self.contacts.list.clone(),
-            merged: self.contacts.merged().collect(),
+            ignored_overlaps: self.contacts.ignored_overlaps().collect(),
         }
     }
 
     /// Makes a state the present one.
     pub(super) fn go_back(&mut self, state: State) {
-        let State { at, time_base, settings, entities, contacts, merged } = state;
+        let State { at, time_base, settings, entities, contacts, ignored_overlaps } = state;
         (self.now, self.time_base, self.settings) = (at, time_base, settings);
         self.entities = entities;
-        self.contacts.replace(contacts, &merged);
+        self.contacts.replace(contacts, &ignored_overlaps);
     }
 
     /// Keeps a state that came from elsewhere.
@@ -116,9 +116,9 @@ impl Simulation {
     }
 
     pub(super) fn forget(&mut self, name: &str) -> Result<Reply, Error> {
-        let place = self.saved.iter().position(|kept| kept.name == name);
-        let place = place.ok_or_else(|| self.no_saved_state(name))?;
-        Arc::make_mut(&mut self.saved).remove(place);
+        let index = self.saved.iter().position(|kept| kept.name == name);
+        let index = index.ok_or_else(|| self.no_saved_state(name))?;
+        Arc::make_mut(&mut self.saved).remove(index);
         Ok(Reply::Done)
     }
 
@@ -143,7 +143,7 @@ fn no_saved_state(saved: &[Kept], name: &str) -> Error {
     Error::SavedStateNotFound { name: name.to_owned(), known }
 }
 
-impl Snapshot {
+impl PublishedState {
     /// A state that the world can go back to, by name.
     ///
     /// # Errors
@@ -178,7 +178,7 @@ impl Kept {
 impl Saved {
     /// As plain data.
     pub fn world_state(&self) -> WorldState {
-        let State { at, time_base, settings, entities, contacts, merged } = &*self.0;
+        let State { at, time_base, settings, entities, contacts, ignored_overlaps } = &*self.0;
         WorldState {
             step: at.step,
             sim_time: at.sim_time,
@@ -186,7 +186,7 @@ impl Saved {
             settings: *settings,
             robots: entities.iter().map(robot_state).collect(),
             contacts: contacts.iter().map(super::contacts::contact_state).collect(),
-            merged: merged.clone(),
+            ignored_overlaps: ignored_overlaps.clone(),
         }
     }
 
@@ -199,26 +199,26 @@ impl Saved {
     ///
     /// # Errors
     /// Where no world can be in such a state.
-    pub fn new(state: WorldState) -> Result<Self, Misfit> {
-        let WorldState { step, sim_time, time_base, settings, robots, contacts, merged } = state;
-        check_world(step, sim_time, time_base, settings).map_err(Misfit::World)?;
+    pub fn new(state: WorldState) -> Result<Self, InvalidState> {
+        let WorldState { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps } = state;
+        check_world(step, sim_time, time_base, settings).map_err(InvalidState::World)?;
         let mut names = BTreeSet::new();
         let mut entities = Vec::with_capacity(robots.len());
         for robot in robots {
             let name = robot.name.clone();
             if !is_robot_name(&name) {
-                return Err(Misfit::World(format!("{name:?} is no name of a robot")));
+                return Err(InvalidState::World(format!("{name:?} is not a valid name of a robot")));
             }
             if !names.insert(name.clone()) {
-                return Err(Misfit::World(format!("there are two robots {name:?}")));
+                return Err(InvalidState::World(format!("there are two robots {name:?}")));
             }
-            let misfit = |what| Misfit::Robot { robot: name, what };
-            entities.push(entity(robot).map_err(misfit)?);
+            let invalid = |what| InvalidState::Robot { robot: name, what };
+            entities.push(entity(robot).map_err(invalid)?);
         }
-        let contacts = super::contacts::contacts(&entities, &contacts).map_err(Misfit::World)?;
-        super::contacts::check_merged(&entities, &merged).map_err(Misfit::World)?;
+        let contacts = super::contacts::contacts(&entities, &contacts).map_err(InvalidState::World)?;
+        super::contacts::check_ignored_overlaps(&entities, &ignored_overlaps).map_err(InvalidState::World)?;
         let at = Moment { epoch: 0, step, sim_time };
-        Ok(Self(Arc::new(State { at, time_base, settings, entities, contacts, merged })))
+        Ok(Self(Arc::new(State { at, time_base, settings, entities, contacts, ignored_overlaps })))
     }
 }
 
@@ -246,17 +246,17 @@ fn robot_state(entity: &Entity) -> RobotState {
         model: Arc::clone(&entity.model),
         shapes: Arc::clone(entity.colliders.shapes()),
         fixed_base: entity.is_fixed(),
-        touches: entity.touches.clone(),
+        contact_settings: entity.contact_settings.clone(),
         surfaces: entity.colliders.surfaces().collect(),
-        asleep: entity.asleep.then(|| entity.colliders.left()),
-        was_put: entity.was_put,
+        asleep: entity.asleep.then(|| entity.colliders.save_poses()),
+        teleported: entity.teleported,
         still_for: entity.still_for,
         disabled: entity.disabled.as_deref().map(str::to_owned),
         body: entity.body.body_state(),
         spawned: entity.spawned.body_state(),
         last_good: entity.last_good.clone(),
-        pushes: entity.pushes.clone(),
-        passed: entity.passed.clone(),
+        applied_wrenches: entity.applied_wrenches.clone(),
+        expired_wrenches: entity.expired_wrenches.clone(),
     }
 }
 
@@ -268,71 +268,84 @@ fn entity(state: RobotState) -> Result<Entity, String> {
         model,
         shapes,
         fixed_base,
-        touches,
+        contact_settings,
         surfaces,
         asleep,
-        was_put,
+        teleported,
         still_for,
         disabled,
         body,
         spawned,
         last_good,
-        pushes,
-        passed,
+        applied_wrenches,
+        expired_wrenches,
     } = state;
     let mut entity = Entity::new(name, 0, model, fixed_base, body.base, true);
     let tree = Arc::clone(entity.body.tree());
     check_last_good(&tree, &last_good)?;
-    check_pushes(&entity, pushes.iter().chain(&passed))?;
+    check_wrenches(&entity, applied_wrenches.iter().chain(&expired_wrenches))?;
     sizes("a time of rest", [still_for])?;
     entity.body = Articulation::from_body_state(&tree, body)?;
     let in_spawned = |what| format!("{what}, in the state that it was spawned with");
     entity.spawned = Arc::new(Articulation::from_body_state(&tree, spawned).map_err(in_spawned)?);
-    entity.touches = touches;
+    entity.contact_settings = contact_settings;
     entity.make_colliders(&shapes).map_err(|error| format!("a surface that cannot be: {error}"))?;
     surfaces.iter().try_for_each(check_surface)?;
     entity.colliders.set_surfaces(&surfaces)?;
-    if let Some(left) = &asleep {
+    if let Some(poses) = &asleep {
         if !entity.may_sleep() {
             return Err("a sleep that only a single free body can be in".into());
         }
-        entity.colliders.leave(left)?;
+        entity.colliders.restore_poses(poses)?;
     }
     // One that sleeps may wake within a step, and then needs a state to go back to.
     let last_good = if asleep.is_some() && last_good.0.is_empty() {
-        (entity.body.positions().to_vec(), entity.body.rates().to_vec())
+        (entity.body.positions().to_vec(), entity.body.velocities().to_vec())
     } else {
         last_good
     };
     let (asleep, disabled) = (asleep.is_some(), disabled.map(Arc::from));
-    Ok(Entity { loaded_at_start, was_put, still_for, asleep, disabled, pushes, passed, last_good, ..entity })
+    Ok(Entity {
+        loaded_at_start,
+        teleported,
+        still_for,
+        asleep,
+        disabled,
+        applied_wrenches,
+        expired_wrenches,
+        last_good,
+        ..entity
+    })
 }
 
-fn check_last_good(tree: &Tree, (positions, rates): &(Vec<f64>, Vec<f64>)) -> Result<(), String> {
-    let none = positions.is_empty() && rates.is_empty();
-    if !none && (positions.len(), rates.len()) != (tree.position_count, tree.velocity_count) {
+fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) -> Result<(), String> {
+    let none = positions.is_empty() && velocities.is_empty();
+    if !none && (positions.len(), velocities.len()) != (tree.position_count, tree.velocity_count) {
         return Err(format!(
-            "{} positions and {} rates before the last step, where its model has {} and {}",
+            "{} positions and {} velocities before the last step, where its model has {} and {}",
             positions.len(),
-            rates.len(),
+            velocities.len(),
             tree.position_count,
             tree.velocity_count
         ));
     }
-    finite("a state before the last step", positions.iter().chain(rates).copied())
+    finite("a state before the last step", positions.iter().chain(velocities).copied())
 }
 
-fn check_pushes<'a>(entity: &Entity, mut pushes: impl Iterator<Item = &'a Push>) -> Result<(), String> {
-    pushes.try_for_each(|push| {
-        let Push { link, force, torque, point, lasts, .. } = push;
+fn check_wrenches<'a>(
+    entity: &Entity,
+    mut wrenches: impl Iterator<Item = &'a ActiveWrench>,
+) -> Result<(), String> {
+    wrenches.try_for_each(|wrench| {
+        let ActiveWrench { link, force, torque, point, duration, .. } = wrench;
         if *link >= entity.model.links.len() {
-            return Err(format!("a push on its link {link}, of {}", entity.model.links.len()));
+            return Err(format!("a wrench on its link {link}, of {}", entity.model.links.len()));
         }
-        if let Lasts::For(left) = lasts
-            && !(0.0..=LONGEST_PUSH).contains(left)
+        if let WrenchDuration::For(left) = duration
+            && !(0.0..=MAX_WRENCH_DURATION).contains(left)
         {
-            return Err(format!("a push for {left} s, which is not 0 to {LONGEST_PUSH}"));
+            return Err(format!("a wrench for {left} s, which is not 0 to {MAX_WRENCH_DURATION}"));
         }
-        finite("pushes", [force, torque, point].into_iter().flat_map(|vector| vector.to_array()))
+        finite("wrenches", [force, torque, point].into_iter().flat_map(|vector| vector.to_array()))
     })
 }

@@ -41,7 +41,7 @@ impl Groups {
         above.clear();
         above.extend(0..robots.len());
         for contact in contacts {
-            if contact.touch.bodies.iter().all(Option::is_some) {
+            if contact.point.bodies.iter().all(Option::is_some) {
                 let [a, b] = contact.robots.map(|robot| first(above, robot));
                 above[a.max(b)] = a.min(b);
             }
@@ -53,10 +53,10 @@ impl Groups {
         members.extend((0..robots.len()).filter(|&robot| robots[robot].is_active() && robots[robot].moves()));
         members.sort_unstable_by_key(|&robot| (above[robot], robot));
         // Of a contact with what cannot move, the side that can says where it belongs.
-        let group = |place: &usize| {
-            let contact = &contacts[*place];
-            let side = usize::from(contact.touch.bodies[0].is_none());
-            (above[contact.robots[side]], *place)
+        let group = |index: &usize| {
+            let contact = &contacts[*index];
+            let side = usize::from(contact.point.bodies[0].is_none());
+            (above[contact.robots[side]], *index)
         };
         sorted.clear();
         sorted.extend(0..contacts.len());
@@ -66,7 +66,7 @@ impl Groups {
         while m < members.len() {
             let root = above[members[m]];
             m += members[m..].iter().take_while(|&&robot| above[robot] == root).count();
-            c += sorted[c..].iter().take_while(|&&place| group(&place).0 == root).count();
+            c += sorted[c..].iter().take_while(|&&index| group(&index).0 == root).count();
             ends.push((m, c));
         }
     }
@@ -76,9 +76,9 @@ impl Groups {
     pub(super) fn wake(&self, robots: &mut [Entity], contacts: &mut [Contact], done: f64) {
         for group in self.all() {
             if group.members.iter().any(|&robot| robots[robot].is_awake()) {
-                for &place in group.contacts {
-                    if !acts(robots, &contacts[place]) {
-                        contacts[place].total *= done;
+                for &index in group.contacts {
+                    if !acts(robots, &contacts[index]) {
+                        contacts[index].total *= done;
                     }
                 }
                 group.members.iter().for_each(|&robot| robots[robot].wake());
@@ -106,7 +106,7 @@ impl Groups {
 /// Whether a step solves a contact: something that it can move is awake. A box may sleep on the base of an arm
 /// that moves.
 pub(super) fn acts(robots: &[Entity], contact: &Contact) -> bool {
-    let mut sides = contact.robots.into_iter().zip(contact.touch.bodies);
+    let mut sides = contact.robots.into_iter().zip(contact.point.bodies);
     sides.any(|(robot, body)| body.is_some() && robots[robot].is_awake())
 }
 
@@ -137,11 +137,11 @@ impl Group<'_> {
 }
 
 fn is_still(robot: &Entity) -> bool {
-    let square = |rates: &[f64]| rates.iter().map(|rate| rate * rate).sum::<f64>();
-    match robot.body.rates() {
-        rates if rates.len() == 6 => {
-            square(&rates[..3]) < STILL_LINEAR * STILL_LINEAR
-                && square(&rates[3..]) < STILL_ANGULAR * STILL_ANGULAR
+    let square = |velocities: &[f64]| velocities.iter().map(|velocity| velocity * velocity).sum::<f64>();
+    match robot.body.velocities() {
+        velocities if velocities.len() == 6 => {
+            square(&velocities[..3]) < STILL_LINEAR * STILL_LINEAR
+                && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
         }
         _ => false,
     }
@@ -173,7 +173,7 @@ impl Entity {
 
     fn fall_asleep(&mut self) {
         self.asleep = true;
-        self.body.rates_mut().fill(0.0);
+        self.body.velocities_mut().fill(0.0);
     }
 
     /// Makes a step look at it again.
@@ -181,7 +181,7 @@ impl Entity {
         if self.asleep {
             self.asleep = false;
             self.still_for = 0.0;
-            self.body.place();
+            self.body.update_kinematics();
         }
     }
 }

@@ -21,11 +21,10 @@ pub(super) struct StepMemory {
 impl Simulation {
     /// Advances the world by one time step, in as many equal parts as the settings say.
     ///
-    /// Each part: bodies are put in place; what touches is found; what sleeps and is touched by
-    /// something awake wakes; each robot takes its actuators' laws and finds its new rates; a
-    /// robot that touches nothing that can move it makes its rates keep to its own rows, and
-    /// robots that touch each other are solved together; positions follow; what rests falls
-    /// asleep.
+    /// Each part: poses are updated; contacts are found; a sleeping robot that something awake touches wakes;
+    /// each robot takes its actuators' laws and finds its new velocities; a robot without contacts
+    /// solves its own constraints, and robots that touch each other are solved together; positions
+    /// are integrated; robots at rest fall asleep.
     ///
     /// Allocates nothing once there have been as many contacts at a time as there will be,
     /// except where hulls or cylinders overlap: parry finds their depth by EPA, in memory of its
@@ -62,11 +61,11 @@ impl Simulation {
                 return false;
             }
         }
-        for place in 0..self.entities.len() {
-            let entity = &mut self.entities[place];
+        for robot_index in 0..self.entities.len() {
+            let entity = &mut self.entities[robot_index];
             if let Some(reason) = entity.end_step(time_step) {
                 let (robot, reason) = (entity.name.clone(), reason.to_string());
-                self.contacts.forget(place);
+                self.contacts.forget(robot_index);
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
         }
@@ -102,12 +101,12 @@ fn advance(
     // One that is alone with its shapes meets nothing, and need not know where they are.
     let shaped = robots.iter().filter(|robot| robot.is_active() && !robot.colliders.is_empty()).count();
     for robot in robots.iter_mut().filter(|robot| robot.is_active()) {
-        robot.place(shaped > 1, slack, h);
+        robot.update_poses(shaped > 1, slack, h);
     }
     if !contacts.find(robots, slack, interrupt) {
         return false;
     }
-    robots.iter_mut().for_each(|robot| robot.was_put = false);
+    robots.iter_mut().for_each(|robot| robot.teleported = false);
     groups.gather(robots, &contacts.list);
     groups.wake(robots, &mut contacts.list, done);
     for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {
@@ -117,8 +116,8 @@ fn advance(
         if !robots[group.members[0]].is_awake() {
             continue;
         }
-        // A robot whose rates are no numbers spoils no other one.
-        let sound = group.members.iter().all(|&member| robots[member].body.new_rates_are_finite());
+        // A robot with velocities that are not finite is solved alone, so that it does not spoil others.
+        let sound = group.members.iter().all(|&member| robots[member].body.new_velocities_are_finite());
         if group.contacts.is_empty() || !sound {
             for &member in group.members {
                 robots[member].body.solve_alone(gravity, h);
@@ -130,8 +129,8 @@ fn advance(
                 return false;
             }
         }
-        for &place in group.contacts {
-            let contact = &mut contacts.list[place];
+        for &robot_index in group.contacts {
+            let contact = &mut contacts.list[robot_index];
             contact.total += contact.impulse;
         }
         group.rest(robots, h, ends);

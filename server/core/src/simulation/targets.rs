@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use simd_model::robot::Limits;
+use simd_model::robot::JointLimits;
 
 use super::command::{Clamped, RobotTargets, SetTargets, Target, WholeTarget};
 use super::entity::{Claim, Entity};
@@ -10,10 +10,10 @@ use super::error::Error;
 use super::{Reply, Simulation};
 use crate::dynamics::{Actuator, Axis, Mode};
 
-/// A target that was found good: which robot, which rate, what it does there.
+/// A target that was found good: which robot, which velocity, what it does there.
 struct Accepted {
     entity: usize,
-    rate: usize,
+    dof: usize,
     actuator: Actuator,
 }
 
@@ -26,14 +26,14 @@ impl Simulation {
         }
         let mut check = Check { request, accepted: Vec::new(), clamped: Vec::new() };
         for targets in &request.robots {
-            let place = self.place(&targets.robot)?;
-            check.robot(place, &self.entities[place], targets)?;
+            let robot_index = self.robot_index(&targets.robot)?;
+            check.robot(robot_index, &self.entities[robot_index], targets)?;
         }
         let Check { accepted, clamped, .. } = check;
         let law = |actuator: &Actuator| (actuator.mode, actuator.stiffness, actuator.damping);
         let mut changed_law = false;
-        for Accepted { entity, rate, actuator } in accepted {
-            let present = &mut self.entities[entity].body.axes_mut()[rate].actuator;
+        for Accepted { entity, dof, actuator } in accepted {
+            let present = &mut self.entities[entity].body.axes_mut()[dof].actuator;
             changed_law |= law(present) != law(&actuator);
             *present = actuator;
         }
@@ -49,7 +49,7 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn robot(&mut self, place: usize, entity: &Entity, targets: &RobotTargets) -> Result<(), Error> {
+    fn robot(&mut self, robot_index: usize, entity: &Entity, targets: &RobotTargets) -> Result<(), Error> {
         if targets.layout_version != 0 && targets.layout_version != entity.version {
             return Err(Error::LayoutChanged {
                 robot: entity.name.clone(),
@@ -58,26 +58,26 @@ impl Check<'_> {
             });
         }
         if let Some(whole) = &targets.whole {
-            self.whole(place, entity, whole)?;
+            self.whole(robot_index, entity, whole)?;
         }
-        let mut seen = vec![false; entity.body.rates().len()];
+        let mut seen = vec![false; entity.body.velocities().len()];
         for joint_target in &targets.joints {
             let joint = entity.joint(&joint_target.joint)?;
             let body = entity.actuated_body(joint, joint_target.axis)?;
-            let rate = entity.body.tree().bodies[body].velocity;
-            if std::mem::replace(&mut seen[rate], true) {
+            let dof = entity.body.tree().bodies[body].velocity;
+            if std::mem::replace(&mut seen[dof], true) {
                 return Err(Error::InvalidValue {
                     element: format!("the list of targets for robot {:?}", entity.name),
                     value: format!("naming joint {:?} twice", joint_target.joint),
                     expected: "each joint can have one target in a request".into(),
                 });
             }
-            self.joint(place, entity, joint, body, &joint_target.target)?;
+            self.joint(robot_index, entity, joint, body, &joint_target.target)?;
         }
         Ok(())
     }
 
-    fn whole(&mut self, place: usize, entity: &Entity, whole: &WholeTarget) -> Result<(), Error> {
+    fn whole(&mut self, robot_index: usize, entity: &Entity, whole: &WholeTarget) -> Result<(), Error> {
         let tree = entity.body.tree();
         let root = tree.root_velocities();
         let expected = tree.velocity_count - root;
@@ -103,22 +103,22 @@ impl Check<'_> {
                 WholeTarget::Passive => Target::Passive,
                 WholeTarget::Hold => Target::Hold,
             };
-            self.joint(place, entity, joint, body, &target)?;
+            self.joint(robot_index, entity, joint, body, &target)?;
         }
         Ok(())
     }
 
     fn joint(
         &mut self,
-        place: usize,
+        robot_index: usize,
         entity: &Entity,
         joint: usize,
         body: usize,
         target: &Target,
     ) -> Result<(), Error> {
         let name = &entity.model.joints[joint].name;
-        let stranger = |claim: &&Arc<Claim>| self.request.claim != Some(claim.id);
-        if let Some(claim) = entity.claims[joint].as_ref().filter(stranger) {
+        let is_another = |claim: &&Arc<Claim>| self.request.claim != Some(claim.id);
+        if let Some(claim) = entity.claims[joint].as_ref().filter(is_another) {
             return Err(Error::JointClaimed {
                 robot: entity.name.clone(),
                 joint: name.clone(),
@@ -127,7 +127,8 @@ impl Check<'_> {
         }
         let body = &entity.body.tree().bodies[body];
         let axis = &entity.body.axes()[body.velocity];
-        let (position, rate) = (entity.body.positions()[body.position], entity.body.rates()[body.velocity]);
+        let (position, joint_velocity) =
+            (entity.body.positions()[body.position], entity.body.velocities()[body.velocity]);
         finite(name, target)?;
         let limits = &axis.settings.limits;
         let mut bounded = |requested: f64, lower: f64, upper: f64| {
@@ -155,21 +156,21 @@ impl Check<'_> {
                 let (lower, upper) = limits.range();
                 let wanted = bounded(wanted, lower, upper)?;
                 // On from where the target before has got to, or from where the joint is.
-                let (setpoint, setpoint_rate) = match axis.actuator.mode {
-                    Mode::Position | Mode::Hold => (axis.actuator.setpoint, axis.actuator.setpoint_rate),
-                    Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => (position, rate),
+                let (setpoint, setpoint_velocity) = match axis.actuator.mode {
+                    Mode::Position | Mode::Hold => (axis.actuator.setpoint, axis.actuator.setpoint_velocity),
+                    Mode::None | Mode::Passive | Mode::Velocity | Mode::Effort => (position, joint_velocity),
                 };
                 Actuator {
                     mode: Mode::Position,
                     target: wanted,
-                    rate: velocity,
+                    velocity,
                     stiffness,
                     damping: damping.or_else(|| stiffness.map(|k| critical(k, axis))),
                     feed_forward,
                     max_effort,
                     max_velocity,
                     setpoint,
-                    setpoint_rate,
+                    setpoint_velocity,
                 }
             }
             Target::Velocity { velocity, damping, feed_forward, max_effort } => {
@@ -190,9 +191,9 @@ impl Check<'_> {
                 Actuator { mode: Mode::Effort, target, ..Actuator::default() }
             }
             Target::Passive => Actuator { mode: Mode::Passive, ..Actuator::default() },
-            Target::Hold => Actuator::hold(position, rate),
+            Target::Hold => Actuator::hold(position, joint_velocity),
         };
-        self.accepted.push(Accepted { entity: place, rate: body.velocity, actuator });
+        self.accepted.push(Accepted { entity: robot_index, dof: body.velocity, actuator });
         Ok(())
     }
 }
@@ -255,7 +256,7 @@ pub(super) fn finite_value(element: impl FnOnce() -> String, value: f64) -> Resu
     })
 }
 
-/// The largest position or rate that a joint can be put at: a joint that follows it may
+/// The largest position or velocity that a joint can be put at: a joint that follows it may
 /// go a million times as far and still be computed with. rad, m, rad/s or m/s.
 const LARGEST: f64 = 1e12;
 
@@ -272,7 +273,7 @@ pub(super) fn moderate_value(element: impl FnOnce() -> String, value: f64) -> Re
 }
 
 /// Limits that can be: ordered, finite, not negative where they bound a size.
-pub(super) fn sane_limits(joint: &str, limits: &Limits) -> Result<(), Error> {
+pub(super) fn sane_limits(joint: &str, limits: &JointLimits) -> Result<(), Error> {
     let bad = |what: &str, value: f64, expected: &str| {
         Err(Error::InvalidValue {
             element: format!("the {what} limit of joint {joint:?}"),

@@ -40,7 +40,7 @@ impl Simulation {
         }
         self.settings.gravity = gravity.unwrap_or(self.settings.gravity);
         self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
-        // Impulses and changes of rates are told as forces and accelerations, by the length of a step.
+        // Impulses and changes of velocities are published as forces and accelerations, that is divided by the length of a step.
         let step = self.settings.time_step / before.time_step;
         let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);
         self.contacts.stretch(step, part);
@@ -70,10 +70,10 @@ impl Simulation {
             }
         }
         if scope.state || !deleted.is_empty() {
-            // Their places may be others now: who overlaps is looked at anew.
+            // Their indices may have changed: initial overlaps are looked for again.
             self.contacts.replace(Vec::new(), &[]);
             for entity in &mut self.entities {
-                entity.was_put = true;
+                entity.teleported = true;
                 entity.wake();
             }
         }
@@ -120,10 +120,10 @@ impl Entity {
         for (axis, settings) in self.body.axes_mut().iter_mut().zip(settings) {
             axis.settings = settings;
         }
-        self.pushes.clear();
-        self.passed.clear();
+        self.applied_wrenches.clear();
+        self.expired_wrenches.clear();
         self.disabled = None;
-        self.was_put = true;
+        self.teleported = true;
         (self.asleep, self.still_for) = (false, 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! A kept state of a world as plain data, for whoever writes it down and reads it again.
+//! A saved state of a world as plain data, to be written to a file and read again.
 
 use std::sync::Arc;
 
@@ -6,9 +6,9 @@ use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 
 use super::PhysicsSettings;
-use super::command::Touches;
+use super::command::ContactSettings;
 pub use super::contacts::Pair;
-pub use super::entity::Push;
+pub use super::entity::ActiveWrench;
 use crate::collision::{Shapes, Surface};
 pub use crate::dynamics::BodyState;
 
@@ -28,8 +28,8 @@ pub struct WorldState {
     pub robots: Vec<RobotState>,
     /// As the last step had them, in the order of their robots and colliders.
     pub contacts: Vec<ContactState>,
-    /// Pairs that were put into each other and do not touch until they have come apart, in order.
-    pub merged: Vec<Pair>,
+    /// Initial overlaps that are ignored until the colliders have separated, in order.
+    pub ignored_overlaps: Vec<Pair>,
 }
 
 /// One robot.
@@ -45,15 +45,15 @@ pub struct RobotState {
     pub shapes: Arc<Shapes>,
     /// Its root link cannot move.
     pub fixed_base: bool,
-    /// How it was asked to touch.
-    pub touches: Touches,
+    /// How its contacts were configured.
+    pub contact_settings: ContactSettings,
     /// Of each collider, as it was set since.
     pub surfaces: Vec<Surface>,
-    /// Set while it sleeps: where each collider was left (`world_from_shape`), and how far around it
+    /// Set while it sleeps: the saved pose of each collider (`world_from_shape`), and how far around it
     /// contacts are looked for, metres.
     pub asleep: Option<Vec<(DPose3, f64)>>,
-    /// It was put where it is since the last step.
-    pub was_put: bool,
+    /// A command has moved it since the last step.
+    pub teleported: bool,
     /// For how long it has hardly moved, seconds.
     pub still_for: f64,
     /// Set while it is out of the simulation: why.
@@ -62,18 +62,18 @@ pub struct RobotState {
     pub body: BodyState,
     /// What a reset of scope `state` puts back.
     pub spawned: BodyState,
-    /// Positions and rates before the last step, to go back to; empty before the first one.
+    /// Positions and velocities before the last step, to go back to; empty before the first one.
     pub last_good: (Vec<f64>, Vec<f64>),
-    /// Pushes on links.
-    pub pushes: Vec<Push>,
-    /// Those that acted for the last step alone.
-    pub passed: Vec<Push>,
+    /// Wrenches that commands applied to links.
+    pub applied_wrenches: Vec<ActiveWrench>,
+    /// Wrenches that acted over the last step and have expired.
+    pub expired_wrenches: Vec<ActiveWrench>,
 }
 
 /// A point of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactState {
-    /// Places of the two robots, the earlier first.
+    /// Indices of the two robots, the smaller first.
     pub robots: [usize; 2],
     /// Index of each robot's collider.
     pub colliders: [usize; 2],
@@ -93,9 +93,9 @@ pub struct ContactState {
     pub total: DVec3,
 }
 
-/// Why a state is none that a world could be in.
+/// Why a state is not one that a world can be in.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Misfit {
+pub enum InvalidState {
     /// One of its robots.
     #[error("robot {robot:?} has {what}")]
     Robot {

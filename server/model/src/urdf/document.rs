@@ -9,13 +9,13 @@ use roxmltree::{Error, Node};
 use super::findings::{Findings, Refusal, quoted};
 use super::prescan::{check_counts, check_depth, parse_xml, robot_element, syntax};
 use super::text;
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::{Disposition, Severity, counted};
 
 /// Reads the bytes as a document and gives its `<robot>` to `then`.
 pub(super) fn open<T>(
     urdf: &[u8],
-    limits: &Limits,
+    limits: &LoadLimits,
     findings: &mut Findings,
     then: impl FnOnce(Node, &mut Findings) -> Result<T, Refusal>,
 ) -> Result<T, Refusal> {
@@ -56,7 +56,7 @@ struct Prologue {
 }
 
 fn prologue(text: &str) -> Prologue {
-    // One is right, two have been seen; what has more of them is no mistake.
+    // One is right, two have been seen; more of them are not a mistake.
     const MOST: usize = 8;
     let mut found = Prologue { declarations: Vec::new(), root_name_end: None };
     let mut at = 0;
@@ -131,7 +131,7 @@ fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str>
 
 /// Real files use prefixes that they do not declare (`<controller:plugin>`):
 /// declares them at the root, on the root's line.
-fn bind_prefixes(text: &str, limits: &Limits, findings: &mut Findings) -> String {
+fn bind_prefixes(text: &str, limits: &LoadLimits, findings: &mut Findings) -> String {
     const MOST: usize = 16;
     let mut text = text.to_owned();
     for _ in 0..MOST {

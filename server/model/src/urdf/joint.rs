@@ -10,7 +10,7 @@ use super::mimic;
 use super::numbers::{self, Shape};
 use super::tree::Tree;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
-use crate::robot::{Joint, JointKind, Limits};
+use crate::robot::{Joint, JointKind, JointLimits};
 
 /// All joints, in the tree's order.
 pub(super) fn read_all<'a, 'i>(
@@ -87,19 +87,19 @@ fn axis(
     axis / length
 }
 
-fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findings) -> Limits {
+fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findings) -> JointLimits {
     let slides_or_turns = matches!(kind, JointKind::Revolute | JointKind::Prismatic);
     let Some(node) = node else {
         if slides_or_turns {
             findings.info(joint, Defaulted, "it has no limit: it moves without limits");
         }
-        return Limits::default();
+        return JointLimits::default();
     };
     if !slides_or_turns && kind != JointKind::Continuous {
         if kind.moves() {
             findings.info(node, Ignored, "floating and planar joints have no limits in simd");
         }
-        return Limits::default();
+        return JointLimits::default();
     }
     let limit = Said::of(node);
     let mut unset = Vec::new();
@@ -131,7 +131,7 @@ fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findi
             findings.info(node, Defaulted, format!("{}: {what}, read as no limit", named.join(", ")));
         }
     }
-    Limits { lower, upper, effort, velocity }
+    JointLimits { lower, upper, effort, velocity }
 }
 
 /// The numbers of a `<limit>`; urdf-rs makes no difference between 0 and none.

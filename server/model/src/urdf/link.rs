@@ -11,7 +11,7 @@ use super::mend::Mended;
 use super::meshes::{Meshes, Use};
 use super::surface::Surfaces;
 use super::tree::Tree;
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::Disposition::Defaulted;
 use crate::robot::{Collision, Inertial, Link, Visual};
 
@@ -20,7 +20,7 @@ pub(super) fn read_all<'a, 'i>(
     mended: &Mended<'a, 'i>,
     tree: &Tree<'a, 'i>,
     assets: &dyn Assets,
-    (limits, deadline): (&Limits, &Deadline),
+    (limits, deadline): (&LoadLimits, &Deadline),
     findings: &mut Findings,
 ) -> Result<Vec<Link>, Refusal> {
     let mut reader = Reader {

@@ -1,7 +1,7 @@
 //! The document as urdf-rs takes it: what real files leave out is filled in,
 //! what simd does not read is left out and reported, every number is checked.
 //!
-//! urdf-rs drops the word that is no number from `"1 x 2 3"`, takes NaN, and
+//! urdf-rs drops a word that is not a number from `"1 x 2 3"`, takes NaN, and
 //! refuses files over elements that simd has no use for. So the document is
 //! written anew by the [`vocabulary`](super::vocabulary), from a tree that
 //! knows its line numbers; and that tree stays at hand for what urdf-rs cannot
@@ -16,7 +16,7 @@ use super::numbers::{self, Shape};
 use super::prescan::is;
 use super::unknown;
 use super::vocabulary::{Attribute, Element, Kind, Missing, ROBOT};
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::Disposition::{Defaulted, Ignored, Repaired, Used};
 
 /// What urdf-rs read, beside the nodes that it read it from.
@@ -62,7 +62,7 @@ pub(super) fn given(node: Option<Node>, name: &str) -> bool {
 /// Mends the document and has urdf-rs read it.
 pub(super) fn mend<'a, 'i>(
     root: Node<'a, 'i>,
-    limits: &Limits,
+    limits: &LoadLimits,
     findings: &mut Findings,
 ) -> Result<Mended<'a, 'i>, Refusal> {
     for tag in ["link", "joint"] {
@@ -96,7 +96,7 @@ pub(super) fn mend<'a, 'i>(
 struct Mender<'f> {
     xml: String,
     kept: HashSet<NodeId>,
-    limits: &'f Limits,
+    limits: &'f LoadLimits,
     findings: &'f mut Findings,
 }
 

@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::Assets;
 use super::findings::{Findings, cut, quoted};
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::mesh;
 use crate::report::Disposition::{Ignored, Repaired};
 use crate::report::counted;
@@ -28,7 +28,7 @@ type Found = Result<Arc<MeshAsset>, String>;
 /// The meshes of one load.
 pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
-    limits: &'s Limits,
+    limits: &'s LoadLimits,
     by_uri: HashMap<String, Found>,
     /// By what is in the file and by its format.
     by_content: HashMap<(Sha256, String), Found>,
@@ -38,7 +38,7 @@ pub(super) struct Meshes<'s> {
 
 impl<'s> Meshes<'s> {
     /// Nothing read yet.
-    pub(super) fn new(assets: &'s dyn Assets, limits: &'s Limits) -> Self {
+    pub(super) fn new(assets: &'s dyn Assets, limits: &'s LoadLimits) -> Self {
         Self {
             assets,
             limits,

@@ -32,7 +32,7 @@ mod vocabulary;
 
 use std::sync::Arc;
 
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::LoadReport;
 use crate::robot::{MeshAsset, RobotModel, Sha256};
 use deadline::Deadline;
@@ -88,12 +88,12 @@ pub struct ReadOptions {
     /// warned of, but never refused.
     pub strict: bool,
     /// What the description must stay within.
-    pub limits: Limits,
+    pub limits: LoadLimits,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { scale: 1.0, strict: false, limits: Limits::default() }
+        Self { scale: 1.0, strict: false, limits: LoadLimits::default() }
     }
 }
 
@@ -122,7 +122,7 @@ pub struct Description {
 ///
 /// What is not a URDF, or too large; a robot that [`read`] refuses for its
 /// meaning is described all the same.
-pub fn describe(urdf: &[u8], limits: &Limits) -> Result<Description, Refused> {
+pub fn describe(urdf: &[u8], limits: &LoadLimits) -> Result<Description, Refused> {
     let mut findings = Findings::new(limits.findings);
     let described = document::open(urdf, limits, &mut findings, |root, _| Ok(prescan::description(root)));
     described.map_err(|refusal| findings.refused(refusal))

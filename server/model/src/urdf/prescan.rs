@@ -7,17 +7,17 @@ use roxmltree::{Document, Error, Node, NodeId, ParsingOptions};
 use super::Description;
 use super::findings::{Findings, Refusal, quoted};
 use super::vocabulary::NAMELESS;
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::Disposition::Repaired;
 
 /// Parses within the cap on nodes. Neither roxmltree nor what is here recurses.
-pub(super) fn parse_xml<'t>(text: &'t str, limits: &Limits) -> Result<Document<'t>, Error> {
+pub(super) fn parse_xml<'t>(text: &'t str, limits: &LoadLimits) -> Result<Document<'t>, Error> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: limits.xml_nodes, ..Default::default() };
     Document::parse_with_options(text, options)
 }
 
 /// Counts that make roxmltree slow, before it sees them.
-pub(super) fn check_counts(text: &str, limits: &Limits) -> Result<(), Refusal> {
+pub(super) fn check_counts(text: &str, limits: &LoadLimits) -> Result<(), Refusal> {
     let namespaces = text.matches("xmlns").count();
     if namespaces > limits.xml_namespaces {
         let cap = limits.xml_namespaces;
@@ -55,7 +55,7 @@ pub(super) fn check_counts(text: &str, limits: &Limits) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn too_many_nodes(limits: &Limits) -> Refusal {
+fn too_many_nodes(limits: &LoadLimits) -> Refusal {
     Refusal::of_file(format!("the URDF has more than {} XML nodes", limits.xml_nodes))
 }
 
@@ -80,7 +80,7 @@ pub(super) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal
 }
 
 /// What is wrong with the text, as a sentence.
-pub(super) fn syntax(error: Error, limits: &Limits) -> Refusal {
+pub(super) fn syntax(error: Error, limits: &LoadLimits) -> Refusal {
     match error {
         Error::NodesLimitReached => too_many_nodes(limits),
         Error::DtdDetected => {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::findings::Findings;
 use super::{Refused, document, prescan};
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 
 /// The description's text with the file name of each mesh for which `address` gives
 /// another one. All else stays as it is, byte for byte, but for what [`describe`](super::describe)
@@ -15,7 +15,7 @@ use crate::limits::Limits;
 /// As [`describe`](super::describe).
 pub fn readdress(
     urdf: &[u8],
-    limits: &Limits,
+    limits: &LoadLimits,
     address: &dyn Fn(&str) -> Option<String>,
 ) -> Result<String, Refused> {
     let mut findings = Findings::new(limits.findings);

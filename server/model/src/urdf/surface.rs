@@ -113,7 +113,7 @@ fn unknown_reference(
         Some(meant) => format!("; did you mean {}?", quoted(meant)),
         None => String::new(),
     };
-    let message = format!("{} is no link or joint of this robot{meant}", quoted(reference));
+    let message = format!("{} is not a link or joint of this robot{meant}", quoted(reference));
     findings.warn(node, Ignored, message);
 }
 

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 
 use super::findings::{Findings, Refusal};
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::{Disposition, Severity};
 
 /// The text without its byte order mark. What is not UTF-8 is read as what it
 /// says or seems to be, and reported.
 pub(super) fn decode<'a>(
     urdf: &'a [u8],
-    limits: &Limits,
+    limits: &LoadLimits,
     findings: &mut Findings,
 ) -> Result<Cow<'a, str>, Refusal> {
     if urdf.len() > limits.urdf_bytes {

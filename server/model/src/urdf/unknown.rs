@@ -28,7 +28,7 @@ pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     if !is(child, tag) {
         return findings.info(child, Ignored, "not read by simd: it is of another namespace");
     }
-    // A crowd of them is no slip.
+    // Many of them are not a typing error.
     if findings.is_full() {
         return findings.info(child, Ignored, "not read by simd");
     }

@@ -6,7 +6,7 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::Command;
 use simd_core::collision::MeshShapes;
-use simd_core::simulation::command::{LONGEST_PUSH, Lasts, LinkWrench, Touches};
+use simd_core::simulation::command::{ContactSettings, LinkWrench, MAX_WRENCH_DURATION, WrenchDuration};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -145,8 +145,8 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
             v1::MeshShapes::Unspecified | v1::MeshShapes::Hull => MeshShapes::Hull,
             v1::MeshShapes::Decomposition => MeshShapes::Decomposition,
         },
-        touches: Touches {
-            itself: request.self_collision,
+        contact_settings: ContactSettings {
+            self_collision: request.self_collision,
             links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,
         },
     })
@@ -196,10 +196,10 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         v1::WrenchFrame::Link => true,
     };
     let at = Path::ROOT.field("duration");
-    let lasts = match (at.within(request.duration, 0.0..=LONGEST_PUSH)?, request.persistent) {
-        (0.0, false) => Lasts::NextStep,
-        (0.0, true) => Lasts::UntilCleared,
-        (seconds, false) => Lasts::For(seconds),
+    let duration = match (at.within(request.duration, 0.0..=MAX_WRENCH_DURATION)?, request.persistent) {
+        (0.0, false) => WrenchDuration::NextStep,
+        (0.0, true) => WrenchDuration::UntilCleared,
+        (seconds, false) => WrenchDuration::For(seconds),
         (seconds, true) => return Err(at.refuse(seconds, "it must be 0 where the wrench is persistent")),
     };
     Ok(Command::ApplyWrench(LinkWrench {
@@ -209,7 +209,7 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         torque,
         in_link_axes,
         point: geometry::vector_or_zero(&Path::ROOT.field("point"), request.point)?,
-        lasts,
+        duration,
     }))
 }
 

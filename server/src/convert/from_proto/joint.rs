@@ -7,7 +7,7 @@ use simd_core::simulation::command::{
     JointProperties, JointReset, JointSelection, JointTarget, RobotReset, RobotTargets, SetTargets, Target,
     WholeTarget,
 };
-use simd_model::robot::Limits;
+use simd_model::robot::JointLimits;
 use simd_proto::v1;
 
 use super::state;
@@ -205,9 +205,9 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
     })
 }
 
-fn limits(at: &Path<'_>, given: &v1::JointLimits) -> Result<Limits, BadField> {
+fn limits(at: &Path<'_>, given: &v1::JointLimits) -> Result<JointLimits, BadField> {
     let finite = |name, value: Option<f64>| value.map(|value| at.field(name).finite(value)).transpose();
-    let limits = Limits {
+    let limits = JointLimits {
         lower: finite("lower", given.lower)?,
         upper: finite("upper", given.upper)?,
         effort: optional_at_least_zero(at, "effort", given.effort)?,

@@ -2,10 +2,10 @@
 //! state that the answer is computed from.
 
 use glamx::{DQuat, DVec3};
-use simd_core::Snapshot;
+use simd_core::PublishedState;
 use simd_core::dynamics::Configuration;
-use simd_core::dynamics::inverse_kinematics::Effort;
-use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::dynamics::inverse_kinematics::SolverOptions;
+use simd_core::simulation::published_state::EntityLayout;
 use simd_proto::v1;
 
 use super::geometry;
@@ -33,11 +33,11 @@ pub struct Target {
 pub fn configuration(
     field: &str,
     given: Option<v1::Configuration>,
-    snapshot: &Snapshot,
+    state: &PublishedState,
     place: usize,
     entity: &EntityLayout,
 ) -> Result<Configuration, BadField> {
-    let present = snapshot.configuration(place).unwrap_or_default();
+    let present = state.configuration(place).unwrap_or_default();
     let Some(given) = given else { return Ok(present) };
     let at = Path::ROOT.field(field);
     let mut positions = numbers(&at, "positions", given.positions, entity.positions.len())?;
@@ -127,7 +127,7 @@ pub fn joints(given: Vec<String>) -> Result<Vec<String>, BadField> {
 }
 
 /// When a search ends.
-pub fn effort(max_iterations: u32, tolerance: f64) -> Result<Effort, BadField> {
+pub fn solver_options(max_iterations: u32, tolerance: f64) -> Result<SolverOptions, BadField> {
     if max_iterations > ITERATIONS.1 {
         let expected = format!("it must be at most {}", ITERATIONS.1);
         return Err(Path::ROOT.field("max_iterations").refuse(max_iterations, expected));
@@ -136,5 +136,8 @@ pub fn effort(max_iterations: u32, tolerance: f64) -> Result<Effort, BadField> {
         0.0 => TOLERANCE.0,
         given => Path::ROOT.field("tolerance").within(given, TOLERANCE.1)?,
     };
-    Ok(Effort { iterations: if max_iterations == 0 { ITERATIONS.0 } else { max_iterations }, tolerance })
+    Ok(SolverOptions {
+        iterations: if max_iterations == 0 { ITERATIONS.0 } else { max_iterations },
+        tolerance,
+    })
 }

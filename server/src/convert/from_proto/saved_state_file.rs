@@ -10,10 +10,12 @@ use simd_core::dynamics::Mode;
 use simd_core::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
 use simd_core::dynamics::constraint::Impulses;
 use simd_core::dynamics::spatial::Spatial;
-use simd_core::simulation::command::{Lasts, Touches};
-use simd_core::simulation::world_state::{BodyState, ContactState, Pair, Push, RobotState, WorldState};
+use simd_core::simulation::command::{ContactSettings, WrenchDuration};
+use simd_core::simulation::world_state::{
+    ActiveWrench, BodyState, ContactState, Pair, RobotState, WorldState,
+};
 use simd_model::RobotModel;
-use simd_model::robot::Limits;
+use simd_model::robot::JointLimits;
 use simd_proto::v1;
 
 use super::contact::link_properties;
@@ -70,7 +72,7 @@ pub fn world_state(file: v1::SavedStateFile, made: Vec<Made>) -> Result<WorldSta
         },
         robots: robots.collect::<Result<_, _>>()?,
         contacts: contacts(file.contacts.unwrap_or_default())?,
-        merged: pairs(&Path::ROOT.field("merged"), &file.merged)?,
+        ignored_overlaps: pairs(&Path::ROOT.field("merged"), &file.merged)?,
     })
 }
 
@@ -105,20 +107,20 @@ fn state_of(
         model,
         shapes,
         fixed_base: robot.fixed_base,
-        touches: Touches {
-            itself: robot.self_collision,
+        contact_settings: ContactSettings {
+            self_collision: robot.self_collision,
             links: link_properties(at, "link_properties", robot.link_properties)?,
         },
         surfaces: surfaces.collect(),
         asleep: robot.asleep.then(|| left.collect()),
-        was_put: robot.was_put,
+        teleported: robot.was_put,
         still_for: robot.still_for,
         disabled: robot.disabled_reason,
         body: body(&at.field("body"), robot.body)?,
         spawned: body(&at.field("spawned"), robot.spawned)?,
         last_good: (robot.last_positions, robot.last_rates),
-        pushes: pushes(&at.field("pushes"), robot.pushes.unwrap_or_default())?,
-        passed: pushes(&at.field("passed"), robot.passed.unwrap_or_default())?,
+        applied_wrenches: pushes(&at.field("pushes"), robot.pushes.unwrap_or_default())?,
+        expired_wrenches: pushes(&at.field("passed"), robot.passed.unwrap_or_default())?,
     })
 }
 
@@ -150,8 +152,8 @@ fn body(at: &Path<'_>, state: Option<v1::SavedStateBody>) -> Result<BodyState, B
     Ok(BodyState {
         base: pose(base),
         positions: state.positions,
-        rates: state.rates,
-        rates_before: state.rates_before,
+        velocities: state.rates,
+        velocities_before: state.rates_before,
         has_stepped: state.has_stepped,
         axes,
         drives,
@@ -179,22 +181,22 @@ fn axis(row: [f64; 19], law: [f64; 7], bits: u32, mode: Mode) -> (Axis, Drive) {
         default_damping,
         composite_inertia,
         target,
-        rate,
+        target_velocity,
         stiffness,
         target_damping,
         feed_forward,
         max_effort,
         max_velocity,
         setpoint,
-        setpoint_rate,
+        setpoint_velocity,
     ] = row;
-    let [kp, kd, position, drive_rate, ff, limit, saturated] = law;
+    let [kp, kd, position, drive_velocity, ff, limit, saturated] = law;
     let given = |bit: u32, value: f64| (bits >> bit & 1 == 1).then_some(value);
     let settings = AxisSettings {
         damping,
         friction,
         armature,
-        limits: Limits {
+        limits: JointLimits {
             lower: given(0, lower),
             upper: given(1, upper),
             effort: given(2, effort),
@@ -207,20 +209,20 @@ fn axis(row: [f64; 19], law: [f64; 7], bits: u32, mode: Mode) -> (Axis, Drive) {
     let actuator = Actuator {
         mode,
         target,
-        rate,
+        velocity: target_velocity,
         stiffness: given(4, stiffness),
         damping: given(5, target_damping),
         feed_forward,
         max_effort: given(6, max_effort),
         max_velocity: given(7, max_velocity),
         setpoint,
-        setpoint_rate,
+        setpoint_velocity,
     };
     let drive = Drive {
         stiffness: kp,
         damping: kd,
         position,
-        rate: drive_rate,
+        velocity: drive_velocity,
         feed_forward: ff,
         limit,
         saturated: given(8, saturated),
@@ -239,7 +241,7 @@ fn mode(mode: v1::JointMode) -> Mode {
     }
 }
 
-fn pushes(at: &Path<'_>, file: v1::SavedStatePushes) -> Result<Vec<Push>, BadField> {
+fn pushes(at: &Path<'_>, file: v1::SavedStatePushes) -> Result<Vec<ActiveWrench>, BadField> {
     let values = rows::<10, f64>(&at.field("values"), &file.values)?;
     if file.links.len() != values.len() || file.flags.len() != values.len() {
         return Err(at.refuse("of lists of different lengths", "they must be aligned"));
@@ -247,19 +249,19 @@ fn pushes(at: &Path<'_>, file: v1::SavedStatePushes) -> Result<Vec<Push>, BadFie
     let push = |((values, link), flags): (([f64; 10], u32), u32)| {
         let [a, b, c, d, e, f, x, y, z, left] = values;
         let is_set = |bit: u32| flags >> bit & 1 == 1;
-        let lasts = match (is_set(1), is_set(2)) {
-            (true, _) => Lasts::UntilCleared,
-            (false, true) => Lasts::For(left),
-            (false, false) => Lasts::NextStep,
+        let duration = match (is_set(1), is_set(2)) {
+            (true, _) => WrenchDuration::UntilCleared,
+            (false, true) => WrenchDuration::For(left),
+            (false, false) => WrenchDuration::NextStep,
         };
-        Push {
+        ActiveWrench {
             link: index(link),
             force: DVec3::new(a, b, c),
             torque: DVec3::new(d, e, f),
             in_link_axes: is_set(0),
             point: DVec3::new(x, y, z),
-            lasts,
-            waits: is_set(3),
+            duration,
+            suspended: is_set(3),
         }
     };
     Ok(values.into_iter().zip(file.links).zip(file.flags).map(push).collect())

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use glamx::{DQuat, DVec3};
 use simd_core::Command;
-use simd_core::simulation::command::{Lasts, ResetScope, Target, WholeTarget};
+use simd_core::simulation::command::{ResetScope, Target, WholeTarget, WrenchDuration};
 use simd_proto::v1;
 
 use super::{entity, geometry, joint, simulation, state};
@@ -247,18 +247,18 @@ fn a_push_needs_a_wrench_and_acts_at_the_links_origin_where_nothing_else_is_said
     let Command::ApplyWrench(wrench) = entity::link_wrench(request.clone()).unwrap() else { panic!() };
     assert_eq!(wrench.force, DVec3::new(1.0, 2.0, 3.0));
     assert_eq!((wrench.torque, wrench.point, wrench.in_link_axes), (DVec3::ZERO, DVec3::ZERO, true));
-    assert_eq!(wrench.lasts, Lasts::NextStep);
-    let lasts = |duration, persistent| {
+    assert_eq!(wrench.duration, WrenchDuration::NextStep);
+    let parsed = |duration, persistent| {
         let request = v1::ApplyLinkWrenchRequest { duration, persistent, ..request.clone() };
         entity::link_wrench(request).map(|command| match command {
-            Command::ApplyWrench(wrench) => wrench.lasts,
+            Command::ApplyWrench(wrench) => wrench.duration,
             _ => panic!(),
         })
     };
-    assert_eq!(lasts(0.0, true), Ok(Lasts::UntilCleared));
-    assert_eq!(lasts(0.2, false), Ok(Lasts::For(0.2)));
+    assert_eq!(parsed(0.0, true), Ok(WrenchDuration::UntilCleared));
+    assert_eq!(parsed(0.2, false), Ok(WrenchDuration::For(0.2)));
     for (duration, persistent) in [(0.2, true), (-1.0, false), (f64::NAN, false), (3601.0, false)] {
-        assert_eq!(blamed(lasts(duration, persistent)), "duration");
+        assert_eq!(blamed(parsed(duration, persistent)), "duration");
     }
     let without = v1::ApplyLinkWrenchRequest { wrench: None, ..request.clone() };
     assert_eq!(blamed(entity::link_wrench(without)), "wrench");

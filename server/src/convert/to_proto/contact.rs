@@ -1,24 +1,24 @@
 //! Answers of the contact service, and surfaces of links.
 
-use simd_core::Snapshot;
+use simd_core::PublishedState;
 use simd_core::collision::Surface;
+use simd_core::simulation::published_state::ContactReport;
 use simd_core::simulation::rays::RayReport;
-use simd_core::simulation::snapshot::ContactReport;
 use simd_proto::v1;
 
 use super::geometry::vector;
 
 /// Those points of a snapshot where links touch of which `is_wanted`, by the places of the two robots.
-pub fn contacts(snapshot: &Snapshot, is_wanted: impl Fn([usize; 2]) -> bool) -> Vec<v1::Contact> {
-    let wanted = snapshot.contacts.iter().filter(|contact| is_wanted(contact.robots));
-    wanted.map(|report| contact(snapshot, report)).collect()
+pub fn contacts(state: &PublishedState, is_wanted: impl Fn([usize; 2]) -> bool) -> Vec<v1::Contact> {
+    let wanted = state.contacts.iter().filter(|contact| is_wanted(contact.robots));
+    wanted.map(|report| contact(state, report)).collect()
 }
 
-fn contact(snapshot: &Snapshot, report: &ContactReport) -> v1::Contact {
+fn contact(state: &PublishedState, report: &ContactReport) -> v1::Contact {
     let ContactReport { robots, links, point, normal, depth, normal_force, friction_force, last_force: _ } =
         *report;
     let names = |side: usize| {
-        let entity = snapshot.world.entities.get(robots[side])?;
+        let entity = state.world.entities.get(robots[side])?;
         Some((entity.name.clone(), entity.model.links.get(links[side])?.name.clone()))
     };
     let ((robot_a, link_a), (robot_b, link_b)) = (names(0).unwrap_or_default(), names(1).unwrap_or_default());

@@ -1,6 +1,6 @@
 //! Answers of the entity service: what robots are, and what was found in a description.
 
-use simd_core::simulation::snapshot::{EntityLayout, RootState, Snapshot};
+use simd_core::simulation::published_state::{EntityLayout, PublishedState, RootState};
 use simd_model::robot::{JointKind, Link, Sha256};
 use simd_model::{Disposition, LoadReport, RobotModel, Severity};
 use simd_proto::v1;
@@ -77,8 +77,8 @@ fn link_info(link: &Link, parent: &str) -> v1::LinkInfo {
 }
 
 /// World poses of a robot's links.
-pub fn link_poses(snapshot: &Snapshot, place: usize, entity: &EntityLayout) -> v1::RobotLinkPoses {
-    let poses = snapshot.link_poses(place).unwrap_or_default();
+pub fn link_poses(state: &PublishedState, place: usize, entity: &EntityLayout) -> v1::RobotLinkPoses {
+    let poses = state.link_poses(place).unwrap_or_default();
     v1::RobotLinkPoses {
         robot: entity.name.clone(),
         layout_version: entity.version,

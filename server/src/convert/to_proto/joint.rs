@@ -1,9 +1,9 @@
 //! Answers about joints: what they are, and targets that were clamped.
 
 use simd_core::simulation::command::Clamped;
+use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, PublishedState};
 use simd_core::simulation::robot_settings::JointStatus;
-use simd_core::simulation::snapshot::{EntityLayout, Flags, Mode, Snapshot};
-use simd_model::robot::{Joint, JointKind, Limits};
+use simd_model::robot::{Joint, JointKind, JointLimits};
 use simd_proto::v1;
 
 use super::geometry::{self, vector};
@@ -12,12 +12,12 @@ use super::simulation::count;
 /// The joints of the robot at a place of a snapshot. `status` has one for each
 /// joint of the robot's model.
 pub fn layout(
-    snapshot: &Snapshot,
+    state: &PublishedState,
     place: usize,
     entity: &EntityLayout,
     status: &[JointStatus],
 ) -> v1::JointLayout {
-    let world_from_link = snapshot.link_poses(place).unwrap_or_default();
+    let world_from_link = state.link_poses(place).unwrap_or_default();
     let joints = entity
         .model
         .joints
@@ -84,7 +84,7 @@ fn joint_type(kind: JointKind) -> v1::JointType {
     }
 }
 
-fn limits(limits: &Limits) -> v1::JointLimits {
+fn limits(limits: &JointLimits) -> v1::JointLimits {
     v1::JointLimits {
         lower: limits.lower,
         upper: limits.upper,

@@ -1,19 +1,19 @@
 //! Answers of the kinematics service.
 
 use glamx::DVec3;
-use simd_core::Snapshot;
+use simd_core::PublishedState;
 use simd_core::dynamics::inverse_kinematics::Found;
 use simd_core::dynamics::spatial::Spatial;
-use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::simulation::published_state::EntityLayout;
 use simd_proto::v1;
 
 use super::geometry::pose_values;
 use super::simulation::count;
 
 /// Where the links of the robot at a place of a snapshot are and how they move.
-pub fn link_states(snapshot: &Snapshot, place: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
-    let poses = snapshot.link_poses(place).unwrap_or_default();
-    let twists = snapshot.link_twists(place).unwrap_or_default();
+pub fn link_states(state: &PublishedState, place: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
+    let poses = state.link_poses(place).unwrap_or_default();
+    let twists = state.link_twists(place).unwrap_or_default();
     v1::RobotLinkStates {
         robot: entity.name.clone(),
         layout_version: entity.version,

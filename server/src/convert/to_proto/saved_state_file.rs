@@ -6,10 +6,10 @@ use glamx::DPose3;
 use simd_core::collision::{MeshShapes, Surface};
 use simd_core::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
 use simd_core::dynamics::constraint::Impulses;
-use simd_core::simulation::command::Lasts;
-use simd_core::simulation::world_state::{BodyState, ContactState, Push, RobotState, WorldState};
+use simd_core::simulation::command::WrenchDuration;
+use simd_core::simulation::world_state::{ActiveWrench, BodyState, ContactState, RobotState, WorldState};
 use simd_model::RobotModel;
-use simd_model::robot::{Limits, Sha256};
+use simd_model::robot::{JointLimits, Sha256};
 use simd_proto::v1;
 
 use super::joint::mode;
@@ -34,7 +34,7 @@ pub fn saved_state_file(
     recipes: &[Recipe],
     files: Vec<Vec<u8>>,
 ) -> v1::SavedStateFile {
-    let WorldState { step, sim_time, time_base, settings, robots, contacts, merged } = state;
+    let WorldState { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps } = state;
     v1::SavedStateFile {
         name: name.to_owned(),
         step: *step,
@@ -46,7 +46,7 @@ pub fn saved_state_file(
         substeps: settings.substeps,
         robots: robots.iter().zip(recipes).map(|(robot, recipe)| of_robot(robot, recipe)).collect(),
         contacts: Some(of_contacts(contacts)),
-        merged: merged.iter().flat_map(|(robots, colliders)| pair(*robots, *colliders)).collect(),
+        merged: ignored_overlaps.iter().flat_map(|(robots, colliders)| pair(*robots, *colliders)).collect(),
         files,
     }
 }
@@ -68,19 +68,19 @@ fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SavedStateRobot {
         model,
         shapes: _,
         fixed_base,
-        touches,
+        contact_settings,
         surfaces,
         asleep,
-        was_put,
+        teleported,
         still_for,
         disabled,
         body,
         spawned,
         last_good,
-        pushes,
-        passed,
+        applied_wrenches,
+        expired_wrenches,
     } = robot;
-    let properties = touches.links.iter().map(|asked| v1::LinkProperties {
+    let properties = contact_settings.links.iter().map(|asked| v1::LinkProperties {
         link: asked.link.clone(),
         friction: asked.material.friction,
         restitution: asked.material.restitution,
@@ -98,7 +98,7 @@ fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SavedStateRobot {
         }
         .into(),
         fixed_base: *fixed_base,
-        self_collision: touches.itself,
+        self_collision: contact_settings.self_collision,
         link_properties: properties.collect(),
         layout: layout(model).to_string(),
         surfaces: surfaces
@@ -107,15 +107,15 @@ fn of_robot(robot: &RobotState, recipe: &Recipe) -> v1::SavedStateRobot {
             .collect(),
         asleep: asleep.is_some(),
         colliders: left.flat_map(|(place, margin)| pose(place).into_iter().chain([*margin])).collect(),
-        was_put: *was_put,
+        was_put: *teleported,
         still_for: *still_for,
         disabled_reason: disabled.clone(),
         body: Some(of_body(body)),
         spawned: Some(of_body(spawned)),
         last_positions: last_good.0.clone(),
         last_rates: last_good.1.clone(),
-        pushes: Some(of_pushes(pushes)),
-        passed: Some(of_pushes(passed)),
+        pushes: Some(of_pushes(applied_wrenches)),
+        passed: Some(of_pushes(expired_wrenches)),
     }
 }
 
@@ -123,8 +123,8 @@ fn of_body(state: &BodyState) -> v1::SavedStateBody {
     let BodyState {
         base,
         positions,
-        rates,
-        rates_before,
+        velocities,
+        velocities_before,
         has_stepped,
         axes,
         drives,
@@ -137,8 +137,8 @@ fn of_body(state: &BodyState) -> v1::SavedStateBody {
     v1::SavedStateBody {
         base: pose(base).to_vec(),
         positions: positions.clone(),
-        rates: rates.clone(),
-        rates_before: rates_before.clone(),
+        rates: velocities.clone(),
+        rates_before: velocities_before.clone(),
         has_stepped: *has_stepped,
         modes: axes.iter().map(|axis| mode(axis.actuator.mode).into()).collect(),
         given: rows.iter().map(|(given, _, _)| *given).collect(),
@@ -163,7 +163,7 @@ fn row(axis: &Axis, drive: &Drive) -> (u32, [f64; 19], [f64; 7]) {
         damping,
         friction,
         armature,
-        limits: Limits { lower, upper, effort, velocity },
+        limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
         composite_inertia,
@@ -171,17 +171,24 @@ fn row(axis: &Axis, drive: &Drive) -> (u32, [f64; 19], [f64; 7]) {
     let Actuator {
         mode: _,
         target,
-        rate,
+        velocity: target_velocity,
         stiffness,
         damping: target_damping,
         feed_forward,
         max_effort,
         max_velocity,
         setpoint,
-        setpoint_rate,
+        setpoint_velocity,
     } = axis.actuator;
-    let Drive { stiffness: kp, damping: kd, position, rate: drive_rate, feed_forward: ff, limit, saturated } =
-        *drive;
+    let Drive {
+        stiffness: kp,
+        damping: kd,
+        position,
+        velocity: drive_velocity,
+        feed_forward: ff,
+        limit,
+        saturated,
+    } = *drive;
     let optional =
         [lower, upper, effort, velocity, stiffness, target_damping, max_effort, max_velocity, saturated];
     let bits = optional.iter().enumerate().map(|(bit, value)| u32::from(value.is_some()) << bit);
@@ -198,28 +205,28 @@ fn row(axis: &Axis, drive: &Drive) -> (u32, [f64; 19], [f64; 7]) {
         default_damping,
         composite_inertia,
         target,
-        rate,
+        target_velocity,
         or_0(stiffness),
         or_0(target_damping),
         feed_forward,
         or_0(max_effort),
         or_0(max_velocity),
         setpoint,
-        setpoint_rate,
+        setpoint_velocity,
     ];
-    (bits.sum(), row, [kp, kd, position, drive_rate, ff, limit, or_0(saturated)])
+    (bits.sum(), row, [kp, kd, position, drive_velocity, ff, limit, or_0(saturated)])
 }
 
-fn of_pushes(pushes: &[Push]) -> v1::SavedStatePushes {
+fn of_pushes(pushes: &[ActiveWrench]) -> v1::SavedStatePushes {
     let mut file = v1::SavedStatePushes::default();
     for push in pushes {
-        let Push { link, force, torque, in_link_axes, point, lasts, waits } = *push;
-        let (persistent, timed, left) = match lasts {
-            Lasts::NextStep => (false, false, 0.0),
-            Lasts::For(left) => (false, true, left),
-            Lasts::UntilCleared => (true, false, 0.0),
+        let ActiveWrench { link, force, torque, in_link_axes, point, duration, suspended } = *push;
+        let (persistent, timed, left) = match duration {
+            WrenchDuration::NextStep => (false, false, 0.0),
+            WrenchDuration::For(left) => (false, true, left),
+            WrenchDuration::UntilCleared => (true, false, 0.0),
         };
-        let flags = [in_link_axes, persistent, timed, waits];
+        let flags = [in_link_axes, persistent, timed, suspended];
         file.links.push(place(link));
         file.flags.push(flags.iter().rev().fold(0, |bits, flag| bits << 1 | u32::from(*flag)));
         file.values.extend([force, torque, point].into_iter().flat_map(|vector| vector.to_array()));

@@ -2,7 +2,7 @@
 
 use glamx::{DPose3, DVec3};
 use simd_core::collision::{Collider, ColliderGeometry};
-use simd_core::simulation::snapshot::EntityLayout;
+use simd_core::simulation::published_state::EntityLayout;
 use simd_model::robot::Geometry;
 use simd_proto::v1;
 

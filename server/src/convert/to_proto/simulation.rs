@@ -7,7 +7,7 @@ use simd_proto::{API_VERSION, v1};
 
 use super::geometry::vector;
 use super::stamp;
-use crate::handle::{DaemonInfo, Limits, Pace, Published, RunState, Statistics};
+use crate::handle::{DaemonInfo, DaemonLimits, Pace, Published, RunState, Statistics};
 
 /// Optional features that this daemon has.
 const FEATURES: [&str; 8] =
@@ -26,7 +26,7 @@ pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
     }
 }
 
-fn limits(limits: &Limits) -> v1::RequestLimits {
+fn limits(limits: &DaemonLimits) -> v1::RequestLimits {
     v1::RequestLimits {
         max_robots: limits.robots,
         max_links: limits.links,
@@ -66,7 +66,7 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
 
 /// How well the world keeps time.
 pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
-    let entities = &newest.snapshot.world.entities;
+    let entities = &newest.state.world.entities;
     let moving = entities
         .iter()
         .flat_map(|entity| &entity.model.joints)

@@ -10,7 +10,7 @@ use crate::handle::{Done, Published};
 
 /// The moment of a published state.
 pub fn published(state: &Published) -> v1::Stamp {
-    stamp(state.snapshot.at, Some(state.wall_time), state.sequence)
+    stamp(state.state.at, Some(state.wall_time), state.sequence)
 }
 
 /// The moment from which a command holds.

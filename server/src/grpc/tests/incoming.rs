@@ -11,11 +11,11 @@ use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
 use tokio_stream::StreamExt as _;
 
-use super::super::incoming::{Connection, Limits, incoming};
+use super::super::incoming::{Connection, ConnectionLimits, incoming};
 use super::*;
 
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-const LIMITS: Limits = Limits {
+const LIMITS: ConnectionLimits = ConnectionLimits {
     connections: 2,
     preface: Duration::from_secs(5),
     http1: 1,

@@ -108,7 +108,7 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     assert_eq!(reason(&entities.delete_entity(delete("other")).await.unwrap_err()), "REQUEST_ID_REUSED");
     let robots = |daemon: &Daemon| {
         let newest = daemon.handle.newest();
-        newest.snapshot.world.entities.iter().map(|entity| entity.name.clone()).collect::<Vec<_>>()
+        newest.state.world.entities.iter().map(|entity| entity.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!(robots(&daemon), ["other"]);
     let restore = v1::RestoreStateRequest { name: "mark".into(), request_id: "x".into() };

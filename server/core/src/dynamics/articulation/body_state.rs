@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use glamx::DPose3;
-use simd_model::robot::Limits;
+use simd_model::robot::JointLimits;
 
 use super::Articulation;
 use crate::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
 use crate::dynamics::constraint::Impulses;
 use crate::dynamics::spatial::Spatial;
-use crate::dynamics::tree::{Freedom, Tree};
+use crate::dynamics::tree::{JointType, Tree};
 
 /// All that a robot is between two steps, beside what never changes while it moves. Lengths are
-/// those of its [`Tree`]: positions, and rates with all that is aligned with them.
+/// those of its [`Tree`]: positions, and velocities with all that is aligned with them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyState {
     /// World from the base: the root link where it is fixed, else the world itself.
@@ -20,16 +20,16 @@ pub struct BodyState {
     /// q.
     pub positions: Vec<f64>,
     /// qd.
-    pub rates: Vec<f64>,
-    /// The rates before the last step, by rate; zero where it was not a step that gave the rates.
-    pub rates_before: Vec<f64>,
-    /// Whether it was a step that gave it its rates.
+    pub velocities: Vec<f64>,
+    /// The velocities before the last step, one per degree of freedom; zero where it was not a step that gave the velocities.
+    pub velocities_before: Vec<f64>,
+    /// Whether it was a step that gave it its velocities.
     pub has_stepped: bool,
-    /// Settings and targets, by rate.
+    /// Settings and targets, one per degree of freedom.
     pub axes: Vec<Axis>,
-    /// The laws of the last step, by rate.
+    /// The laws of the last step, one per degree of freedom.
     pub drives: Vec<Drive>,
-    /// What the actuators applied over the last step, by rate.
+    /// What the actuators applied over the last step, one per degree of freedom.
     pub efforts: Vec<f64>,
     /// Forces from outside on each body, in its own frame.
     pub external: Vec<Spatial>,
@@ -43,9 +43,13 @@ impl Articulation {
         BodyState {
             base: self.base,
             positions: self.positions.clone(),
-            rates: self.rates.clone(),
-            // Where no step gave the rates, what is there means nothing, and may be no number.
-            rates_before: if self.has_stepped { self.new_rates.clone() } else { vec![0.0; self.rates.len()] },
+            velocities: self.velocities.clone(),
+            // Where no step gave the velocities, what is there means nothing, and may be no number.
+            velocities_before: if self.has_stepped {
+                self.new_velocities.clone()
+            } else {
+                vec![0.0; self.velocities.len()]
+            },
             has_stepped: self.has_stepped,
             axes: self.axes.clone(),
             drives: self.drives.clone(),
@@ -65,8 +69,8 @@ impl Articulation {
         let BodyState {
             base,
             positions,
-            rates,
-            rates_before,
+            velocities,
+            velocities_before,
             has_stepped,
             axes,
             drives,
@@ -80,12 +84,12 @@ impl Articulation {
         Ok(Self {
             base,
             positions,
-            rates,
+            velocities,
             axes,
             drives,
             efforts,
             external,
-            new_rates: rates_before,
+            new_velocities: velocities_before,
             has_stepped,
             ..new
         })
@@ -97,8 +101,8 @@ impl BodyState {
         let Self {
             base,
             positions,
-            rates,
-            rates_before,
+            velocities,
+            velocities_before,
             has_stepped: _,
             axes,
             drives,
@@ -109,8 +113,8 @@ impl BodyState {
         let n = tree.velocity_count;
         for (what, there, needed) in [
             ("positions", positions.len(), tree.position_count),
-            ("rates", rates.len(), n),
-            ("rates before the last step", rates_before.len(), n),
+            ("velocities", velocities.len(), n),
+            ("velocities before the last step", velocities_before.len(), n),
             ("settings of axes", axes.len(), n),
             ("laws of actuators", drives.len(), n),
             ("efforts", efforts.len(), n),
@@ -125,13 +129,13 @@ impl BodyState {
         }
         for (what, values) in [
             ("positions", positions),
-            ("rates", rates),
-            ("rates before the last step", rates_before),
+            ("velocities", velocities),
+            ("velocities before the last step", velocities_before),
             ("efforts", efforts),
         ] {
             finite(what, values.iter().copied())?;
         }
-        for body in tree.bodies.iter().filter(|body| matches!(body.freedom, Freedom::Free { .. })) {
+        for body in tree.bodies.iter().filter(|body| matches!(body.joint_type, JointType::Free { .. })) {
             unit("the rotation of a free body", &positions[body.position + 3..body.position + 7])?;
         }
         pose("the pose of its base", base)?;
@@ -152,7 +156,7 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
         damping,
         friction,
         armature,
-        limits: Limits { lower, upper, effort, velocity },
+        limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
         composite_inertia,
@@ -160,14 +164,14 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
     let Actuator {
         mode: _,
         target,
-        rate,
+        velocity: target_velocity,
         stiffness,
         damping: target_damping,
         feed_forward,
         max_effort,
         max_velocity,
         setpoint,
-        setpoint_rate,
+        setpoint_velocity,
     } = axis.actuator;
     sizes("settings of axes", [damping, friction, armature, default_stiffness, default_damping])?;
     let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity];
@@ -176,12 +180,15 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
     if lower > upper && upper.is_some() {
         return Err("limits of axes of which the lower is above the upper".into());
     }
-    finite("targets of axes", [composite_inertia, target, rate, feed_forward, setpoint, setpoint_rate])
+    finite(
+        "targets of axes",
+        [composite_inertia, target, target_velocity, feed_forward, setpoint, setpoint_velocity],
+    )
 }
 
 fn check_drive(drive: &Drive) -> Result<(), String> {
-    let Drive { stiffness, damping, position, rate, feed_forward, limit, saturated } = *drive;
-    let values = [stiffness, damping, position, rate, feed_forward];
+    let Drive { stiffness, damping, position, velocity, feed_forward, limit, saturated } = *drive;
+    let values = [stiffness, damping, position, velocity, feed_forward];
     finite("laws of actuators", values.into_iter().chain(saturated))?;
     // There may be none: it is infinite then.
     if limit >= 0.0 { Ok(()) } else { Err(format!("laws of actuators with {limit} in them")) }

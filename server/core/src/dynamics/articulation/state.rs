@@ -29,22 +29,22 @@ impl Articulation {
     }
 
     /// qd: a free root's six first.
-    pub fn rates(&self) -> &[f64] {
-        &self.rates
+    pub fn velocities(&self) -> &[f64] {
+        &self.velocities
     }
 
-    /// To give it other rates.
-    pub fn rates_mut(&mut self) -> &mut [f64] {
+    /// To give it other velocities.
+    pub fn velocities_mut(&mut self) -> &mut [f64] {
         self.has_stepped = false;
-        &mut self.rates
+        &mut self.velocities
     }
 
-    /// How the rates changed in the last step of `h`, by rate and second; zero where they were
+    /// How the velocities changed in the last step of `h`, one per degree of freedom and second; zero where they were
     /// given since.
     pub fn last_accelerations(&self, h: f64) -> impl Iterator<Item = f64> + '_ {
         let change =
             move |(after, before): (&f64, &f64)| if self.has_stepped { (after - before) / h } else { 0.0 };
-        self.rates.iter().zip(&self.new_rates).map(change)
+        self.velocities.iter().zip(&self.new_velocities).map(change)
     }
 
     /// Keeps accelerations as they are where a step becomes longer by a factor.
@@ -53,12 +53,12 @@ impl Articulation {
         if factor == 1.0 {
             return;
         }
-        for (before, after) in self.new_rates.iter_mut().zip(&self.rates) {
+        for (before, after) in self.new_velocities.iter_mut().zip(&self.velocities) {
             *before = after - (after - *before) * factor;
         }
     }
 
-    /// By rate.
+    /// One per degree of freedom.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
@@ -68,14 +68,14 @@ impl Articulation {
         &mut self.axes
     }
 
-    /// What the actuators applied over the last step, by rate.
+    /// What the actuators applied over the last step, one per degree of freedom.
     pub fn efforts(&self) -> &[f64] {
         &self.efforts
     }
 
     /// Whether each actuator applied its limit in the last step.
-    pub fn is_saturated(&self, rate: usize) -> bool {
-        self.drives.get(rate).is_some_and(|drive| drive.saturated.is_some())
+    pub fn is_saturated(&self, dof: usize) -> bool {
+        self.drives.get(dof).is_some_and(|drive| drive.saturated.is_some())
     }
 
     /// Forces from outside on each body, in its own frame.
@@ -88,9 +88,9 @@ impl Articulation {
         &mut self.external
     }
 
-    /// Whether every position and rate is finite.
+    /// Whether every position and velocity is finite.
     pub fn is_finite(&self) -> bool {
-        self.positions.iter().chain(&self.rates).all(|value| value.is_finite())
+        self.positions.iter().chain(&self.velocities).all(|value| value.is_finite())
     }
 
     /// `world_from_base`: of a fixed root link; the world itself where the root is free.
@@ -112,7 +112,7 @@ impl Articulation {
         if self.tree.fixed_base {
             return (DVec3::ZERO, DVec3::ZERO);
         }
-        let qd = &self.rates;
+        let qd = &self.velocities;
         let own = DVec3::new(qd[3], qd[4], qd[5]);
         (DVec3::new(qd[0], qd[1], qd[2]), self.root_pose().rotation * own)
     }
@@ -126,12 +126,12 @@ impl Articulation {
         }
     }
 
-    /// Gives a free root other rates, world axes; does nothing to a fixed one.
+    /// Gives a free root other velocities, world axes; does nothing to a fixed one.
     pub fn set_root_twist(&mut self, linear: DVec3, angular: DVec3) {
         if !self.tree.fixed_base {
             self.has_stepped = false;
             let own = self.root_pose().rotation.inverse() * angular;
-            write_free(&mut self.rates, linear, own);
+            write_free(&mut self.velocities, linear, own);
         }
     }
 }

@@ -2,17 +2,17 @@
 
 use glamx::DVec3;
 
-use crate::collision::Touch;
+use crate::collision::ContactPoint;
 
 /// Points that touch may be this deep inside each other, metres: a contact that rests is found
 /// again in each step, and its normal with it, and nothing moves it.
 pub const SLOP: f64 = 2e-5;
 
-/// The part of what two shapes overlap by that is put right in a step.
+/// The fraction of an overlap that position correction removes in a step.
 pub const OVERLAP_REDUCTION: f64 = 0.2;
 
-/// What overlaps is pushed apart no faster than this, m/s.
-pub const FASTEST_PUSH: f64 = 1.0;
+/// Position correction moves no faster than this, m/s.
+pub const MAX_CORRECTION_VELOCITY: f64 = 1.0;
 
 /// A hit slower than this does not bounce, m/s; nor does one that gravity makes in two steps.
 pub const BOUNCE_THRESHOLD: f64 = 0.01;
@@ -20,12 +20,12 @@ pub const BOUNCE_THRESHOLD: f64 = 0.01;
 /// A point at which two bodies touch or are about to.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact {
-    /// Places of the two robots, the earlier first.
+    /// Indices of the two robots, the smaller first.
     pub robots: [usize; 2],
-    /// Its place among the points of the same colliders.
-    pub place: usize,
+    /// Its index among the points of the same colliders.
+    pub index: usize,
     /// Where, and on what.
-    pub touch: Touch,
+    pub point: ContactPoint,
     /// On the second, world, N s; before solving that of the last step.
     pub impulse: DVec3,
     /// The sum of the impulses of the parts of a step.
@@ -35,7 +35,7 @@ pub struct Contact {
 /// What a side of a contact acts on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Side {
-    /// Where the robot's rates begin among those of the island.
+    /// Where the robot's velocities begin among those of the island.
     pub first: usize,
     /// How many it has.
     pub len: usize,
@@ -50,18 +50,18 @@ const IMMOVABLE: f64 = 1e-12;
 /// A contact's three rows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ContactRows {
-    /// Place of the contact.
+    /// Index of the contact.
     pub contact: usize,
     /// The second side has length 0 where only one can move.
     pub sides: [Side; 2],
     /// Normal and tangents, world.
     pub axes: [DVec3; 3],
-    /// The least normal rate.
+    /// The least normal velocity.
     pub target: f64,
-    /// How fast to push apart.
-    pub apart: f64,
-    /// The impulse that pushes apart.
-    pub pushed: f64,
+    /// The normal velocity of position correction.
+    pub correction_velocity: f64,
+    /// The split impulse: that of position correction, which changes no velocity.
+    pub split_impulse: f64,
     /// J M^-1 J': nn, nt, nu, tt, tu, uu.
     pub effect: [f64; 6],
     /// The inverse of its tangent part: tt, tu, uu.
@@ -75,7 +75,7 @@ pub struct ContactRows {
 }
 
 impl Side {
-    /// Numbers that a side of this many rates needs: four for each rate, of which three are J,
+    /// Numbers that a side of this many velocities needs: four for each velocity, of which three are J,
     /// and then three rows of M^-1 J'.
     pub const fn size(len: usize) -> usize {
         7 * len
@@ -94,12 +94,12 @@ impl Side {
 
     /// J qd, added to `sum`.
     #[inline]
-    fn add_rates(&self, blocks: &[f64], rates: &[f64], sum: &mut [f64; 4]) {
-        let own = &rates[self.first..self.first + self.len];
+    fn add_velocities(&self, blocks: &[f64], velocities: &[f64], sum: &mut [f64; 4]) {
+        let own = &velocities[self.first..self.first + self.len];
         let add = |sum: &mut [f64; 4], jacobian: &[f64], own: &[f64]| {
-            for (j, rate) in jacobian.chunks_exact(4).zip(own) {
+            for (j, velocity) in jacobian.chunks_exact(4).zip(own) {
                 for k in 0..4 {
-                    sum[k] += j[k] * rate;
+                    sum[k] += j[k] * velocity;
                 }
             }
         };
@@ -112,8 +112,8 @@ impl Side {
 
     /// qd += M^-1 J' impulse.
     #[inline]
-    fn push(&self, blocks: &[f64], impulse: [f64; 3], rates: &mut [f64]) {
-        let own = &mut rates[self.first..self.first + self.len];
+    fn apply_impulse(&self, blocks: &[f64], impulse: [f64; 3], velocities: &mut [f64]) {
+        let own = &mut velocities[self.first..self.first + self.len];
         let [n, t, u] = self.responses(blocks);
         if self.len == 6
             && let (Some(own), Some(n), Some(t), Some(u)) =
@@ -124,26 +124,26 @@ impl Side {
             }
             return;
         }
-        for (((rate, n), t), u) in own.iter_mut().zip(n).zip(t).zip(u) {
-            *rate += n * impulse[0] + t * impulse[1] + u * impulse[2];
+        for (((velocity, n), t), u) in own.iter_mut().zip(n).zip(t).zip(u) {
+            *velocity += n * impulse[0] + t * impulse[1] + u * impulse[2];
         }
     }
 }
 
 impl ContactRows {
-    /// Rates of the second body's point against the first's, along the axes.
+    /// Velocities of the second body's point against the first's, along the axes.
     #[inline]
-    pub fn rates(&self, blocks: &[f64], rates: &[f64]) -> [f64; 3] {
+    pub fn velocities(&self, blocks: &[f64], velocities: &[f64]) -> [f64; 3] {
         let mut sum = [0.0; 4];
-        self.sides.iter().for_each(|side| side.add_rates(blocks, rates, &mut sum));
+        self.sides.iter().for_each(|side| side.add_velocities(blocks, velocities, &mut sum));
         [sum[0], sum[1], sum[2]]
     }
 
-    /// Gives the rates an impulse along the axes.
+    /// Gives the velocities an impulse along the axes.
     #[inline]
-    pub fn push(&self, blocks: &[f64], impulse: [f64; 3], rates: &mut [f64]) {
-        self.sides[0].push(blocks, impulse, rates);
-        self.sides[1].push(blocks, impulse, rates);
+    pub fn apply_impulse(&self, blocks: &[f64], impulse: [f64; 3], velocities: &mut [f64]) {
+        self.sides[0].apply_impulse(blocks, impulse, velocities);
+        self.sides[1].apply_impulse(blocks, impulse, velocities);
     }
 
     /// Takes J M^-1 J' from the blocks.
@@ -151,18 +151,18 @@ impl ContactRows {
         let mut effect = [0.0; 6];
         for side in &self.sides {
             let responses = side.responses(blocks);
-            for (place, (row, column)) in
+            for (index, (row, column)) in
                 [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
             {
                 let jacobian = side.jacobian(blocks).chunks_exact(4);
-                effect[place] += jacobian.zip(responses[column]).map(|(j, r)| j[row] * r).sum::<f64>();
+                effect[index] += jacobian.zip(responses[column]).map(|(j, r)| j[row] * r).sum::<f64>();
             }
         }
         self.effect = effect;
         let [_, _, _, tt, tu, uu] = effect;
         let (determinant, trace) = (tt * uu - tu * tu, tt + uu);
-        let half_apart = ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
-        self.gradient_step = 1.0 / (trace / 2.0 + half_apart);
+        let half_difference = ((tt - uu) * (tt - uu) / 4.0 + tu * tu).sqrt();
+        self.gradient_step = 1.0 / (trace / 2.0 + half_difference);
         self.inverse = if determinant > IMMOVABLE * trace * trace {
             [uu / determinant, -tu / determinant, tt / determinant]
         } else if trace > IMMOVABLE * effect[0] {
@@ -175,37 +175,39 @@ impl ContactRows {
         };
     }
 
-    /// The least normal rate for a step of `h`, from the normal rate before the step and that
-    /// without the contact; and how fast to push apart. `gravity` is its size.
+    /// The least normal velocity for a step of `h`, from the normal velocity before the step and that
+    /// without the contact; and the velocity of position correction. `gravity` is its size.
     ///
     /// Outside: arrive, half of [`SLOP`] deep, and do not pass. Inside: come no nearer. After a
-    /// hit: leave with a part of the approach speed. Deeper than [`SLOP`]: be pushed apart.
+    /// hit: leave with a part of the approach speed. Deeper than [`SLOP`]: position correction.
     ///
-    /// Were the push among the rates, impulses kept from step to step would sum it up, and
+    /// If the correction were part of the velocities, warm starting would accumulate it, and
     /// a stack would sway more and more: for a mode that the sweeps of a step put right by a
     /// part a, s^3 + a s^2 + a s + a c = 0 has growing solutions where c, the part of the
     /// overlap, is above a.
     pub fn aim(&mut self, contact: &Contact, before: f64, predicted: f64, gravity: f64, h: f64) {
-        let Touch { distance, surface, .. } = contact.touch;
+        let ContactPoint { distance, surface, .. } = contact.point;
         self.target = if distance > 0.0 { -(distance + SLOP / 2.0) / h } else { 0.0 };
         let hits = distance + h * predicted <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
         // What does not bounce arrives: to end it where the hit was found would leave a gap.
         if hits && surface.restitution > 0.0 {
             self.target = self.target.max(-surface.restitution * before);
         }
-        self.apart = (-OVERLAP_REDUCTION * (distance + SLOP) / h).clamp(0.0, FASTEST_PUSH);
-        self.pushed = 0.0;
+        self.correction_velocity =
+            (-OVERLAP_REDUCTION * (distance + SLOP) / h).clamp(0.0, MAX_CORRECTION_VELOCITY);
+        self.split_impulse = 0.0;
     }
 
-    /// Gives the rates of positions the impulse that pushes apart: along the normal alone, which
-    /// the rates proper know nothing of.
-    pub fn part(&mut self, blocks: &[f64], moving: &mut [f64]) {
-        let rate = self.rates(blocks, moving)[0];
-        let pushed = (self.pushed + (self.apart - rate) / self.effect[0]).max(0.0);
-        let change = pushed - self.pushed;
+    /// Applies the split impulse along the normal: it changes the velocities that positions are integrated
+    /// with, and not the velocities themselves.
+    pub fn correct_position(&mut self, blocks: &[f64], split_velocities: &mut [f64]) {
+        let velocity = self.velocities(blocks, split_velocities)[0];
+        let split_impulse =
+            (self.split_impulse + (self.correction_velocity - velocity) / self.effect[0]).max(0.0);
+        let change = split_impulse - self.split_impulse;
         if change != 0.0 {
-            self.pushed = pushed;
-            self.push(blocks, [change, 0.0, 0.0], moving);
+            self.split_impulse = split_impulse;
+            self.apply_impulse(blocks, [change, 0.0, 0.0], split_velocities);
         }
     }
 
@@ -215,23 +217,23 @@ impl ContactRows {
         nn > IMMOVABLE * (nn + tt + uu)
     }
 
-    /// Gives the contact the impulses that make its normal rate reach the target or its
-    /// impulse vanish, and its tangent rates vanish as far as friction goes. The largest
-    /// change of a rate, m/s.
+    /// Gives the contact the impulses that make its normal velocity reach the target or its
+    /// impulse vanish, and its tangent velocities vanish as far as friction goes. The largest
+    /// change of a velocity, m/s.
     ///
     /// The tangent impulse is projected on the disc of radius friction times normal
     /// impulse: the circular cone of Coulomb's law, not a pyramid. Where that settles, friction
     /// points against the slip.
     #[inline]
-    pub fn solve(&mut self, blocks: &[f64], rates: &mut [f64]) -> f64 {
+    pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
         let [nn, nt, nu, tt, _, uu] = self.effect;
-        let rate = self.rates(blocks, rates);
-        let normal = (self.impulse[0] + (self.target - rate[0]) / nn).max(0.0);
+        let velocity = self.velocities(blocks, velocities);
+        let normal = (self.impulse[0] + (self.target - velocity[0]) / nn).max(0.0);
         let dn = normal - self.impulse[0];
         let most = self.friction * normal;
         let (mut dt, mut du) = (0.0, 0.0);
         if most > 0.0 || self.impulse[1] != 0.0 || self.impulse[2] != 0.0 {
-            let (vt, vu) = (rate[1] + nt * dn, rate[2] + nu * dn);
+            let (vt, vu) = (velocity[1] + nt * dn, velocity[2] + nu * dn);
             let [a, b, c] = self.inverse;
             let (mut t, mut u) = (self.impulse[1] - a * vt - b * vu, self.impulse[2] - b * vt - c * vu);
             if t * t + u * u > most * most {
@@ -252,7 +254,7 @@ impl ContactRows {
         if dn == 0.0 && dt == 0.0 && du == 0.0 {
             return 0.0;
         }
-        self.push(blocks, [dn, dt, du], rates);
+        self.apply_impulse(blocks, [dn, dt, du], velocities);
         (dn * nn).abs().max((dt * tt).abs()).max((du * uu).abs())
     }
 

@@ -1,4 +1,4 @@
-//! Constraints as rows on the new rates: position limits, dry friction, mimic, contact.
+//! Constraints as rows on the new velocities: position limits, dry friction, mimic, contact.
 //!
 //! A row says of J qd that it is at least, equal to, or pulled towards -bias by
 //! a bounded impulse. Rows are solved together by projected Gauss-Seidel,
@@ -13,7 +13,7 @@ pub use response::{project, respond, respond_to_force};
 pub use rows::{Impulses, collect};
 pub use solve::{keep, prepare, solve, sweep};
 
-/// The rate at which a violated position is put right, as a part of it a step.
+/// The velocity at which a violated position is put right, as a part of it a step.
 pub const ERROR_REDUCTION: f64 = 0.2;
 
 /// The part of the last impulses that a step starts from. All of it: rows of joints come
@@ -24,15 +24,15 @@ pub const WARM_START: f64 = 1.0;
 /// Sweeps at the most.
 pub const MAX_SWEEPS: usize = 100;
 
-/// Sweeping ends when no impulse changes its own rate by more than this, rad/s or m/s.
+/// Sweeping ends when no impulse changes its own velocity by more than this, rad/s or m/s.
 pub const SETTLED: f64 = 1e-11;
 
-/// A constraint on one or two rates.
+/// A constraint on one or two velocities.
 #[derive(Clone, Debug, Default)]
 pub struct Row {
     /// What it keeps its warm-start impulse under.
     pub key: RowKey,
-    /// J: indices of rates and their factors; the second may have factor 0.
+    /// J: indices of velocities and their factors; the second may have factor 0.
     pub entries: [(usize, f64); 2],
     /// Which bodies these are of.
     pub bodies: [usize; 2],
@@ -48,7 +48,7 @@ pub struct Row {
     pub effect: f64,
 }
 
-/// What a row is about, by rate index. The order is that of solving.
+/// What a row is about, by velocity index. The order is that of solving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RowKey {
     /// Dry friction of an axis.
@@ -72,7 +72,7 @@ impl Default for RowKey {
 pub struct Constraints {
     /// In the order of their keys.
     pub rows: Vec<Row>,
-    /// M^-1 J' of each row, one after the other, each as long as the rates.
+    /// M^-1 J' of each row, one after the other, each as long as the velocities.
     pub responses: Vec<f64>,
     /// For the next step's start.
     pub warm: Impulses,

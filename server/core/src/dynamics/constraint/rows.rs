@@ -4,18 +4,18 @@ use std::hash::Hasher;
 
 use super::{Constraints, ERROR_REDUCTION, Row, RowKey, WARM_START};
 use crate::dynamics::actuator::Axis;
-use crate::dynamics::tree::{Freedom, Tree};
+use crate::dynamics::tree::{JointType, Tree};
 
 /// The impulses of the last step, by what they were for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Impulses {
-    /// By rate, N m s or N s.
+    /// One per degree of freedom, N m s or N s.
     pub friction: Vec<f64>,
     /// By pair of joints.
     pub mimic: Vec<f64>,
-    /// By rate.
+    /// One per degree of freedom.
     pub lower: Vec<f64>,
-    /// By rate.
+    /// One per degree of freedom.
     pub upper: Vec<f64>,
 }
 
@@ -75,18 +75,18 @@ impl Impulses {
     }
 }
 
-/// Fills in the rows for a step of `h` from positions `q` at rates `qd`.
+/// Fills in the rows for a step of `h` from positions `q` at velocities `qd`.
 ///
 /// * limit: qd + distance / h >= 0 outside, so that the joint arrives and does not
 ///   pass; qd >= ERROR_REDUCTION depth / h beyond. Only where the joint could
-///   arrive within the step, by twice its present rate and by `rates`, the new
-///   rates without constraints.
-/// * friction: towards rate 0, with an impulse of at most friction h.
+///   arrive within the step, by twice its present velocity and by `velocities`, the new
+///   velocities without constraints.
+/// * friction: towards velocity 0, with an impulse of at most friction h.
 /// * mimic: qd_follower - multiplier qd_leader = -ERROR_REDUCTION error / h.
 pub fn collect(
     tree: &Tree,
     axes: &[Axis],
-    (q, rates): (&[f64], &[f64]),
+    (q, velocities): (&[f64], &[f64]),
     h: f64,
     constraints: &mut Constraints,
 ) {
@@ -102,50 +102,57 @@ pub fn collect(
         (body.velocity, q[body.position])
     };
     for (i, body) in tree.bodies.iter().enumerate() {
-        if matches!(body.freedom, Freedom::Free { .. }) {
+        if matches!(body.joint_type, JointType::Free { .. }) {
             continue;
         }
-        let (rate, _) = axes_of(i);
-        let friction = axes[rate].settings.friction * h;
+        let (velocity, _) = axes_of(i);
+        let friction = axes[velocity].settings.friction * h;
         if friction > 0.0 {
-            add(RowKey::Friction(rate), [(rate, 1.0), (rate, 0.0)], [i, i], 0.0, -friction, friction);
+            add(
+                RowKey::Friction(velocity),
+                [(velocity, 1.0), (velocity, 0.0)],
+                [i, i],
+                0.0,
+                -friction,
+                friction,
+            );
         }
     }
-    for (place, pair) in tree.mimics.iter().enumerate() {
+    for (index, pair) in tree.mimics.iter().enumerate() {
         let ((follower, q_follower), (leader, q_leader)) = (axes_of(pair.follower), axes_of(pair.leader));
         let error = q_follower - pair.multiplier * q_leader - pair.offset;
         let entries = [(follower, 1.0), (leader, -pair.multiplier)];
         let bias = ERROR_REDUCTION * error / h;
         let bodies = [pair.follower, pair.leader];
-        add(RowKey::Mimic(place), entries, bodies, bias, f64::NEG_INFINITY, f64::INFINITY);
+        add(RowKey::Mimic(index), entries, bodies, bias, f64::NEG_INFINITY, f64::INFINITY);
     }
     // Of a joint at its limit only the side that pushes back.
     let bias = |distance: f64| if distance < 0.0 { ERROR_REDUCTION * distance / h } else { distance / h };
     for (i, body) in tree.bodies.iter().enumerate() {
-        if matches!(body.freedom, Freedom::Free { .. }) {
+        if matches!(body.joint_type, JointType::Free { .. }) {
             continue;
         }
-        let (rate, position) = axes_of(i);
-        let limits = &axes[rate].settings.limits;
-        // Other rows and joints may still change the rate: look twice as far as it goes,
+        let (velocity, position) = axes_of(i);
+        let limits = &axes[velocity].settings.limits;
+        // Other rows and joints may still change the velocity: look twice as far as it goes,
         // and a little further.
-        let reach = 2.0 * h * rates[rate].abs() + NEAR;
+        let reach = 2.0 * h * velocities[velocity].abs() + NEAR;
         if let Some(lower) = limits.lower {
             let distance = position - lower;
             if distance < reach {
-                let entries = [(rate, 1.0), (rate, 0.0)];
-                add(RowKey::Lower(rate), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
+                let entries = [(velocity, 1.0), (velocity, 0.0)];
+                add(RowKey::Lower(velocity), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
             }
         }
         if let Some(upper) = limits.upper {
             let distance = upper - position;
             if distance < reach {
-                let entries = [(rate, -1.0), (rate, 0.0)];
-                add(RowKey::Upper(rate), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
+                let entries = [(velocity, -1.0), (velocity, 0.0)];
+                add(RowKey::Upper(velocity), entries, [i, i], bias(distance), 0.0, f64::INFINITY);
             }
         }
     }
 }
 
-/// A joint this near to its limit has a row whatever its rate, rad or m.
+/// A joint this near to its limit has a row whatever its velocity, rad or m.
 const NEAR: f64 = 1e-3;

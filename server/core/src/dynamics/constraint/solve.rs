@@ -1,19 +1,25 @@
-//! Projected Gauss-Seidel on the rates of one robot: its rows of joints.
+//! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
 use super::{Constraints, MAX_SWEEPS, SETTLED, respond};
+use crate::dynamics::scratch::Scratch;
 use crate::dynamics::tree::Tree;
-use crate::dynamics::work::Workspace;
 
-/// Changes `rates` until every row holds, or the sweeps are used up.
+/// Changes `velocities` until every row holds, or the sweeps are used up.
 ///
 /// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005),
 /// chapter 5: each row in turn gets the impulse that makes J qd + bias vanish,
 /// bounded in its sum.
-pub fn solve(tree: &Tree, q: &[f64], constraints: &mut Constraints, work: &mut Workspace, rates: &mut [f64]) {
+pub fn solve(
+    tree: &Tree,
+    q: &[f64],
+    constraints: &mut Constraints,
+    scratch: &mut Scratch,
+    velocities: &mut [f64],
+) {
     if !constraints.rows.is_empty() {
-        prepare(tree, q, constraints, work, rates);
+        prepare(tree, q, constraints, scratch, velocities);
         for _ in 0..MAX_SWEEPS {
-            if sweep(constraints, rates) <= SETTLED {
+            if sweep(constraints, velocities) <= SETTLED {
                 break;
             }
         }
@@ -26,10 +32,10 @@ pub fn prepare(
     tree: &Tree,
     q: &[f64],
     constraints: &mut Constraints,
-    work: &mut Workspace,
-    rates: &mut [f64],
+    scratch: &mut Scratch,
+    velocities: &mut [f64],
 ) {
-    let n = rates.len();
+    let n = velocities.len();
     let Constraints { rows, responses, .. } = constraints;
     if responses.len() < rows.len() * n {
         responses.resize(rows.len() * n, 0.0);
@@ -40,34 +46,34 @@ pub fn prepare(
     for (row, response) in rows.iter_mut().zip(responses.chunks_exact_mut(n)) {
         let [a, b] = row.entries;
         let joints = [(row.bodies[0], a.1), (row.bodies[1], b.1)];
-        respond(tree, q, &joints, work, response);
+        respond(tree, q, &joints, scratch, response);
         row.effect = a.1 * response[a.0] + b.1 * response[b.0];
         if row.effect > 0.0 {
-            add_scaled(rates, response, row.impulse);
+            add_scaled(velocities, response, row.impulse);
         } else {
             row.impulse = 0.0;
         }
     }
 }
 
-/// Once through all rows. The largest change of a row's own rate, rad/s or m/s.
-pub fn sweep(constraints: &mut Constraints, rates: &mut [f64]) -> f64 {
+/// Once through all rows. The largest change of a row's own velocity, rad/s or m/s.
+pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
     let Constraints { rows, responses, .. } = constraints;
     let mut largest = 0.0f64;
     if rows.is_empty() {
         return largest;
     }
-    for (row, response) in rows.iter_mut().zip(responses.chunks_exact(rates.len())) {
+    for (row, response) in rows.iter_mut().zip(responses.chunks_exact(velocities.len())) {
         if row.effect <= 0.0 {
             continue;
         }
         let [a, b] = row.entries;
-        let rate = a.1 * rates[a.0] + b.1 * rates[b.0] + row.bias;
-        let impulse = (row.impulse - rate / row.effect).clamp(row.least, row.most);
+        let velocity = a.1 * velocities[a.0] + b.1 * velocities[b.0] + row.bias;
+        let impulse = (row.impulse - velocity / row.effect).clamp(row.least, row.most);
         let change = impulse - row.impulse;
         if change != 0.0 {
             row.impulse = impulse;
-            add_scaled(rates, response, change);
+            add_scaled(velocities, response, change);
             largest = largest.max((change * row.effect).abs());
         }
     }
@@ -79,10 +85,10 @@ pub fn keep(constraints: &mut Constraints) {
     constraints.warm.keep(&constraints.rows);
 }
 
-/// rates += factor * response.
+/// velocities += factor * response.
 #[inline]
-fn add_scaled(rates: &mut [f64], response: &[f64], factor: f64) {
-    for (rate, response) in rates.iter_mut().zip(response) {
-        *rate += factor * response;
+fn add_scaled(velocities: &mut [f64], response: &[f64], factor: f64) {
+    for (velocity, response) in velocities.iter_mut().zip(response) {
+        *velocity += factor * response;
     }
 }

@@ -29,7 +29,7 @@ pub struct RobotTargets {
 }
 
 /// One mode for all actuated joints. Values are aligned with the robot's
-/// velocities in a [`Snapshot`](crate::Snapshot).
+/// velocities in a [`PublishedState`](crate::PublishedState).
 #[derive(Clone, Debug, PartialEq)]
 pub enum WholeTarget {
     /// rad or m.
@@ -62,7 +62,7 @@ pub enum Target {
     Position {
         /// rad or m.
         position: f64,
-        /// Rate that the damper pulls towards.
+        /// Velocity that the damper pulls towards.
         velocity: f64,
         /// N m/rad or N/m; `None` is the joint's default.
         stiffness: Option<f64>,
@@ -75,7 +75,7 @@ pub enum Target {
         /// How fast the setpoint travels; `None` is the joint's limit.
         max_velocity: Option<f64>,
     },
-    /// Turn or slide at a rate.
+    /// Turn or slide at a velocity.
     Velocity {
         /// rad/s or m/s.
         velocity: f64,
@@ -108,7 +108,7 @@ impl Target {
         }
     }
 
-    /// A rate, with the joint's default damping.
+    /// A velocity, with the joint's default damping.
     pub fn velocity(velocity: f64) -> Self {
         Self::Velocity { velocity, damping: None, feed_forward: 0.0, max_effort: None }
     }

@@ -1,4 +1,4 @@
-//! Sentences about the world, told with the tutorial's arm: one continuous joint
+//! Tests of the world, with the tutorial's arm: one continuous joint
 //! about y, 0.19992 kg, whose closed forms are known.
 
 mod commands;
@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 use simd_model::RobotModel;
-use simd_model::robot::{Inertial, Joint, JointKind, Limits, Link};
+use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
 use super::command::*;
-use super::snapshot::Mode;
+use super::published_state::Mode;
 use super::*;
 
 fn link(name: &str, inertial: Inertial) -> Link {
@@ -28,7 +28,7 @@ fn arm_joint() -> Joint {
             DQuat::from_rotation_y(-0.039919),
         ),
         axis: DVec3::Y,
-        limits: Limits::default(),
+        limits: JointLimits::default(),
         damping: 0.0,
         friction: 0.0,
         mimic: None,
@@ -69,7 +69,7 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
         passive: false,
         joint_positions: Vec::new(),
         shapes: Default::default(),
-        touches: Default::default(),
+        contact_settings: Default::default(),
         loaded_at_start: false,
     }
 }
@@ -104,13 +104,13 @@ fn velocity(velocity: f64) -> Target {
     Target::velocity(velocity)
 }
 
-fn look(world: &Simulation) -> Snapshot {
-    let mut snapshot = Snapshot::default();
-    world.observe(&mut snapshot);
-    snapshot
+fn look(world: &Simulation) -> PublishedState {
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
+    state
 }
 
-fn run(world: &mut Simulation, seconds: f64) -> Snapshot {
+fn run(world: &mut Simulation, seconds: f64) -> PublishedState {
     let steps = (seconds / world.settings().time_step).round() as u64;
     (0..steps).for_each(|_| world.step());
     look(world)
@@ -158,14 +158,14 @@ fn a_velocity_target_holds_within_a_percent_under_gravity() {
         run(&mut world, 0.5);
         for _ in 0..1000 {
             world.step();
-            let rate = look(&world).velocities[0];
-            assert!((rate - 1.0).abs() < 0.01, "{rate}");
+            let velocity = look(&world).velocities[0];
+            assert!((velocity - 1.0).abs() < 0.01, "{velocity}");
         }
     }
 }
 
-/// Smooth: the position never moves by more in a step than the fastest mode's rate
-/// allows, and the arm stays where it is when it is told to hold.
+/// Smooth: the position never moves by more in a step than the fastest mode's velocity
+/// allows, and the arm stays where it is when it is commanded to hold.
 #[test]
 fn switching_modes_while_moving_does_not_jump() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
@@ -177,7 +177,7 @@ fn switching_modes_while_moving_does_not_jump() {
         for _ in 0..300 {
             world.step();
             let now = look(&world).positions[0];
-            // 300 rad/s over e is the peak rate of a critically damped step of one radian.
+            // 300 rad/s over e is the peak velocity of a critically damped step of one radian.
             assert!((now - before).abs() < 0.12, "{target:?} moved from {before} to {now}");
             before = now;
         }
@@ -261,7 +261,7 @@ fn a_saturated_actuator_arrives_and_is_released() {
 fn a_joint_rests_at_its_limit_without_chatter() {
     let stopped = arm_with(|joint| {
         joint.kind = JointKind::Revolute;
-        joint.limits = Limits { lower: Some(-0.5), upper: Some(0.8), ..Limits::default() };
+        joint.limits = JointLimits { lower: Some(-0.5), upper: Some(0.8), ..JointLimits::default() };
     });
     let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", stopped) });
     let seen = run(&mut world, 4.0);
@@ -301,7 +301,7 @@ fn dry_friction_sticks_and_stops() {
 fn a_target_beyond_a_limit_is_clamped_or_refused_as_asked() {
     let stopped = arm_with(|joint| {
         joint.kind = JointKind::Revolute;
-        joint.limits = Limits { lower: Some(-0.5), upper: Some(0.8), ..Limits::default() };
+        joint.limits = JointLimits { lower: Some(-0.5), upper: Some(0.8), ..JointLimits::default() };
     });
     let mut world = world_with(1e-3, spawn("arm", stopped));
     let reply = set(&mut world, position(2.0)).unwrap().reply;

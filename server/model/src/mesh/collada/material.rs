@@ -1,6 +1,6 @@
 //! The colours of a COLLADA file: what its materials reflect of light from everywhere.
 //!
-//! A colour that cannot be told is none, and never a reason to refuse a mesh.
+//! A colour that cannot be resolved is left out, and never a reason to refuse a mesh.
 
 use std::collections::HashMap;
 
@@ -22,7 +22,7 @@ impl<'f, 'a> Materials<'f, 'a> {
     }
 
     /// The colour of each material by what a geometry calls it, as an instance of the geometry
-    /// binds it. Whoever walked over the instance has paid for this.
+    /// binds it. The walk over the instance has already been counted for this.
     pub(super) fn bound_in(&mut self, instance: Node<'a, 'a>) -> impl FnMut(&'a str) -> Option<[f64; 3]> {
         let binding = child(instance, "bind_material").and_then(|bind| child(bind, "technique_common"));
         let bound = binding.into_iter().flat_map(|common| children(common, "instance_material"));

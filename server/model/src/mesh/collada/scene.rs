@@ -17,7 +17,7 @@ use crate::mesh::builder::Builder;
 struct Visit<'a> {
     node: Node<'a, 'a>,
     depth: usize,
-    /// `file_from_parent`, or why it cannot be told: an error only where it shows something.
+    /// `file_from_parent`, or why it cannot be found: an error only if it shows something.
     file_from_parent: Result<DMat4, String>,
 }
 

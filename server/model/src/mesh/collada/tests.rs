@@ -1,4 +1,4 @@
-//! COLLADA files as people have them, and as nobody should.
+//! COLLADA files, valid and broken.
 
 use glamx::DVec3;
 
@@ -191,7 +191,7 @@ fn what_is_wrong_is_named_with_its_line() {
         ),
         ("url=\"#g\"", "", "line 10: <instance_geometry> has no url"),
         ("VERTEX", "NORMAL", "line 8: faces without an input VERTEX"),
-        ("COLLADA", "robot", "line 2: it is no COLLADA: its root is \"robot\""),
+        ("COLLADA", "robot", "line 2: it is not COLLADA: its root is \"robot\""),
         ("<asset>", "<asset", "its XML is wrong: "),
         ("<node>", "<node><matrix>1 2</matrix>", "line 10: <matrix> has 2 numbers instead of 16"),
         ("<node>", "<node><lookat>1</lookat>", "line 10: <lookat> is not supported"),

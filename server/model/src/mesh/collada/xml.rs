@@ -32,7 +32,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, String> {
     let document = Document::parse_with_options(text, options).map_err(|error| match error {
         Error::NodesLimitReached => format!("it has more than {nodes_limit} XML nodes"),
         Error::DtdDetected => "it has a document type declaration (DTD); simd reads none".to_owned(),
-        Error::NoRootNode => "it is no COLLADA: it has no root element".to_owned(),
+        Error::NoRootNode => "it is not COLLADA: it has no root element".to_owned(),
         error => format!("its XML is wrong: {error}"),
     })?;
     check_depth(&document)?;
@@ -92,7 +92,7 @@ impl<'a> File<'a> {
         if !is(root, "COLLADA") {
             return Err(at(
                 root,
-                &format!("it is no COLLADA: its root is {}", shown(root.tag_name().name())),
+                &format!("it is not COLLADA: its root is {}", shown(root.tag_name().name())),
             ));
         }
         let mut by_id = HashMap::new();

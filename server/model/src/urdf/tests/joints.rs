@@ -3,7 +3,7 @@
 use glamx::DVec3;
 
 use super::*;
-use crate::robot::{JointKind, Limits};
+use crate::robot::{JointKind, JointLimits};
 
 #[test]
 fn every_kind_of_joint_is_read_and_others_are_refused() {
@@ -66,7 +66,8 @@ fn a_zero_axis_is_x_with_a_warning_but_of_no_matter_on_a_fixed_joint() {
 #[test]
 fn limits_are_as_the_file_says() {
     let (joint, report) = joint("revolute", "<limit lower='-1' upper='2' effort='3' velocity='4'/>");
-    let expected = Limits { lower: Some(-1.0), upper: Some(2.0), effort: Some(3.0), velocity: Some(4.0) };
+    let expected =
+        JointLimits { lower: Some(-1.0), upper: Some(2.0), effort: Some(3.0), velocity: Some(4.0) };
     assert_eq!(joint.limits, expected);
     assert_eq!(warnings(&report), [""; 0]);
 }
@@ -74,7 +75,7 @@ fn limits_are_as_the_file_says() {
 #[test]
 fn four_zeros_are_no_limits_since_solidworks_writes_them_so() {
     let (joint, report) = joint("revolute", "<limit lower='0' upper='0' effort='0' velocity='0'/>");
-    assert_eq!(joint.limits, Limits::default());
+    assert_eq!(joint.limits, JointLimits::default());
     let finding = find(&report, "lower, upper, effort, velocity: 0 or left out");
     assert_eq!((finding.severity, finding.disposition), (Severity::Info, Disposition::Defaulted));
     assert_eq!(finding.element, "joint \"j\" limit");
@@ -82,13 +83,13 @@ fn four_zeros_are_no_limits_since_solidworks_writes_them_so() {
 
 #[test]
 fn zeros_beside_an_absent_effort_and_velocity_are_no_limits_too() {
-    assert_eq!(joint("prismatic", "<limit lower='0' upper='0'/>").0.limits, Limits::default());
+    assert_eq!(joint("prismatic", "<limit lower='0' upper='0'/>").0.limits, JointLimits::default());
 }
 
 #[test]
 fn lower_and_upper_both_left_out_are_no_limits() {
     let (joint, report) = joint("revolute", "<limit effort='5' velocity='0'/>");
-    assert_eq!(joint.limits, Limits { effort: Some(5.0), ..Limits::default() });
+    assert_eq!(joint.limits, JointLimits { effort: Some(5.0), ..JointLimits::default() });
     find(&report, "lower, upper, velocity: 0 or left out");
 }
 
@@ -125,14 +126,17 @@ fn negative_effort_and_velocity_lose_their_sign_with_a_warning() {
 #[test]
 fn a_revolute_joint_without_a_limit_moves_without_limits_and_says_so() {
     let (joint, report) = joint("revolute", "");
-    assert_eq!(joint.limits, Limits::default());
+    assert_eq!(joint.limits, JointLimits::default());
     find(&report, "it moves without limits");
 }
 
 #[test]
 fn a_continuous_joint_has_no_position_limits_but_keeps_its_effort() {
     let (joint, report) = joint("continuous", "<limit lower='-1' upper='1' effort='9' velocity='2'/>");
-    assert_eq!(joint.limits, Limits { effort: Some(9.0), velocity: Some(2.0), ..Limits::default() });
+    assert_eq!(
+        joint.limits,
+        JointLimits { effort: Some(9.0), velocity: Some(2.0), ..JointLimits::default() }
+    );
     find(&report, "a continuous joint has no position limits");
 }
 

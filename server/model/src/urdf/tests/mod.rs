@@ -12,7 +12,7 @@ mod shapes;
 use std::collections::HashMap;
 
 use super::{Asset, Assets, Description, ReadOptions, Refused, read};
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::report::{Disposition, Finding, LoadReport, Severity};
 use crate::robot::{Joint, RobotModel, Sha256};
 
@@ -35,7 +35,7 @@ impl Assets for Files {
 }
 
 fn describe(urdf: &[u8]) -> Result<Description, Refused> {
-    super::describe(urdf, &Limits::default())
+    super::describe(urdf, &LoadLimits::default())
 }
 
 fn read_text(urdf: &str) -> Result<(RobotModel, LoadReport), Refused> {

@@ -1,13 +1,13 @@
 //! Descriptions with other addresses of their meshes.
 
-use crate::limits::Limits;
+use crate::limits::LoadLimits;
 use crate::urdf::{describe, readdress};
 
 /// The text with each mesh at `/assets/` and its number.
 fn rewritten(urdf: &[u8]) -> String {
-    let known = describe(urdf, &Limits::default()).unwrap().asset_uris;
+    let known = describe(urdf, &LoadLimits::default()).unwrap().asset_uris;
     let address = |uri: &str| known.iter().position(|at| at == uri).map(|n| format!("/assets/{n}.stl"));
-    readdress(urdf, &Limits::default(), &address).unwrap()
+    readdress(urdf, &LoadLimits::default(), &address).unwrap()
 }
 
 #[test]
@@ -32,9 +32,9 @@ fn only_the_file_names_of_meshes_change() {
 fn what_an_address_holds_is_escaped() {
     let urdf = r#"<robot name="r"><link name="l"><visual><geometry><mesh filename="a"/></geometry></visual></link></robot>"#;
     let hostile = "\"/><evil a='&amp;'>\n\u{e4}";
-    let text = readdress(urdf.as_bytes(), &Limits::default(), &|_| Some(hostile.to_owned())).unwrap();
-    assert_eq!(describe(text.as_bytes(), &Limits::default()).unwrap().asset_uris, [hostile]);
-    let kept = readdress(urdf.as_bytes(), &Limits::default(), &|_| None).unwrap();
+    let text = readdress(urdf.as_bytes(), &LoadLimits::default(), &|_| Some(hostile.to_owned())).unwrap();
+    assert_eq!(describe(text.as_bytes(), &LoadLimits::default()).unwrap().asset_uris, [hostile]);
+    let kept = readdress(urdf.as_bytes(), &LoadLimits::default(), &|_| None).unwrap();
     assert_eq!(kept, urdf);
 }
 
@@ -47,5 +47,5 @@ fn text_in_another_encoding_is_utf_8_afterwards() {
     let text = rewritten(&wide);
     assert!(text.contains("name=\"\u{e4}\"") && text.contains("filename=\"/assets/0.stl\""), "{text}");
     assert!(!text.contains("utf-16"));
-    assert_eq!(describe(text.as_bytes(), &Limits::default()).unwrap().asset_uris, ["/assets/0.stl"]);
+    assert_eq!(describe(text.as_bytes(), &LoadLimits::default()).unwrap().asset_uris, ["/assets/0.stl"]);
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glamx::{DMat3, DQuat, DVec3};
 
 use super::*;
-use crate::robot::{Geometry, JointKind, Limits};
+use crate::robot::{Geometry, JointKind, JointLimits};
 
 struct Package {
     folder: PathBuf,
@@ -61,7 +61,7 @@ fn the_bench_arm_is_read_without_a_warning() {
     assert_eq!(report.summary(&model), "bench_arm: 2 links, 1 moving joint; no warnings");
     let joint = &model.joints[0];
     assert_eq!((joint.name.as_str(), joint.kind, joint.axis), ("shoulder", JointKind::Continuous, DVec3::Y));
-    assert_eq!(joint.limits, Limits::default());
+    assert_eq!(joint.limits, JointLimits::default());
     assert_eq!(joint.parent_from_joint.translation, DVec3::new(0.0, -0.022595, 0.19765));
     assert_eq!(joint.parent_from_joint.rotation, DQuat::from_rotation_y(-0.039919));
     let arm = &model.links[1];
@@ -98,7 +98,7 @@ fn the_two_links_with_spaces_crlf_and_a_byte_order_mark_are_read() {
     assert_eq!(warnings(&report), ["the axis has length 2.000000 and was made 1 long"]);
     let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["shoulder joint", "elbow joint"]);
-    assert_eq!(model.joints[0].limits, Limits::default());
+    assert_eq!(model.joints[0].limits, JointLimits::default());
     let elbow = &model.joints[1];
     assert_eq!((elbow.axis, elbow.damping, elbow.friction), (DVec3::Y, 0.02, 0.01));
     assert_eq!((elbow.limits.lower, elbow.limits.upper), (Some(-2.1), Some(2.4)));

@@ -1,4 +1,4 @@
-//! What is put into each other where nothing can push it apart.
+//! Initial overlaps that no contact force can resolve, which are ignored.
 
 use std::sync::Arc;
 
@@ -82,9 +82,9 @@ fn they_touch_once_they_have_come_apart() {
     assert!((gap - 0.2).abs() < 1e-3 && seen.positions[0] < -0.05, "{:?}", seen.positions);
 }
 
-/// A crate that is put half into the ground is free to come out, and does.
+/// A crate that starts half inside the ground is free to move, and comes out.
 #[test]
-fn what_is_free_comes_out_of_what_it_was_put_into() {
+fn a_free_body_leaves_what_it_initially_overlaps() {
     let mut world = world(1e-3);
     spawn(&mut world, "fixed", 0.0);
     let mut model = chain(1);
@@ -110,7 +110,7 @@ fn what_is_free_comes_out_of_what_it_was_put_into() {
 /// What the daemon exports it must import: the pairs are in the order of their robots, also where the first one
 /// touches itself.
 #[test]
-fn a_robot_that_is_merged_with_itself_and_with_a_later_table_is_imported_again() {
+fn a_robot_with_ignored_overlaps_is_imported_again() {
     let mut world = world(1e-3);
     let mut arm = chain(2);
     for joint in &mut arm.joints {
@@ -120,19 +120,22 @@ fn a_robot_that_is_merged_with_itself_and_with_a_later_table_is_imported_again()
         link.collisions = slider().links[1].collisions.clone();
     }
     let arm = Arc::new(arm);
-    let touches = Touches { itself: true, links: Vec::new() };
-    scenes::spawn(&mut world, Spawn { touches, ..scenes::robot("arm", &arm, DPose3::IDENTITY, true) });
+    let contact_settings = ContactSettings { self_collision: true, links: Vec::new() };
+    scenes::spawn(
+        &mut world,
+        Spawn { contact_settings, ..scenes::robot("arm", &arm, DPose3::IDENTITY, true) },
+    );
     let table = scenes::cuboid(DVec3::splat(0.3), 1.0);
     scenes::spawn(&mut world, scenes::robot("table", &table, DPose3::IDENTITY, true));
     world.step();
     apply(&mut world, Command::SaveState { name: "here".into() });
     let saved = through_a_file(&world, "here");
-    let merged = saved.world_state().merged;
-    assert!(merged.contains(&([0, 0], [0, 2])) && merged.contains(&([0, 1], [1, 0])), "{merged:?}");
+    let ignored = saved.world_state().ignored_overlaps;
+    assert!(ignored.contains(&([0, 0], [0, 2])) && ignored.contains(&([0, 1], [1, 0])), "{ignored:?}");
     assert_eq!(imported(saved).fingerprint(), world.fingerprint());
 }
 
-/// A world that took over the state, which knows nothing of the steps before.
+/// A world that took over the state, which has no memory of the steps before.
 fn imported(saved: Saved) -> Simulation {
     let mut other = world(1e-3);
     apply(&mut other, Command::ImportSavedState { name: "it".into(), saved });
@@ -182,12 +185,12 @@ fn any_arm(rng: &mut Rng) -> Arc<RobotModel> {
     Arc::new(model)
 }
 
-/// Arms and tables put into each other, that move, come and go. What is remembered of pairs that are merged or
-/// apart saves time and changes nothing: a world that took over the state without it is equal to the bit in each step, and
+/// Arms and tables that overlap initially, move, come and go. The cache of pairs that are ignored or
+/// separate saves time and changes nothing: a world that took over the state without it is equal to the bit in each step, and
 /// so is one that takes it over anew now and then.
 #[test]
 fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
-    let (mut merged, mut own, mut touched, mut parted) = (0, 0, 0, 0);
+    let (mut ignored, mut own, mut touched, mut parted) = (0, 0, 0, 0);
     for seed in 0..25 {
         let rng = &mut Rng::with_seed(seed);
         let mut world = world(1e-3);
@@ -196,12 +199,12 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
             let name = format!("arm-{i}");
             let pose = DPose3::from_translation(any_vector(rng, 0.1));
             let model = if rng.u8(0..4) == 0 { scenes::cuboid(DVec3::splat(0.3), 1.0) } else { any_arm(rng) };
-            let touches = Touches { itself: rng.bool(), links: Vec::new() };
+            let contact_settings = ContactSettings { self_collision: rng.bool(), links: Vec::new() };
             let fixed = rng.u8(0..6) > 0;
             let passive = rng.bool();
             scenes::spawn(
                 &mut world,
-                Spawn { touches, passive, ..scenes::robot(&name, &model, pose, fixed) },
+                Spawn { contact_settings, passive, ..scenes::robot(&name, &model, pose, fixed) },
             );
             names.push(name);
         }
@@ -228,8 +231,8 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
             apply(&mut world, Command::SaveState { name: "here".into() });
             let saved = through_a_file(&world, "here");
             let state = saved.world_state();
-            merged += state.merged.len();
-            own += state.merged.iter().filter(|(robots, _)| robots[0] == robots[1]).count();
+            ignored += state.ignored_overlaps.len();
+            own += state.ignored_overlaps.iter().filter(|(robots, _)| robots[0] == robots[1]).count();
             touched += state.contacts.len();
             let mut other = imported(saved);
             for step in 0..120 {
@@ -246,12 +249,14 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
                 }
             }
             apply(&mut world, Command::SaveState { name: "here".into() });
-            parted +=
-                state.merged.len().saturating_sub(through_a_file(&world, "here").world_state().merged.len());
+            parted += state
+                .ignored_overlaps
+                .len()
+                .saturating_sub(through_a_file(&world, "here").world_state().ignored_overlaps.len());
         }
     }
-    println!("{merged} merged, {own} of one robot, {touched} contacts, {parted} parted");
-    assert!(merged > 500 && own > 100 && touched > 500 && parted > 50);
+    println!("{ignored} ignored, {own} of one robot, {touched} contacts, {parted} parted");
+    assert!(ignored > 500 && own > 100 && touched > 500 && parted > 50);
 }
 
 /// Neighbouring links of two arms at one place overlap by less than a millimetre, or nearly; to the bit each arm holds

@@ -7,13 +7,13 @@ use super::spatial::Spatial;
 
 /// L D L' of an inertia (Golub and Van Loan, algorithm 4.1.2).
 #[derive(Clone, Debug, Default)]
-pub struct SixByFactors {
+pub struct Ldlt6 {
     lower: [[f64; 6]; 6],
     /// 0 where a direction has no inertia: it is then not accelerated.
     inverse_diagonal: [f64; 6],
 }
 
-impl SixByFactors {
+impl Ldlt6 {
     #[allow(clippy::needless_range_loop, reason = "reads as the algorithm does")]
     /// Factorises. A direction whose inertia is below 1e-14 of the largest counts as without.
     pub fn new(inertia: &Articulated) -> Self {
@@ -90,14 +90,14 @@ mod tests {
         let moment = DMat3::from_diagonal(DVec3::new(0.2, 0.3, 0.4));
         let inertia = Articulated::of(&Rigid::new(3.0, DVec3::new(0.3, -0.1, 0.2), &moment));
         let motion = Spatial::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(-1.0, 0.5, 0.25));
-        let back = SixByFactors::new(&inertia).solve(inertia.times(motion)) - motion;
+        let back = Ldlt6::new(&inertia).solve(inertia.times(motion)) - motion;
         assert!(back.angular.length() + back.linear.length() < 1e-12);
     }
 
     #[test]
     fn a_point_mass_is_not_turned_to_infinity() {
         let inertia = Articulated::of(&Rigid::new(3.0, DVec3::ZERO, &DMat3::ZERO));
-        let answer = SixByFactors::new(&inertia).solve(Spatial::new(DVec3::X, DVec3::new(0.0, 6.0, 0.0)));
+        let answer = Ldlt6::new(&inertia).solve(Spatial::new(DVec3::X, DVec3::new(0.0, 6.0, 0.0)));
         assert_eq!(answer, Spatial::new(DVec3::ZERO, DVec3::new(0.0, 2.0, 0.0)));
     }
 }

@@ -1,15 +1,15 @@
-//! What a step computes for each body on the way: no meaning between steps.
+//! Scratch of a step, per body: without meaning between steps.
 
 use glamx::{DMat3, DVec3};
 
 use super::inertia::Articulated;
-use super::six::SixByFactors;
+use super::ldlt::Ldlt6;
 use super::spatial::Spatial;
 
 /// Of one body. All vectors are in the base's axes and about the body's own origin:
 /// what goes from body to body is then only shifted, never turned.
 #[derive(Clone, Debug)]
-pub struct Work {
+pub struct BodyScratch {
     /// `base_from_body`.
     pub rotation: DMat3,
     /// From its parent's origin to its own.
@@ -39,7 +39,7 @@ pub struct Work {
     pub impulse: f64,
 }
 
-impl Default for Work {
+impl Default for BodyScratch {
     fn default() -> Self {
         Self {
             rotation: DMat3::IDENTITY,
@@ -61,9 +61,9 @@ impl Default for Work {
 
 /// Of all bodies of a robot.
 #[derive(Clone, Debug, Default)]
-pub struct Workspace {
+pub struct Scratch {
     /// One a body.
-    pub bodies: Vec<Work>,
+    pub bodies: Vec<BodyScratch>,
     /// One a free body: its IA, factorised.
-    pub free: Vec<SixByFactors>,
+    pub free: Vec<Ldlt6>,
 }

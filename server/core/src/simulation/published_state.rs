@@ -1,4 +1,4 @@
-//! What a world looks like at a moment: plain data, cheap to share.
+//! The published state of a world: plain data, cheap to share.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ pub struct Moment {
 /// All robots at a moment. Values of all robots lie in flat arrays;
 /// [`EntityLayout`] says where each robot's are.
 #[derive(Clone, Debug, Default)]
-pub struct Snapshot {
+pub struct PublishedState {
     /// When.
     pub at: Moment,
     /// Which robots there are, and where their values lie.
@@ -35,7 +35,7 @@ pub struct Snapshot {
     pub roots: Vec<RootState>,
     /// Joint positions: rad or m; for a floating joint x y z and a quaternion x y z w.
     pub positions: Vec<f64>,
-    /// Joint rates: rad/s or m/s; for a floating joint linear in the parent's
+    /// Joint velocities: rad/s or m/s; for a floating joint linear in the parent's
     /// axes, then angular in its own.
     pub velocities: Vec<f64>,
     /// What each actuator applied over the last step, N m or N. Aligned with `velocities`.
@@ -46,7 +46,7 @@ pub struct Snapshot {
     pub modes: Vec<Mode>,
     /// Stiffness and damping in force. Aligned with `velocities`.
     pub gains: Vec<(f64, f64)>,
-    /// The change of the rates in a second over the last part of the last step; zero where the rates were
+    /// The change of the velocities in a second over the last part of the last step; zero where the velocities were
     /// given since. Aligned with `velocities`.
     pub accelerations: Vec<f64>,
     /// Aligned with `velocities`.
@@ -81,7 +81,7 @@ pub struct AppliedWrench {
 /// A point where two links touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactReport {
-    /// Places of the two robots in [`WorldLayout::entities`].
+    /// Indices of the two robots in [`WorldLayout::entities`].
     pub robots: [usize; 2],
     /// Of each robot's link in its model.
     pub links: [usize; 2],
@@ -106,7 +106,7 @@ pub struct WorldLayout {
     pub entities: Vec<Arc<EntityLayout>>,
 }
 
-/// A robot and where its values lie in a [`Snapshot`].
+/// A robot and where its values lie in a [`PublishedState`].
 #[derive(Debug)]
 pub struct EntityLayout {
     /// Its name in the world.
@@ -123,9 +123,9 @@ pub struct EntityLayout {
     pub fixed_base: bool,
     /// The daemon loaded it at its start.
     pub loaded_at_start: bool,
-    /// In [`Snapshot::positions`].
+    /// In [`PublishedState::positions`].
     pub positions: Range<usize>,
-    /// In [`Snapshot::velocities`] and what is aligned with them.
+    /// In [`PublishedState::velocities`] and what is aligned with them.
     pub velocities: Range<usize>,
     /// For each joint of the model, its range within the robot's own positions.
     pub joint_positions: Vec<Range<usize>>,
@@ -160,30 +160,30 @@ pub struct Flags {
     pub at_upper: bool,
 }
 
-impl Snapshot {
-    /// A robot by name, with its place among the robots.
+impl PublishedState {
+    /// A robot by name, with its index among the robots.
     pub fn entity(&self, name: &str) -> Option<(usize, &Arc<EntityLayout>)> {
         self.world.entities.iter().enumerate().find(|(_, entity)| entity.name == name)
     }
 
-    /// `world_from_link` of each link of the robot at this place, in the model's order.
-    pub fn link_poses(&self, place: usize) -> Option<Vec<DPose3>> {
-        let entity = self.world.entities.get(place)?;
+    /// `world_from_link` of each link of the robot at this index, in the model's order.
+    pub fn link_poses(&self, index: usize) -> Option<Vec<DPose3>> {
+        let entity = self.world.entities.get(index)?;
         let positions = self.positions.get(entity.positions.clone())?;
-        Some(entity.tree.link_poses(self.roots.get(place)?.pose, positions))
+        Some(entity.tree.link_poses(self.roots.get(index)?.pose, positions))
     }
 
     /// Linear velocity of the origin and angular velocity of each link of the robot at this
-    /// place, world axes, in the model's order.
-    pub fn link_twists(&self, place: usize) -> Option<Vec<(DVec3, DVec3)>> {
-        let entity = self.world.entities.get(place)?;
-        Some(entity.tree.link_twists(&self.configuration(place)?))
+    /// index, world axes, in the model's order.
+    pub fn link_twists(&self, index: usize) -> Option<Vec<(DVec3, DVec3)>> {
+        let entity = self.world.entities.get(index)?;
+        Some(entity.tree.link_twists(&self.configuration(index)?))
     }
 
     /// Where the robot at this place is and how it moves.
-    pub fn configuration(&self, place: usize) -> Option<Configuration> {
-        let entity = self.world.entities.get(place)?;
-        let root = self.roots.get(place)?;
+    pub fn configuration(&self, index: usize) -> Option<Configuration> {
+        let entity = self.world.entities.get(index)?;
+        let root = self.roots.get(index)?;
         Some(Configuration {
             root: root.pose,
             linear: root.linear,

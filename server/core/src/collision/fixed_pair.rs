@@ -1,0 +1,206 @@
+//! Pairs of colliders that no motion of joints is sure to separate: those of one robot, and of two that are fixed to
+//! the world. Initial overlaps between them are ignored.
+
+use super::colliders::RobotColliders;
+use super::narrow::{ContactPoint, Narrow};
+use super::separation::{Solid, overlap_by, separation};
+
+/// An initial overlap deeper than this is ignored, metres: less is what rounding and resting contact
+/// leave. Of thin shapes half of what fits into them.
+const DEEP: f64 = 1e-3;
+
+/// The same at the least.
+const LEAST_DEEP: f64 = 1e-4;
+
+/// The fraction of a distance that is relied on: GJK ends within 1e-7 of it.
+const EXACT: f64 = 0.999;
+
+/// The fraction of the distance between an ignored pair and its separation that is relied on.
+const TRUSTED: f64 = 0.5;
+
+/// What is known of two robots, or of one and itself.
+///
+/// The ignored pairs are state of the world. The rest is a cache, and what is found is the same without it: as long
+/// as nothing has moved as far as the nearest pair is from touching, or the shallowest ignored pair from separating,
+/// nothing touches and nothing separates.
+#[derive(Clone, Debug)]
+pub struct FixedPair {
+    /// Indices of the two robots, the smaller first.
+    pub robots: [usize; 2],
+    /// Pairs of colliders that overlapped initially and have not separated since, in order.
+    pub ignored: Vec<[usize; 2]>,
+    /// Nothing touches while the sum of the two robots' paths and reaches is below this.
+    separated_until: f64,
+    /// Nothing separates while the sum of their paths is below this.
+    overlapping_until: f64,
+}
+
+impl FixedPair {
+    /// Of two robots with these ignored pairs of colliders.
+    pub fn new(robots: [usize; 2], ignored: Vec<[usize; 2]>) -> Self {
+        Self { robots, ignored, separated_until: f64::NEG_INFINITY, overlapping_until: f64::NEG_INFINITY }
+    }
+}
+
+/// One query of two robots.
+#[derive(Clone, Copy)]
+struct Query<'a> {
+    robots: [&'a RobotColliders; 2],
+    /// They are one.
+    own: bool,
+    /// One of them was teleported since the last query.
+    teleported: bool,
+    /// Contacts are looked for at least this far from what moves, metres.
+    slack: f64,
+    /// Their paths together.
+    path: f64,
+}
+
+/// Scratch of a query.
+#[derive(Default)]
+pub(super) struct FixedPairScratch {
+    /// Pairs that were ignored before it.
+    before: Vec<[usize; 2]>,
+    points: Vec<ContactPoint>,
+    /// Robots, 0 or 1, and their bodies that deeply overlap the other one initially.
+    stuck: Vec<(usize, Option<usize>)>,
+}
+
+impl Narrow {
+    /// Like [`Narrow::between`] for two robots that are fixed to the world, or for one and itself, except that initial
+    /// overlaps are ignored. `teleported` says whether one of them was since the last query; contacts are looked for at
+    /// least `slack` metres from what moves.
+    ///
+    /// * A pair that overlaps by more than [`DEEP`] after a teleport is ignored.
+    /// * Of two robots a pair that is nearer to each other than contacts are looked for at rest is
+    ///   ignored if each of its bodies is in one of those deep pairs: two arms at one place have neighbours that
+    ///   overlap a little, or nearly.
+    /// * An ignored pair does not touch until it is farther apart than contacts are looked for at rest.
+    pub fn between_fixed(
+        &mut self,
+        robots @ [a, b]: [&RobotColliders; 2],
+        (teleported, slack): (bool, f64),
+        known: &mut FixedPair,
+        found: impl FnMut(ContactPoint),
+    ) {
+        let (path, reach) = (a.path + b.path, a.reach + b.reach);
+        if !teleported && path + reach < known.separated_until && path < known.overlapping_until {
+            return;
+        }
+        let own = known.robots[0] == known.robots[1];
+        let query = Query { robots, own, teleported, slack, path };
+        let mut scratch = std::mem::take(&mut self.fixed_pairs);
+        let FixedPairScratch { before, points, stuck } = &mut scratch;
+        std::mem::swap(before, &mut known.ignored);
+        known.ignored.clear();
+        points.clear();
+        stuck.clear();
+        (known.separated_until, known.overlapping_until) = (f64::INFINITY, f64::INFINITY);
+        if own {
+            a.own_pairs.iter().for_each(|&pair| self.classify(&query, pair, known, &mut scratch));
+        } else {
+            for (i, first) in a.placed.iter().enumerate() {
+                if first.bounds.meets(&b.bounds) {
+                    (0..b.placed.len()).for_each(|j| self.classify(&query, [i, j], known, &mut scratch));
+                } else {
+                    known.note_separation(&query, first.bounds.gap(&b.bounds) + first.margin);
+                }
+            }
+        }
+        if teleported && !own {
+            ignore_near(&query, known, &scratch);
+        }
+        scratch.points.retain(|point| known.ignored.binary_search(&point.colliders).is_err());
+        scratch.points.iter().copied().for_each(found);
+        self.fixed_pairs = scratch;
+    }
+
+    /// Decides whether a pair of colliders is ignored, separate or in contact.
+    fn classify(
+        &mut self,
+        query: &Query<'_>,
+        pair: [usize; 2],
+        known: &mut FixedPair,
+        scratch: &mut FixedPairScratch,
+    ) {
+        let Query { robots: [a, b], own, teleported, slack, path } = *query;
+        let [first, second] = [&a.placed[pair[0]], &b.placed[pair[1]]];
+        let moving = [first, second].into_iter().filter(|placed| placed.body.is_some()).count();
+        let within = first.margin + second.margin;
+        if moving == 0 && (own || !teleported) {
+            return;
+        }
+        if !first.bounds.meets(&second.bounds) {
+            if moving > 0 {
+                known.note_separation(query, first.bounds.gap(&second.bounds) + within);
+            }
+            return;
+        }
+        let [one, other] = query.solids(pair);
+        let a_from_b = first.world_from_shape.inverse() * second.world_from_shape;
+        let deep = DEEP.min(one.inner.radius().min(other.inner.radius()) / 2.0).max(LEAST_DEEP);
+        let both = [(0, first.body), (1, second.body)];
+        if moving == 0 {
+            // It exerts no force, but shows which bodies overlap deeply.
+            if overlap_by(deep, one, other, &a_from_b) {
+                scratch.stuck.extend(both);
+            }
+            return;
+        }
+        let was = scratch.before.binary_search(&pair).is_ok();
+        let is_deep = teleported && overlap_by(deep, one, other, &a_from_b);
+        let separation = separation(one, other, &a_from_b);
+        if is_deep {
+            scratch.stuck.extend(both);
+        }
+        if is_deep || (was && separation < slack * moving as f64) {
+            known.ignored.push(pair);
+            known.overlapping_until =
+                known.overlapping_until.min(path + TRUSTED * (slack * moving as f64 - separation));
+            return;
+        }
+        if separation >= within {
+            known.note_separation(query, separation);
+            return;
+        }
+        // Something may touch: the cache holds nothing for the next query.
+        known.separated_until = f64::NEG_INFINITY;
+        let start = scratch.points.len();
+        self.pair(pair, [a, b], [first, second], &mut |point| scratch.points.push(point));
+        if teleported && scratch.points[start..].iter().any(|point| point.distance < -deep) {
+            scratch.stuck.extend(both);
+            known.ignored.push(pair);
+        }
+    }
+}
+
+impl Query<'_> {
+    fn solids(&self, pair: [usize; 2]) -> [Solid<'_>; 2] {
+        [0, 1].map(|side| {
+            let placed = &self.robots[side].placed[pair[side]];
+            Solid { shape: self.robots[side].shape(placed), inner: self.robots[side].inner(placed) }
+        })
+    }
+}
+
+impl FixedPair {
+    /// Notes that a pair is this far apart.
+    fn note_separation(&mut self, query: &Query<'_>, distance: f64) {
+        self.separated_until = self.separated_until.min(query.path + EXACT * distance);
+    }
+}
+
+/// Ignores pairs that are near each other and deeply overlap on both sides.
+fn ignore_near(query: &Query<'_>, known: &mut FixedPair, scratch: &FixedPairScratch) {
+    let deep = known.ignored.len();
+    for points in scratch.points.chunk_by(|a, b| a.colliders == b.colliders) {
+        let ContactPoint { colliders, bodies, .. } = points[0];
+        let moving = bodies.iter().filter(|body| body.is_some()).count();
+        let near = points.iter().any(|point| point.distance < query.slack * moving as f64);
+        let stuck = [0, 1].iter().all(|&side| scratch.stuck.contains(&(side, bodies[side])));
+        if near && stuck && known.ignored[..deep].binary_search(&colliders).is_err() {
+            known.ignored.push(colliders);
+        }
+    }
+    known.ignored.sort_unstable();
+}

@@ -1,0 +1,157 @@
+//! Wrenches that commands apply to the links of a robot.
+
+use std::hash::Hasher;
+use std::sync::Arc;
+
+use glamx::{DPose3, DVec3};
+
+use super::Entity;
+use crate::dynamics::spatial::{Placement, Spatial};
+use crate::simulation::command::WrenchDuration;
+
+/// A force and a torque on a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActiveWrench {
+    /// Index of the link.
+    pub link: usize,
+    /// Newtons, at `point`.
+    pub force: DVec3,
+    /// Newton metres.
+    pub torque: DVec3,
+    /// In the link's axes, not the world's.
+    pub in_link_axes: bool,
+    /// In the link's frame, metres.
+    pub point: DVec3,
+    /// How long it still acts.
+    pub duration: WrenchDuration,
+    /// Suspended until a wrench with a duration on the same link has expired.
+    pub suspended: bool,
+}
+
+impl ActiveWrench {
+    /// Whether it has a duration.
+    fn is_timed(&self) -> bool {
+        matches!(self.duration, WrenchDuration::For(_))
+    }
+
+    /// Feeds everything that a step reads to a hasher.
+    pub(in crate::simulation) fn hash_into(&self, hasher: &mut impl Hasher) {
+        let Self { link, force, torque, in_link_axes, point, duration, suspended } = *self;
+        hasher.write_usize(link);
+        let (kind, left) = match duration {
+            WrenchDuration::NextStep => (0, 0.0),
+            WrenchDuration::For(left) => (1, left),
+            WrenchDuration::UntilCleared => (2, 0.0),
+        };
+        hasher.write(&[kind, in_link_axes.into(), suspended.into()]);
+        let vectors = [force, torque, point];
+        for value in vectors.into_iter().flat_map(|vector| vector.to_array()).chain([left]) {
+            hasher.write_u64(value.to_bits());
+        }
+    }
+}
+
+impl Entity {
+    /// Writes the wrenches into the dynamics, each body's sum in its own frame.
+    pub(in crate::simulation) fn update_external_forces(&mut self) {
+        self.body.external_mut().fill(Spatial::ZERO);
+        if self.applied_wrenches.is_empty() {
+            return;
+        }
+        let tree = Arc::clone(self.body.tree());
+        let root = tree.root_positions();
+        let poses = tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]);
+        for wrench in self.applied_wrenches.iter().filter(|wrench| !wrench.suspended) {
+            let (Some(pose), Some(frame)) = (poses.get(wrench.link), tree.links.get(wrench.link)) else {
+                continue;
+            };
+            let Some(index) = frame.body else { continue };
+            let to_link = |v: DVec3| if wrench.in_link_axes { v } else { pose.rotation.inverse() * v };
+            let (force, torque) = (to_link(wrench.force), to_link(wrench.torque));
+            let about_link = Spatial::new(torque + wrench.point.cross(force), force);
+            let link = Placement::new(frame.body_from_link.rotation, frame.body_from_link.translation);
+            self.body.external_mut()[index] += link.force_to_parent(about_link);
+        }
+    }
+
+    /// Adds a wrench. One with a duration or until cleared replaces those before on that link; one for the next
+    /// step is added to the others for it, so that there are never more than a few per link.
+    pub(in crate::simulation) fn add_wrench(&mut self, wrench: ActiveWrench) {
+        let ActiveWrench { link, force, torque, in_link_axes, point, duration, .. } = wrench;
+        let is_something = force != DVec3::ZERO || torque != DVec3::ZERO;
+        match duration {
+            WrenchDuration::NextStep => {}
+            WrenchDuration::For(_) => {
+                self.applied_wrenches.retain(|known| known.link != link || !known.is_timed());
+                self.set_suspended(link, is_something);
+                self.applied_wrenches.extend(is_something.then_some(wrench));
+                return;
+            }
+            WrenchDuration::UntilCleared => {
+                self.applied_wrenches
+                    .retain(|known| known.link != link || known.duration == WrenchDuration::NextStep);
+                self.applied_wrenches.extend(is_something.then_some(wrench));
+                return;
+            }
+        }
+        // About the link's origin, so that wrenches for the next step can be summed.
+        let (pose, arm) = if in_link_axes { (None, point) } else { (self.link_pose(link), point) };
+        let arm = pose.map_or(arm, |pose| pose.rotation * arm);
+        let torque = torque + arm.cross(force);
+        let same = |known: &&mut ActiveWrench| {
+            known.duration == WrenchDuration::NextStep
+                && known.link == link
+                && known.in_link_axes == in_link_axes
+        };
+        match self.applied_wrenches.iter_mut().find(same) {
+            Some(known) => {
+                known.force += force;
+                known.torque += torque;
+            }
+            None => self.applied_wrenches.push(ActiveWrench { torque, point: DVec3::ZERO, ..wrench }),
+        }
+    }
+
+    /// Suspends the wrench on a link that acts until it is cleared, or lets it act again.
+    fn set_suspended(&mut self, link: usize, suspended: bool) {
+        let lasting =
+            |known: &&mut ActiveWrench| known.link == link && known.duration == WrenchDuration::UntilCleared;
+        self.applied_wrenches.iter_mut().filter(lasting).for_each(|known| known.suspended = suspended);
+    }
+
+    /// Before a step: a wrench that was suspended by an expired one acts again.
+    pub(in crate::simulation) fn begin_wrenches(&mut self) {
+        while let Some(over) = self.expired_wrenches.pop() {
+            let is_timed = |known: &ActiveWrench| known.link == over.link && known.is_timed();
+            if over.is_timed() && !self.applied_wrenches.iter().any(is_timed) {
+                self.set_suspended(over.link, false);
+            }
+        }
+    }
+
+    /// After a step of so many seconds: takes out expired wrenches.
+    pub(in crate::simulation) fn end_wrenches(&mut self, time_step: f64) {
+        for wrench in &mut self.applied_wrenches {
+            if let WrenchDuration::For(left) = &mut wrench.duration {
+                *left -= time_step;
+            }
+        }
+        let is_over = |wrench: &mut ActiveWrench| match wrench.duration {
+            WrenchDuration::NextStep => true,
+            WrenchDuration::For(left) => left < 0.5 * time_step,
+            WrenchDuration::UntilCleared => false,
+        };
+        let before = self.expired_wrenches.len();
+        self.expired_wrenches.extend(self.applied_wrenches.extract_if(.., is_over));
+        if self.expired_wrenches.len() > before {
+            self.update_external_forces();
+        }
+    }
+
+    /// `world_from_link`.
+    fn link_pose(&self, link: usize) -> Option<DPose3> {
+        let tree = self.body.tree();
+        let root = tree.root_positions();
+        tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]).get(link).copied()
+    }
+}
