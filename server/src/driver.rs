@@ -7,11 +7,13 @@
 mod board;
 mod call_budget;
 mod event;
+mod event_log;
 mod long_step;
 mod mailbox;
 mod main_loop;
 mod meter;
 mod pacer;
+mod published;
 mod step_queue;
 #[cfg(test)]
 mod tests;
@@ -27,10 +29,14 @@ use simd_core::PublishedState;
 
 pub(crate) use board::Board;
 pub(crate) use event::{Event, ReplyTo};
+pub(crate) use event_log::EventLog;
+pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub(crate) use mailbox::Mailbox;
+pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub(crate) use world::World;
 
-use crate::handle::{EventLog, Pace, RunState, Statistics};
+use crate::call_error::panic_message;
+use crate::run_state::RunState;
 use board::Publisher;
 use call_budget::CallBudget;
 use long_step::LongSteps;
@@ -131,12 +137,6 @@ fn run<W: World>(mut driver: Driver<W>) {
     // Whoever waits finds the reason.
     ending.end();
     drop((inbox, steps));
-}
-
-/// What a panic said.
-pub(crate) fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
-    let text = payload.downcast_ref::<&str>().copied();
-    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("it panicked").to_owned()
 }
 
 /// Linux lets a sleeping thread sleep 50 us longer to save wake-ups; a step of

@@ -1,5 +1,5 @@
 //! The simd daemon. A call goes: front-end, [`service`], `convert`, [`SimHandle`], mailbox,
-//! driver thread, and back.
+//! driver thread, and back. Modules import downwards only; `ARCHITECTURE.md` has the order.
 //!
 //! * [`handle`]: the one way to the world, for every front-end.
 //! * [`driver`]: the thread that owns the world and its pace.
@@ -8,9 +8,11 @@
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
+//! * `call_error`, `info`, `run_state`: types that all of these use.
 //! * [`log`]: lines on stderr, which hold nobody up.
 //! * [`daemon`]: all of it put together, from start to drain.
 
+mod call_error;
 pub mod config;
 pub mod convert;
 pub mod daemon;
@@ -18,8 +20,12 @@ pub mod driver;
 pub mod grpc;
 pub mod handle;
 pub mod http;
+mod info;
+#[cfg(test)]
+mod layers;
 pub mod loading;
 pub mod log;
+mod run_state;
 pub mod service;
 pub mod zenoh;
 

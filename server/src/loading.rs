@@ -5,11 +5,10 @@
 //! * `decoded`: meshes in memory, shared by robots.
 //! * `reading`: from there to a model.
 //! * `progress`: how far that is.
-//! * `calls`: what a [`SimHandle`](crate::SimHandle) does with them.
+//! * `source`: what clients say and learn of a description. `uploads`: how it comes.
 //! * `saved states`: states of the world out to a file and in from one; [`saved_state_file`]: its bytes.
 //! * Here: what is kept of it all, and which robot came from where.
 
-mod calls;
 mod decoded;
 mod disk;
 mod partial;
@@ -17,9 +16,11 @@ mod progress;
 mod reading;
 pub mod saved_state_file;
 mod saved_states;
+mod source;
 mod store;
 #[cfg(test)]
 mod tests;
+mod uploads;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -31,13 +32,17 @@ use simd_model::{ReadOptions, RobotModel};
 use tokio::sync::Semaphore;
 use tokio::time::Instant;
 
+pub(crate) use progress::Reporter;
 pub use progress::{Phase, Progress};
+pub(crate) use reading::{Made, Making, Origin, summary};
+pub use source::{AssetState, Prepared, Source, Validated};
 
-use crate::handle::{CallError, DaemonLimits};
+use crate::call_error::CallError;
+use crate::info::DaemonLimits;
 use decoded::Decoded;
 use disk::Roots;
 use partial::Partials;
-use reading::{Making, Origin, Used};
+use reading::Used;
 use store::Store;
 
 /// Descriptions that are read at one time: the physics thread wants a core too.
@@ -68,12 +73,12 @@ struct Shelf {
 /// in a kept saved state, or in somebody's hands: so a robot that a saved state brings
 /// back still has its description and its meshes.
 #[derive(Debug)]
-struct Known {
+pub(crate) struct Known {
     model: Weak<RobotModel>,
-    origin: Origin,
-    description: Sha256,
-    scale: f64,
-    mesh_shapes: MeshShapes,
+    pub(crate) origin: Origin,
+    pub(crate) description: Sha256,
+    pub(crate) scale: f64,
+    pub(crate) mesh_shapes: MeshShapes,
     /// The description and the files.
     pinned: Vec<Sha256>,
 }
@@ -104,7 +109,7 @@ impl Loader {
         self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn making(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> Making {
+    pub(crate) fn making(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> Making {
         Making { options: ReadOptions { scale, strict, limits: self.limits.reading }, mesh_shapes }
     }
 
@@ -190,7 +195,7 @@ impl Loader {
         shelf.store.bytes() as usize + shelf.partials.bytes() + known
     }
 
-    fn with_known<T>(&self, model: &Arc<RobotModel>, look: impl FnOnce(&Known) -> T) -> Option<T> {
+    pub(crate) fn with_known<T>(&self, model: &Arc<RobotModel>, look: impl FnOnce(&Known) -> T) -> Option<T> {
         let shelf = self.lock();
         let model = Arc::as_ptr(model);
         shelf.known.iter().find(|known| std::ptr::eq(known.model.as_ptr(), model)).map(look)

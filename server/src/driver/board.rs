@@ -9,7 +9,7 @@ use arc_swap::ArcSwap;
 use simd_core::{PhysicsSettings, PublishedState};
 use tokio::sync::Notify;
 
-use crate::handle::{Published, Statistics};
+use super::published::{Published, Statistics};
 
 /// Old states that are kept for their memory. Readers that stall hold more
 /// than these; then the driver allocates.
@@ -140,7 +140,8 @@ fn shares_all(one: &PublishedState, other: &PublishedState) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::handle::{Pace, RunState};
+    use crate::driver::published::Pace;
+    use crate::run_state::RunState;
 
     fn publisher() -> Publisher {
         let statistics = Statistics::at_start(RunState::Paused, Pace::default());

@@ -4,7 +4,9 @@ use simd_core::simulation::command::{PhysicsChange, SetTargets};
 use simd_core::{Command, PhysicsSettings};
 use tokio::sync::oneshot;
 
-use crate::handle::{CallError, Done, Pace, PaceChange, RunState, Stepped};
+use super::published::{Done, Pace, PaceChange, Stepped};
+use crate::call_error::CallError;
+use crate::run_state::RunState;
 
 /// Where an answer goes. Each call gets exactly one; one that is dropped
 /// without an answer means that the driver has ended.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 use super::event::Event;
-use crate::handle::CallError;
+use crate::call_error::CallError;
 
 /// The end that calls are posted into.
 #[derive(Clone, Debug)]

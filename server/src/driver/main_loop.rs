@@ -12,13 +12,16 @@ use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 use super::board::Publisher;
 use super::call_budget::CallBudget;
 use super::event::Event;
+use super::event_log::{EventLog, Happened};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
+use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
 use super::step_queue::{Pending, StepQueue};
 use super::world::World;
-use crate::handle::{CallError, Done, EventLog, Happened, Pace, PaceChange, RunState, Statistics, Stepped};
+use crate::call_error::CallError;
+use crate::run_state::RunState;
 
 /// Owns the world and everything that decides when it steps.
 pub(super) struct Driver<W> {

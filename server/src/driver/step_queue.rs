@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use simd_core::simulation::command::Clamped;
 
 use super::event::ReplyTo;
-use crate::handle::{CallError, Stepped};
+use super::published::Stepped;
+use crate::call_error::CallError;
 
 /// How many calls may wait. Each holds a connection, so this is far beyond use.
 const PENDING: usize = 1024;

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use simd_core::simulation::command::SetTargets;
-use simd_core::simulation::published_state::EntityLayout;
-use simd_model::robot::JointKind;
+use simd_core::simulation::target_sources;
 use tokio::time::Instant;
 
 use super::SimHandle;
@@ -117,12 +115,11 @@ pub struct TargetSource {
     pub age: Duration,
 }
 
-/// What is remembered of clients. Each lock is held for a look or a change.
+/// What is remembered of clients.
 #[derive(Debug, Default)]
 pub(super) struct Clients {
+    /// Held for a look or a change.
     here: Mutex<BTreeMap<Caller, Presence>>,
-    /// By robot.
-    targets: Mutex<BTreeMap<String, Targets>>,
 }
 
 #[derive(Debug)]
@@ -131,41 +128,6 @@ struct Presence {
     calls: usize,
     /// When the last one ended.
     last: Instant,
-}
-
-/// Who set the targets of a robot's joints.
-#[derive(Debug)]
-struct Targets {
-    /// Of the robot's layout: another robot or model of this name has none of it.
-    version: u64,
-    /// Of all joints that are not in `joints`.
-    whole: Option<Source>,
-    joints: BTreeMap<String, Source>,
-}
-
-type Source = (Arc<str>, Instant);
-
-/// Which joints targets are for.
-#[derive(Debug)]
-pub struct Aim(Vec<Aimed>);
-
-#[derive(Debug)]
-struct Aimed {
-    robot: String,
-    whole: bool,
-    joints: Vec<String>,
-}
-
-impl Aim {
-    /// Of targets that are about to be set.
-    pub fn of(targets: &SetTargets) -> Self {
-        let robots = targets.robots.iter().map(|targets| Aimed {
-            robot: targets.robot.clone(),
-            whole: targets.whole.is_some(),
-            joints: targets.joints.iter().map(|target| target.joint.clone()).collect(),
-        });
-        Self(robots.collect())
-    }
 }
 
 /// A call that is answered; its client is here at least until this is dropped.
@@ -187,10 +149,6 @@ impl Drop for UnderWay {
 impl Clients {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<Caller, Presence>> {
         self.here.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn targets(&self) -> MutexGuard<'_, BTreeMap<String, Targets>> {
-        self.targets.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A call begins. Where there are too many clients, the one goes that was silent for longest.
@@ -235,65 +193,31 @@ impl SimHandle {
         self.inner.clients.list()
     }
 
-    /// Targets were set; `None` did not say who it is.
-    pub fn note_targets(&self, caller: Option<&Caller>, aim: Aim) {
-        let source = (caller.map(|caller| caller.name.clone()).unwrap_or_default(), Instant::now());
-        let newest = self.newest();
-        let version = |robot: &str| newest.state.entity(robot).map(|(_, entity)| entity.version);
-        let mut targets = self.inner.clients.targets();
-        for Aimed { robot, whole, joints } in aim.0 {
-            let Some(version) = version(&robot) else { continue };
-            let known = targets.entry(robot).or_insert_with(|| Targets::new(version));
-            if known.version != version {
-                *known = Targets::new(version);
-            }
-            if whole {
-                *known = Targets { whole: Some(source.clone()), ..Targets::new(version) };
-            }
-            known.joints.extend(joints.into_iter().map(|joint| (joint, source.clone())));
-        }
-        // Robots that are gone are forgotten here, so that names do not pile up.
-        if targets.len() > newest.state.world.entities.len() {
-            targets.retain(|robot, known| version(robot) == Some(known.version));
-        }
-    }
-
-    /// Targets were put back: nobody's hold any more.
-    pub(super) fn forget_targets(&self) {
-        self.inner.clients.targets().clear();
+    /// What says, with targets, that this caller sets them now; `None` did not say who it is.
+    pub(crate) fn target_source(&self, caller: Option<&Caller>) -> Arc<target_sources::TargetSource> {
+        let client = caller.map(|caller| caller.name.clone()).unwrap_or_default();
+        Arc::new(target_sources::TargetSource { client, at: self.inner.started.elapsed() })
     }
 
     /// Who set the last target of each joint that was given one, by robot and joint.
     pub fn target_sources(&self) -> Vec<TargetSource> {
         let newest = self.newest();
-        let targets = self.inner.clients.targets();
-        let of_robot = |entity: &Arc<EntityLayout>| {
-            let known = targets.get(&entity.name).filter(|known| known.version == entity.version)?;
-            Some((entity.clone(), known))
-        };
-        let robots = newest.state.world.entities.iter().filter_map(of_robot);
-        let sources = robots.flat_map(|(entity, known)| {
-            let source = |joint: &str| known.joints.get(joint).or(known.whole.as_ref()).cloned();
-            let joints = entity.model.joints.iter().filter(|joint| {
-                let has_actuator = !matches!(joint.kind, JointKind::Fixed | JointKind::Floating);
-                has_actuator && joint.mimic.is_none()
-            });
-            let of_joint = |joint: &simd_model::robot::Joint| {
-                let (client, at) = source(&joint.name)?;
-                let (robot, joint) = (entity.name.clone(), joint.name.clone());
-                Some(TargetSource { robot, joint, client, age: at.elapsed() })
-            };
-            joints.filter_map(of_joint).collect::<Vec<_>>()
+        let now = self.inner.started.elapsed();
+        let robots = newest.state.world.entities.iter().zip(newest.state.target_sources.iter());
+        let sources = robots.flat_map(|(entity, sources)| {
+            entity.model.joints.iter().zip(sources.iter()).filter_map(|(joint, source)| {
+                let source = source.as_ref()?;
+                Some(TargetSource {
+                    robot: entity.name.clone(),
+                    joint: joint.name.clone(),
+                    client: source.client.clone(),
+                    age: now.saturating_sub(source.at),
+                })
+            })
         });
-        let mut sources: Vec<TargetSource> = sources.collect();
+        let mut sources: Vec<_> = sources.collect();
         sources.sort_by(|a, b| (&a.robot, &a.joint).cmp(&(&b.robot, &b.joint)));
         sources
-    }
-}
-
-impl Targets {
-    fn new(version: u64) -> Self {
-        Self { version, whole: None, joints: BTreeMap::new() }
     }
 }
 

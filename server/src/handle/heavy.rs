@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::sync::Semaphore;
 
-use super::CallError;
+use super::{CallError, SimHandle};
 
 /// How many may wait for a permit. Each holds its request in memory, at most a message's size.
 const WAITING: usize = 64;
@@ -82,6 +82,19 @@ impl HeavyWork {
             Ok(None) => Err(CallError::Internal { message: "nobody waits for this work".into() }),
             Err(error) => Err(CallError::Internal { message: error.to_string() }),
         }
+    }
+}
+
+impl SimHandle {
+    /// Does what may take milliseconds, and reads nothing but a published state, where it holds nobody up.
+    ///
+    /// # Errors
+    /// At once where too many such calls wait.
+    pub(crate) async fn heavy<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Cancelled) -> T + Send + 'static,
+    ) -> Result<T, CallError> {
+        self.inner.heavy.run(work).await
     }
 }
 

@@ -2,9 +2,11 @@
 //!
 //! An id is that of one caller and one kind of request. What was asked for is known by a digest: the same id with
 //! another request is refused, and never answered with what the first one got. Answers are kept as the bytes that
-//! they have on the wire, and are bounded by number, by bytes and by time.
+//! they have on the wire. They are bounded by number, by bytes and by time; where there are too many, one of the
+//! caller that has the most goes, so that a flood by one caller leaves the answers of the others.
 
-use std::collections::{HashMap, VecDeque};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, HashMap};
 use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,10 +16,12 @@ use simd_model::robot::Sha256;
 use tokio::sync::watch;
 use tokio::time::Instant;
 
-use super::{CallError, Peer, Scope};
+use super::{CallError, Peer, Scope, SimHandle};
 
-/// How many answers are remembered.
+/// How many requests are remembered, those under way included.
 const KEPT: usize = 1024;
+/// How many requests of one caller may be under way: the rest is for others.
+const MAX_UNDER_WAY: usize = KEPT / 2;
 /// Bytes of all answers that are remembered, with what belongs to them.
 const MAX_WEIGHT: usize = 64 << 20;
 /// What an answer takes beside its bytes and its id.
@@ -29,7 +33,7 @@ pub(crate) const MAX_ID: usize = 256;
 
 /// A request that may come again.
 #[derive(Clone, Debug)]
-pub(crate) struct Asked {
+pub(crate) struct IdentifiedRequest {
     /// Whose id it is.
     pub(crate) scope: Scope,
     /// The kind of request, as the schema calls it.
@@ -44,17 +48,17 @@ pub(crate) struct Asked {
     pub(crate) is_secret: bool,
 }
 
-/// What work gave, as bytes that only the caller of [`SimHandle::once`](super::SimHandle::once) reads.
+/// What work gave, as bytes that only the caller of [`SimHandle::once`] reads.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     /// An answer, or a refusal.
     pub(crate) bytes: Result<Bytes, Bytes>,
-    /// It passes by itself (a full mailbox, a shutdown, a fault): nothing to remember.
-    pub(crate) is_passing: bool,
+    /// A refusal that a retry may not get again (a full mailbox, a shutdown, a fault): nothing to remember.
+    pub(crate) is_transient: bool,
 }
 
 /// `None` until the work is done.
-type Waiting = watch::Receiver<Option<Outcome>>;
+type OutcomeReceiver = watch::Receiver<Option<Outcome>>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Key {
@@ -65,99 +69,135 @@ struct Key {
 
 /// The answers to the last requests.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Answers {
+pub(super) struct AnswerCache {
     /// Held for a look or a change of the map, never across the work.
-    kept: Arc<Mutex<Kept>>,
+    entries: Arc<Mutex<Entries>>,
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct Entries {
     by_key: HashMap<Arc<Key>, Entry>,
-    /// Keys with the number of their entry, oldest first. An entry that was
-    /// forgotten and made again has another number.
-    order: VecDeque<(Arc<Key>, u64)>,
-    entries: u64,
-    /// Of all entries.
+    /// Of callers that have an entry.
+    shares: HashMap<Scope, Share>,
+    /// Numbers answers in the order in which they were given.
+    answers: u64,
+    /// Bytes of all entries.
     weight: usize,
 }
 
 #[derive(Debug)]
 struct Entry {
-    number: u64,
-    first: Asked,
-    since: Instant,
-    answer: Waiting,
+    request: IdentifiedRequest,
+    outcome: OutcomeReceiver,
+    /// `None` while the work is under way.
+    answered: Option<Answered>,
     /// Bytes.
     weight: usize,
 }
 
-impl Answers {
+#[derive(Clone, Copy, Debug)]
+struct Answered {
+    number: u64,
+    at: Instant,
+}
+
+/// What one caller has of all entries.
+#[derive(Debug, Default)]
+struct Share {
+    /// Requests whose work goes on.
+    under_way: usize,
+    /// By the number of the answer, oldest first.
+    answered: BTreeMap<u64, Arc<Key>>,
+    /// Bytes.
+    weight: usize,
+}
+
+impl Share {
+    fn entries(&self) -> usize {
+        self.under_way + self.answered.len()
+    }
+}
+
+impl AnswerCache {
     /// Does the work, or gives the answer that the same request got before. Work runs to its end and is remembered
-    /// even if its caller goes away: the retry comes for that answer. The oldest answers go where all take too much
-    /// memory.
+    /// even if its caller goes away: the retry comes for that answer. Work that this caller may not have done, for
+    /// the error that stands in its place, is not begun, and nothing is remembered of it: another may send the same
+    /// request and be allowed to.
     ///
     /// # Errors
-    /// Where the id is too long, was that of another request, or its answer is for another connection.
-    pub(super) async fn once<W>(&self, asked: Asked, work: W) -> Result<Outcome, CallError>
+    /// Where the id is too long, was that of another request, or its answer is for another connection; where the
+    /// work is not allowed; and where too many requests are under way.
+    pub(super) async fn once<W>(
+        &self,
+        request: IdentifiedRequest,
+        work: Result<W, CallError>,
+    ) -> Result<Outcome, CallError>
     where
         W: Future<Output = Outcome> + Send + 'static,
     {
-        if asked.id.len() > MAX_ID {
+        if request.id.len() > MAX_ID {
             return Err(CallError::InvalidValue {
                 element: "request_id".into(),
-                value: format!("{} bytes long", asked.id.len()),
+                value: format!("{} bytes long", request.id.len()),
                 expected: format!("it must have at most {MAX_ID} bytes"),
             });
         }
-        let id = asked.id.clone();
-        let mut waiting = self.answer(asked, work)?;
-        let answer = match waiting.wait_for(Option::is_some).await {
-            Ok(answer) => answer.clone(),
+        let id = request.id.clone();
+        let mut receiver = self.find_or_begin(request, work)?;
+        let outcome = match receiver.wait_for(Option::is_some).await {
+            Ok(outcome) => outcome.clone(),
             Err(_gone) => None,
         };
-        answer.ok_or_else(|| CallError::Internal {
+        outcome.ok_or_else(|| CallError::Internal {
             message: format!("the request {id:?} failed without an answer"),
         })
     }
 
     /// Where the answer is or will be; starts the work where there is neither.
-    fn answer<W>(&self, asked: Asked, work: W) -> Result<Waiting, CallError>
+    fn find_or_begin<W>(
+        &self,
+        request: IdentifiedRequest,
+        work: Result<W, CallError>,
+    ) -> Result<OutcomeReceiver, CallError>
     where
         W: Future<Output = Outcome> + Send + 'static,
     {
-        let key = Arc::new(Key { scope: asked.scope.clone(), kind: asked.kind, id: asked.id.clone() });
-        let mut kept = self.lock();
-        if let Some(entry) = kept.by_key.get(&key) {
-            entry.check(&asked)?;
-            return Ok(entry.answer.clone());
+        let key = Arc::new(Key { scope: request.scope.clone(), kind: request.kind, id: request.id.clone() });
+        let mut entries = self.lock();
+        if let Some(entry) = entries.by_key.get(&key) {
+            entry.check(&request)?;
+            return Ok(entry.outcome.clone());
         }
-        let (sender, answer) = watch::channel(None);
-        let number = kept.begin(&key, asked, answer.clone());
-        drop(kept);
+        let work = work?;
+        let (sender, receiver) = watch::channel(None);
+        entries.begin(&key, request, receiver.clone())?;
+        drop(entries);
 
-        let mut unanswered = Unanswered { answers: self.clone(), key, number, armed: true };
+        let unanswered = Unanswered { cache: self.clone(), key };
         tokio::spawn(async move {
+            // In this order, so that where the work panics its request is forgotten before anybody learns of it.
+            let (sender, unanswered) = (sender, unanswered);
             let outcome = work.await;
-            unanswered.armed = outcome.is_passing;
-            let (Ok(bytes) | Err(bytes)) = &outcome.bytes;
-            unanswered.answers.lock().weigh(&unanswered.key, number, bytes.len());
-            drop(unanswered);
+            if outcome.is_transient {
+                drop(unanswered);
+            } else {
+                unanswered.answered(&outcome);
+            }
             sender.send_replace(Some(outcome));
         });
-        Ok(answer)
+        Ok(receiver)
     }
 
-    /// Forgets what nobody comes back for any more.
+    /// Forgets what nobody comes back for any more. Work that is under way is waited for.
     pub(super) fn tidy(&self, now: Instant) {
-        let mut kept = self.lock();
-        while let Some((oldest, number)) = kept.order.front().cloned() {
-            let entry = kept.by_key.get(&oldest).filter(|entry| entry.number == number);
-            // Work that is not done is waited for.
-            if entry.is_some_and(|entry| entry.answer.borrow().is_none() || now < entry.since + KEPT_FOR) {
-                return;
-            }
-            kept.order.pop_front();
-            kept.forget(&oldest, number);
+        let mut entries = self.lock();
+        let is_old = |(key, entry): (&Arc<Key>, &Entry)| {
+            let answered = entry.answered?;
+            (now >= answered.at + KEPT_FOR).then(|| key.clone())
+        };
+        let old: Vec<_> = entries.by_key.iter().filter_map(is_old).collect();
+        for key in old {
+            entries.forget(&key);
         }
     }
 
@@ -167,20 +207,21 @@ impl Answers {
         self.lock().weight
     }
 
-    fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Entries> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Entry {
-    /// Whether the answer is that to `asked`.
-    fn check(&self, asked: &Asked) -> Result<(), CallError> {
+    /// Whether the answer is that to `request`.
+    fn check(&self, request: &IdentifiedRequest) -> Result<(), CallError> {
         let reused =
-            |how: &str| Err(CallError::RequestIdReused { id: asked.id.clone(), how: how.to_owned() });
-        if self.first.digest != asked.digest {
+            |how: &str| Err(CallError::RequestIdReused { id: request.id.clone(), how: how.to_owned() });
+        if self.request.digest != request.digest {
             return reused("is that of another request; send a new id with each new request");
         }
-        if self.first.is_secret && (self.first.peer.is_none() || self.first.peer != asked.peer) {
+        let is_same_peer = self.request.peer.is_some() && self.request.peer == request.peer;
+        if self.request.is_secret && !is_same_peer {
             return reused(
                 "was answered with a secret, which is given again only over the connection that asked for it first",
             );
@@ -189,60 +230,123 @@ impl Entry {
     }
 }
 
-impl Kept {
-    fn begin(&mut self, key: &Arc<Key>, first: Asked, answer: Waiting) -> u64 {
-        self.entries += 1;
-        let number = self.entries;
+impl Entries {
+    /// Makes an entry for work that begins, and room for it.
+    fn begin(
+        &mut self,
+        key: &Arc<Key>,
+        request: IdentifiedRequest,
+        outcome: OutcomeReceiver,
+    ) -> Result<(), CallError> {
+        let under_way = self.shares.get(&key.scope).map_or(0, |share| share.under_way);
+        let has_room =
+            under_way < MAX_UNDER_WAY && (self.by_key.len() < KEPT || self.evict(Share::entries, None));
+        if !has_room {
+            return Err(CallError::LimitExceeded {
+                what: "the number of requests with an id that are under way".into(),
+                value: under_way as u64 + 1,
+                limit: MAX_UNDER_WAY as u64,
+            });
+        }
         // The id is in the key and in the request.
         let weight = ENTRY + 2 * key.id.len();
         self.weight += weight;
-        let entry = Entry { number, first, since: Instant::now(), answer, weight };
-        self.by_key.insert(key.clone(), entry);
-        self.order.push_back((key.clone(), number));
-        while self.order.len() > KEPT {
-            self.forget_oldest();
-        }
-        number
+        let share = self.shares.entry(key.scope.clone()).or_default();
+        share.under_way += 1;
+        share.weight += weight;
+        self.by_key.insert(key.clone(), Entry { request, outcome, answered: None, weight });
+        Ok(())
     }
 
-    fn forget_oldest(&mut self) {
-        if let Some((oldest, number)) = self.order.pop_front() {
-            self.forget(&oldest, number);
-        }
-    }
-
-    fn forget(&mut self, key: &Key, number: u64) {
-        if self.by_key.get(key).is_some_and(|entry| entry.number == number)
-            && let Some(entry) = self.by_key.remove(key)
-        {
-            self.weight -= entry.weight;
-        }
-    }
-
-    /// Makes room for an answer by forgetting older ones.
-    fn weigh(&mut self, key: &Key, number: u64, bytes: usize) {
-        let Some(entry) = self.by_key.get_mut(key).filter(|entry| entry.number == number) else { return };
+    /// Keeps the answer to a request that was under way, and forgets others where all take too much memory.
+    fn answered(&mut self, key: &Arc<Key>, bytes: usize) {
+        let (Some(entry), Some(share)) = (self.by_key.get_mut(key), self.shares.get_mut(&key.scope)) else {
+            return;
+        };
+        self.answers += 1;
+        let number = self.answers;
+        entry.answered = Some(Answered { number, at: Instant::now() });
         entry.weight += bytes;
+        share.under_way -= 1;
+        share.answered.insert(number, key.clone());
+        share.weight += bytes;
         self.weight += bytes;
-        while self.weight > MAX_WEIGHT && self.order.front().is_some_and(|(_, oldest)| *oldest != number) {
-            self.forget_oldest();
+        while self.weight > MAX_WEIGHT && self.evict(|share| share.weight, Some(number)) {}
+    }
+
+    /// Forgets the oldest answer of the caller that has the most; of two that have as much, the older one. Says
+    /// whether there was one.
+    fn evict(&mut self, size: impl Fn(&Share) -> usize, except: Option<u64>) -> bool {
+        let oldest = |share: &Share| {
+            let (number, key) = share.answered.iter().find(|(number, _key)| Some(**number) != except)?;
+            Some((size(share), Reverse(*number), key.clone()))
+        };
+        let of_largest =
+            self.shares.values().filter_map(oldest).max_by_key(|(size, number, _)| (*size, *number));
+        let Some((_size, _number, key)) = of_largest else { return false };
+        self.forget(&key);
+        true
+    }
+
+    fn forget(&mut self, key: &Key) {
+        let Some(entry) = self.by_key.remove(key) else { return };
+        self.weight -= entry.weight;
+        let Some(share) = self.shares.get_mut(&key.scope) else { return };
+        share.weight -= entry.weight;
+        match entry.answered {
+            Some(answered) => drop(share.answered.remove(&answered.number)),
+            None => share.under_way -= 1,
+        }
+        if share.entries() == 0 {
+            self.shares.remove(&key.scope);
         }
     }
 }
 
-/// Forgets an id whose work gave nothing to remember, also where it panicked.
+/// Work that is under way. Forgets its request where it gives nothing to remember, also where it panics.
 struct Unanswered {
-    answers: Answers,
+    cache: AnswerCache,
     key: Arc<Key>,
-    number: u64,
-    armed: bool,
+}
+
+impl Unanswered {
+    fn answered(self, outcome: &Outcome) {
+        let (Ok(bytes) | Err(bytes)) = &outcome.bytes;
+        self.cache.lock().answered(&self.key, bytes.len());
+    }
 }
 
 impl Drop for Unanswered {
     fn drop(&mut self) {
-        if self.armed {
-            self.answers.lock().forget(&self.key, self.number);
+        let mut entries = self.cache.lock();
+        if entries.by_key.get(&self.key).is_some_and(|entry| entry.answered.is_none()) {
+            entries.forget(&self.key);
         }
+    }
+}
+
+impl SimHandle {
+    /// Does the work of a request, or gives the answer that the same request got before, also where this caller
+    /// may not have the work done.
+    ///
+    /// # Errors
+    /// Where its id was that of another request, where too many are under way, and where the work is not allowed;
+    /// what the work gives is in the outcome.
+    pub(crate) async fn once<W>(
+        &self,
+        request: IdentifiedRequest,
+        work: Result<W, CallError>,
+    ) -> Result<Outcome, CallError>
+    where
+        W: Future<Output = Outcome> + Send + 'static,
+    {
+        self.inner.answers.once(request, work).await
+    }
+
+    /// Bytes of all remembered answers.
+    #[cfg(test)]
+    pub(crate) fn remembered(&self) -> usize {
+        self.inner.answers.weight()
     }
 }
 

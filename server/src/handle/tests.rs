@@ -2,6 +2,8 @@
 
 use std::sync::Mutex;
 
+use simd_core::Command;
+use simd_core::simulation::command::PhysicsChange;
 use tokio::time::Instant;
 
 use super::*;

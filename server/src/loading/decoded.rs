@@ -9,7 +9,7 @@ use simd_core::collision::Shapes;
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{Asset, Assets};
 
-use crate::handle::CallError;
+use crate::call_error::CallError;
 
 /// A file's content, and what it was read as.
 type Key = (Sha256, String);

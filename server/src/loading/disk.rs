@@ -11,7 +11,7 @@ use simd_assets::{Inside, Locator, NoUrdf, below, find_urdf, find_urdf_within, i
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets};
 
-use crate::handle::CallError;
+use crate::call_error::CallError;
 
 /// Folders below which clients may name files.
 #[derive(Clone, Debug, Default)]

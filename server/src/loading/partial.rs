@@ -7,7 +7,7 @@ use std::time::Duration;
 use simd_model::robot::Sha256;
 use tokio::time::Instant;
 
-use crate::handle::CallError;
+use crate::call_error::CallError;
 
 /// Uploads under way at one time.
 const COUNT: usize = 64;

@@ -48,7 +48,7 @@ impl Reporter {
         self.0.as_ref().is_some_and(|listener| !listener.is_closed())
     }
 
-    pub(super) fn say(&self, phase: Phase) {
+    pub(crate) fn say(&self, phase: Phase) {
         if let Some(listener) = &self.0 {
             listener.send_modify(|progress| {
                 progress.phase = phase;

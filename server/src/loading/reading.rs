@@ -16,12 +16,12 @@ use super::Loader;
 use super::decoded::{Decoded, Decoding};
 use super::disk::{DiskAssets, OnDisk, find_for_operator, read_file};
 use super::progress::{Phase, Reporter};
-use crate::driver::panic_message;
-use crate::handle::{CallError, Source};
+use super::source::Source;
+use crate::call_error::{CallError, panic_message};
 
 /// Where a robot comes from, to be read now or again later.
 #[derive(Clone, Debug)]
-pub(super) enum Origin {
+pub(crate) enum Origin {
     /// A description that is kept here, and its files.
     Kept { description: Sha256, assets: BTreeMap<String, Sha256>, missing: BTreeMap<String, Vec<String>> },
     /// A description that came with the request.
@@ -46,7 +46,7 @@ impl From<Source> for Origin {
 
 /// How a robot is made from its description.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Making {
+pub(crate) struct Making {
     pub(super) options: ReadOptions,
     pub(super) mesh_shapes: MeshShapes,
 }
@@ -61,11 +61,11 @@ pub(super) struct Reading {
 
 /// A robot that can be spawned.
 #[derive(Debug)]
-pub(super) struct Made {
-    pub(super) model: Arc<RobotModel>,
+pub(crate) struct Made {
+    pub(crate) model: Arc<RobotModel>,
     /// Made here, because hulls of large meshes take long.
-    pub(super) shapes: Arc<Shapes>,
-    pub(super) report: LoadReport,
+    pub(crate) shapes: Arc<Shapes>,
+    pub(crate) report: LoadReport,
 }
 
 /// The bytes that a robot was made from.
@@ -187,7 +187,7 @@ impl Loader {
 
     /// Does work that takes long, when it is its turn. Whoever waits too long is refused.
     /// The work, which is bounded, ends all the same, and its turn with it.
-    pub(super) async fn off_thread<T: Send + 'static>(
+    pub(crate) async fn off_thread<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, CallError> {
@@ -259,7 +259,7 @@ fn read(
 }
 
 /// A report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".
-pub(super) fn summary(model: &RobotModel, report: &LoadReport) -> String {
+pub(crate) fn summary(model: &RobotModel, report: &LoadReport) -> String {
     let moving = model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).count();
     let warnings = report.findings.iter().filter(|finding| finding.severity == Severity::Warning).count();
     let mut summary = format!(

@@ -9,7 +9,7 @@ use simd_model::robot::Sha256;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
-use crate::handle::CallError;
+use crate::call_error::CallError;
 
 /// What a file is charged beside its bytes, so that a million empty files are
 /// not free.

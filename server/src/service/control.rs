@@ -24,7 +24,7 @@ use crate::SimHandle;
 use crate::convert::from_proto::joint::{Claimed, set_targets};
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{Selection, to_proto};
-use crate::handle::{Aim, CallError, Caller, Done, Published, RunState};
+use crate::handle::{CallError, Caller, Done, Published, RunState};
 
 /// One controller's stream.
 #[derive(Debug)]
@@ -118,9 +118,8 @@ impl Control {
             }
         } else {
             targets.claim = claim?;
-            let aim = Aim::of(&targets);
+            targets.source = Some(self.handle.target_source(self.caller.as_ref()));
             let done = self.handle.command(Command::SetTargets(targets)).await?;
-            self.handle.note_targets(self.caller.as_ref(), aim);
             after = after.max(self.before_shown(&done));
             clamped = match done.applied.reply {
                 Reply::Targets { clamped, changed_law: _ } => to_proto::joint::clamped(clamped),

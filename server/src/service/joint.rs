@@ -8,13 +8,13 @@ use tonic::{Request, Response, Status, Streaming};
 
 use super::claims::Presented;
 use super::control::Control;
-use super::once::{once, once_in_secret};
+use super::once::{once, once_allowed, once_in_secret};
 use super::{BoxStream, PublishedRobot, joints_of, mismatched};
 use crate::SimHandle;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
-use crate::handle::{Aim, CallError, Caller, Unproven};
+use crate::handle::{CallError, Caller, Unproven};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -58,15 +58,14 @@ impl JointService for Service {
         let presented = Presented::of(request.extensions());
         // Here and not by the command alone: a retry that is answered from memory renews too.
         let claim = presented.claim(&self.handle, &request.get_ref().claim);
-        if let Ok(Some(claim)) = claim {
-            self.handle.renew(claim);
+        if let Ok(Some(claim)) = &claim {
+            self.handle.renew(*claim);
         }
-        once(&self.handle, request, |handle, request| async move {
+        once_allowed(&self.handle, request, claim, |handle, request, claim| async move {
             let mut targets = from_proto::set_joint_targets(request)?.targets;
-            targets.claim = claim?;
-            let aim = Aim::of(&targets);
+            targets.claim = claim;
+            targets.source = Some(handle.target_source(caller.as_ref()));
             let done = handle.command(Command::SetTargets(targets)).await?;
-            handle.note_targets(caller.as_ref(), aim);
             let stamp = Some(stamp::done(&done));
             match done.applied.reply {
                 Reply::Targets { clamped, changed_law: _ } => {
@@ -117,10 +116,10 @@ impl JointService for Service {
         &self,
         request: Request<v1::ReleaseJointsRequest>,
     ) -> Result<Response<v1::ReleaseJointsResponse>, Status> {
-        let presented = Presented::of(request.extensions());
-        once(&self.handle, request, |handle, request| async move {
-            let named = from_proto::claim(&request)?;
-            let claim = presented.claim(&handle, &named)?.ok_or(CallError::from(Unproven::NotFound))?;
+        let claim = Presented::of(request.extensions()).claim(&self.handle, &request.get_ref().claim);
+        once_allowed(&self.handle, request, claim, |handle, request, claim| async move {
+            from_proto::claim(&request)?;
+            let claim = claim.ok_or(CallError::from(Unproven::NotFound))?;
             let done = handle.release(claim).await?;
             Ok(v1::ReleaseJointsResponse { stamp: Some(stamp::done(&done)) })
         })

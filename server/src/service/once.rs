@@ -16,7 +16,7 @@ use tonic_types::pb;
 use super::status::Explained;
 use crate::SimHandle;
 use crate::convert::BadField;
-use crate::handle::{Asked, CallError, Caller, Outcome, Peer, Scope};
+use crate::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, Scope};
 
 /// Why a request is refused: for what is in it, or for what became of it.
 #[derive(Debug)]
@@ -70,7 +70,23 @@ where
     A: Known,
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
-    answer(handle, request, false, work).await
+    answer(handle, request, false, Ok(()), |handle, request, ()| work(handle, request)).await
+}
+
+/// The same of work that not every caller may have done: `allowed` is what the work needs, or why this caller may
+/// not. Such a refusal is not the answer to the request, which another caller may have made.
+pub(super) async fn once_allowed<M, T, A, W>(
+    handle: &SimHandle,
+    request: Request<M>,
+    allowed: Result<T, CallError>,
+    work: impl FnOnce(SimHandle, M, T) -> W,
+) -> Result<Response<A>, Status>
+where
+    M: Identified,
+    A: Known,
+    W: Future<Output = Result<A, Refused>> + Send + 'static,
+{
+    answer(handle, request, false, allowed, work).await
 }
 
 /// The same of an answer that is for one caller alone, whoever else gives the same name.
@@ -84,24 +100,25 @@ where
     A: Known,
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
-    answer(handle, request, true, work).await
+    answer(handle, request, true, Ok(()), |handle, request, ()| work(handle, request)).await
 }
 
-async fn answer<M, A, W>(
+async fn answer<M, T, A, W>(
     handle: &SimHandle,
     request: Request<M>,
     is_secret: bool,
-    work: impl FnOnce(SimHandle, M) -> W,
+    allowed: Result<T, CallError>,
+    work: impl FnOnce(SimHandle, M, T) -> W,
 ) -> Result<Response<A>, Status>
 where
     M: Identified,
     A: Known,
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
-    let asked = asked(&request, is_secret)?;
-    let work = work(handle.clone(), request.into_inner());
-    let Some(asked) = asked else { return Ok(Response::new(work.await?)) };
-    let outcome = handle.once(asked, async { outcome(work.await) }).await?;
+    let identified = identified(&request, is_secret)?;
+    let work = allowed.map(|allowed| work(handle.clone(), request.into_inner(), allowed));
+    let Some(identified) = identified else { return Ok(Response::new(work?.await?)) };
+    let outcome = handle.once(identified, work.map(|work| async { outcome(work.await) })).await?;
     let broken = || CallError::Internal { message: "a remembered answer cannot be read".into() };
     match outcome.bytes {
         Ok(bytes) => Ok(Response::new(A::decode(bytes).map_err(|_| broken())?)),
@@ -113,14 +130,17 @@ where
 }
 
 /// What tells a request from every other; `None` for one without an id.
-fn asked<M: Identified>(request: &Request<M>, is_secret: bool) -> Result<Option<Asked>, CallError> {
+fn identified<M: Identified>(
+    request: &Request<M>,
+    is_secret: bool,
+) -> Result<Option<IdentifiedRequest>, CallError> {
     let message = request.get_ref();
     let id = message.request_id();
     if id.is_empty() {
         return Ok(None);
     }
     let peer = request.extensions().get::<Peer>();
-    Ok(Some(Asked {
+    Ok(Some(IdentifiedRequest {
         scope: scope(request.extensions(), peer)?,
         kind: M::NAME,
         id: id.to_owned(),
@@ -146,12 +166,12 @@ fn scope(extensions: &Extensions, peer: Option<&Peer>) -> Result<Scope, CallErro
 
 fn outcome<A: Known>(done: Result<A, Refused>) -> Outcome {
     match done {
-        Ok(answer) => Outcome { bytes: Ok(answer.encode_to_vec().into()), is_passing: false },
+        Ok(answer) => Outcome { bytes: Ok(answer.encode_to_vec().into()), is_transient: false },
         Err(refused) => {
-            let is_passing = matches!(&refused, Refused::Call(error) if error.is_passing());
+            let is_transient = matches!(&refused, Refused::Call(error) if error.is_transient());
             // Its details are the whole refusal, code and sentence included.
             let status = Status::from(refused);
-            Outcome { bytes: Err(Bytes::copy_from_slice(status.details())), is_passing }
+            Outcome { bytes: Err(Bytes::copy_from_slice(status.details())), is_transient }
         }
     }
 }

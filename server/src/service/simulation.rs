@@ -6,11 +6,11 @@ use tonic::{Request, Response, Status};
 
 use super::claims::Presented;
 use super::mismatched;
-use super::once::once;
+use super::once::{once, once_allowed};
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
-use crate::handle::{Aim, Caller};
+use crate::handle::Caller;
 
 /// Serves `simd.v1.SimulationService`.
 #[derive(Clone, Debug)]
@@ -63,23 +63,22 @@ impl SimulationService for Service {
         let caller = request.extensions().get::<Caller>().cloned();
         // Here and not by the step alone: a retry that is answered from memory renews too.
         let claim = Presented::of(request.extensions()).claim(&self.handle, &request.get_ref().claim);
-        if let Ok(Some(claim)) = claim {
-            self.handle.renew(claim);
+        if let Ok(Some(claim)) = &claim {
+            self.handle.renew(*claim);
         }
-        once(&self.handle, request, |handle, request| async move {
+        // It is for targets; without them nothing depends on it.
+        let claim = if request.get_ref().robots.is_empty() { Ok(None) } else { claim };
+        once_allowed(&self.handle, request, claim, |handle, request, claim| async move {
             let Steps { steps, mut targets, mut selection, with_links } = from_proto::steps(request)?;
             if let Some(targets) = &mut targets {
-                targets.claim = claim?;
+                targets.claim = claim;
+                targets.source = Some(handle.target_source(caller.as_ref()));
             }
             // Nothing is done where its answer cannot be given.
             if let Some(selection) = &mut selection {
                 selection.resolve(&handle.newest().state.world)?;
             }
-            let aim = targets.as_ref().map(Aim::of);
             let stepped = handle.step_with(targets, steps).await?;
-            if let Some(aim) = aim {
-                handle.note_targets(caller.as_ref(), aim);
-            }
             let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
             let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
             let state_of_world = &stepped.state.state;

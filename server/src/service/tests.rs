@@ -1,4 +1,5 @@
-//! What is only read does not wait for the physics thread.
+//! Services without a network: what is only read does not wait for the physics thread, and what a caller may not
+//! do is not remembered as the answer to a request.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,19 +8,22 @@ use bytes::Bytes;
 use futures_util::stream;
 use prost::Message;
 use simd_core::Command;
+use simd_core::simulation::command::ClaimId;
 use simd_proto::methods;
 use simd_proto::raw::RawCodec;
 use simd_proto::v1;
+use simd_proto::v1::joint_service_server::JointService;
 use tonic::client::Grpc;
 use tonic::codegen::http::uri::PathAndQuery;
 use tonic::{Code, Request};
 
-use super::routes;
+use super::claims::Proven;
+use super::{joint, routes};
 use crate::SimHandle;
 use crate::convert::test_world;
 use crate::driver::toy::Stuck;
 use crate::driver::{self, Config};
-use crate::handle::{DaemonInfo, DaemonLimits, Transport};
+use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
@@ -155,6 +159,57 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
     assert!(reads.is_empty(), "{:?} are no methods", reads.keys());
     assert_eq!(handle.newest().state.at.step, 0, "the step is still going on");
     drop(let_go);
+    handle.end_driver();
+    handle.driver_ended().cancelled().await;
+}
+
+/// Over Zenoh anybody can read a request and send it again under the same name, also before the one who made it.
+#[tokio::test]
+async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() {
+    let config = Config { state: RunState::Paused, ..Config::default() };
+    let driver = driver::start(test_world::simulation(), config).unwrap();
+    let limits = DaemonLimits::default();
+    let info = DaemonInfo { name: "test".into(), version: "0", limits };
+    let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+    let service = joint::Service::new(handle.clone());
+    let (secret, _done) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(60)).await.unwrap();
+    let claim = handle.claim_of(&secret).unwrap();
+    let named = |proven: Proven, message: v1::SetJointTargetsRequest| {
+        let mut request = Request::new(message);
+        request.extensions_mut().insert(Caller::said("me", Transport::Zenoh).unwrap());
+        request.extensions_mut().insert(proven);
+        request
+    };
+    let message = |request_id: &str| v1::SetJointTargetsRequest {
+        robots: vec![v1::RobotTargets { robot: "left".into(), ..Default::default() }],
+        claim: claim.0.to_string(),
+        request_id: request_id.into(),
+        ..Default::default()
+    };
+    for (id, unproven) in [
+        ("a", Proven::Nothing),
+        ("b", Proven::Claim(ClaimId(claim.0 + 1))),
+        ("c", Proven::Refused(crate::handle::Unproven::Replayed { last: 7 })),
+    ] {
+        assert!(service.set_joint_targets(named(unproven, message(id))).await.is_err());
+        let set = service.set_joint_targets(named(Proven::Claim(claim), message(id))).await;
+        let stamp = set.unwrap_or_else(|status| panic!("{unproven:?} was remembered: {status}")).into_inner();
+        // And the answer to it is given again, whoever proves what by then.
+        let again = service.set_joint_targets(named(unproven, message(id))).await.unwrap().into_inner();
+        assert_eq!(again, stamp);
+    }
+    let release = |request_id: &str| v1::ReleaseJointsRequest {
+        claim: claim.0.to_string(),
+        request_id: request_id.into(),
+    };
+    let mut stolen = Request::new(release("d"));
+    stolen.extensions_mut().insert(Caller::said("me", Transport::Zenoh).unwrap());
+    stolen.extensions_mut().insert(Proven::Nothing);
+    assert!(service.release_joints(stolen).await.is_err());
+    let mut own = Request::new(release("d"));
+    own.extensions_mut().insert(Caller::said("me", Transport::Zenoh).unwrap());
+    own.extensions_mut().insert(Proven::Claim(claim));
+    service.release_joints(own).await.unwrap();
     handle.end_driver();
     handle.driver_ended().cancelled().await;
 }

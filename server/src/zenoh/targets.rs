@@ -22,7 +22,7 @@ use super::Error;
 use super::proofs::proven;
 use crate::SimHandle;
 use crate::convert::from_proto::joint::{Claimed, set_joint_targets};
-use crate::handle::{Aim, Caller, Transport};
+use crate::handle::{Caller, Transport};
 use crate::service::claims::{Presented, Proven};
 
 /// Messages that wait to be read.
@@ -123,14 +123,13 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     let Claimed { mut targets, claim } = set_joint_targets(request).map_err(|error| error.to_string())?;
     let claim = Presented::Id(sent.proven).claim(handle, &claim);
     targets.claim = claim.map_err(|error| error.to_string())?;
-    let aim = Aim::of(&targets);
-    handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
     let caller = sent.attachment.as_ref().and_then(|attachment| caller(&attachment.to_bytes()));
-    if let Some(caller) = &caller {
+    targets.source = Some(handle.target_source(caller.as_ref()));
+    handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
+    if let Some(caller) = caller {
         // It is here, though nobody answers it.
-        drop(handle.begin_call(caller.clone()));
+        drop(handle.begin_call(caller));
     }
-    handle.note_targets(caller.as_ref(), aim);
     Ok(())
 }
 

@@ -5,7 +5,7 @@
 //! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
 //! * `step`: how they move on.
 //! * [`saved`]: states that are kept; [`world_state`]: one of them as plain data.
-//! * [`published_state`], [`event`]: what it shows; [`robot_settings`], [`rays`], `reactions`: what follows from that
+//! * [`published_state`], [`event`]: what it shows; [`robot_settings`], [`target_sources`], [`rays`], `reactions`: what follows from that
 //!   alone, on any thread.
 
 pub mod command;
@@ -24,6 +24,7 @@ pub mod saved;
 pub mod settings;
 mod sleep;
 mod step;
+pub mod target_sources;
 mod targets;
 #[cfg(test)]
 mod tests;
@@ -46,6 +47,7 @@ use robot_settings::RobotSettings;
 pub use saved::{Kept, Saved};
 pub use settings::PhysicsSettings;
 use step::StepMemory;
+use target_sources::RobotTargetSources;
 
 use crate::collision::ColliderPose;
 
@@ -67,6 +69,8 @@ pub struct Simulation {
     saved: Arc<Vec<Kept>>,
     /// One a robot. Shared with what is published.
     robot_settings: Arc<Vec<Arc<RobotSettings>>>,
+    /// One a robot. Shared with what is published.
+    target_sources: Arc<Vec<RobotTargetSources>>,
     /// Of the next robot or model.
     next_version: u64,
     layout: Arc<WorldLayout>,
@@ -102,6 +106,7 @@ impl Simulation {
             claims: BTreeMap::new(),
             saved: Arc::default(),
             robot_settings: Arc::default(),
+            target_sources: Arc::default(),
             next_version: 1,
             layout: Arc::default(),
             events: Vec::new(),
@@ -191,6 +196,7 @@ impl Simulation {
         state.applied_wrenches.clear();
         state.applied_wrenches.extend(self.applied_wrenches());
         share(&mut state.settings, &self.robot_settings);
+        share(&mut state.target_sources, &self.target_sources);
         share(&mut state.saved, &self.saved);
     }
 
@@ -262,7 +268,9 @@ impl Simulation {
                 joint_velocities,
             })
         });
-        self.layout = Arc::new(WorldLayout { entities: entities.collect() });
+        let layout = Arc::new(WorldLayout { entities: entities.collect() });
+        let before = std::mem::replace(&mut self.layout, layout);
+        self.keep_target_sources(&before);
         let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
         self.robot_settings = Arc::new(settings.collect());
     }

@@ -8,6 +8,7 @@ use simd_model::RobotModel;
 
 use super::robot_settings::RobotSettings;
 use super::saved::Kept;
+use super::target_sources::RobotTargetSources;
 use crate::collision::Shapes;
 pub use crate::dynamics::Mode;
 use crate::dynamics::{Configuration, Tree};
@@ -57,6 +58,8 @@ pub struct PublishedState {
     pub applied_wrenches: Vec<AppliedWrench>,
     /// What commands set, one a robot. A state shares it with those before as long as nothing changed.
     pub settings: Arc<Vec<Arc<RobotSettings>>>,
+    /// Who set the targets of each robot's joints. Shared like `settings`.
+    pub target_sources: Arc<Vec<RobotTargetSources>>,
     /// The states that the world can go back to, oldest first. Shared like `settings`.
     pub saved: Arc<Vec<Kept>>,
 }

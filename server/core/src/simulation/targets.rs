@@ -13,6 +13,7 @@ use crate::dynamics::{Actuator, Axis, Mode};
 /// A target that was found good: which robot, which velocity, what it does there.
 struct Accepted {
     entity: usize,
+    joint: usize,
     dof: usize,
     actuator: Actuator,
 }
@@ -32,7 +33,9 @@ impl Simulation {
         let Check { accepted, clamped, .. } = check;
         let law = |actuator: &Actuator| (actuator.mode, actuator.stiffness, actuator.damping);
         let mut changed_law = false;
-        for Accepted { entity, dof, actuator } in accepted {
+        let joints: Vec<_> = accepted.iter().map(|target| (target.entity, target.joint)).collect();
+        self.targets_were_set(joints, request.source.as_ref());
+        for Accepted { entity, joint: _, dof, actuator } in accepted {
             let present = &mut self.entities[entity].body.axes_mut()[dof].actuator;
             changed_law |= law(present) != law(&actuator);
             *present = actuator;
@@ -193,7 +196,7 @@ impl Check<'_> {
             Target::Passive => Actuator { mode: Mode::Passive, ..Actuator::default() },
             Target::Hold => Actuator::hold(position, joint_velocity),
         };
-        self.accepted.push(Accepted { entity: robot_index, dof: body.velocity, actuator });
+        self.accepted.push(Accepted { entity: robot_index, joint, dof: body.velocity, actuator });
         Ok(())
     }
 }

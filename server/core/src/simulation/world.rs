@@ -68,6 +68,7 @@ impl Simulation {
             for entity in &mut self.entities {
                 entity.put_back();
             }
+            self.targets_were_put_back();
         }
         if scope.state || !deleted.is_empty() {
             // Their indices may have changed: initial overlaps are looked for again.
@@ -101,6 +102,7 @@ impl Simulation {
         }
         self.begin_epoch(at, time_base);
         self.lay_out();
+        self.targets_were_put_back();
         self.happened(EventKind::StateRestored { name: name.to_owned() });
         Ok(Reply::Done)
     }

@@ -38,7 +38,7 @@ pub fn set_targets(
         .map(|(index, robot)| robot_targets(&Path::ROOT.item("robots", index), robot))
         .collect::<Result<_, _>>()?;
     let claim = Path::ROOT.field("claim").short(claim)?;
-    Ok(Claimed { targets: SetTargets { robots, refuse_beyond_limits, claim: None }, claim })
+    Ok(Claimed { targets: SetTargets { robots, refuse_beyond_limits, ..SetTargets::default() }, claim })
 }
 
 /// Targets of a request that is about nothing else.

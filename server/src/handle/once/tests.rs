@@ -10,8 +10,8 @@ fn named(name: &str) -> Scope {
 }
 
 /// A request of the client "bench" over the first connection.
-fn asked(id: &str) -> Asked {
-    Asked {
+fn asked(id: &str) -> IdentifiedRequest {
+    IdentifiedRequest {
         scope: named("bench"),
         kind: "DeleteEntityRequest",
         id: id.to_owned(),
@@ -22,7 +22,7 @@ fn asked(id: &str) -> Asked {
 }
 
 fn text(text: &str) -> Outcome {
-    Outcome { bytes: Ok(Bytes::copy_from_slice(text.as_bytes())), is_passing: false }
+    Outcome { bytes: Ok(Bytes::copy_from_slice(text.as_bytes())), is_transient: false }
 }
 
 /// Work that counts how often it is done and answers with the count.
@@ -36,12 +36,13 @@ fn counted(count: &Arc<AtomicU32>) -> impl Future<Output = Outcome> + Send + 'st
 
 /// An answer of so many bytes.
 async fn long(bytes: usize) -> Outcome {
-    Outcome { bytes: Ok(vec![0; bytes].into()), is_passing: false }
+    Outcome { bytes: Ok(vec![0; bytes].into()), is_transient: false }
 }
 
-impl Answers {
-    async fn give(&self, asked: Asked, count: &Arc<AtomicU32>) -> String {
-        String::from_utf8(self.once(asked, counted(count)).await.unwrap().bytes.unwrap().to_vec()).unwrap()
+impl AnswerCache {
+    async fn give(&self, request: IdentifiedRequest, count: &Arc<AtomicU32>) -> String {
+        String::from_utf8(self.once(request, Ok(counted(count))).await.unwrap().bytes.unwrap().to_vec())
+            .unwrap()
     }
 
     fn number(&self) -> usize {
@@ -61,7 +62,7 @@ fn reused(refused: Result<Outcome, CallError>) -> String {
 
 #[tokio::test]
 async fn the_same_request_gets_the_first_answer_again() {
-    let (answers, count) = (Answers::default(), Arc::default());
+    let (answers, count) = (AnswerCache::default(), Arc::default());
     for _ in 0..3 {
         assert_eq!(answers.give(asked("a"), &count).await, "1");
     }
@@ -70,16 +71,19 @@ async fn the_same_request_gets_the_first_answer_again() {
 
 #[tokio::test]
 async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
-    let (answers, count) = (Answers::default(), Arc::default());
-    let first = Asked { peer: Some(Peer::Connection(7)), ..asked("a") };
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let first = IdentifiedRequest { peer: Some(Peer::Connection(7)), ..asked("a") };
     assert_eq!(answers.give(first, &count).await, "1");
     let others = [
-        Asked { scope: named("viewer"), ..asked("a") },
-        Asked { scope: Scope::Named(Caller::said("bench", Transport::Zenoh).unwrap()), ..asked("a") },
-        Asked { scope: Scope::Unnamed(Peer::Connection(1)), ..asked("a") },
-        Asked { scope: Scope::Unnamed(Peer::Connection(2)), ..asked("a") },
-        Asked { scope: Scope::Unnamed(Peer::Session("1".into())), ..asked("a") },
-        Asked { kind: "RestoreStateRequest", ..asked("a") },
+        IdentifiedRequest { scope: named("viewer"), ..asked("a") },
+        IdentifiedRequest {
+            scope: Scope::Named(Caller::said("bench", Transport::Zenoh).unwrap()),
+            ..asked("a")
+        },
+        IdentifiedRequest { scope: Scope::Unnamed(Peer::Connection(1)), ..asked("a") },
+        IdentifiedRequest { scope: Scope::Unnamed(Peer::Connection(2)), ..asked("a") },
+        IdentifiedRequest { scope: Scope::Unnamed(Peer::Session("1".into())), ..asked("a") },
+        IdentifiedRequest { kind: "RestoreStateRequest", ..asked("a") },
     ];
     for (other, answer) in others.into_iter().zip(2..) {
         assert_eq!(answers.give(other, &count).await, answer.to_string());
@@ -93,44 +97,44 @@ async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
 
 #[tokio::test]
 async fn an_id_of_another_request_is_refused_and_its_work_is_not_done() {
-    let (answers, count) = (Answers::default(), Arc::default());
+    let (answers, count) = (AnswerCache::default(), Arc::default());
     assert_eq!(answers.give(asked("a"), &count).await, "1");
-    let other = Asked { digest: Sha256::of(b"hand"), ..asked("a") };
-    assert!(reused(answers.once(other, counted(&count)).await).contains("another request"));
+    let other = IdentifiedRequest { digest: Sha256::of(b"hand"), ..asked("a") };
+    assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("another request"));
     assert_eq!(count.load(Ordering::Relaxed), 1);
     assert_eq!(answers.give(asked("a"), &count).await, "1");
 }
 
 #[tokio::test]
 async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_other() {
-    let (answers, count) = (Answers::default(), Arc::default());
-    let secret = || Asked { is_secret: true, ..asked("a") };
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let secret = || IdentifiedRequest { is_secret: true, ..asked("a") };
     for _ in 0..2 {
         assert_eq!(answers.give(secret(), &count).await, "1");
     }
     for peer in [None, Some(Peer::Connection(2)), Some(Peer::Process)] {
-        let other = Asked { peer, ..secret() };
-        assert!(reused(answers.once(other, counted(&count)).await).contains("secret"));
+        let other = IdentifiedRequest { peer, ..secret() };
+        assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("secret"));
     }
     // Where nobody can be told from another, nobody gets it.
-    let answers = Answers::default();
-    let unknown = || Asked { peer: None, ..secret() };
+    let answers = AnswerCache::default();
+    let unknown = || IdentifiedRequest { peer: None, ..secret() };
     answers.give(unknown(), &count).await;
-    assert!(reused(answers.once(unknown(), counted(&count)).await).contains("secret"));
+    assert!(reused(answers.once(unknown(), Ok(counted(&count))).await).contains("secret"));
 }
 
 #[tokio::test]
 async fn a_duplicate_that_comes_too_early_waits_for_the_first() {
-    let (answers, count) = (Answers::default(), Arc::default());
+    let (answers, count) = (AnswerCache::default(), Arc::default());
     let both = tokio::join!(answers.give(asked("a"), &count), answers.give(asked("a"), &count));
     assert_eq!(both, ("1".to_owned(), "1".to_owned()));
 }
 
 #[tokio::test]
 async fn work_is_done_although_its_caller_goes_away() {
-    let (answers, count) = (Answers::default(), Arc::default());
+    let (answers, count) = (AnswerCache::default(), Arc::default());
     {
-        let mut first = std::pin::pin!(answers.once(asked("a"), counted(&count)));
+        let mut first = std::pin::pin!(answers.once(asked("a"), Ok(counted(&count))));
         let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(first.as_mut().poll(cx))).await;
         assert!(polled.is_pending());
     }
@@ -139,23 +143,24 @@ async fn work_is_done_although_its_caller_goes_away() {
 
 #[tokio::test]
 async fn a_refusal_is_an_answer_and_one_that_passes_by_itself_is_none() {
-    let answers = Answers::default();
-    let refuse = |is_passing| async move { Outcome { bytes: Err(Bytes::from_static(b"no")), is_passing } };
+    let answers = AnswerCache::default();
+    let refuse =
+        |is_transient| async move { Outcome { bytes: Err(Bytes::from_static(b"no")), is_transient } };
     for _ in 0..2 {
-        let refused = answers.once(asked("a"), refuse(false)).await.unwrap();
+        let refused = answers.once(asked("a"), Ok(refuse(false))).await.unwrap();
         assert_eq!(refused.bytes, Err(Bytes::from_static(b"no")));
     }
-    let again = answers.once(asked("a"), async { text("yes") }).await.unwrap();
+    let again = answers.once(asked("a"), Ok(async { text("yes") })).await.unwrap();
     assert_eq!(again.bytes, Err(Bytes::from_static(b"no")));
-    answers.once(asked("b"), refuse(true)).await.unwrap();
-    let again = answers.once(asked("b"), async { text("yes") }).await.unwrap();
+    answers.once(asked("b"), Ok(refuse(true))).await.unwrap();
+    let again = answers.once(asked("b"), Ok(async { text("yes") })).await.unwrap();
     assert_eq!(again.bytes, Ok(Bytes::from_static(b"yes")));
 }
 
 #[tokio::test]
 async fn work_that_panics_is_a_fault_and_may_be_tried_again() {
-    let (answers, count) = (Answers::default(), Arc::default());
-    let panicked = answers.once(asked("a"), async { panic!("on purpose") }).await;
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let panicked = answers.once(asked("a"), Ok(async { panic!("on purpose") })).await;
     assert!(matches!(panicked, Err(CallError::Internal { .. })));
     assert_eq!(answers.give(asked("a"), &count).await, "1");
     assert_eq!(answers.weight(), ENTRY + 2 + 1);
@@ -163,37 +168,37 @@ async fn work_that_panics_is_a_fault_and_may_be_tried_again() {
 
 #[tokio::test]
 async fn only_the_last_ids_are_kept() {
-    let (answers, count) = (Answers::default(), Arc::default());
+    let (answers, count) = (AnswerCache::default(), Arc::default());
     for id in 0..=KEPT {
         answers.give(asked(&id.to_string()), &count).await;
     }
     assert_eq!(answers.number(), KEPT);
     assert_eq!(answers.give(asked("1"), &count).await, "2", "still kept");
     assert_eq!(answers.give(asked("0"), &count).await, (KEPT + 2).to_string(), "forgotten");
-    let long = answers.once(asked(&"a".repeat(MAX_ID + 1)), counted(&count)).await;
+    let long = answers.once(asked(&"a".repeat(MAX_ID + 1)), Ok(counted(&count))).await;
     assert!(matches!(long, Err(CallError::InvalidValue { .. })));
 }
 
 #[tokio::test]
 async fn answers_and_refusals_that_are_too_large_together_push_out_the_oldest() {
-    let (answers, count) = (Answers::default(), Arc::default());
-    let refusal = async { Outcome { bytes: Err(vec![0; MAX_WEIGHT / 2].into()), is_passing: false } };
-    answers.once(asked("a"), long(MAX_WEIGHT / 4)).await.unwrap();
-    answers.once(asked("b"), refusal).await.unwrap();
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let refusal = async { Outcome { bytes: Err(vec![0; MAX_WEIGHT / 2].into()), is_transient: false } };
+    answers.once(asked("a"), Ok(long(MAX_WEIGHT / 4))).await.unwrap();
+    answers.once(asked("b"), Ok(refusal)).await.unwrap();
     assert_eq!(answers.number(), 2);
-    answers.once(asked("c"), long(MAX_WEIGHT / 3)).await.unwrap();
+    answers.once(asked("c"), Ok(long(MAX_WEIGHT / 3))).await.unwrap();
     assert_eq!(answers.number(), 2);
     assert_eq!(answers.give(asked("a"), &count).await, "1", "the oldest is forgotten");
     assert!(answers.weight() <= MAX_WEIGHT);
     // The newest stays, however long it is.
-    answers.once(asked("d"), long(2 * MAX_WEIGHT)).await.unwrap();
+    answers.once(asked("d"), Ok(long(2 * MAX_WEIGHT))).await.unwrap();
     assert_eq!(answers.number(), 1);
     assert_eq!(answers.weight(), ENTRY + 2 + 2 * MAX_WEIGHT);
 }
 
 #[tokio::test(start_paused = true)]
 async fn answers_are_forgotten_after_a_time() {
-    let (answers, count) = (Answers::default(), Arc::default());
+    let (answers, count) = (AnswerCache::default(), Arc::default());
     answers.give(asked("a"), &count).await;
     tokio::time::advance(KEPT_FOR / 2).await;
     answers.give(asked("b"), &count).await;
@@ -203,4 +208,86 @@ async fn answers_are_forgotten_after_a_time() {
     tokio::time::advance(KEPT_FOR / 2).await;
     answers.tidy(Instant::now());
     assert_eq!((answers.number(), answers.weight()), (0, 0));
+}
+
+/// Does the work of so many requests of one caller.
+async fn flood(answers: &AnswerCache, name: &str, number: usize, bytes: usize) {
+    for id in 0..number {
+        let asked = IdentifiedRequest { scope: named(name), ..asked(&format!("{id} of a flood")) };
+        answers.once(asked, Ok(long(bytes))).await.unwrap();
+    }
+}
+
+#[tokio::test]
+async fn a_flood_by_one_caller_leaves_the_answers_of_others() {
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    assert_eq!(answers.give(asked("a"), &count).await, "1");
+    flood(&answers, "flooder", 2 * KEPT, 0).await;
+    assert_eq!(answers.give(asked("a"), &count).await, "1", "a flood of requests");
+    flood(&answers, "flooder", 16, MAX_WEIGHT / 8).await;
+    assert_eq!(answers.give(asked("a"), &count).await, "1", "a flood of bytes");
+    assert!(answers.number() <= KEPT && answers.weight() <= MAX_WEIGHT);
+}
+
+#[tokio::test]
+async fn a_request_that_is_under_way_is_not_done_again_however_many_come_after_it() {
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (end, ended) = tokio::sync::oneshot::channel::<()>();
+    let slow = async move {
+        ended.await.unwrap();
+        text("slow")
+    };
+    let mut first = std::pin::pin!(answers.once(asked("a"), Ok(slow)));
+    let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(first.as_mut().poll(cx))).await;
+    assert!(polled.is_pending());
+    flood(&answers, "bench", 2 * KEPT, 0).await;
+    let mut again = std::pin::pin!(answers.once(asked("a"), Ok(counted(&count))));
+    let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(again.as_mut().poll(cx))).await;
+    assert!(polled.is_pending());
+    end.send(()).unwrap();
+    assert_eq!(again.await.unwrap().bytes, Ok(Bytes::from_static(b"slow")));
+    assert_eq!(first.await.unwrap().bytes, Ok(Bytes::from_static(b"slow")));
+    assert_eq!(count.load(Ordering::Relaxed), 0);
+}
+
+#[tokio::test]
+async fn refusals_that_pass_push_out_no_answers() {
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    assert_eq!(answers.give(asked("a"), &count).await, "1");
+    for id in 0..2 * KEPT {
+        let full = async { Outcome { bytes: Err(Bytes::from_static(b"full")), is_transient: true } };
+        answers.once(asked(&format!("{id} in vain")), Ok(full)).await.unwrap();
+    }
+    assert_eq!(answers.give(asked("a"), &count).await, "1");
+}
+
+#[tokio::test]
+async fn one_caller_leaves_others_room_for_requests_under_way() {
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let begin = |name: &str, number: usize| {
+        let asked = IdentifiedRequest { scope: named(name), ..asked(&number.to_string()) };
+        answers.find_or_begin(asked, Ok(std::future::pending()))
+    };
+    for number in 0..MAX_UNDER_WAY {
+        begin("bench", number).unwrap();
+    }
+    let refused = begin("bench", MAX_UNDER_WAY).unwrap_err();
+    assert!(matches!(refused, CallError::LimitExceeded { value: 513, limit: 512, .. }), "{refused}");
+    let other = || IdentifiedRequest { scope: named("viewer"), ..asked("a") };
+    assert_eq!(answers.give(other(), &count).await, "1");
+    for number in 0..KEPT - MAX_UNDER_WAY {
+        begin("third", number).unwrap();
+    }
+    assert!(matches!(answers.once(other(), Ok(counted(&count))).await, Err(CallError::LimitExceeded { .. })));
+    assert_eq!(answers.number(), KEPT);
+}
+
+#[tokio::test]
+async fn a_caller_that_may_not_have_work_done_gets_the_answer_to_it_and_begins_none() {
+    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let forbidden = || answers.once::<std::future::Ready<Outcome>>(asked("a"), Err(CallError::ShuttingDown));
+    assert!(matches!(forbidden().await, Err(CallError::ShuttingDown)));
+    assert_eq!(answers.number(), 0);
+    assert_eq!(answers.give(asked("a"), &count).await, "1");
+    assert_eq!(forbidden().await.unwrap().bytes, Ok(Bytes::from_static(b"1")));
 }

@@ -1,5 +1,9 @@
 //! What joints are asked to do.
 
+use std::sync::Arc;
+
+use crate::simulation::target_sources::TargetSource;
+
 /// New targets for joints of one or several robots, all or none.
 #[derive(Clone, Debug, Default)]
 pub struct SetTargets {
@@ -9,6 +13,8 @@ pub struct SetTargets {
     pub refuse_beyond_limits: bool,
     /// For joints that are claimed.
     pub claim: Option<ClaimId>,
+    /// Who sets them. Nothing is allowed or refused by it.
+    pub source: Option<Arc<TargetSource>>,
 }
 
 /// Which claim on joints. It is no secret: that a caller holds the claim is proven before a command is made.

@@ -1,5 +1,8 @@
 //! Commands: whole or not at all, and what each leaves behind.
 
+use std::time::Duration;
+
+use super::super::target_sources::TargetSource;
 use super::*;
 
 #[test]
@@ -381,4 +384,61 @@ fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_
     let last = look(&world);
     assert_eq!((last.settings.len(), last.world.entities.len()), (1, 1));
     assert_eq!(last.joint_status(0).unwrap()[0].settings.damping, 0.0, "those of the other");
+}
+
+/// A source is shown with the target that it set and no longer than that target holds.
+#[test]
+fn who_set_a_target_is_known_for_as_long_as_the_target_holds() {
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    let source = |client: &str| {
+        Some(Arc::new(TargetSource { client: client.into(), at: Duration::from_secs(client.len() as u64) }))
+    };
+    let set_by = |world: &mut Simulation, robot: &str, client: &str, target| {
+        let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target }];
+        let robots = vec![RobotTargets { robot: robot.into(), joints, ..RobotTargets::default() }];
+        let targets = SetTargets { robots, source: source(client), ..SetTargets::default() };
+        world.apply(&Command::SetTargets(targets))
+    };
+    let sources = |world: &Simulation| -> Vec<Option<String>> {
+        let robots = look(world).target_sources.iter().cloned().collect::<Vec<_>>();
+        let of = |robot: Arc<Vec<Option<Arc<TargetSource>>>>| {
+            robot.first().cloned().flatten().map(|source| source.client.to_string())
+        };
+        robots.into_iter().map(of).collect()
+    };
+    let some = |client: &str| Some(client.to_owned());
+    assert_eq!(sources(&world), [None, None]);
+    world.apply(&Command::SaveState { name: "before".into() }).unwrap();
+    set_by(&mut world, "arm", "one", position(0.1)).unwrap();
+    set_by(&mut world, "other", "two", position(0.1)).unwrap();
+    set_by(&mut world, "arm", "three", position(f64::NAN)).unwrap_err();
+    world.step();
+    assert_eq!(sources(&world), [some("one"), some("two")]);
+    let fingerprint = world.fingerprint();
+    set_by(&mut world, "arm", "two", position(0.1)).unwrap();
+    assert_eq!(sources(&world), [some("two"), some("two")]);
+    assert_eq!(world.fingerprint(), fingerprint, "it is no state");
+    let whole =
+        RobotTargets { robot: "arm".into(), whole: Some(WholeTarget::Hold), ..RobotTargets::default() };
+    let whole = SetTargets { robots: vec![whole], source: source("whole"), ..SetTargets::default() };
+    world.apply(&Command::SetTargets(whole)).unwrap();
+    assert_eq!(sources(&world), [some("whole"), some("two")]);
+
+    // It goes with its robot, and another of that name has none of it.
+    world.apply(&Command::Delete { robot: "arm".into() }).unwrap();
+    assert_eq!(sources(&world), [some("two")]);
+    world.apply(&Command::Spawn(Box::new(spawn("arm", arm())))).unwrap();
+    assert_eq!(sources(&world), [some("two"), None]);
+    world.apply(&Command::Reset(ResetScope { time: true, ..ResetScope::default() })).unwrap();
+    assert_eq!(sources(&world), [some("two"), None], "targets stay at a reset of time");
+    world.apply(&Command::Reset(ResetScope::default())).unwrap();
+    assert_eq!(sources(&world), [None, None]);
+    set_by(&mut world, "other", "two", position(0.1)).unwrap();
+    world.apply(&Command::SaveState { name: "after".into() }).unwrap();
+    for name in ["before", "after"] {
+        set_by(&mut world, "other", "two", position(0.1)).unwrap();
+        world.apply(&Command::RestoreState { name: name.into() }).unwrap();
+        assert_eq!(sources(&world), [None, None], "{name}");
+    }
 }

@@ -310,7 +310,7 @@ fn a_target_beyond_a_limit_is_clamped_or_refused_as_asked() {
 
     let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: position(-2.0) }];
     let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
-    let refused = SetTargets { robots, refuse_beyond_limits: true, claim: None };
+    let refused = SetTargets { robots, refuse_beyond_limits: true, ..SetTargets::default() };
     let error = world.apply(&Command::SetTargets(refused)).unwrap_err();
     assert_eq!(error.to_string(), "target -2 of joint \"shoulder\" lies beyond its limits, -0.5 to 0.8");
     assert_eq!(look(&world).targets, [0.8]);

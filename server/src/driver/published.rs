@@ -7,7 +7,8 @@ use std::time::SystemTime;
 use simd_core::simulation::command::Clamped;
 use simd_core::{Applied, PhysicsSettings, PublishedState};
 
-use super::CallError;
+use crate::call_error::CallError;
+use crate::run_state::RunState;
 
 /// A state of the world as the daemon published it.
 #[derive(Clone, Debug)]
@@ -22,17 +23,6 @@ pub struct Published {
     pub physics: PhysicsSettings,
     /// How well it kept time.
     pub statistics: Statistics,
-}
-
-/// Whether the world runs, in the words of `simulation_interfaces`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RunState {
-    /// Paused and put back to the start.
-    Stopped,
-    /// Steps follow the pace.
-    Playing,
-    /// No step but those asked for.
-    Paused,
 }
 
 /// How steps follow the wall clock while playing. The factor is kept while it

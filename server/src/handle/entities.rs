@@ -1,24 +1,76 @@
-//! Bringing robots in, as every front-end can ask for it.
+//! Robots: how they come, what they are made from.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use bytes::Bytes;
+use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
-use simd_core::simulation::command::{Reload, Spawn};
+use simd_core::simulation::command::{ContactSettings, Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::{RobotModel, wire_name};
+use simd_model::{LoadReport, RobotModel, wire_name};
 use tokio::sync::watch;
-use tokio::time::Instant;
 
-use super::partial;
-use super::progress::{Phase, Progress, Reporter};
-use super::reading::{Made, Making, Origin, Reading, summary};
-use crate::handle::{
-    AssetState, CallError, Loaded, Prepared, Reloaded, SimHandle, Source, SpawnRequest, Validated,
-};
+use super::{CallError, SimHandle};
+use crate::driver::Done;
+use crate::loading::{Made, Making, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, summary};
+
+/// A robot to bring in.
+#[derive(Clone, Debug)]
+pub struct SpawnRequest {
+    /// Where its description comes from.
+    pub source: Source,
+    /// Empty: the model's own.
+    pub name: String,
+    /// Where the name is taken, add `_1`, `_2`, ... instead of refusing.
+    pub allow_renaming: bool,
+    /// `world_from_root`.
+    pub pose: DPose3,
+    /// `None` fixes a root link called `world`.
+    pub fixed_base: Option<bool>,
+    /// Joints are not actuated, instead of holding their position.
+    pub passive: bool,
+    /// Positions to start from, rad or m, by joint name.
+    pub joint_positions: Vec<(String, f64)>,
+    /// Lengths are multiplied by it; above 0, at most 1,000.
+    pub scale: f64,
+    /// Refuse a robot whose report has a warning.
+    pub strict: bool,
+    /// What its collision meshes become.
+    pub mesh_shapes: MeshShapes,
+    /// How it touches others and itself.
+    pub contact_settings: ContactSettings,
+}
+
+/// A robot that is in the world now.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// From when.
+    pub done: Done,
+    /// Under this name.
+    pub name: String,
+    /// What was found.
+    pub report: LoadReport,
+    /// The report in one line.
+    pub summary: String,
+}
+
+/// A robot that has a new model now.
+#[derive(Clone, Debug)]
+pub struct Reloaded {
+    /// From when.
+    pub done: Done,
+    /// What was found.
+    pub report: LoadReport,
+    /// The report in one line.
+    pub summary: String,
+    /// Joints that it did not have.
+    pub added: Vec<String>,
+    /// Joints that it has no longer.
+    pub removed: Vec<String>,
+}
 
 impl SimHandle {
     /// Keeps a description and says which of its files are lacking.
@@ -30,28 +82,7 @@ impl SimHandle {
         urdf: Bytes,
         assets: BTreeMap<String, Sha256>,
     ) -> Result<Prepared, CallError> {
-        let loader = self.loader();
-        loader.check_description(urdf.len())?;
-        let reading = loader.limits.reading;
-        let (described, description, urdf) = loader
-            .off_thread(move || {
-                let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
-                (simd_model::describe(&urdf, &reading), Sha256::of(&urdf), urdf)
-            })
-            .await?;
-        let described = described.map_err(refused)?;
-        loader.insert(description, urdf)?;
-        let shelf = loader.lock();
-        let state = |uri: String| {
-            let state = match assets.get(&uri) {
-                None => AssetState::Unresolved,
-                Some(sha256) if shelf.store.contains(sha256) => AssetState::Present,
-                Some(_) => AssetState::Lacking,
-            };
-            (uri, state)
-        };
-        let assets = described.asset_uris.into_iter().map(state).collect();
-        Ok(Prepared { description, name: wire_name(&described.name), assets })
+        self.loader().prepare(urdf, assets).await
     }
 
     /// Takes a part of a file; gives how much of it is here.
@@ -66,51 +97,7 @@ impl SimHandle {
         offset: u64,
         data: Bytes,
     ) -> Result<u64, CallError> {
-        let loader = self.loader();
-        let limit = loader.limits.asset_bytes;
-        if total > limit {
-            let what = "the size of the file in bytes".into();
-            return Err(CallError::LimitExceeded { what, value: total, limit });
-        }
-        let bytes = loop {
-            let checked = {
-                let mut shelf = loader.lock();
-                if let Some(kept) = shelf.store.get(&sha256) {
-                    let there = kept.len() as u64;
-                    if there == total {
-                        return Ok(there);
-                    }
-                    let message = format!("the file {sha256} has {there} bytes, not {total}");
-                    return Err(CallError::UploadMismatch { message });
-                }
-                match shelf.store.checking(&sha256) {
-                    Some(checked) => checked,
-                    None => match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
-                        partial::Progress::Received(received) => return Ok(received),
-                        partial::Progress::Complete(bytes) => {
-                            shelf.store.begin_check(sha256);
-                            break bytes;
-                        }
-                    },
-                }
-            };
-            checked.cancelled().await;
-        };
-        // A task of its own: others wait for the file, also where this caller goes away.
-        let handle = self.clone();
-        let checked = tokio::spawn(async move {
-            let check = Check { handle, sha256 };
-            let loader = check.handle.loader();
-            let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
-            if found != sha256 {
-                let message = format!("the file has the hash {found}, not {sha256}; send it anew");
-                return Err(CallError::UploadMismatch { message });
-            }
-            loader.insert(sha256, bytes)?;
-            Ok(total)
-        });
-        let failed = |error| CallError::Internal { message: format!("a file was not checked: {error}") };
-        checked.await.map_err(failed)?
+        self.loader().upload(sha256, total, offset, data).await
     }
 
     /// Reads a description as a spawn would, and only reports.
@@ -118,20 +105,7 @@ impl SimHandle {
     /// # Errors
     /// Where its bytes cannot be had.
     pub async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let making = self.loader().making(scale, false, MeshShapes::Hull);
-        let reading = self.loader().read(&source.into(), making, Reporter::default()).await?;
-        let description = reading.used.description;
-        Ok(match reading.outcome {
-            Ok(Made { model, report, .. }) => {
-                Validated { summary: summary(&model, &report), report, model: Some(model), description }
-            }
-            Err(refused) => Validated {
-                summary: format!("refused: {refused}"),
-                report: refused.report,
-                model: None,
-                description,
-            },
-        })
+        self.loader().validate(source, scale).await
     }
 
     /// Brings a robot into the world.
@@ -258,21 +232,20 @@ impl SimHandle {
 
     /// A file that was uploaded or that a robot uses.
     pub fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
-        self.loader().lock().store.get(sha256).map(Bytes::from_owner)
+        self.loader().asset(sha256)
     }
 
     /// Does what takes long with the mesh of a file, off the threads that others wait for;
     /// `None` where no robot uses it.
     ///
     /// # Errors
-    /// Where too much waits for its turn already.
+    /// If too much waits to be read already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
         sha256: &Sha256,
         work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
     ) -> Result<Option<T>, CallError> {
-        let Some(mesh) = self.loader().decoded.find(sha256) else { return Ok(None) };
-        self.loader().off_thread(move || work(&mesh)).await.map(Some)
+        self.loader().with_mesh(sha256, work).await
     }
 
     /// Does what takes long with a convex collider of a robot in the world, off the threads that
@@ -297,7 +270,7 @@ impl SimHandle {
     /// not kept.
     ///
     /// # Errors
-    /// Where too much waits for its turn already.
+    /// If too much waits to be read already.
     pub(crate) async fn description_with(
         &self,
         robot: &str,
@@ -306,36 +279,16 @@ impl SimHandle {
         let Some(urdf) = self.description_of(robot).and_then(|sha256| self.asset(&sha256)) else {
             return Ok(None);
         };
-        let limits = self.loader().limits.reading;
-        let text = self.loader().off_thread(move || simd_model::readdress(&urdf, &limits, &address)).await?;
-        text.map(Some).map_err(refused)
+        self.loader().readdress(urdf, address).await.map(Some)
     }
 
-    pub(super) async fn make(
+    /// See [`Loader::make`](crate::loading::Loader::make).
+    pub(crate) async fn make(
         &self,
         origin: Origin,
         making: Making,
         reporter: Reporter,
     ) -> Result<Made, CallError> {
-        let Reading { used, outcome } = self.loader().read(&origin, making, reporter).await?;
-        let made = outcome.map_err(refused)?;
-        self.loader().keep(&made.model, used, origin, making)?;
-        Ok(made)
+        self.loader().make(origin, making, reporter).await
     }
-}
-
-/// A check of a file's hash, which ends with it however that comes about.
-struct Check {
-    handle: SimHandle,
-    sha256: Sha256,
-}
-
-impl Drop for Check {
-    fn drop(&mut self) {
-        self.handle.loader().lock().store.end_check(&self.sha256);
-    }
-}
-
-fn refused(refused: simd_model::Refused) -> CallError {
-    CallError::InvalidDescription { message: refused.message, report: Box::new(refused.report) }
 }

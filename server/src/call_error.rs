@@ -3,7 +3,7 @@
 use simd_core::simulation::error::list_known;
 use simd_model::LoadReport;
 
-use super::RunState;
+use crate::run_state::RunState;
 
 /// Why a call failed. Each message is a sentence for people.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -109,7 +109,7 @@ pub enum CallError {
         /// The name.
         name: String,
     },
-    /// A file is not a saved state that can be restored here.
+    /// A file is no saved state that can be restored here.
     #[error("{message}")]
     InvalidSavedState {
         /// What is wrong with it, and with which robot.
@@ -137,7 +137,13 @@ pub enum CallError {
 impl CallError {
     /// Whether the same request, sent again, may well succeed: such an answer is
     /// not the answer to a request's id.
-    pub(crate) fn is_passing(&self) -> bool {
+    pub(crate) fn is_transient(&self) -> bool {
         matches!(self, Self::MailboxFull { .. } | Self::ShuttingDown | Self::Internal { .. })
     }
+}
+
+/// What a panic said.
+pub(crate) fn panic_message(payload: &(dyn std::any::Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("it panicked").to_owned()
 }

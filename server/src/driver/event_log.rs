@@ -8,7 +8,8 @@ use simd_core::simulation::EventKind;
 use simd_core::{Event, Moment, PhysicsSettings};
 use tokio::sync::Notify;
 
-use super::{Pace, RunState};
+use super::published::Pace;
+use crate::run_state::RunState;
 
 /// How many events are kept.
 const KEPT: usize = 1024;

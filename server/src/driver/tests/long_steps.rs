@@ -1,0 +1,116 @@
+//! Steps that take long, and what interrupts them.
+
+use super::super::long_step::LongSteps;
+use super::super::toy::Midst;
+use super::*;
+
+/// A driver that plays, whose steps do what `midst` says and can be interrupted at once.
+fn with_long_steps(midst: impl FnMut(&Mailbox, &dyn Fn() -> bool) -> bool + Send + 'static) -> Bench {
+    let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
+    let (mailbox, mut midst) = (bench.link.mailbox.clone(), midst);
+    bench.driver.world.midst = Some(Midst(Box::new(move |interrupt| midst(&mailbox, interrupt))));
+    bench.driver.long_steps.be_impatient();
+    bench
+}
+
+fn delete(name: &str) -> Command {
+    Command::Delete { robot: name.into() }
+}
+
+#[test]
+fn a_pause_in_the_midst_of_a_step_puts_the_step_back() {
+    let (answered, answer) = std::sync::mpsc::channel();
+    let mut bench = with_long_steps(move |mailbox, interrupt| {
+        assert!(!interrupt());
+        let (reply, pause) = oneshot::channel();
+        mailbox.post(Event::SetState { state: RunState::Paused, reply }).unwrap();
+        answered.send(pause).unwrap();
+        !interrupt()
+    });
+    bench.turns(2);
+    let at = done(answer.recv().unwrap()).applied.at;
+    assert_eq!((at.step, bench.driver.iterations), (0, 0));
+    let statistics = bench.link.board.newest().statistics;
+    assert_eq!(statistics.state, RunState::Paused);
+    assert!(statistics.step_duration > 0.0, "how long it had run");
+}
+
+#[test]
+fn calls_that_end_nothing_wait_for_the_step() {
+    let mut bench = with_long_steps(|mailbox, interrupt| {
+        for command in [nothing(), Command::SetPhysics(PhysicsChange::default())] {
+            let (reply, _answer) = oneshot::channel();
+            mailbox.post(Event::Command { command, reply }).unwrap();
+        }
+        let (reply, _answer) = oneshot::channel();
+        mailbox.post(Event::SetState { state: RunState::Playing, reply }).unwrap();
+        !interrupt()
+    });
+    bench.turns(1);
+    assert_eq!(bench.step(), 1);
+}
+
+#[test]
+fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_order() {
+    let mut attempts = 0;
+    let mut bench = with_long_steps(move |mailbox, interrupt| {
+        attempts += 1;
+        if attempts == 1 {
+            let calls = (0..100).map(|_| nothing()).chain([delete("nobody"), nothing()]);
+            for command in calls {
+                let (reply, _answer) = oneshot::channel();
+                mailbox.post(Event::Command { command, reply }).unwrap();
+            }
+            return !interrupt();
+        }
+        assert!(!interrupt(), "nothing is left that interrupts");
+        true
+    });
+    // A period of nothing leaves no time for calls.
+    let change = PhysicsChange { time_step: Some(0.0), ..PhysicsChange::default() };
+    bench.driver.world.apply(&Command::SetPhysics(change)).unwrap();
+    bench.turns(1 + 101);
+    assert_eq!(bench.step(), 0);
+    bench.turns(2);
+    assert_eq!((bench.step(), bench.driver.world.applied.lock().unwrap().len()), (1, 1 + 101));
+}
+
+#[test]
+fn a_step_is_left_alone_for_a_time_before_it_is_interrupted() {
+    let mut bench = with_long_steps(|mailbox, interrupt| {
+        let (reply, _answer) = oneshot::channel();
+        mailbox.post(Event::Command { command: delete("nobody"), reply }).unwrap();
+        !interrupt()
+    });
+    bench.turns(1);
+    assert_eq!(bench.step(), 0);
+    // Left alone for a time that is not over.
+    bench.driver.long_steps = LongSteps::default();
+    bench.turns(2);
+    assert_eq!(bench.step(), 1);
+}
+
+#[test]
+fn ending_interrupts_a_step() {
+    let mut bench = with_long_steps(|mailbox, interrupt| {
+        mailbox.close();
+        !interrupt()
+    });
+    bench.driver.long_steps = LongSteps::default();
+    bench.turns(1);
+    assert!(bench.driver.turn().is_break());
+    assert_eq!(bench.step(), 0);
+}
+
+#[test]
+fn a_step_shows_how_long_it_has_been_going_on() {
+    let (sender, seen) = std::sync::mpsc::channel();
+    let mut bench = with_long_steps(|_, _| true);
+    let board = bench.link.board.clone();
+    let look = move || board.present_step(Instant::now() + Duration::from_secs(17));
+    assert_eq!(look(), Duration::ZERO);
+    bench.driver.world.midst = Some(Midst(Box::new(move |_| sender.send(look()).is_ok())));
+    bench.turns(1);
+    assert!(seen.recv().unwrap() >= Duration::from_secs(17));
+    assert_eq!(bench.link.board.present_step(Instant::now()), Duration::ZERO);
+}

@@ -1,0 +1,21 @@
+//! What happened, for any number of readers.
+
+use std::time::Duration;
+
+use super::{CallError, SimHandle};
+use crate::driver::EventBatch;
+
+impl SimHandle {
+    /// What happened after an event's number, at once.
+    pub fn events_after(&self, sequence: u64) -> EventBatch {
+        self.inner.driver.events.after(sequence)
+    }
+
+    /// What happened after an event's number, waiting at most `timeout` for the first.
+    ///
+    /// # Errors
+    /// Where the daemon drains before that, or the driver failed.
+    pub async fn next_events(&self, after: u64, timeout: Duration) -> Result<EventBatch, CallError> {
+        self.until_drained(self.inner.driver.events.next(after, timeout)).await
+    }
+}

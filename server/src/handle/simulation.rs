@@ -1,0 +1,137 @@
+//! The world as a whole: commands, steps, its pace, its published states.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use simd_core::simulation::command::{PhysicsChange, SetTargets};
+use simd_core::{Command, PhysicsSettings};
+
+use super::{CallError, RunState, SimHandle};
+use crate::driver::{Done, Event, Pace, PaceChange, Published, Statistics, Stepped};
+
+impl SimHandle {
+    /// Changes the world.
+    ///
+    /// # Errors
+    /// Where the world refuses, or the mailbox is full.
+    pub async fn command(&self, command: Command) -> Result<Done, CallError> {
+        if let Command::SetTargets(targets) = &command
+            && let Some(claim) = targets.claim
+        {
+            self.renew(claim);
+        }
+        self.ask(|reply| Event::Command { command, reply }).await
+    }
+
+    /// Plays, pauses or stops.
+    ///
+    /// # Errors
+    /// Where the mailbox is full.
+    pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
+        self.ask(|reply| Event::SetState { state, reply }).await
+    }
+
+    /// Does steps as fast as possible, and answers when they are done. Dropping
+    /// the future ends them.
+    ///
+    /// # Errors
+    /// While playing, where the number is 0 or beyond the limit, where a play, a
+    /// pause, a stop or a reset comes between, and where the daemon drains.
+    pub async fn step(&self, steps: u64) -> Result<Done, CallError> {
+        Ok(self.step_with(None, steps).await?.done)
+    }
+
+    /// Sets targets and does steps, in one: both or, where one is refused, nothing.
+    /// Steps that another call waits for come first, and have the targets too.
+    ///
+    /// # Errors
+    /// Those of [`SimHandle::step`], and where the world refuses the targets.
+    pub async fn step_with(&self, targets: Option<SetTargets>, steps: u64) -> Result<Stepped, CallError> {
+        let limit = self.inner.info.limits.steps;
+        if steps == 0 {
+            return Err(CallError::InvalidValue {
+                element: "steps".into(),
+                value: "0".into(),
+                expected: "it must be at least 1".into(),
+            });
+        }
+        if steps > limit {
+            return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
+        }
+        if let Some(claim) = targets.as_ref().and_then(|targets| targets.claim) {
+            self.renew(claim);
+        }
+        self.until_drained(self.ask(|reply| Event::Step { targets, steps, reply })).await?
+    }
+
+    /// Changes how steps follow the wall clock.
+    ///
+    /// # Errors
+    /// Where the factor is not within 0.001 and 1,000.
+    pub async fn set_pace(&self, pace: Pace) -> Result<Done, CallError> {
+        let (done, _, _) = self.set_physics(PhysicsChange::default(), pace.into()).await?;
+        Ok(done)
+    }
+
+    /// Changes how steps are done and how they follow the wall clock: both or,
+    /// where one of them is refused, nothing. Answers with what is in force.
+    ///
+    /// # Errors
+    /// Where a value is not within its bounds.
+    pub async fn set_physics(
+        &self,
+        change: PhysicsChange,
+        pace: PaceChange,
+    ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
+        if let Some(factor) = pace.factor {
+            Pace::RealTime { factor }.check()?;
+        }
+        self.ask(|reply| Event::SetPhysics { change, pace, reply }).await
+    }
+
+    /// The newest state, at once.
+    pub fn newest(&self) -> Arc<Published> {
+        self.inner.driver.board.newest()
+    }
+
+    /// The newest state once it is newer than `sequence`; after `timeout`, the
+    /// newest that there is.
+    ///
+    /// # Errors
+    /// Where the daemon drains before that, or the driver failed.
+    pub async fn newer_than(
+        &self,
+        sequence: u64,
+        timeout: Option<Duration>,
+    ) -> Result<Arc<Published>, CallError> {
+        let newer = self.inner.driver.board.newer_than(sequence);
+        let Some(timeout) = timeout else { return self.until_drained(newer).await };
+        match tokio::time::timeout(timeout, self.until_drained(newer)).await {
+            Ok(newer) => newer,
+            Err(_elapsed) => Ok(self.newest()),
+        }
+    }
+
+    /// How well the world keeps time. Never waits for a step; one that takes longer than the mean of the last
+    /// ones shows while it is going on.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics_at(&self.newest())
+    }
+
+    /// The same, with what a published state says.
+    pub fn statistics_at(&self, state: &Published) -> Statistics {
+        let driver = &self.inner.driver;
+        let present = driver.board.present_step(std::time::Instant::now()).as_secs_f64();
+        Statistics {
+            mailbox_refusals: driver.mailbox.refusals(),
+            step_duration: state.statistics.step_duration.max(present),
+            ..state.statistics
+        }
+    }
+
+    /// What is in force.
+    pub fn physics(&self) -> (PhysicsSettings, Pace) {
+        let newest = self.newest();
+        (newest.physics, newest.statistics.pace)
+    }
+}

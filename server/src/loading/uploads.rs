@@ -1,0 +1,194 @@
+//! Descriptions and files as clients send them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bytes::Bytes;
+use simd_core::collision::MeshShapes;
+use simd_model::robot::{MeshAsset, Sha256};
+use simd_model::wire_name;
+use tokio::time::Instant;
+
+use super::Loader;
+use super::partial;
+use super::progress::Reporter;
+use super::reading::{Made, Making, Origin, Reading, summary};
+use super::source::{AssetState, Prepared, Source, Validated};
+use crate::call_error::CallError;
+
+impl Loader {
+    /// Keeps a description and says which of its files are lacking.
+    ///
+    /// # Errors
+    /// Where it is too large or cannot be read at all.
+    pub(crate) async fn prepare(
+        &self,
+        urdf: Bytes,
+        assets: BTreeMap<String, Sha256>,
+    ) -> Result<Prepared, CallError> {
+        self.check_description(urdf.len())?;
+        let reading = self.limits.reading;
+        let (described, description, urdf) = self
+            .off_thread(move || {
+                let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
+                (simd_model::describe(&urdf, &reading), Sha256::of(&urdf), urdf)
+            })
+            .await?;
+        let described = described.map_err(refused)?;
+        self.insert(description, urdf)?;
+        let shelf = self.lock();
+        let state = |uri: String| {
+            let state = match assets.get(&uri) {
+                None => AssetState::Unresolved,
+                Some(sha256) if shelf.store.contains(sha256) => AssetState::Present,
+                Some(_) => AssetState::Lacking,
+            };
+            (uri, state)
+        };
+        let assets = described.asset_uris.into_iter().map(state).collect();
+        Ok(Prepared { description, name: wire_name(&described.name), assets })
+    }
+
+    /// Takes a part of a file; gives how much of it is here.
+    ///
+    /// # Errors
+    /// Where the file is too large, where parts do not fit, and where the whole
+    /// does not have the hash.
+    pub(crate) async fn upload(
+        self: &Arc<Self>,
+        sha256: Sha256,
+        total: u64,
+        offset: u64,
+        data: Bytes,
+    ) -> Result<u64, CallError> {
+        let limit = self.limits.asset_bytes;
+        if total > limit {
+            let what = "the size of the file in bytes".into();
+            return Err(CallError::LimitExceeded { what, value: total, limit });
+        }
+        let bytes = loop {
+            let checked = {
+                let mut shelf = self.lock();
+                if let Some(kept) = shelf.store.get(&sha256) {
+                    let there = kept.len() as u64;
+                    if there == total {
+                        return Ok(there);
+                    }
+                    let message = format!("the file {sha256} has {there} bytes, not {total}");
+                    return Err(CallError::UploadMismatch { message });
+                }
+                match shelf.store.checking(&sha256) {
+                    Some(checked) => checked,
+                    None => match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
+                        partial::Progress::Received(received) => return Ok(received),
+                        partial::Progress::Complete(bytes) => {
+                            shelf.store.begin_check(sha256);
+                            break bytes;
+                        }
+                    },
+                }
+            };
+            checked.cancelled().await;
+        };
+        // A task of its own: others wait for the file, also where this caller goes away.
+        let loader = self.clone();
+        let checked = tokio::spawn(async move {
+            let check = Check { loader, sha256 };
+            let loader = &check.loader;
+            let (found, bytes) = loader.off_thread(move || (Sha256::of(&bytes), Arc::from(bytes))).await?;
+            if found != sha256 {
+                let message = format!("the file has the hash {found}, not {sha256}; send it anew");
+                return Err(CallError::UploadMismatch { message });
+            }
+            loader.insert(sha256, bytes)?;
+            Ok(total)
+        });
+        let failed = |error| CallError::Internal { message: format!("a file was not checked: {error}") };
+        checked.await.map_err(failed)?
+    }
+
+    /// Reads a description as a spawn would, and only reports.
+    ///
+    /// # Errors
+    /// Where its bytes cannot be had.
+    pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
+        let making = self.making(scale, false, MeshShapes::Hull);
+        let reading = self.read(&source.into(), making, Reporter::default()).await?;
+        let description = reading.used.description;
+        Ok(match reading.outcome {
+            Ok(Made { model, report, .. }) => {
+                Validated { summary: summary(&model, &report), report, model: Some(model), description }
+            }
+            Err(refused) => Validated {
+                summary: format!("refused: {refused}"),
+                report: refused.report,
+                model: None,
+                description,
+            },
+        })
+    }
+
+    /// A file that was uploaded or that a robot uses.
+    pub(crate) fn asset(&self, sha256: &Sha256) -> Option<Bytes> {
+        self.lock().store.get(sha256).map(Bytes::from_owner)
+    }
+
+    /// Does what takes long with the mesh of a file, off the threads that others wait for;
+    /// `None` where no robot uses it.
+    ///
+    /// # Errors
+    /// Where too much waits for its turn already.
+    pub(crate) async fn with_mesh<T: Send + 'static>(
+        &self,
+        sha256: &Sha256,
+        work: impl FnOnce(&MeshAsset) -> T + Send + 'static,
+    ) -> Result<Option<T>, CallError> {
+        let Some(mesh) = self.decoded.find(sha256) else { return Ok(None) };
+        self.off_thread(move || work(&mesh)).await.map(Some)
+    }
+
+    /// The text of a description with other file names of its meshes.
+    ///
+    /// # Errors
+    /// Where too much waits to be read already, and where the text cannot be read.
+    pub(crate) async fn readdress(
+        &self,
+        urdf: Bytes,
+        address: impl Fn(&str) -> Option<String> + Send + 'static,
+    ) -> Result<String, CallError> {
+        let limits = self.limits.reading;
+        self.off_thread(move || simd_model::readdress(&urdf, &limits, &address)).await?.map_err(refused)
+    }
+
+    /// Reads a robot, and keeps what it was made from for as long as its model lives.
+    ///
+    /// # Errors
+    /// Where its bytes cannot be had, and where they are no robot.
+    pub(crate) async fn make(
+        &self,
+        origin: Origin,
+        making: Making,
+        reporter: Reporter,
+    ) -> Result<Made, CallError> {
+        let Reading { used, outcome } = self.read(&origin, making, reporter).await?;
+        let made = outcome.map_err(refused)?;
+        self.keep(&made.model, used, origin, making)?;
+        Ok(made)
+    }
+}
+
+/// A check of a file's hash, which ends with it however that comes about.
+struct Check {
+    loader: Arc<Loader>,
+    sha256: Sha256,
+}
+
+impl Drop for Check {
+    fn drop(&mut self) {
+        self.loader.lock().store.end_check(&self.sha256);
+    }
+}
+
+fn refused(refused: simd_model::Refused) -> CallError {
+    CallError::InvalidDescription { message: refused.message, report: Box::new(refused.report) }
+}
