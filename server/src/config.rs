@@ -1,6 +1,7 @@
 //! What the operator can say: flags beat the configuration file, which beats the
 //! defaults. Everything is checked before a port is bound.
 
+mod connections;
 mod file;
 mod flags;
 #[cfg(test)]
@@ -18,6 +19,7 @@ use simd_core::simulation::command::PhysicsChange;
 use simd_core::{Command, PhysicsSettings, Simulation};
 use tracing_subscriber::EnvFilter;
 
+pub use self::connections::Connections;
 pub use self::zenoh::Zenoh;
 use crate::driver;
 use crate::handle::{DaemonLimits, Pace, RunState};
@@ -49,6 +51,8 @@ pub struct Config {
     pub driver: driver::Config,
     /// What requests must stay within.
     pub limits: DaemonLimits,
+    /// What connections of gRPC and HTTP must stay within.
+    pub connections: Connections,
 }
 
 /// A robot to load at the start.
@@ -101,6 +105,7 @@ impl Default for Config {
             physics: PhysicsSettings::default(),
             driver: driver::Config::default(),
             limits: DaemonLimits::default(),
+            connections: Connections::default(),
         }
     }
 }

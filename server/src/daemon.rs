@@ -99,7 +99,7 @@ pub struct Running {
     /// Where it listens, with the port that it got.
     pub address: SocketAddr,
     zenoh: Option<zenoh::Serving>,
-    server: JoinHandle<Result<(), tonic::transport::Error>>,
+    server: JoinHandle<()>,
 }
 
 /// Starts a daemon within this process: no signals, no line on stdout.
@@ -152,7 +152,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         }
     };
     tokio::spawn(handle.clone().keep_tidy());
-    let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener, page));
+    let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener, page, config.connections));
     Ok(Running { handle, address, zenoh, server })
 }
 
@@ -200,8 +200,7 @@ impl Running {
                 Error::Driver(self.handle.driver_failure().unwrap_or("nobody told it to").to_owned())
             }
             served = &mut self.server => Error::Server(match served {
-                Ok(Ok(())) => "nobody told it to".to_owned(),
-                Ok(Err(error)) => error.to_string(),
+                Ok(()) => "nobody told it to".to_owned(),
                 Err(panicked) => panicked.to_string(),
             }),
         }
@@ -223,8 +222,7 @@ impl Running {
                 return;
             }
             match tokio::time::timeout(DRAIN, self.server).await {
-                Ok(Ok(Ok(()))) => {}
-                Ok(Ok(Err(error))) => tracing::warn!(%error, "the server failed while draining"),
+                Ok(Ok(())) => {}
                 Ok(Err(error)) => tracing::warn!(%error, "the server failed while draining"),
                 Err(_elapsed) => {
                     tracing::warn!("calls did not end in time and are cut off");

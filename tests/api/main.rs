@@ -5,6 +5,7 @@
 #![cfg(test)]
 
 mod clients;
+mod connections;
 mod control;
 mod hostile;
 mod http;

@@ -9,6 +9,7 @@ use glamx::{DPose3, DQuat, DVec3, EulerRot};
 use serde::Deserialize;
 use simd_core::simulation::command::PhysicsChange;
 
+use super::connections::ConnectionsTable;
 use super::{Config, Robot, Zenoh};
 use crate::handle::DaemonLimits;
 
@@ -31,6 +32,8 @@ pub(super) struct File {
     physics: PhysicsTable,
     #[serde(default)]
     limits: LimitsTable,
+    #[serde(default)]
+    connections: ConnectionsTable,
     #[serde(default)]
     robots: Vec<RobotTable>,
 }
@@ -143,6 +146,7 @@ impl File {
         config.change_physics(PhysicsChange { gravity: gravity.map(DVec3::from), time_step, substeps })?;
         config.change_pace(real_time_factor, as_fast_as_possible.unwrap_or(false))?;
         self.limits.apply(&mut config.limits)?;
+        self.connections.apply(&mut config.connections)?;
         if self.paused == Some(true) {
             config.pause();
         }

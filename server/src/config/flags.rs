@@ -103,6 +103,12 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   xml_nodes = 250000
   seconds = 60
 
+  [connections]                   # of gRPC and HTTP: see daemon.md for all of them
+  max = 512
+  max_per_peer = 128              # of one IPv4 address, or one IPv6 /64
+  loopback_reserve = 64           # only for 127.0.0.1 and ::1
+  idle_seconds = 300              # without a call
+
   [[robots]]
   path = \"/srv/robots/arm\"        # required: a .urdf, or a package's folder
   name = \"arm\"

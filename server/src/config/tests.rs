@@ -182,3 +182,36 @@ fn limits_are_set_one_by_one_and_checked() {
         assert!(sentence.contains(mistake), "{sentence}");
     }
 }
+
+#[test]
+fn limits_of_connections_are_set_one_by_one_and_checked() {
+    let text =
+        "[connections]\nmax = 100\nloopback_reserve = 3\nidle_seconds = 1.5\nbody_bytes_per_second = 7\n";
+    let limits = file(text, "").unwrap().connections;
+    let expected = Connections {
+        max: 100,
+        // Never more than there are.
+        max_per_peer: 100,
+        max_http1: 100,
+        loopback_reserve: 3,
+        idle: std::time::Duration::from_millis(1500),
+        body_bytes_per_second: 7,
+        ..Connections::default()
+    };
+    assert_eq!(limits, expected);
+    assert_eq!(file("", "").unwrap().connections, Connections::default());
+    for (line, mistake) in [
+        ("max = 1", "connections.max is 1; it must be between 2 and 65536"),
+        ("max_per_peer = 0", "connections.max_per_peer is 0; it must be between 1 and 512"),
+        ("max_per_peer = 513", "connections.max_per_peer is 513; it must be between 1 and 512"),
+        ("loopback_reserve = 512", "connections.loopback_reserve is 512; it must be between 0 and 511"),
+        ("max_http1 = 0", "connections.max_http1 is 0; it must be between 1 and 512"),
+        ("idle_seconds = 0", "connections.idle_seconds is 0; it must be between 0.1 and 604800"),
+        ("body_seconds = nan", "connections.body_seconds is NaN; it must be between 0.1 and 604800"),
+        ("body_bytes_per_second = 0", "connections.body_bytes_per_second is 0; it must be 1 or more"),
+        ("maximum = 3", "unknown field"),
+    ] {
+        let sentence = file_mistake(&format!("[connections]\n{line}\n"));
+        assert!(sentence.contains(mistake), "{sentence}");
+    }
+}

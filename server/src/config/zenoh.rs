@@ -13,6 +13,14 @@ use simd_proto::keys::DEFAULT_LOCATOR;
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
 /// Whoever says nothing for so long is gone: then its queries and its token end.
 const LEASE_MS: u64 = 5_000;
+/// How long somebody who connects may take to open a session, and how many may be about to: more are closed at
+/// once, so that silent connections keep others out for no longer than that. Zenoh takes all of them, from wherever
+/// they come, so the time is short and they are many.
+const ACCEPT_MS: u64 = 2_000;
+const ACCEPT_PENDING: usize = 128;
+/// Sessions at one time. With the connections of gRPC and HTTP they are fewer than the 1024 files that a process may
+/// usually open.
+const MAX_SESSIONS: usize = 200;
 /// How long a start waits for the routers that it was told of.
 const CONNECT_MS: i64 = 2_000;
 /// States a wall second, 0 to this.
@@ -93,7 +101,11 @@ impl Zenoh {
             "adminspace": { "enabled": false },
             "timestamping": { "enabled": false },
             "transport": {
-                "unicast": { "lowlatency": false },
+                "unicast": {
+                    "lowlatency": false,
+                    "accept_timeout": ACCEPT_MS, "accept_pending": ACCEPT_PENDING,
+                    "max_sessions": MAX_SESSIONS,
+                },
                 "link": {
                     "tx": { "lease": LEASE_MS },
                     "rx": { "max_message_size": MAX_MESSAGE_BYTES },

@@ -1,24 +1,25 @@
-//! The connections that are served: so many at one time, and none that is silent from the start.
+//! The connections as they come: accepted, taken in or refused, and told apart by the HTTP that they speak.
 
-use std::convert::Infallible;
 use std::io;
+use std::net::IpAddr;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use futures_util::stream;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Instant, Sleep};
 use tokio_stream::{Stream, StreamExt as _};
+use tokio_util::sync::{CancellationToken, WaitForCancellationFutureOwned};
 use tonic::transport::server::Connected;
 
+use super::calls::Origin;
+use super::connections::{Address, Connections, Place};
 use crate::handle::Peer;
 
 /// How long nothing is accepted after an error: most, such as too many open
-/// files, are still there at once, and tonic would try again without a pause.
+/// files, are still there at once.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
 /// find out whether somebody is there.
@@ -27,50 +28,26 @@ const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 /// Connections that were accepted by this process.
 static ACCEPTED: AtomicU64 = AtomicU64::new(0);
 
-/// What connections are held to.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ConnectionLimits {
-    /// Connections at one time; more wait in the kernel's backlog.
-    pub(super) connections: usize,
-    /// How long after it was accepted a connection may take to say which HTTP it speaks, in wall time.
-    pub(super) preface: Duration,
-    /// Connections of HTTP/1.1 at one time, which are among the others; more are closed. Browsers
-    /// keep theirs, six each, and must not keep programs out.
-    pub(super) http1: usize,
-    /// How long nothing may go over a connection of HTTP/1.1 in either direction. Between two
-    /// requests hyper waits for 30 s.
-    pub(super) http1_silence: Duration,
-}
-
-/// Accepts from `source` within limits. Errors of accepting are logged and not passed on.
-pub(super) fn incoming<S, T>(
-    source: S,
-    limits: ConnectionLimits,
-) -> impl Stream<Item = Result<Connection<T>, Infallible>>
-where
-    S: Stream<Item = io::Result<T>> + Unpin,
-{
-    let places = Arc::new(Semaphore::new(limits.connections));
-    let http1 = Arc::new(Semaphore::new(limits.http1));
-    stream::unfold(source, move |mut source| {
-        let (places, http1) = (Arc::clone(&places), Arc::clone(&http1));
-        async move {
-            let place = places.acquire_owned().await.ok()?;
-            let io = accept(&mut source).await?;
-            Some((Ok(Connection::new(io, place, http1, limits)), source))
-        }
-    })
-}
-
-/// The next connection, however many errors come before it.
-async fn accept<S, T>(source: &mut S) -> Option<T>
-where
-    S: Stream<Item = io::Result<T>> + Unpin,
+/// Accepts from `source`, for as long as it lasts, and serves what there is room for; the rest is closed. Accepting
+/// goes on where there is none, since somebody may come for whom a place is reserved. Errors of accepting are logged.
+pub(super) async fn accept<S, T>(
+    mut source: S,
+    connections: &Arc<Connections>,
+    draining: &CancellationToken,
+    mut serve: impl FnMut(Connection<T>),
+) where
+    S: Stream<Item = io::Result<(T, IpAddr)>> + Unpin,
 {
     let mut is_failing = false;
-    loop {
-        match source.next().await? {
-            Ok(io) => return Some(io),
+    while let Some(accepted) = source.next().await {
+        match accepted {
+            Ok((io, address)) => {
+                is_failing = false;
+                let number = ACCEPTED.fetch_add(1, Ordering::Relaxed);
+                if let Ok(place) = connections.admit(number, Address::from(address), draining) {
+                    serve(Connection::new(io, place));
+                }
+            }
             Err(error) => {
                 if !is_failing {
                     tracing::warn!("connections cannot be accepted: {error}");
@@ -86,36 +63,66 @@ where
 #[derive(Debug)]
 pub(super) struct Connection<T> {
     io: T,
-    /// No other connection has it.
-    number: u64,
     speaks: Speaks,
+    is_cut: Pin<Box<WaitForCancellationFutureOwned>>,
     /// Dropped after `io`, so that there are never more connections than places.
-    _place: OwnedSemaphorePermit,
+    place: Place,
 }
 
 /// What is known of the other side.
 #[derive(Debug)]
 enum Speaks {
     /// It sent so many bytes of the preface.
-    Opening { sent: usize, deadline: Pin<Box<Sleep>>, http1: Arc<Semaphore>, silence: Duration },
+    Opening { sent: usize, deadline: Pin<Box<Sleep>> },
     /// HTTP/2: it began as that must.
     Http2,
     /// Anything else, which is served as HTTP/1.1.
-    Http1 { deadline: Pin<Box<Sleep>>, silence: Duration, _place: OwnedSemaphorePermit },
+    Http1 { deadline: Pin<Box<Sleep>>, silence: Duration },
 }
 
 impl<T> Connection<T> {
-    fn new(io: T, place: OwnedSemaphorePermit, http1: Arc<Semaphore>, limits: ConnectionLimits) -> Self {
-        let deadline = Box::pin(tokio::time::sleep(limits.preface));
-        let speaks = Speaks::Opening { sent: 0, deadline, http1, silence: limits.http1_silence };
-        Self { io, number: ACCEPTED.fetch_add(1, Ordering::Relaxed), speaks, _place: place }
+    fn new(io: T, place: Place) -> Self {
+        let deadline = Box::pin(tokio::time::sleep(place.limits().begin));
+        let is_cut = Box::pin(place.cut.clone().cancelled_owned());
+        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, place }
+    }
+
+    /// Set when it shall take no more calls.
+    pub(super) fn end(&self) -> CancellationToken {
+        self.place.end.clone()
+    }
+
+    /// Set once it has ended.
+    pub(super) fn ended(&self) -> CancellationToken {
+        self.place.cut.clone()
+    }
+
+    /// Whether it was cut, or nothing came or went for too long.
+    fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
+        if self.is_cut.as_mut().poll(context).is_ready() {
+            return Err(io::Error::new(io::ErrorKind::ConnectionAborted, "closed for idleness"));
+        }
+        self.speaks.check(context)
+    }
+
+    /// The result of writing, after a look at the time.
+    fn wrote(
+        &mut self,
+        polled: Poll<io::Result<usize>>,
+        context: &mut Context<'_>,
+    ) -> Poll<io::Result<usize>> {
+        match polled {
+            Poll::Ready(_) => self.speaks.moved(),
+            Poll::Pending => self.check(context)?,
+        }
+        polled
     }
 }
 
 impl Speaks {
     /// Looks at the next bytes of the other side.
-    fn heard(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let Self::Opening { sent, http1, silence, .. } = self else {
+    fn heard(&mut self, bytes: &[u8], place: &Place) -> io::Result<()> {
+        let Self::Opening { sent, .. } = self else {
             self.moved();
             return Ok(());
         };
@@ -128,10 +135,9 @@ impl Speaks {
             }
             return Ok(());
         }
-        let full = |_| io::Error::other("too many connections of HTTP/1.1");
-        let place = Arc::clone(http1).try_acquire_owned().map_err(full)?;
-        let silence = *silence;
-        *self = Self::Http1 { deadline: Box::pin(tokio::time::sleep(silence)), silence, _place: place };
+        place.is_http1().map_err(io::Error::other)?;
+        let silence = place.limits().http1_silence;
+        *self = Self::Http1 { deadline: Box::pin(tokio::time::sleep(silence)), silence };
         Ok(())
     }
 
@@ -154,19 +160,6 @@ impl Speaks {
             Poll::Ready(()) => Err(io::Error::new(io::ErrorKind::TimedOut, sentence)),
         }
     }
-
-    /// The result of writing, after a look at the time.
-    fn wrote(
-        &mut self,
-        polled: Poll<io::Result<usize>>,
-        context: &mut Context<'_>,
-    ) -> Poll<io::Result<usize>> {
-        match polled {
-            Poll::Ready(_) => self.moved(),
-            Poll::Pending => self.check(context)?,
-        }
-        polled
-    }
 }
 
 impl<T: AsyncRead + Unpin> AsyncRead for Connection<T> {
@@ -175,12 +168,14 @@ impl<T: AsyncRead + Unpin> AsyncRead for Connection<T> {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        let Self { io, speaks, .. } = &mut *self;
         let before = buffer.filled().len();
-        let polled = Pin::new(io).poll_read(context, buffer);
+        let polled = Pin::new(&mut self.io).poll_read(context, buffer);
         match polled {
-            Poll::Pending => speaks.check(context)?,
-            Poll::Ready(_) => speaks.heard(buffer.filled().get(before..).unwrap_or_default())?,
+            Poll::Pending => self.check(context)?,
+            Poll::Ready(_) => {
+                let Self { speaks, place, .. } = &mut *self;
+                speaks.heard(buffer.filled().get(before..).unwrap_or_default(), place)?;
+            }
         }
         polled
     }
@@ -192,9 +187,8 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        let Self { io, speaks, .. } = &mut *self;
-        let polled = Pin::new(io).poll_write(context, bytes);
-        speaks.wrote(polled, context)
+        let polled = Pin::new(&mut self.io).poll_write(context, bytes);
+        self.wrote(polled, context)
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -210,9 +204,8 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
         context: &mut Context<'_>,
         slices: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        let Self { io, speaks, .. } = &mut *self;
-        let polled = Pin::new(io).poll_write_vectored(context, slices);
-        speaks.wrote(polled, context)
+        let polled = Pin::new(&mut self.io).poll_write_vectored(context, slices);
+        self.wrote(polled, context)
     }
 
     fn is_write_vectored(&self) -> bool {
@@ -220,11 +213,11 @@ impl<T: AsyncWrite + Unpin> AsyncWrite for Connection<T> {
     }
 }
 
-/// Services find in each request by which connection it came.
+/// Requests come with it to [`super::calls::follow`].
 impl<T> Connected for Connection<T> {
-    type ConnectInfo = Peer;
+    type ConnectInfo = Origin;
 
-    fn connect_info(&self) -> Peer {
-        Peer::Connection(self.number)
+    fn connect_info(&self) -> Origin {
+        Origin { peer: Peer::Connection(self.place.number), activity: Arc::clone(&self.place.activity) }
     }
 }

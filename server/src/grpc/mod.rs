@@ -1,24 +1,38 @@
 //! The gRPC front-end: the services over HTTP/2, on one port with health and reflection, and
 //! beside them what browsers get.
 //!
-//! * `incoming`: which connections are served.
+//! * `incoming`: connections as they come. `connections`: which of them are served, and how long.
+//! * `calls`: what each call does for its connection; `activity`: what that makes of the connection.
 //! * `health`: whether the daemon serves.
 
+mod activity;
+mod calls;
+mod connections;
 mod health;
 mod incoming;
 #[cfg(test)]
 mod tests;
 
+use std::convert::Infallible;
+use std::io;
+use std::net::IpAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::net::TcpListener;
+use axum::middleware;
+use futures_util::FutureExt as _;
+use tokio::net::{TcpListener, TcpStream};
+use tokio_stream::{Stream, StreamExt as _};
+use tokio_util::task::TaskTracker;
 use tonic::service::Routes;
 use tonic::transport::Server;
-use tonic::transport::server::TcpIncoming;
+use tonic::transport::server::{Router, TcpIncoming};
 use tonic_health::pb::health_server::HealthServer;
 
-use self::incoming::incoming;
+use self::connections::Connections;
+use self::incoming::{Connection, accept};
 use crate::SimHandle;
+use crate::config::Connections as DaemonLimits;
 use crate::handle::Transport;
 use crate::http;
 use crate::service::routes;
@@ -28,14 +42,8 @@ const DRAIN_GRACE: Duration = Duration::from_secs(2);
 /// How often a silent connection is asked whether somebody is there, and how long it may take to answer.
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
-/// Connections at one time, which is well below the 1024 files that a process may
-/// usually open; how long one may take to begin; and how many of them may be browsers'.
-const CONNECTIONS: incoming::ConnectionLimits = incoming::ConnectionLimits {
-    connections: 512,
-    preface: Duration::from_secs(5),
-    http1: 192,
-    http1_silence: Duration::from_secs(600),
-};
+/// How many of the kernel's questions may stay without an answer: then the other side is gone.
+const KEEPALIVE_PROBES: u32 = 3;
 /// Calls of one connection that are worked on at once; more are refused. Streams
 /// count until they have begun.
 const CALLS_PER_CONNECTION: usize = 1024;
@@ -44,39 +52,73 @@ const STREAMS_PER_CONNECTION: u32 = 2048;
 
 /// Serves until the daemon drains: then takes no more connections, lets every
 /// stream end with OK, and returns when all calls have ended or after two seconds.
-///
-/// # Errors
-/// Where the server itself fails; a connection that fails is that client's alone.
-pub async fn serve(
+pub async fn serve(handle: SimHandle, listener: TcpListener, page: http::Settings, limits: DaemonLimits) {
+    serve_within(&Connections::new(limits), handle, listener, page).await;
+}
+
+async fn serve_within(
+    connections: &Arc<Connections>,
     handle: SimHandle,
     listener: TcpListener,
     page: http::Settings,
-) -> Result<(), tonic::transport::Error> {
-    let accepted =
-        TcpIncoming::from(listener).with_nodelay(Some(true)).with_keepalive(Some(KEEPALIVE_INTERVAL));
-    let incoming = incoming(accepted, CONNECTIONS);
-    let services = with_reflection(with_health(routes(&handle, Transport::Grpc), &handle));
+) {
+    let draining = handle.draining();
+    let server = server(&handle, page, *connections.limits());
+    let serving = TaskTracker::new();
+    let accepting = accept(accepted(listener), connections, &draining, |connection| {
+        serving.spawn(serve_one(server.clone(), connection));
+    });
+    tokio::select! {
+        () = accepting => {}
+        () = connections.close_idle() => {}
+        () = draining.cancelled() => {}
+    }
+    serving.close();
+    if tokio::time::timeout(DRAIN_GRACE, serving.wait()).await.is_err() {
+        tracing::warn!("connections were still open {} s after draining began", DRAIN_GRACE.as_secs());
+    }
+}
+
+/// Connections with the addresses that they come from.
+fn accepted(listener: TcpListener) -> impl Stream<Item = io::Result<(TcpStream, IpAddr)>> + Unpin {
+    let accepted = TcpIncoming::from(listener)
+        .with_nodelay(Some(true))
+        .with_keepalive(Some(KEEPALIVE_INTERVAL))
+        .with_keepalive_interval(Some(KEEPALIVE_INTERVAL))
+        .with_keepalive_retries(Some(KEEPALIVE_PROBES));
+    accepted.filter_map(|accepted| match accepted {
+        // Where there is no address the other side is gone already.
+        Ok(io) => io.peer_addr().ok().map(|address| Ok((io, address.ip()))),
+        Err(error) => Some(Err(error)),
+    })
+}
+
+/// What answers the calls of each connection.
+fn server(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> Router {
+    let services = with_reflection(with_health(routes(handle, Transport::Grpc), handle));
+    let routes = http::beside(services.into_axum_router(), handle, page)
+        .layer(middleware::from_fn_with_state(limits, calls::follow));
     // There is no timeout here, since it would cut streams; and windows are left
     // as they are, since small ones make h2 drop connections that carry small states.
-    let server = Server::builder()
+    Server::builder()
         .http2_keepalive_interval(Some(KEEPALIVE_INTERVAL))
         .http2_keepalive_timeout(Some(KEEPALIVE_TIMEOUT))
         .max_concurrent_streams(Some(STREAMS_PER_CONNECTION))
         .concurrency_limit_per_connection(CALLS_PER_CONNECTION)
         .load_shed(true)
         .accept_http1(true)
-        .add_routes(http::beside(services.into_axum_router(), &handle, page).into());
-    let draining = handle.draining();
-    let deadline = async {
-        draining.cancelled().await;
-        tokio::time::sleep(DRAIN_GRACE).await;
-    };
-    tokio::select! {
-        served = server.serve_with_incoming_shutdown(incoming, draining.cancelled()) => served,
-        () = deadline => {
-            tracing::warn!("connections were still open {} s after draining began", DRAIN_GRACE.as_secs());
-            Ok(())
-        }
+        .add_routes(routes.into())
+}
+
+/// Serves one connection until it ends. tonic lets connections end (in HTTP/2 by GOAWAY) all at once, when its server
+/// does: so each has a server of its own.
+async fn serve_one(server: Router, connection: Connection<TcpStream>) {
+    let (end, ended) = (connection.end(), connection.ended());
+    let one = tokio_stream::once(Ok::<_, Infallible>(connection));
+    // The server lets its connections end where there will be no more of them.
+    let no_more = ended.cancelled_owned().into_stream().filter_map(|()| None);
+    if let Err(error) = server.serve_with_incoming_shutdown(one.chain(no_more), end.cancelled()).await {
+        tracing::error!("a connection cannot be served: {error}");
     }
 }
 

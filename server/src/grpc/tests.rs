@@ -2,11 +2,13 @@
 
 mod control;
 mod draining;
+mod idle;
 mod incoming;
 mod retries;
 mod services;
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 
 use simd_core::PhysicsSettings;
 use simd_core::Simulation;
@@ -22,7 +24,9 @@ use tonic::Status;
 use tonic::transport::{Channel, Endpoint};
 use tonic_types::StatusExt as _;
 
+use super::connections::Connections;
 use crate::SimHandle;
+use crate::config;
 use crate::convert::test_world::spawn;
 use crate::driver;
 use crate::handle::{DaemonInfo, DaemonLimits, RunState};
@@ -33,11 +37,16 @@ struct Daemon {
     handle: SimHandle,
     address: SocketAddr,
     channel: Channel,
-    server: JoinHandle<Result<(), tonic::transport::Error>>,
+    connections: Arc<Connections>,
+    server: JoinHandle<()>,
 }
 
 impl Daemon {
     async fn start(state: RunState) -> Self {
+        Self::start_with(state, config::Connections::default()).await
+    }
+
+    async fn start_with(state: RunState, connections: config::Connections) -> Self {
         let limits = DaemonLimits::default();
         let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
         let driver = driver::start(world, driver::Config { state, ..Default::default() }).unwrap();
@@ -46,9 +55,13 @@ impl Daemon {
         handle.command(spawn("arm", &[])).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
-        let server = tokio::spawn(super::serve(handle.clone(), listener, Default::default()));
+        let connections = Connections::new(connections);
+        let (served, within) = (handle.clone(), Arc::clone(&connections));
+        let server = tokio::spawn(async move {
+            super::serve_within(&within, served, listener, Default::default()).await;
+        });
         let channel = Endpoint::from_shared(format!("http://{address}")).unwrap().connect().await.unwrap();
-        Self { handle, address, channel, server }
+        Self { handle, address, channel, connections, server }
     }
 
     fn simulation(&self) -> SimulationServiceClient<Channel> {

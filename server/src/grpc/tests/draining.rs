@@ -37,7 +37,7 @@ async fn every_stream_ends_with_ok_and_the_server_returns() {
     assert_eq!(events.message().await.unwrap(), None);
     assert_eq!(health.message().await.unwrap().unwrap().status(), ServingStatus::NotServing);
     assert_eq!(health.message().await.unwrap(), None);
-    (&mut daemon.server).await.unwrap().unwrap();
+    (&mut daemon.server).await.unwrap();
 }
 
 #[tokio::test]
@@ -63,5 +63,5 @@ async fn a_stream_that_somebody_holds_open_does_not_hold_the_server() {
     let _held = client.server_reflection_info(ReceiverStream::new(receiver)).await.unwrap();
     tokio::time::pause();
     daemon.handle.draining().cancel();
-    (&mut daemon.server).await.unwrap().unwrap();
+    (&mut daemon.server).await.unwrap();
 }

@@ -1,33 +1,50 @@
-//! Which connections are served, and for how long.
+//! Connections as they come, and how long they may say nothing.
 
 use std::future::poll_fn;
 use std::io;
-use std::pin::{Pin, pin};
+use std::net::{IpAddr, Ipv4Addr};
+use std::pin::Pin;
 use std::time::Duration;
 
-use futures_util::FutureExt as _;
 use tokio::io::{AsyncRead, AsyncWrite, DuplexStream, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
-use tokio_stream::StreamExt as _;
+use tokio_util::sync::CancellationToken;
+use tonic::transport::server::Connected as _;
 
-use super::super::incoming::{Connection, ConnectionLimits, incoming};
+use super::super::activity::Call;
+use super::super::incoming::{Connection, accept};
 use super::*;
+use crate::config::Connections as ConnectionLimits;
 
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
-const LIMITS: ConnectionLimits = ConnectionLimits {
-    connections: 2,
-    preface: Duration::from_secs(5),
-    http1: 1,
-    http1_silence: Duration::from_secs(600),
-};
+
+fn limits() -> ConnectionLimits {
+    ConnectionLimits {
+        max: 2,
+        max_per_peer: 2,
+        loopback_reserve: 0,
+        max_http1: 1,
+        ..ConnectionLimits::default()
+    }
+}
+
+/// What becomes of connections from the loopback address that come in this order.
+async fn accepted(
+    source: impl IntoIterator<Item = io::Result<DuplexStream>>,
+) -> Vec<Connection<DuplexStream>> {
+    let source = source.into_iter().map(|io| io.map(|io| (io, IpAddr::from(Ipv4Addr::LOCALHOST))));
+    let connections = Connections::new(limits());
+    let mut served = Vec::new();
+    let source = tokio_stream::iter(source.collect::<Vec<_>>());
+    accept(source, &connections, &CancellationToken::new(), |connection| served.push(connection)).await;
+    served
+}
 
 /// A client's end of a connection, and the daemon's.
 async fn connection() -> (DuplexStream, Connection<DuplexStream>) {
     let (client, server) = tokio::io::duplex(64);
-    let mut incoming = pin!(incoming(tokio_stream::once(Ok(server)), LIMITS));
-    let Ok(connection) = incoming.next().await.unwrap();
-    (client, connection)
+    (client, accepted([Ok(server)]).await.remove(0))
 }
 
 async fn send(client: &mut DuplexStream, bytes: &[u8]) {
@@ -46,22 +63,9 @@ async fn receive(connection: &mut Connection<DuplexStream>) -> io::Result<usize>
 #[tokio::test(start_paused = true)]
 async fn an_error_of_accepting_is_a_pause_and_nothing_else() {
     let full = || Err(io::Error::other("too many open files"));
-    let source = tokio_stream::iter([full(), full(), Ok(tokio::io::duplex(1).0)]);
-    let mut incoming = pin!(incoming(source, LIMITS));
     let start = Instant::now();
-    let Ok(_connection) = incoming.next().await.unwrap();
+    assert_eq!(accepted([full(), full(), Ok(tokio::io::duplex(1).0)]).await.len(), 1);
     assert!(start.elapsed() >= Duration::from_millis(100), "{:?}", start.elapsed());
-}
-
-#[tokio::test]
-async fn a_connection_beyond_the_limit_waits_until_another_one_is_dropped() {
-    let source = tokio_stream::iter([(); 3]).map(|()| Ok(tokio::io::duplex(1).0));
-    let mut incoming = pin!(incoming(source, LIMITS));
-    let first = incoming.next().await.unwrap();
-    let _second = incoming.next().await.unwrap();
-    assert!(incoming.next().now_or_never().is_none());
-    drop(first);
-    assert!(incoming.next().now_or_never().flatten().is_some());
 }
 
 #[tokio::test(start_paused = true)]
@@ -74,7 +78,7 @@ async fn a_connection_without_a_whole_preface_times_out() {
             assert_eq!(receive(&mut connection).await.unwrap(), begun);
         }
         assert_eq!(receive(&mut connection).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
-        assert!(start.elapsed() >= LIMITS.preface, "{:?}", start.elapsed());
+        assert!(start.elapsed() >= limits().begin, "{:?}", start.elapsed());
     }
 }
 
@@ -100,11 +104,11 @@ async fn a_connection_of_http_1_ends_where_nothing_goes_over_it_for_long() {
             receive(&mut connection).await.unwrap();
         }
         let start = Instant::now();
-        tokio::time::advance(LIMITS.http1_silence / 2).await;
+        tokio::time::advance(limits().http1_silence / 2).await;
         // What is written is no silence.
         poll_fn(|context| Pin::new(&mut connection).poll_write(context, b"x")).await.unwrap();
         assert_eq!(receive(&mut connection).await.unwrap_err().kind(), io::ErrorKind::TimedOut);
-        assert!(start.elapsed() >= LIMITS.http1_silence * 3 / 2, "{:?}", start.elapsed());
+        assert!(start.elapsed() >= limits().http1_silence * 3 / 2, "{:?}", start.elapsed());
     }
 }
 
@@ -112,15 +116,38 @@ async fn a_connection_of_http_1_ends_where_nothing_goes_over_it_for_long() {
 async fn browsers_leave_room_for_programs() {
     let pipes = [(); 2].map(|()| tokio::io::duplex(64));
     let (mut clients, servers): (Vec<_>, Vec<_>) = pipes.into_iter().unzip();
-    let mut incoming = pin!(incoming(tokio_stream::iter(servers.into_iter().map(Ok)), LIMITS));
-    let Ok(mut first) = incoming.next().await.unwrap();
-    let Ok(mut second) = incoming.next().await.unwrap();
+    let mut served = accepted(servers.into_iter().map(Ok)).await;
+    let (mut second, mut first) = (served.remove(1), served.remove(0));
+    // The first has a call at work.
+    let _call = Call::begin(&first.connect_info().activity);
     for client in &mut clients {
         send(client, b"GET /").await;
     }
     receive(&mut first).await.unwrap();
     let refused = receive(&mut second).await.unwrap_err().to_string();
-    assert!(refused.contains("too many"), "{refused}");
+    assert!(refused.contains("all connections are in use"), "{refused}");
+}
+
+/// Whoever is cut learns of it, whether it was read from or written to.
+#[tokio::test]
+async fn a_connection_that_is_cut_fails_also_where_its_client_does_not_read() {
+    let (_client, mut connection) = connection().await;
+    let mut writes = 0;
+    let mut write = poll_fn(|context| {
+        loop {
+            match Pin::new(&mut connection).poll_write(context, &[0; 64]) {
+                std::task::Poll::Ready(Ok(_)) => writes += 1,
+                std::task::Poll::Ready(Err(error)) => return std::task::Poll::Ready(error),
+                std::task::Poll::Pending => {
+                    connection.ended().cancel();
+                    return std::task::Poll::Pending;
+                }
+            }
+        }
+    });
+    assert_eq!((&mut write).await.kind(), io::ErrorKind::ConnectionAborted);
+    assert_eq!(writes, 1);
+    assert_eq!(receive(&mut connection).await.unwrap_err().kind(), io::ErrorKind::ConnectionAborted);
 }
 
 /// A browser keeps its connection; hyper ends it.
@@ -155,7 +182,7 @@ async fn the_daemon_closes_a_silent_connection_and_serves_on() {
 }
 
 /// Ends when the other side has closed the connection.
-async fn closed(stream: &TcpStream) {
+pub(super) async fn closed(stream: &TcpStream) {
     loop {
         stream.readable().await.unwrap();
         match stream.try_read(&mut [0; 64]) {

@@ -1,0 +1,146 @@
+//! What a connection does for its client: whose turn it is, and since when.
+//!
+//! It is measured by calls and not by bytes, so that a client that answers pings, trickles a request or does not read
+//! an answer counts as what it is: idle.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::time::Instant;
+
+/// Why nothing would be lost, or little, if a connection were closed. The least comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Idleness {
+    /// No call came yet.
+    Unused,
+    /// Between two calls.
+    BetweenCalls,
+    /// Each call waits for its client: to send the rest of the request, or to read the answer.
+    ClientsTurn,
+}
+
+/// The calls of one connection.
+#[derive(Debug)]
+pub(super) struct Activity(Mutex<Calls>);
+
+#[derive(Debug)]
+struct Calls {
+    /// That wait for the daemon.
+    at_work: usize,
+    /// That wait for their client.
+    waiting: usize,
+    is_used: bool,
+    /// When a call began or ended, or was at work, for the last time.
+    since: Instant,
+}
+
+impl Activity {
+    pub(super) fn new(now: Instant) -> Arc<Self> {
+        Arc::new(Self(Mutex::new(Calls { at_work: 0, waiting: 0, is_used: false, since: now })))
+    }
+
+    /// Why and since when it is idle; `None` where a call is at work.
+    pub(super) fn idle_since(&self) -> Option<(Idleness, Instant)> {
+        let calls = self.lock();
+        let why = match *calls {
+            Calls { at_work: 1.., .. } => return None,
+            Calls { waiting: 1.., .. } => Idleness::ClientsTurn,
+            Calls { is_used: true, .. } => Idleness::BetweenCalls,
+            Calls { is_used: false, .. } => Idleness::Unused,
+        };
+        Some((why, calls.since))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Calls> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// One call, until it is dropped.
+#[derive(Debug)]
+pub(super) struct Call {
+    activity: Arc<Activity>,
+    /// For how many reasons it waits for its client. Changed under the lock of `activity`.
+    reasons: AtomicU8,
+}
+
+impl Call {
+    /// A call that is at work.
+    pub(super) fn begin(activity: &Arc<Activity>) -> Arc<Self> {
+        let mut calls = activity.lock();
+        calls.at_work += 1;
+        calls.is_used = true;
+        calls.since = Instant::now();
+        Arc::new(Self { activity: Arc::clone(activity), reasons: AtomicU8::new(0) })
+    }
+
+    /// It waits for its client, for one more reason.
+    pub(super) fn wait(&self) {
+        let mut calls = self.activity.lock();
+        if self.reasons.fetch_add(1, Ordering::Relaxed) == 0 {
+            calls.at_work -= 1;
+            calls.waiting += 1;
+            calls.since = Instant::now();
+        }
+    }
+
+    /// A reason of [`Self::wait`] is gone.
+    pub(super) fn resume(&self) {
+        let mut calls = self.activity.lock();
+        if self.reasons.fetch_sub(1, Ordering::Relaxed) == 1 {
+            calls.waiting -= 1;
+            calls.at_work += 1;
+        }
+    }
+}
+
+impl Drop for Call {
+    fn drop(&mut self) {
+        let mut calls = self.activity.lock();
+        match self.reasons.load(Ordering::Relaxed) {
+            0 => calls.at_work -= 1,
+            1.. => calls.waiting -= 1,
+        }
+        calls.since = Instant::now();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    async fn second() -> Instant {
+        tokio::time::advance(Duration::from_secs(1)).await;
+        Instant::now()
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_connection_is_idle_since_its_last_call_began_ended_or_came_to_wait_for_the_client() {
+        let start = Instant::now();
+        let activity = Activity::new(start);
+        assert_eq!(activity.idle_since(), Some((Idleness::Unused, start)));
+        second().await;
+        let call = Call::begin(&activity);
+        assert_eq!(activity.idle_since(), None);
+        let received = second().await;
+        call.wait();
+        assert_eq!(activity.idle_since(), Some((Idleness::ClientsTurn, received)));
+        // For two reasons at once, of which one goes.
+        second().await;
+        call.wait();
+        call.resume();
+        assert_eq!(activity.idle_since(), Some((Idleness::ClientsTurn, received)));
+        call.resume();
+        assert_eq!(activity.idle_since(), None);
+        let other = Call::begin(&activity);
+        call.wait();
+        drop(call);
+        assert_eq!(activity.idle_since(), None);
+        let end = second().await;
+        drop(other);
+        second().await;
+        assert_eq!(activity.idle_since(), Some((Idleness::BetweenCalls, end)));
+    }
+}

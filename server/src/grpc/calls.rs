@@ -1,0 +1,198 @@
+//! Follows each call of a connection: whose turn it is, and how long its request may take to arrive.
+
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::{Version, header};
+use axum::middleware::Next;
+use axum::response::Response;
+use bytes::Bytes;
+use http_body::{Body as _, Frame, SizeHint};
+use simd_proto::methods;
+use simd_proto::v1::ErrorReason;
+use tokio::time::{Instant, Sleep};
+use tonic::Status;
+
+use super::activity::{Activity, Call};
+use crate::config::Connections;
+use crate::handle::Peer;
+use crate::service::status::Explained;
+
+/// By which connection a request came.
+#[derive(Clone, Debug)]
+pub(super) struct Origin {
+    pub(super) peer: Peer,
+    pub(super) activity: Arc<Activity>,
+}
+
+/// Wraps request and answer, where the request came by a connection.
+pub(super) async fn follow(State(limits): State<Connections>, mut request: Request, next: Next) -> Response {
+    let Some(Origin { peer, activity }) = request.extensions_mut().remove() else {
+        return next.run(request).await;
+    };
+    request.extensions_mut().insert(peer);
+    let call = Call::begin(&activity);
+    let pace = match is_stream(&request) {
+        true => Pace::Stream { silence: limits.stream_silence },
+        false => Pace::Message { time: limits.body, bytes_per_second: limits.body_bytes_per_second },
+    };
+    let request = request.map(|body| match body.is_end_stream() {
+        true => body,
+        false => Body::new(Arriving::new(body, pace, Arc::clone(&call))),
+    });
+    let response = next.run(request).await;
+    response.map(|body| Body::new(Leaving { body, is_taken: true, call }))
+}
+
+/// Whether the method takes any number of requests for as long as its client likes. Over HTTP/1.1 there is none:
+/// browsers send a request whole.
+fn is_stream(request: &Request) -> bool {
+    let media = request.headers().get(header::CONTENT_TYPE).map(|media| media.as_bytes());
+    let is_web = media.is_some_and(|media| media.starts_with(b"application/grpc-web"));
+    if request.version() != Version::HTTP_2 || is_web {
+        return false;
+    }
+    let path = request.uri().path();
+    let method = methods::parse_path(path).and_then(|(service, method)| methods::find(service, method));
+    method.is_some_and(|method| method.takes_many)
+        // Tools keep it open from question to question.
+        || path.starts_with("/grpc.reflection.")
+}
+
+/// How a request must arrive.
+#[derive(Clone, Copy, Debug)]
+enum Pace {
+    /// As one message, within a time and what its bytes earn.
+    Message { time: Duration, bytes_per_second: u64 },
+    /// As messages with silence between them.
+    Stream { silence: Duration },
+}
+
+/// The body of a request on its way to its service.
+struct Arriving {
+    body: Body,
+    pace: Pace,
+    deadline: Instant,
+    /// There is none before the body has to be waited for, which is seldom.
+    timer: Option<Pin<Box<Sleep>>>,
+    call: Arc<Call>,
+}
+
+impl Arriving {
+    fn new(body: Body, pace: Pace, call: Arc<Call>) -> Self {
+        let time = match pace {
+            Pace::Message { time, .. } => {
+                call.wait();
+                time
+            }
+            // Its answers may be what the client waits for.
+            Pace::Stream { silence } => silence,
+        };
+        Self { body, pace, deadline: Instant::now() + time, timer: None, call }
+    }
+
+    fn arrived(&mut self, bytes: usize) {
+        match self.pace {
+            Pace::Message { bytes_per_second, .. } => {
+                self.deadline += Duration::from_secs_f64(bytes as f64 / bytes_per_second as f64);
+            }
+            Pace::Stream { silence } => self.deadline = Instant::now() + silence,
+        }
+    }
+
+    fn check(&mut self, context: &mut Context<'_>) -> Poll<Status> {
+        let deadline = self.deadline;
+        let timer = self.timer.get_or_insert_with(|| Box::pin(tokio::time::sleep_until(deadline)));
+        if timer.deadline() != deadline {
+            timer.as_mut().reset(deadline);
+        }
+        ready!(timer.as_mut().poll(context));
+        let sentence = match self.pace {
+            Pace::Message { time, bytes_per_second } => format!(
+                "the request did not arrive within {} s and a second for each {bytes_per_second} bytes",
+                time.as_secs_f64()
+            ),
+            Pace::Stream { silence } => {
+                format!("the client sent nothing into its stream for {} s", silence.as_secs_f64())
+            }
+        };
+        Poll::Ready(Explained::new(ErrorReason::LimitExceeded, sentence).into())
+    }
+}
+
+impl Drop for Arriving {
+    fn drop(&mut self) {
+        if let Pace::Message { .. } = self.pace {
+            self.call.resume();
+        }
+    }
+}
+
+impl http_body::Body for Arriving {
+    type Data = Bytes;
+    type Error = axum::BoxError;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::BoxError>>> {
+        match Pin::new(&mut self.body).poll_frame(context) {
+            Poll::Ready(Some(Ok(frame))) => {
+                self.arrived(frame.data_ref().map_or(0, Bytes::len));
+                Poll::Ready(Some(Ok(frame)))
+            }
+            Poll::Ready(other) => Poll::Ready(other.map(|frame| frame.map_err(Into::into))),
+            Poll::Pending => self.check(context).map(|status| Some(Err(status.into()))),
+        }
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
+/// The body of an answer on its way to its client. It is asked for its next frame once there is room for one, so that
+/// a client that does not read is known by the silence.
+struct Leaving {
+    body: Body,
+    /// Whether the last frame is on its way.
+    is_taken: bool,
+    call: Arc<Call>,
+}
+
+impl http_body::Body for Leaving {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        if !self.is_taken {
+            self.is_taken = true;
+            self.call.resume();
+        }
+        let frame = ready!(Pin::new(&mut self.body).poll_frame(context));
+        if matches!(frame, Some(Ok(_))) {
+            self.is_taken = false;
+            self.call.wait();
+        }
+        Poll::Ready(frame)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}

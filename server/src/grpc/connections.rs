@@ -1,0 +1,299 @@
+//! Which connections are served: so many at one time, so many of one peer, and some that only the loopback address
+//! may have. Where there is no room the longest idle one is closed, or else the new one.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
+
+use super::activity::Activity;
+use crate::config::Connections as DaemonLimits;
+
+/// How long a connection that is closed for idleness may take to end, so that a client that begins a call at that
+/// moment learns that it must begin it anew.
+const GRACE: Duration = Duration::from_secs(1);
+/// Connections that may be closing beside those that are served; the next one cuts the first.
+const CLOSING: usize = 32;
+/// Longest time between two looks at who is idle.
+const LOOK: Duration = Duration::from_secs(1);
+/// Refusals are logged no more often.
+const LOG: Duration = Duration::from_secs(1);
+
+/// Whoever has a share of the connections.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Address {
+    /// 127.0.0.1 or ::1, for which some are reserved. Other loopback addresses are nobody's default.
+    Loopback,
+    V4(Ipv4Addr),
+    /// The first 64 bits: whoever has one such address has them all.
+    V6(u64),
+}
+
+impl From<IpAddr> for Address {
+    fn from(address: IpAddr) -> Self {
+        match address.to_canonical() {
+            IpAddr::V4(Ipv4Addr::LOCALHOST) | IpAddr::V6(Ipv6Addr::LOCALHOST) => Self::Loopback,
+            IpAddr::V4(address) => Self::V4(address),
+            IpAddr::V6(address) => Self::V6((address.to_bits() >> 64) as u64),
+        }
+    }
+}
+
+/// The connections that are served.
+#[derive(Debug)]
+pub(super) struct Connections {
+    limits: DaemonLimits,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// By their numbers, of which each is given once.
+    open: BTreeMap<u64, Entry>,
+    /// When a refusal was logged for the last time, and how many came since.
+    logged: Option<Instant>,
+    unlogged: u64,
+}
+
+#[derive(Debug)]
+struct Entry {
+    address: Address,
+    is_http1: bool,
+    activity: Arc<Activity>,
+    /// Lets it end: no more calls.
+    end: CancellationToken,
+    /// Ends it at once.
+    cut: CancellationToken,
+    closing_since: Option<Instant>,
+}
+
+/// How many connections of one kind there may be.
+#[derive(Clone, Copy, Debug)]
+struct Shares {
+    all: usize,
+    /// Of all but the loopback address.
+    others: usize,
+    peer: usize,
+}
+
+/// One connection's place among those that are served.
+#[derive(Debug)]
+pub(super) struct Place {
+    connections: Arc<Connections>,
+    /// No other connection has it.
+    pub(super) number: u64,
+    pub(super) activity: Arc<Activity>,
+    /// Whoever serves the connection lets it end then.
+    pub(super) end: CancellationToken,
+    /// The connection ends at once then, and it is set when it has ended.
+    pub(super) cut: CancellationToken,
+}
+
+/// There is no room, and nobody is idle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum Full {
+    #[error("its address has all the connections of its share")]
+    Peer,
+    #[error("others than the loopback address have all the connections of their share")]
+    Others,
+    #[error("all connections are in use")]
+    All,
+}
+
+impl Connections {
+    pub(super) fn new(limits: DaemonLimits) -> Arc<Self> {
+        Arc::new(Self { limits, state: Mutex::default() })
+    }
+
+    pub(super) fn limits(&self) -> &DaemonLimits {
+        &self.limits
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Of connections of any kind.
+    fn shares(&self) -> Shares {
+        let DaemonLimits { max, max_per_peer, loopback_reserve, .. } = self.limits;
+        Shares { all: max, others: max - loopback_reserve, peer: max_per_peer }
+    }
+
+    /// Of connections of HTTP/1.1: in proportion, and each has one.
+    fn http1_shares(&self) -> Shares {
+        let shares = self.shares();
+        let part = |share: usize| (share * self.limits.max_http1 / shares.all).max(1);
+        Shares { all: self.limits.max_http1, others: part(shares.others), peer: part(shares.peer) }
+    }
+
+    /// Takes in a connection of this address; `number` is its own. Lets it end with `draining`.
+    pub(super) fn admit(
+        self: &Arc<Self>,
+        number: u64,
+        address: Address,
+        draining: &CancellationToken,
+    ) -> Result<Place, Full> {
+        let now = Instant::now();
+        let mut state = self.lock();
+        let room = state.make_room(address, self.shares(), now, |_| true);
+        // Those that were cut are there until their tasks have run.
+        let is_crowded = state.open.len() >= self.limits.max + 2 * CLOSING;
+        if let Err(full) = room.and_then(|()| if is_crowded { Err(Full::All) } else { Ok(()) }) {
+            state.log(full, now);
+            return Err(full);
+        }
+        let (activity, end, cut) = (Activity::new(now), draining.child_token(), CancellationToken::new());
+        let place = Place {
+            connections: Arc::clone(self),
+            number,
+            activity: Arc::clone(&activity),
+            end: end.clone(),
+            cut: cut.clone(),
+        };
+        let entry = Entry { address, is_http1: false, activity, end, cut, closing_since: None };
+        state.open.insert(number, entry);
+        Ok(place)
+    }
+
+    /// How many there are.
+    #[cfg(test)]
+    pub(super) fn count(&self) -> usize {
+        self.lock().open.len()
+    }
+
+    /// The idle ones.
+    #[cfg(test)]
+    pub(super) fn idle(&self) -> Vec<u64> {
+        let state = self.lock();
+        let idle = state.open.iter().filter(|(_, entry)| entry.activity.idle_since().is_some());
+        idle.map(|(number, _)| *number).collect()
+    }
+
+    /// Closes whoever is idle for too long, for ever.
+    pub(super) async fn close_idle(&self) {
+        // Within a quarter of the limit; an interval of zero would panic.
+        let mut looks = tokio::time::interval((self.limits.idle / 4).clamp(Duration::from_millis(1), LOOK));
+        loop {
+            let now = looks.tick().await;
+            self.lock().close_idle(now, self.limits.idle);
+        }
+    }
+}
+
+impl Place {
+    pub(super) fn limits(&self) -> &DaemonLimits {
+        &self.connections.limits
+    }
+
+    /// Its client speaks HTTP/1.1, of which there are fewer.
+    pub(super) fn is_http1(&self) -> Result<(), Full> {
+        let now = Instant::now();
+        let mut state = self.connections.lock();
+        let Some(address) = state.open.get(&self.number).map(|entry| entry.address) else { return Ok(()) };
+        let room = state.make_room(address, self.connections.http1_shares(), now, |entry| entry.is_http1);
+        match (room, state.open.get_mut(&self.number)) {
+            (Ok(()), Some(entry)) => entry.is_http1 = true,
+            (Ok(()), None) => {}
+            (Err(full), _) => state.log(full, now),
+        }
+        room
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.connections.lock().open.remove(&self.number);
+        self.cut.cancel();
+    }
+}
+
+impl State {
+    /// Sees to it that there is room for one more of the kind `is_meant`.
+    fn make_room(
+        &mut self,
+        address: Address,
+        shares: Shares,
+        now: Instant,
+        is_meant: impl Fn(&Entry) -> bool,
+    ) -> Result<(), Full> {
+        if address != Address::Loopback {
+            self.hold_to(shares.peer, Full::Peer, now, |entry| is_meant(entry) && entry.address == address)?;
+            let is_other = |entry: &Entry| entry.address != Address::Loopback;
+            self.hold_to(shares.others, Full::Others, now, |entry| is_meant(entry) && is_other(entry))?;
+        }
+        self.hold_to(shares.all, Full::All, now, is_meant)
+    }
+
+    /// Where a group has all of its places, closes the one in it that is idle for longest.
+    fn hold_to(
+        &mut self,
+        places: usize,
+        full: Full,
+        now: Instant,
+        is_in_group: impl Fn(&Entry) -> bool,
+    ) -> Result<(), Full> {
+        let is_in_group = |entry: &Entry| entry.closing_since.is_none() && is_in_group(entry);
+        let group = || self.open.iter().filter(|(_, entry)| is_in_group(entry));
+        if group().count() < places {
+            return Ok(());
+        }
+        let idle = group().filter_map(|(number, entry)| Some((entry.activity.idle_since()?, *number)));
+        let (_, number) = idle.min().ok_or(full)?;
+        self.close(number, now);
+        self.hold_closing();
+        Ok(())
+    }
+
+    fn close(&mut self, number: u64, now: Instant) {
+        if let Some(entry) = self.open.get_mut(&number) {
+            entry.closing_since = Some(now);
+            entry.end.cancel();
+        }
+    }
+
+    /// Cuts those that are closing for longest, where they are too many.
+    fn hold_closing(&self) {
+        let mut closing: Vec<_> =
+            self.open.values().filter(|entry| !entry.cut.is_cancelled()).filter_map(closing).collect();
+        closing.sort_unstable_by_key(|(since, _)| *since);
+        let excess = closing.len().saturating_sub(CLOSING);
+        for (_, entry) in closing.into_iter().take(excess) {
+            entry.cut.cancel();
+        }
+    }
+
+    fn close_idle(&mut self, now: Instant, limit: Duration) {
+        let mut idle = Vec::new();
+        for (number, entry) in &self.open {
+            let Some((_, since)) = entry.activity.idle_since() else { continue };
+            match entry.closing_since {
+                Some(since) if now.duration_since(since) >= GRACE => entry.cut.cancel(),
+                Some(_) => {}
+                None if now.duration_since(since) >= limit => idle.push(*number),
+                None => {}
+            }
+        }
+        for number in idle {
+            self.close(number, now);
+        }
+    }
+
+    fn log(&mut self, full: Full, now: Instant) {
+        self.unlogged += 1;
+        if self.logged.is_some_and(|logged| now.duration_since(logged) < LOG) {
+            return;
+        }
+        tracing::warn!(refused = self.unlogged, "a connection is refused: {full}, and none of them is idle");
+        (self.logged, self.unlogged) = (Some(now), 0);
+    }
+}
+
+fn closing(entry: &Entry) -> Option<(Instant, &Entry)> {
+    entry.closing_since.map(|since| (since, entry))
+}
