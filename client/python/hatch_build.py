@@ -65,7 +65,9 @@ def generate(root: Path) -> None:
 
 def moved(code: str) -> str:
     """protoc imports by the schema's folders, which are not those of this package."""
-    return re.sub(r"^from simd\.v1 import ", "from simd_client.proto import ", code, flags=re.MULTILINE)
+    code = re.sub(r"^from simd\.v1 import ", "from simd_client.proto import ", code, flags=re.MULTILINE)
+    # And pickles by the name of the module that a message says it is of.
+    return re.sub(r"(?<=\(DESCRIPTOR, ')[\w.]*?(?=\w+_pb2')", "simd_client.proto.", code)
 
 
 def contents(descriptors: bytes) -> tuple[dict[str, list[str]], dict[str, list[str]], dict[str, list[str]]]:

@@ -37,7 +37,7 @@ class Daemon:
         with selectors.DefaultSelector() as selector:
             selector.register(self.process.stdout, selectors.EVENT_READ)
             line = self.process.stdout.readline() if selector.select(START_SECONDS) else ""
-        locator = re.search(r"\b(tcp/\S+:\d+)", line)
+        locator = re.search(r"\b((?:tcp|tls)/\S+:\d+)", line)
         if locator is None:
             self.kill()
             raise RuntimeError(f"the daemon did not say where it listens for Zenoh: {line!r}")

@@ -42,6 +42,18 @@ def test_what_is_no_endpoint_is_refused_in_one_sentence(text: str) -> None:
         simd_client.connect(text)
 
 
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("tcp/lab", "tcp/lab:7447"), ("tls/[::1]", "tls/[::1]:7447"), ("udp/10.0.0.5:#a", "udp/10.0.0.5:7447")],
+)
+def test_an_address_without_a_port_is_told_with_the_default_one(text: str, meant: str) -> None:
+    with pytest.raises(EndpointError, match="has no port") as refused:
+        read_endpoint(text)
+    assert str(refused.value).endswith(f" is {meant}")
+    assert read_endpoint(meant) == Endpoint(meant)
+    assert read_endpoint("tcp/lab:1?prio=6-7") == Endpoint("tcp/lab:1?prio=6-7")
+
+
 def test_a_connection_says_what_it_is_connected_to(daemon: Daemon) -> None:
     with simd_client.connect(daemon.endpoint, daemon.name) as sim:
         assert repr(sim) == f"<Simulation 'pytest' at {daemon.endpoint}>"

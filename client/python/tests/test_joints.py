@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from daemon import ASSETS
@@ -166,3 +168,47 @@ def test_targets_for_several_robots_hold_from_one_step_or_none_does(sim: Simulat
     assert arm.target.tolist() == [0.1, 0.2]
     states = sim.states([arm, other])
     assert set(states) == {"arm", "other"} and states[arm].stamp == states["other"].stamp
+
+
+def test_numbers_have_simctls_units(sim: Simulation, arm: Robot) -> None:
+    elbow = arm.joints["elbow joint"]
+    arm.set_positions({"elbow joint": "90deg"})
+    assert elbow.target == pytest.approx(math.pi / 2)
+    elbow.set_position("-0.5 rad", velocity="60rpm")
+    assert elbow.target == -0.5
+    elbow.set_velocity("1rpm")
+    assert elbow.target == pytest.approx(math.tau / 60)
+    elbow.set_effort("0.25Nm")
+    assert elbow.target == 0.25
+    arm.reset_joints({"elbow joint": "10deg"}, {"elbow joint": "20deg/s"})
+    state = elbow.read()
+    assert (state.position, state.velocity) == pytest.approx((math.radians(10), math.radians(20)))
+
+
+def test_a_unit_that_does_not_fit_is_told(sim: Simulation, arm: Robot) -> None:
+    with pytest.raises(ValueError, match="`90 degrees` is not a number, alone or with one of deg, rad, mm, cm, m"):
+        arm.joints["elbow joint"].set_position("90 degrees")
+    with pytest.raises(ValueError, match="`12mm` does not fit joint `elbow joint`, which turns"):
+        arm.set_positions({"elbow joint": "12mm"})
+    with pytest.raises(ValueError, match="`12mm` does not fit joint `elbow joint`, which turns"):
+        arm.reset_joints({"elbow joint": "12mm"})
+
+
+def test_an_unknown_name_is_one_error_wherever_it_is_looked_up(sim: Simulation, arm: Robot) -> None:
+    state = arm.read()
+    for look in (
+        lambda: arm.joints["knee"],
+        lambda: state["knee"],
+        lambda: arm.states(["knee"]),
+        lambda: arm.joint_reactions()["knee"],
+        lambda: arm.set_positions({"knee": 0.1}),
+    ):
+        with pytest.raises(simd_client.JointNotFound, match="^[^'].*knee") as refused:
+            look()
+        assert isinstance(refused.value, KeyError) and refused.value.metadata["joint"] == "knee"
+        assert (refused.value.code, refused.value.reason) == ("NOT_FOUND", "JOINT_NOT_FOUND")
+    for look in (lambda: sim.robot("leg"), lambda: sim.robots["leg"], lambda: sim.states()["leg"]):
+        with pytest.raises(simd_client.RobotNotFound, match="^[^'].*leg") as lost:
+            look()
+        assert isinstance(lost.value, KeyError) and lost.value.metadata == {"robot": "leg"}
+    assert "knee" not in arm.joints and arm.joints.get("knee") is None

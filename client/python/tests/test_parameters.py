@@ -49,14 +49,27 @@ def test_another_client_moves_a_slider_and_a_loop_sees_it_without_asking(
 ) -> None:
     sim.parameters.add_slider("gain", 0, 1, 0.5)
     with sim.parameters.watch() as watch, simd_client.connect(daemon.endpoint) as other:
-        assert watch.newest()["gain"].value == 0.5
+        assert watch.newest()["gain"] == 0.5
         other.parameters.set({"gain": 0.75})
         stop = within()
-        while watch.newest()["gain"].value != 0.75 and time.monotonic() < stop:
+        while watch.newest()["gain"] != 0.75 and time.monotonic() < stop:
             pass
         listed = watch.newest()
-        slider = listed["gain"]
+        slider = listed.by_name["gain"]
         assert isinstance(slider, Slider) and slider.value == 0.75
         assert sim.parameters.next(listed.version, 0.05).version == listed.version
         other.parameters.remove("gain")
         assert "gain" not in watch.wait(20)
+
+
+def test_a_parameter_is_a_number_wherever_it_is_looked_up(sim: Simulation) -> None:
+    sim.parameters.add_slider("gain", 0, 1, 0.5)
+    sim.parameters.add_button("go")
+    sim.parameters.press("go")
+    with sim.parameters.watch() as watch:
+        for parameters in (sim.parameters, sim.parameters.all(), watch.newest()):
+            assert [parameters["gain"], parameters["go"]] == [0.5, 1.0]
+            with pytest.raises(simd_client.ParameterNotFound, match="^[^'].*none") as refused:
+                parameters["none"]
+            assert refused.value.metadata == {"parameter": "none"}
+    assert sim.parameters.all().by_name["gain"] == sim.parameters.get("gain")

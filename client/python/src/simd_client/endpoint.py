@@ -24,6 +24,9 @@ CONNECT_TIMEOUT = 3.0
 """Seconds that connecting may take, by default."""
 
 
+_WITH_PORT = ("tcp", "tls", "udp", "quic", "ws")
+
+
 @dataclass(frozen=True)
 class Endpoint:
     """A Zenoh locator, and the name of a daemon that is reached through it."""
@@ -54,6 +57,10 @@ def read_endpoint(text: str | None, name: str | None = None) -> Endpoint:
             f"`{text}` is not an endpoint: this client speaks Zenoh and takes PROTOCOL/ADDRESS, "
             f"for instance {DEFAULT_ENDPOINT}"
         )
+    protocol, _, address = locator.partition("/")
+    if protocol in _WITH_PORT and re.search(r":\d+$", address.partition("?")[0]) is None:
+        port = DEFAULT_ENDPOINT.rpartition(":")[2]
+        raise EndpointError(f"`{text}` has no port: with the default one it is {locator.rstrip(':')}:{port}")
     name = name or suffix or None
     if name is not None and not is_name(name):
         raise EndpointError(f"`{name}` is not the name of a daemon: those have only A-Z, a-z, 0-9, _ and -")

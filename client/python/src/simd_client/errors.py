@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
+from typing import TypeVar
 
 ERROR_DOMAIN = "simd"
 """The `domain` of every `google.rpc.ErrorInfo` of simd."""
@@ -57,10 +58,12 @@ class Refused(SimdError):
     """The daemon refused the call. The class itself is used for a reason that this client does not know."""
 
 
-class NotFound(Refused, LookupError):
-    """Something that the call refers to does not exist."""
+class NotFound(Refused, KeyError):
+    """Something that the call refers to does not exist, in the daemon or in what was fetched from it."""
 
     code = "NOT_FOUND"
+    # The sentence: a `KeyError` would show it in quotes.
+    __str__ = Exception.__str__
 
 
 class RobotNotFound(NotFound):
@@ -177,6 +180,21 @@ class ParameterExists(Refused):
 
 class RequestIdReused(Refused):
     """The id of a request is that of another one. Metadata: `request_id`."""
+
+
+Missing = TypeVar("Missing", bound=NotFound)
+
+
+def not_found(kind: type[Missing], message: str, **metadata: str) -> Missing:
+    """The error for a name that is not in what was fetched: equal to the daemon's own."""
+    error = kind(message)
+    error.reason, error.metadata = _reason_of(kind), metadata
+    return error
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names for a sentence: `a`, `b`."""
+    return ", ".join(f"`{name}`" for name in names) or "none"
 
 
 def _reason_of(refused: type[Refused]) -> str:

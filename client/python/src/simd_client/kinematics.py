@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray, Pose, Twist, pose_to_proto, twist_to_proto
 from simd_client.world import Stamp
 
@@ -38,7 +39,8 @@ class JointReactions(Mapping[str, Wrench]):
 
     def __getitem__(self, joint: str) -> Wrench:
         if joint not in self.joints:
-            raise KeyError(joint)
+            message = f"there is no joint `{joint}`; there are {listed(self.joints)}"
+            raise not_found(JointNotFound, message, joint=joint)
         row = self.wrenches[self.joints.index(joint)]
         return Wrench(row[:3], row[3:])
 

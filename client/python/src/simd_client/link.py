@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 import zenoh
 from google.protobuf.message import DecodeError
 
-from simd_client import keys
+from simd_client import keys, tls
 from simd_client.daemons import Daemons, several
 from simd_client.endpoint import DEFAULT_NAME, Endpoint
 from simd_client.errors import ERROR_DOMAIN, DeadlineExceeded, EndpointError, SimdError, Unavailable, refusal
@@ -288,11 +288,13 @@ def _refused(payload: bytes) -> SimdError:
 def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None) -> Link:
     """Opens a session and chooses the daemon."""
     settings = _settings(endpoint, connect_timeout, config)
+    tls.check_files(endpoint, settings)
     try:
         session = zenoh.open(settings)
     except zenoh.ZError as error:
         raise Unavailable(
-            f"no daemon answers at {endpoint.locator}; start one with `simd`, or name the endpoint of another"
+            tls.why_not(endpoint, settings)
+            or f"no daemon answers at {endpoint.locator}; start one with `simd`, or name the endpoint of another"
         ) from error
     try:
         daemons = Daemons(session)

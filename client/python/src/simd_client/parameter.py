@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from simd_client import proto
+from simd_client.errors import ParameterNotFound, listed, not_found
 from simd_client.table import Table
 
 IfTaken = Literal["refuse", "replace", "rename"]
@@ -52,15 +53,20 @@ Parameter = Slider | Button
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterList(Mapping[str, Parameter]):
-    """Parameters by name, in the order in which they were added."""
+class ParameterList(Mapping[str, float]):
+    """Values of parameters by name, in the order in which they were added: a slider's value, or how often a button was
+    pressed."""
 
     version: int
     """Grows with each change, also when a parameter is removed."""
     by_name: Mapping[str, Parameter] = field(default_factory=dict[str, Parameter])
+    """The sliders and buttons themselves."""
 
-    def __getitem__(self, name: str) -> Parameter:
-        return self.by_name[name]
+    def __getitem__(self, name: str) -> float:
+        if name not in self.by_name:
+            message = f"there is no parameter `{name}`; there are {listed(self.by_name)}"
+            raise not_found(ParameterNotFound, message, parameter=name)
+        return self.by_name[name].value
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.by_name)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.errors import AnswerError, LayoutChanged
+from simd_client.errors import AnswerError, JointNotFound, LayoutChanged, RobotNotFound, listed, not_found
 from simd_client.geometry import FloatArray
 from simd_client.layout import JointFlag, JointInfo, JointMode, Layout
 from simd_client.link_states import LinkStates
@@ -144,7 +144,7 @@ class RobotState:
         return self.robot
 
     def __getitem__(self, joint: str) -> JointState:
-        """One joint's state. Raises `KeyError` if it was not selected."""
+        """One joint's state. Raises `JointNotFound`, also for one that was not selected."""
         info, positions, velocities = self._place(joint)
         return JointState(
             name=info.name,
@@ -165,7 +165,9 @@ class RobotState:
             raise layout_changed(self.robot)
         info = self.layout.by_name.get(joint)
         if info is None or (self.selected and joint not in self.selected):
-            raise KeyError(joint)
+            there = self.selected or self.layout.by_name
+            message = f"the state of robot `{self.robot}` has no joint `{joint}`; it has {listed(there)}"
+            raise not_found(JointNotFound, message, robot=self.robot, joint=joint)
         if not self.selected:
             return info, info.positions, info.velocities
         position = velocity = 0
@@ -239,7 +241,11 @@ class States(Mapping[str, RobotState]):
     """Of the same robots, if a step was asked for them."""
 
     def __getitem__(self, robot: str | Named) -> RobotState:
-        return self.robots[name_of(robot)]
+        name = name_of(robot)
+        if name not in self.robots:
+            message = f"there is no robot `{name}` in these states; there are {listed(self.robots)}"
+            raise not_found(RobotNotFound, message, robot=name)
+        return self.robots[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.robots)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from simd_client import proto
 from simd_client.geometry import FloatArray
 from simd_client.layout import JointMode, Layout
+from simd_client.quantity import Quantity, number
 
 BeyondLimit = Literal["clamp", "refuse"]
 """What to do with a target beyond a limit: clamp it and report it, or refuse it with `TargetBeyondLimit`."""
@@ -35,16 +36,16 @@ class Target:
 
     @staticmethod
     def position(
-        position: float,
+        position: Quantity,
         *,
-        velocity: float = 0.0,
+        velocity: Quantity = 0.0,
         stiffness: float | None = None,
         damping: float | None = None,
         feed_forward: float = 0.0,
         max_effort: float | None = None,
         max_velocity: float | None = None,
     ) -> Target:
-        """Go to a position (rad or m) and stay there.
+        """Go to a position (rad or m, or text such as "90deg") and stay there.
 
         `velocity` is the velocity that the damper pulls towards. `stiffness` (N m/rad or N/m) is the joint's default
         unless it is given; `damping` (N m s/rad or N s/m) is critical for a given stiffness, else the default.
@@ -53,8 +54,8 @@ class Target:
         """
         return Target(
             JointMode.POSITION,
-            float(position),
-            velocity,
+            number(position, "position"),
+            number(velocity, "velocity"),
             stiffness,
             damping,
             feed_forward,
@@ -64,25 +65,25 @@ class Target:
 
     @staticmethod
     def velocity(
-        velocity: float,
+        velocity: Quantity,
         *,
         damping: float | None = None,
         feed_forward: float = 0.0,
         max_effort: float | None = None,
     ) -> Target:
-        """Move at a velocity (rad/s or m/s). The default `damping` reaches it to 0.1 %."""
+        """Move at a velocity (rad/s or m/s, or text such as "30rpm"). The default `damping` reaches it to 0.1 %."""
         return Target(
             JointMode.VELOCITY,
-            float(velocity),
+            number(velocity, "velocity"),
             damping_gain=damping,
             feed_forward=feed_forward,
             max_effort=max_effort,
         )
 
     @staticmethod
-    def effort(effort: float) -> Target:
+    def effort(effort: Quantity) -> Target:
         """Apply an effort (N m or N) until the next target."""
-        return Target(JointMode.EFFORT, float(effort))
+        return Target(JointMode.EFFORT, number(effort, "effort"))
 
     @staticmethod
     def passive() -> Target:
@@ -158,8 +159,9 @@ class Whole:
         return Whole(JointMode.PASSIVE)
 
 
-OneTarget = Union[float, Target, Sequence[Union[float, Target]]]
-"""For one joint: a position, a `Target`, or for a planar joint three of them (x, y, angle)."""
+OneTarget = Union[float, str, Target, Sequence[Union[float, Target]]]
+"""For one joint: a position, a position with a unit ("90deg"), a `Target`, or for a planar joint three of them
+(x, y, angle)."""
 
 Numbers = npt.NDArray[Union[np.floating[Any], np.integer[Any]]]
 """An array of any kind of number."""
@@ -172,14 +174,16 @@ Targets = Mapping[Any, RobotTargets]
 
 
 def needs_layout(targets: RobotTargets) -> bool:
-    """Whether the targets are an array, which means nothing without a layout."""
-    return not isinstance(targets, Mapping) and not (isinstance(targets, Whole) and targets.values is None)
+    """Whether the targets are an array, which means nothing without a layout, or have units, which must fit."""
+    if isinstance(targets, Mapping):
+        return any(isinstance(target, str) for target in targets.values())
+    return not (isinstance(targets, Whole) and targets.values is None)
 
 
 def targets_to_proto(robot: str, targets: RobotTargets, layout: Layout | None) -> proto.RobotTargets:
     """As a message. Raises `ValueError` if the length of an array is not the layout's."""
     if isinstance(targets, Mapping):
-        joints = [wire for joint, target in targets.items() for wire in _one(joint, target)]
+        joints = [wire for joint, target in targets.items() for wire in _one(joint, target, layout)]
         return proto.RobotTargets(robot=robot, joints=joints)
     whole = targets if isinstance(targets, Whole) else Whole.positions(targets)
     mode = f"JOINT_MODE_{whole.mode.name}"
@@ -195,9 +199,12 @@ def targets_to_proto(robot: str, targets: RobotTargets, layout: Layout | None) -
     )
 
 
-def _one(joint: str, target: OneTarget) -> list[proto.JointTarget]:
+def _one(joint: str, target: OneTarget, layout: Layout | None) -> list[proto.JointTarget]:
     if isinstance(target, Target):
         return [target.to_proto(joint)]
+    if isinstance(target, str):
+        known = layout.by_name.get(joint) if layout else None
+        return [Target.position(number(target, "position", known)).to_proto(joint)]
     if isinstance(target, (Sequence, np.ndarray)):
         each = [one if isinstance(one, Target) else Target.position(float(one)) for one in target]
         return [one.to_proto(joint, axis) for axis, one in enumerate(each)]

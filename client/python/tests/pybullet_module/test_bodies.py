@@ -6,6 +6,7 @@ import math
 import struct
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -244,3 +245,45 @@ def test_a_log_has_pybullets_columns_and_a_row_a_step(script: ModuleType, tmp_pa
     assert values["stepCount"] == 4 and values["qNum"] == 7
     assert values["timeStamp"] == pytest.approx(5 * H, rel=1e-6)
     assert math.isclose(values["q3"], reached, rel_tol=1e-6)
+
+
+def test_a_fixed_base_is_freed_by_a_mass_and_fixed_by_none(script: ModuleType) -> None:
+    """As PyBullet does, which computes the inertia from the collision shape."""
+    real: Any = pytest.importorskip("pybullet", exc_type=ImportError)
+    server = real.connect(real.DIRECT)
+    found: list[list[Any]] = [[], []]
+    for p, rows in ((real, found[0]), (script, found[1])):
+        p.setGravity(0, 0, -9.81)
+        box = p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.5, 0.4, 0.3]), -1, [0, 0, 5])
+        arm = p.loadURDF(str(SEVEN_ARM), [9, 0, 5], useFixedBase=1)
+        p.resetJointState(arm, 2, 0.3, 1.0)
+        for body, mass in ((box, 2.0), (arm, 3.0)):
+            rows.append(p.getDynamicsInfo(body, -1)[0])
+            p.changeDynamics(body, -1, mass=-1)
+            p.changeDynamics(body, -1, mass=mass)
+            rows.append(p.getDynamicsInfo(body, -1)[0])
+        rows.append(p.getDynamicsInfo(box, -1)[2])
+        rows.append(p.getJointState(arm, 2)[:2])
+        for _ in range(24):
+            p.stepSimulation()
+        rows.append(p.getBasePositionAndOrientation(box)[0])
+        p.resetBaseVelocity(box, [0, 0, 0])
+        p.changeDynamics(box, -1, mass=0)
+        rows.append(p.getDynamicsInfo(box, -1)[0])
+        rows.append(p.getDynamicsInfo(box, -1)[2])
+        at = p.getBasePositionAndOrientation(box)
+        for _ in range(24):
+            p.stepSimulation()
+        assert p.getBasePositionAndOrientation(box) == at
+    for theirs, ours in zip(*found, strict=True):
+        assert ours == pytest.approx(theirs, abs=1e-3)
+    real.disconnect(server)
+
+
+def test_a_base_that_a_constraint_holds_is_not_freed_by_its_mass(script: ModuleType) -> None:
+    script.setGravity(0, 0, -9.81)
+    box = script.createMultiBody(1, script.createCollisionShape(script.GEOM_BOX), -1, [0, 0, 5])
+    script.createConstraint(box, -1, -1, -1, script.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0, 0, 5])
+    script.changeDynamics(box, -1, mass=4)
+    script.stepSimulation()
+    assert script.getBasePositionAndOrientation(box)[0] == pytest.approx((0, 0, 5))

@@ -208,3 +208,47 @@ def test_a_step_is_logged_once_also_where_somebody_paused_the_world(daemon: Daem
         _names, kinds, records = (tmp_path / "log").read_bytes().split(b"\n", 2)
         length = 2 + struct.calcsize("<" + kinds.decode())
         assert len(records) == steps * length
+
+
+def settings(daemon: DaemonProcess) -> tuple[float, float, simd_client.SimulationState]:
+    with simd_client.connect(daemon.endpoint) as other:
+        physics = other.physics
+        return physics.time_step, float(physics.gravity[2]), other.state
+
+
+def test_an_owners_settings_go_with_its_robots(daemon: DaemonProcess) -> None:
+    with simd_client.connect(daemon.endpoint) as other:
+        other.play()
+    before = settings(daemon)
+    assert before == (0.001, -9.81, simd_client.SimulationState.PLAYING)
+    p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")
+    p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    p.setGravity(0, 0, -1)
+    p.setTimeStep(0.01)
+    assert settings(daemon) == (0.01, -1.0, simd_client.SimulationState.PAUSED)
+    p.disconnect()
+    assert settings(daemon) == before
+
+
+def test_what_another_has_set_meanwhile_stays(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    p.setGravity(0, 0, -1)
+    with simd_client.connect(daemon.endpoint) as other:
+        other.set_physics(gravity=(0, 0, -3.7))
+    p.disconnect()
+    assert settings(daemon)[:2] == (0.001, -3.7)
+
+
+def test_settings_that_stay_with_robots_are_said(
+    daemon: DaemonProcess, capsys: pytest.CaptureFixture[str]
+) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    p.loadURDF(str(BENCH_ARM), useFixedBase=1)
+    p.disconnect()
+    said = capsys.readouterr().err
+    assert "a time step of 0.00416667 s and gravity (0, 0, 0); before it had a time step of 0.001 s" in said
+    assert settings(daemon)[:2] == (1 / 240, 0.0)
+    # The next one is a guest of those robots, and changes nothing at its end.
+    p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")
+    p.disconnect()
+    assert settings(daemon)[:2] == (1 / 240, 0.0)

@@ -96,20 +96,3 @@ def test_a_script_that_is_not_there_is_told(tmp_path: Path) -> None:
     ran = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 2
     assert "there is no file" in ran.stderr
-
-
-def test_without_pybullet_data_the_message_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    from simd_client.pybullet import data
-
-    monkeypatch.delenv("PYBULLET_DATA", raising=False)
-    monkeypatch.setattr(sys, "path", [str(tmp_path)])
-    monkeypatch.setattr(
-        data.sysconfig, "get_paths", lambda: {"purelib": str(tmp_path), "platlib": str(tmp_path)}
-    )
-    monkeypatch.setattr(data.site, "getusersitepackages", lambda: str(tmp_path))
-    with pytest.raises(FileNotFoundError, match="pip install pybullet"):
-        data.getDataPath()
-    monkeypatch.setenv("PYBULLET_DATA", str(tmp_path))
-    assert data.getDataPath() == str(tmp_path)

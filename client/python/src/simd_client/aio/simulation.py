@@ -18,7 +18,7 @@ from simd_client.aio.watch import EventWatch, Watch, WorldWatch, next_events
 from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
 from simd_client.description import robot_info_from_proto
 from simd_client.description_files import AnyPath
-from simd_client.errors import AnswerError
+from simd_client.errors import AnswerError, RobotNotFound, listed, not_found
 from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
@@ -79,10 +79,10 @@ class Simulation(Primitives):
     # Robots.
 
     @property
-    async def robots(self) -> dict[str, Robot]:
+    async def robots(self) -> Robots:
         """The robots in the world by name, in the order in which they were spawned."""
         answer = await self.call(methods.ListEntities, proto.ListEntitiesRequest())
-        found: dict[str, Robot] = {}
+        found = Robots()
         for entity in answer.entities:
             info = robot_info_from_proto(entity)
             if (await self.layout(info.name)).version != info.layout_version:
@@ -285,6 +285,14 @@ class Simulation(Primitives):
     async def _set_state(self, wanted: SimulationState) -> Stamp:
         request = proto.SetSimulationStateRequest(state=state_to_proto(wanted))
         return stamp_from_proto((await self.call(methods.SetSimulationState, request)).stamp)
+
+
+class Robots(dict[str, Robot]):
+    """Robots by their names."""
+
+    def __missing__(self, name: str) -> Robot:
+        message = f"there is no robot `{name}` in this world; there are {listed(self)}"
+        raise not_found(RobotNotFound, message, robot=name)
 
 
 class _StatisticsWatch(Watch[WorldStatistics]):

@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from simd_client import proto
+from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray
 from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType, limits_to_proto
 from simd_client.proto import methods
+from simd_client.quantity import Quantity
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
 from simd_client.world import Stamp, stamp_from_proto
@@ -96,9 +98,9 @@ class Joint:
 
     def set_position(
         self,
-        position: float,
+        position: Quantity,
         *,
-        velocity: float = 0.0,
+        velocity: Quantity = 0.0,
         stiffness: float | None = None,
         damping: float | None = None,
         feed_forward: float = 0.0,
@@ -120,7 +122,7 @@ class Joint:
 
     def set_velocity(
         self,
-        velocity: float,
+        velocity: Quantity,
         *,
         damping: float | None = None,
         feed_forward: float = 0.0,
@@ -131,7 +133,7 @@ class Joint:
         target = Target.velocity(velocity, damping=damping, feed_forward=feed_forward, max_effort=max_effort)
         return self.set_target(target, beyond_limit=beyond_limit)
 
-    def set_effort(self, effort: float, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
+    def set_effort(self, effort: Quantity, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
         """Apply an effort until the next target."""
         return self.set_target(Target.effort(effort), beyond_limit=beyond_limit)
 
@@ -143,7 +145,7 @@ class Joint:
         """No actuator: only the joint's own damping and friction."""
         return self.set_target(Target.passive())
 
-    def reset(self, position: float = 0.0, velocity: float = 0.0) -> Stamp:
+    def reset(self, position: Quantity = 0.0, velocity: Quantity = 0.0) -> Stamp:
         """Sets the position and velocity of the joint. A joint that holds its position holds the new one."""
         return self._robot.reset_joints({self.name: position}, {self.name: velocity})
 
@@ -191,8 +193,8 @@ class Joints(Mapping[str, Joint]):
         if isinstance(name, int):
             return list(self._joints.values())[name]
         if name not in self._joints:
-            names = ", ".join(f"`{known}`" for known in self._joints)
-            raise KeyError(f"robot `{self._robot_name}` has no joint `{name}`; it has {names}")
+            message = f"robot `{self._robot_name}` has no joint `{name}`; it has {listed(self._joints)}"
+            raise not_found(JointNotFound, message, robot=self._robot_name, joint=name)
         return self._joints[name]
 
     def __iter__(self) -> Iterator[str]:

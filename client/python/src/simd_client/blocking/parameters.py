@@ -57,7 +57,7 @@ class Parameters:
         answer = self._connection.call(
             methods.GetParameters, proto.GetParametersRequest(names=[name])
         )
-        found = list_from_proto(answer.list)
+        found = list_from_proto(answer.list).by_name
         if name not in found:
             raise AnswerError(f"the daemon's answer cannot be understood: it lacks parameter `{name}`")
         return found[name]

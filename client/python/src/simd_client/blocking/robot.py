@@ -30,9 +30,10 @@ from simd_client.geometry import (
     vector,
     vector_to_proto,
 )
-from simd_client.layout import Layout
+from simd_client.layout import JointInfo, Layout
 from simd_client.method import decoded
 from simd_client.proto import methods
+from simd_client.quantity import Quantity, number
 from simd_client.state import Applied, RobotState
 from simd_client.surface import Surface, surface_from_proto, surfaces_to_proto
 from simd_client.table import Table
@@ -134,9 +135,10 @@ class Robot(Kinematics):
         return self._connection.set_targets({self.name: targets}, beyond_limit=beyond_limit)
 
     def set_positions(
-        self, positions: npt.ArrayLike | Mapping[str, float], *, beyond_limit: BeyondLimit = "clamp"
+        self, positions: npt.ArrayLike | Mapping[str, Quantity], *, beyond_limit: BeyondLimit = "clamp"
     ) -> Applied:
-        """Go to these positions and stay there: rad or m, as an array in joint order or by joint name."""
+        """Go to these positions and stay there: rad or m, as an array in joint order or by joint name, where they may
+        have units (`{"elbow": "90deg"}`)."""
         targets = positions if isinstance(positions, Mapping) else Whole.positions(positions)
         return self.set_targets(targets, beyond_limit=beyond_limit)
 
@@ -168,15 +170,19 @@ class Robot(Kinematics):
 
     def reset_joints(
         self,
-        positions: Mapping[str, float] | npt.ArrayLike | None = None,
-        velocities: Mapping[str, float] | npt.ArrayLike | None = None,
+        positions: Mapping[str, Quantity] | npt.ArrayLike | None = None,
+        velocities: Mapping[str, Quantity] | npt.ArrayLike | None = None,
     ) -> Stamp:
         """Sets positions and velocities of joints at once, by name or as arrays; without arguments, those that the
         robot was spawned with. Targets stay, but a joint that holds its position holds the new one."""
         if positions is None or isinstance(positions, Mapping):
             if velocities is not None and not isinstance(velocities, Mapping):
                 raise ValueError("positions and velocities are both by name or both arrays")
-            joints = _resets_by_name(positions or {}, velocities or {})
+            given = [*(positions or {}).values(), *(velocities or {}).values()]
+            # Units must fit the joints; numbers need no layout.
+            has_units = any(isinstance(value, str) for value in given)
+            layout = self._connection.layout(self.name) if has_units else None
+            joints = _resets_by_name(layout, positions or {}, velocities or {})
         elif isinstance(velocities, Mapping):
             raise ValueError("positions and velocities are both by name or both arrays")
         else:
@@ -357,13 +363,18 @@ class _StateWatch(Watch[RobotState]):
 
 
 def _resets_by_name(
-    positions: Mapping[str, float], velocities: Mapping[str, float]
+    layout: Layout | None, positions: Mapping[str, Quantity], velocities: Mapping[str, Quantity]
 ) -> list[proto.JointReset]:
     for name in velocities:
         if name not in positions:
             raise ValueError(f"joint `{name}` is given a velocity and no position to start from")
+    known: Mapping[str, JointInfo] = layout.by_name if layout else {}
     return [
-        proto.JointReset(joint=name, position=float(at), velocity=float(velocities.get(name, 0.0)))
+        proto.JointReset(
+            joint=name,
+            position=number(at, "position", known.get(name)),
+            velocity=number(velocities.get(name, 0.0), "velocity", known.get(name)),
+        )
         for name, at in positions.items()
     ]
 

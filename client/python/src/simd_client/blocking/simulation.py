@@ -19,7 +19,7 @@ from simd_client.blocking.watch import EventWatch, Watch, WorldWatch, next_event
 from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
 from simd_client.description import robot_info_from_proto
 from simd_client.description_files import AnyPath
-from simd_client.errors import AnswerError
+from simd_client.errors import AnswerError, RobotNotFound, listed, not_found
 from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
@@ -80,10 +80,10 @@ class Simulation(Primitives):
     # Robots.
 
     @property
-    def robots(self) -> dict[str, Robot]:
+    def robots(self) -> Robots:
         """The robots in the world by name, in the order in which they were spawned."""
         answer = self.call(methods.ListEntities, proto.ListEntitiesRequest())
-        found: dict[str, Robot] = {}
+        found = Robots()
         for entity in answer.entities:
             info = robot_info_from_proto(entity)
             if self.layout(info.name).version != info.layout_version:
@@ -286,6 +286,14 @@ class Simulation(Primitives):
     def _set_state(self, wanted: SimulationState) -> Stamp:
         request = proto.SetSimulationStateRequest(state=state_to_proto(wanted))
         return stamp_from_proto(self.call(methods.SetSimulationState, request).stamp)
+
+
+class Robots(dict[str, Robot]):
+    """Robots by their names."""
+
+    def __missing__(self, name: str) -> Robot:
+        message = f"there is no robot `{name}` in this world; there are {listed(self)}"
+        raise not_found(RobotNotFound, message, robot=name)
 
 
 class _StatisticsWatch(Watch[WorldStatistics]):

@@ -20,6 +20,7 @@ from . import (
     rotations,
     shapes,
     simulation,
+    stand_in,
     state_log,
     unsupported,
 )
@@ -40,6 +41,8 @@ from .shapes import *
 from .simulation import *
 from .state_log import *
 from .unsupported import *
+
+stand_in.install()
 
 __all__ = ["error"]
 __all__ += cameras.__all__

@@ -4,29 +4,13 @@ unchanged PyBullet script."""
 from __future__ import annotations
 
 import argparse
-import importlib
-import importlib.util
 import runpy
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import simd_client.pybullet as pybullet
-from simd_client.pybullet import bullet_client, connections, data
-
-
-def stand_in() -> None:
-    """Makes `import pybullet`, `import pybullet_data` and `pybullet_utils.bullet_client` import our modules."""
-    sys.modules["pybullet"] = pybullet
-    sys.modules["pybullet_data"] = data
-    if importlib.util.find_spec("pybullet_utils") is None:
-        utils = ModuleType("pybullet_utils", "Stands in for PyBullet's helpers: bullet_client only.")
-        utils.__path__ = []
-        sys.modules["pybullet_utils"] = utils
-    else:
-        utils = importlib.import_module("pybullet_utils")
-    sys.modules["pybullet_utils.bullet_client"] = bullet_client
-    setattr(utils, "bullet_client", bullet_client)
+from simd_client import tls
+from simd_client.pybullet import connections, stand_in
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -40,6 +24,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--remove-robots", action="store_true", help="take the script's robots out at its end"
     )
+    parser.add_argument("--tls-ca", metavar="FILE", help="the authority that signed the daemon's certificate")
+    parser.add_argument("--tls-cert", metavar="FILE", help="a certificate of the script, where the daemon asks for one")
+    parser.add_argument("--tls-key", metavar="FILE", help="the private key of that certificate")
     parser.add_argument("script", help="the script")
     parser.add_argument("args", nargs=argparse.REMAINDER, help="what the script gets")
     asked = parser.parse_args(arguments)
@@ -49,7 +36,8 @@ def main(arguments: list[str] | None = None) -> None:
     connections.default_endpoint = asked.endpoint
     connections.always_new = asked.new
     connections.always_remove = asked.remove_robots
-    stand_in()
+    connections.default_certificates = tls.authority(asked.tls_ca, asked.tls_cert, asked.tls_key)
+    stand_in.replace(pybullet)
     sys.argv = [asked.script, *asked.args]
     sys.path[0] = str(script.resolve().parent)
     runpy.run_path(asked.script, run_name="__main__")

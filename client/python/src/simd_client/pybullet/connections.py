@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import atexit
+import shlex
 import sys
-import urllib.error
-import urllib.request
 from typing import Any
 
-from . import constants, daemon_process
+from simd_client import tls
+
+from . import constants, daemon_process, page
 from .daemon_process import DaemonProcess
 from .errors import error
 from .sliders import Sliders
@@ -41,6 +42,7 @@ _children: dict[int, DaemonProcess] = {}
 default_endpoint: str | None = None
 always_new = False
 always_remove = False
+default_certificates: dict[str, object] = {}
 
 
 def connected(physicsClientId: int) -> World:
@@ -70,7 +72,9 @@ def connect(
     TCP and UDP, else $SIMD_ENDPOINT; it is an error if that daemon does not answer. Else the
     daemon at the default locator; if there is none, a new one is started, which ends with
     the connection. `--new` in `options` always starts one. `--remove-robots` removes the script's robots
-    at the end of the connection, also from a daemon that was running.
+    at the end of the connection, also from a daemon that was running. `--tls-ca=FILE`, `--tls-cert=FILE` and
+    `--tls-key=FILE` are for an endpoint tls/HOST:PORT: the authority that signed the daemon's certificate, and
+    a certificate of the script.
     """
     if method not in _METHODS:
         raise error("connectPhysicsServer unexpected argument")
@@ -78,9 +82,11 @@ def connect(
     host = key if isinstance(key, str) else hostName
     if isinstance(port, str) and options is None:
         options, port = port, None
-    words = str(options or "").split()
+    words = _words(str(options or ""))
+    given = {word.partition("=")[0]: word.partition("=")[2] for word in words}
     new = always_new or "--new" in words
-    named = endpoint or next((w.partition("=")[2] for w in words if w.startswith("--endpoint=")), None)
+    named = endpoint or given.get("--endpoint")
+    own = tls.authority(given.get("--tls-ca"), given.get("--tls-cert"), given.get("--tls-key"))
     if named is None and host is not None and method in (constants.TCP, constants.UDP):
         named = host if "/" in host else f"tcp/{host}:{port if port is not None else 7447}"
     number = next(free for free in range(len(_worlds) + 1) if free not in _worlds)
@@ -88,7 +94,7 @@ def connect(
     wire: Wire | None = None
     if not new:
         try:
-            wire = Wire.open(named or default_endpoint)
+            wire = Wire.open(named or default_endpoint, {**default_certificates, **own})
         except NoDaemon as missing:
             if missing.named:
                 raise error(str(missing)) from None
@@ -117,25 +123,25 @@ def connect(
     return number
 
 
+def _words(options: str) -> list[str]:
+    try:
+        # Paths may be in quotes.
+        return shlex.split(options)
+    except ValueError:
+        return options.split()
+
+
 def _show(wire: Wire, child: DaemonProcess | None) -> None:
     """Prints the address of the page: a daemon has no window of its own."""
-    page = child.viewer if child is not None else wire.page
-    if page is not None and _is_page(page):
-        print(f"simd: look at the world at {page}/", file=sys.stderr)
+    # A daemon that was started for the script has said where its page is.
+    address = child.viewer if child is not None and child.viewer is not None else wire.page
+    if address is not None and page.is_there(address):
+        print(f"simd: look at the world at {address}/", file=sys.stderr)
     else:
         print(
             f"simd: watch the world with: simctl --endpoint {wire.endpoint} joint watch ROBOT",
             file=sys.stderr,
         )
-
-
-def _is_page(address: str) -> bool:
-    """Whether there is a page at the address."""
-    try:
-        with urllib.request.urlopen(address + "/", timeout=1.0) as answer:
-            return "html" in answer.headers.get("content-type", "")
-    except (urllib.error.URLError, OSError, ValueError):
-        return False
 
 
 def disconnect(physicsClientId: int = 0) -> None:

@@ -6,20 +6,15 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from typing import Any
 
-from simd_client.proto import (
-    DeleteEntityRequest,
-    DescriptionSource,
-    SetEntityStateRequest,
-    methods,
-)
+from simd_client.proto import SetEntityStateRequest, methods
 
 from . import constants, descriptions
-from .arguments import Pose, Quaternion, Vector, quaternion, vector
+from .arguments import Pose, Vector, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
+from .respawn import respawn
 from .rotations import compose, inverse
-from .wire import Spawn
 from .world import World
 
 _WHICH = "JOINT_FIXED between a robot's base and the world, and JOINT_GEAR between two joints of a robot only"
@@ -126,7 +121,7 @@ def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> N
     if constraint is None or body is None:
         return
     if constraint.kind == constants.JOINT_FIXED:
-        _respawn(world, body, fixed=False, pose=world.root(body)[0])
+        respawn(world, body, "removeConstraint", fixed=False, pose=world.root(body)[0])
     elif constraint.ratio:
         _edit_mimic(world, body, constraint, None)
 
@@ -165,6 +160,13 @@ def _there(world: World, number: int) -> Constraint:
     return found
 
 
+def held(world: World, body: Body) -> bool:
+    """Whether a constraint fixes the base to the world."""
+    return any(
+        each.body == body.unique_id and each.kind == constants.JOINT_FIXED for each in world.constraints.values()
+    )
+
+
 def _held_at(body: Body, constraint: Constraint) -> Pose:
     """world_from_root, so that the frame on the body is the frame in the world."""
     root_from_constraint = compose(body.frame(body.base_link), constraint.parent_frame)
@@ -175,7 +177,7 @@ def _hold(world: World, body: Body, constraint: Constraint) -> None:
     if body.fixed:
         _place(world, body, constraint)
     else:
-        _respawn(world, body, fixed=True, pose=_held_at(body, constraint))
+        respawn(world, body, "createConstraint", fixed=True, pose=_held_at(body, constraint))
 
 
 def _place(world: World, body: Body, constraint: Constraint) -> None:
@@ -186,30 +188,6 @@ def _place(world: World, body: Body, constraint: Constraint) -> None:
     turn.x, turn.y, turn.z, turn.w = a, b, c, d
     world.wire.call(methods.SetEntityState, request)
     world.forget_states()
-
-
-def _respawn(world: World, body: Body, fixed: bool, pose: Pose) -> None:
-    """A base is fixed or free from the spawn on: the robot is spawned again with its joint positions."""
-    if body.urdf is None:
-        raise unsupported("createConstraint", "it holds only robots that this script loaded")
-    states = world.joint_states(body)
-    wanted = [(j.name, states.position[j.position_index]) for j in body.joints if j.width == 1]
-    world.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
-    position: Vector = pose[0]
-    orientation: Quaternion = pose[1]
-    spawn = Spawn(
-        position,
-        orientation,
-        fixed=fixed,
-        scale=body.scale,
-        name=body.robot,
-        joints=dict(wanted),
-        self_collision=body.self_collision,
-    )
-    source = DescriptionSource(urdf=body.urdf, assets=body.files)
-    entity = world.wire.spawn(source, spawn)
-    world.replaced(body, entity, body.frames, body.urdf)
-    world.retune()
 
 
 def _gear(world: World, body: Body, constraint: Constraint) -> None:

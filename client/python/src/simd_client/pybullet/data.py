@@ -1,4 +1,4 @@
-"""Replaces `pybullet_data`: finds the robots of an installed one."""
+"""Replaces `pybullet_data`: the folder of an installed one, else one with a few shapes and an arm of simd's own."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from pathlib import Path
 
 # Where to look first; a folder that holds plane.urdf.
 _VARIABLE = "PYBULLET_DATA"
-_WHAT_TO_DO = (
-    "pybullet_data is not installed. Its robots come with the package `pybullet` (pip install pybullet, on "
-    "Python 3.11 or older), or as a copy of its folder pybullet_data: name that with the variable "
-    f"{_VARIABLE}"
+# Planes, cubes, spheres and an arm, under the names that scripts use.
+OWN = Path(__file__).with_name("robots")
+WHAT_TO_DO = (
+    "PyBullet's own robots come with the package `pybullet` (pip install pybullet, on Python 3.11 or older), or as a copy "
+    f"of its folder pybullet_data: name that with the variable {_VARIABLE}"
 )
 
 
 def getDataPath() -> str:
-    """The folder of the robots that come with PyBullet.
+    """The folder of the robots that come with PyBullet, else one of simd's own robots of the same names.
 
     Raises:
-        FileNotFoundError: if there is none, with what to install.
+        FileNotFoundError: if the variable PYBULLET_DATA names no folder.
     """
     named = os.environ.get(_VARIABLE)
     if named:
@@ -34,4 +35,4 @@ def getDataPath() -> str:
         folder = Path(place) / "pybullet_data"
         if (folder / "plane.urdf").is_file():
             return str(folder)
-    raise FileNotFoundError(_WHAT_TO_DO)
+    return str(OWN)

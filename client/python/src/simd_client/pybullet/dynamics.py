@@ -17,7 +17,9 @@ from . import descriptions
 from .arguments import Vector, vector
 from .bodies import Body, BodyJoint
 from .connections import connected
+from .constraints import held
 from .errors import error, unsupported
+from .respawn import respawn
 from .rotations import Matrix, matrix
 from .world import World
 
@@ -208,9 +210,14 @@ def _put_limits(limits: Any, joint: BodyJoint) -> None:
 
 
 def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal: Any) -> None:
-    """A link's mass is its description's: the robot is loaded again from an edited one, in place."""
+    """A link's mass is its description's: the robot is loaded again from an edited one, in place. As in PyBullet, a
+    base with the mass 0 is fixed to the world, and one that gets another mass is free."""
+    if mass is not None and mass < 0.0:
+        mass = None
     if mass == 0.0 and index == -1:
-        raise unsupported("changeDynamics", "a base becomes fixed by loadURDF(useFixedBase=1), not by mass 0")
+        if not body.fixed:
+            respawn(world, body, "changeDynamics", fixed=True, pose=world.root(body)[0])
+        return
     if body.urdf is None:
         raise unsupported("changeDynamics", "masses change only of robots that this script loaded")
     robot = descriptions.parse(body.urdf)
@@ -229,6 +236,9 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
     unit = body.scale * body.scale
     _write_inertia(link, weight, (x / unit, y / unit, z / unit), body)
     text = ElementTree.tostring(robot)
+    if mass and index == -1 and body.fixed and not held(world, body):
+        respawn(world, body, "changeDynamics", fixed=False, pose=world.root(body)[0], urdf=text)
+        return
     entity = world.wire.reload(body.robot, text, body.files)
     world.replaced(body, entity, body.frames, text)
 

@@ -9,7 +9,7 @@ from typing import Any, cast
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
-from . import constants, descriptions
+from . import constants, data, descriptions
 from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected
 from .descriptions import Description
@@ -114,7 +114,8 @@ def _found(world: World, name: str) -> Path:
         if place.is_file():
             return place
     looked = ", ".join(str(place) for place in places)
-    raise error(f"Cannot load URDF file. Not found: {looked}")
+    stand_in = f". {data.WHAT_TO_DO}" if str(data.OWN) in world.search_paths else ""
+    raise error(f"Cannot load URDF file. Not found: {looked}{stand_in}")
 
 
 def setAdditionalSearchPath(path: str, physicsClientId: int = 0) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -30,6 +30,7 @@ from simd_client.proto import (
     methods,
 )
 
+from . import page
 from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
 from .errors import error
 
@@ -80,8 +81,9 @@ class Wire:
         self._states_bytes: dict[str, bytes] = {}
 
     @staticmethod
-    def open(endpoint: str | None) -> Wire:
+    def open(endpoint: str | None, certificates: Mapping[str, object] | None = None) -> Wire:
         """Connects to the daemon that was named, else to $SIMD_ENDPOINT, else to the default locator.
+        `certificates` are settings of Zenoh, as `simd_client.tls.authority` makes them.
 
         Raises:
             NoDaemon: if none answers.
@@ -92,7 +94,7 @@ class Wire:
             where = read_endpoint(endpoint)
             if not named and not _listens(where.locator):
                 raise NoDaemon(f"no daemon answers at {where}", named=False)
-            return Wire(open_link(where, _CONNECT))
+            return Wire(open_link(where, _CONNECT, certificates))
         except Unavailable as unavailable:
             raise NoDaemon(str(unavailable), named) from None
         except (EndpointError, SimdError) as problem:
@@ -109,10 +111,10 @@ class Wire:
 
     @property
     def page(self) -> str | None:
-        """The address of the daemon's page, if it is on its default port."""
+        """The address of the daemon's page, if this daemon is the one that has it."""
         protocol, _, address = self._link.endpoint.locator.partition("/")
         host = address.rsplit(":", 1)[0]
-        return f"http://{host}:7400" if protocol in ("tcp", "tls") else None
+        return page.of(host, self._link.name) if protocol in ("tcp", "tls") else None
 
     def alive(self) -> bool:
         """Whether the session is open."""

@@ -83,6 +83,10 @@ class World(Readings):
         self.removes_robots = False
         # Robots of other clients were in the world when the script connected.
         self.guest = False
+        # Settings of an unused world before the script changed them, and whether it played.
+        self._found: tuple[Physics, bool] | None = None
+        # As they were last read.
+        self.physics = Physics()
         self.sliders = sliders
         self.search_paths: list[str] = []
         self.gravity: Vector = (0.0, 0.0, 0.0)
@@ -293,6 +297,7 @@ class World(Readings):
         self.now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
 
     def _learn(self, physics: Physics) -> None:
+        self.physics = physics
         self.gravity = (physics.gravity.x, physics.gravity.y, physics.gravity.z)
         self.time_step = physics.time_step
         if self.substeps or physics.substeps > 1:
@@ -354,9 +359,9 @@ class World(Readings):
         """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 steps per second."""
         self.sync()
         self.guest = bool(self.bodies)
-        if self.guest:
-            self.read_state()
-        else:
+        self.read_state()
+        if not self.guest:
+            self._found = self.physics, self.playing
             self.play(False)
             request = SetPhysicsRequest(time_step=TIME_STEP, substeps=1)
             request.gravity.SetInParent()
@@ -389,4 +394,42 @@ class World(Readings):
         elif not self.child:
             self.flush()
         self.sliders.remove_own()
+        if not self.child:
+            self._put_back()
         self.wire.close()
+
+    def _put_back(self) -> None:
+        """Puts the settings of a world that this script found unused back, unless robots are there that live by
+        them."""
+        if self._found is None:
+            return
+        ours, (before, played) = self.physics, self._found
+        self.read_state()
+        now = self.physics
+        changed = [name for name in ("gravity", "time_step", "substeps") if getattr(now, name) != getattr(before, name)]
+        if self.wire.call(methods.ListEntities, ListEntitiesRequest()).entities:
+            if changed:
+                print(
+                    f"simd: {self.wire.endpoint} keeps the script's robots and settings: {_settings(now)}; before it had "
+                    f"{_settings(before)}. --remove-robots puts both back",
+                    file=sys.stderr,
+                )
+            return
+        request = SetPhysicsRequest()
+        for name in changed:
+            # What another client has set since then stays.
+            if getattr(now, name) == getattr(ours, name):
+                if name == "gravity":
+                    request.gravity.CopyFrom(before.gravity)
+                else:
+                    setattr(request, name, getattr(before, name))
+        if changed:
+            self.set_physics(request)
+        if played and not self.playing:
+            self.play(True)
+
+
+def _settings(physics: Physics) -> str:
+    g = physics.gravity
+    parts = f", {physics.substeps} substeps" if physics.substeps > 1 else ""
+    return f"a time step of {physics.time_step:.6g} s{parts} and gravity ({g.x:g}, {g.y:g}, {g.z:g})"

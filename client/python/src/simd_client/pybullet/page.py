@@ -1,0 +1,47 @@
+"""Where a daemon's page is: the schema does not tell, so that what listens on the default port is asked who it is."""
+
+from __future__ import annotations
+
+import urllib.error
+import urllib.request
+
+from google.protobuf.message import DecodeError
+
+from simd_client.proto import GetSimulatorInfoResponse
+
+# The daemon's default port for HTTP.
+_PORT = 7400
+# Wall seconds that a local page may take.
+_TIMEOUT = 1.0
+_MOST_BYTES = 1 << 20
+
+
+def of(host: str, name: str) -> str | None:
+    """The address of the page at the default port of a host, if the daemon there has that name."""
+    address = f"http://{host}:{_PORT}"
+    return address if _name(address) == name else None
+
+
+def is_there(address: str) -> bool:
+    """Whether there is a page at the address."""
+    try:
+        with urllib.request.urlopen(address + "/", timeout=_TIMEOUT) as answer:
+            return "html" in answer.headers.get("content-type", "")
+    except (urllib.error.URLError, OSError, ValueError):
+        return False
+
+
+def _name(address: str) -> str | None:
+    """The name of the daemon there, by gRPC-Web: a flag, four bytes of length, a message."""
+    request = urllib.request.Request(
+        f"{address}/simd.v1.SimulationService/GetSimulatorInfo",
+        data=bytes(5),
+        headers={"content-type": "application/grpc-web+proto", "x-grpc-web": "1"},
+    )
+    try:
+        with urllib.request.urlopen(request, timeout=_TIMEOUT) as answer:
+            framed: bytes = answer.read(_MOST_BYTES)
+        length = int.from_bytes(framed[1:5], "big")
+        return GetSimulatorInfoResponse.FromString(framed[5 : 5 + length]).name
+    except (urllib.error.URLError, OSError, ValueError, DecodeError):
+        return None

@@ -1,0 +1,60 @@
+"""Makes `import pybullet_data` and `pybullet_utils.bullet_client` work where they are not installed, and `import pybullet` in a
+script that the runner runs."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+from . import data
+
+_DATA = "pybullet_data"
+_UTILS = "pybullet_utils"
+_CLIENT = "pybullet_utils.bullet_client"
+
+
+class _StandIns(MetaPathFinder, Loader):
+    """Is asked last, after all that is installed."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """The module of that name, if it is one that is replaced."""
+        del target
+        # A package that is installed has a path, and what it lacks is none of ours.
+        if fullname in (_DATA, _UTILS) or (fullname == _CLIENT and not path):
+            return ModuleSpec(fullname, self, is_package=fullname == _UTILS)
+        return None
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Fills the module."""
+        if module.__name__ == _DATA:
+            module.__doc__ = data.__doc__
+            module.__file__ = str(data.OWN / "__init__.py")
+            setattr(module, "getDataPath", data.getDataPath)
+        elif module.__name__ == _CLIENT:
+            from . import bullet_client
+
+            module.__doc__ = bullet_client.__doc__
+            setattr(module, "BulletClient", bullet_client.BulletClient)
+
+
+def install() -> None:
+    """For a script that imports `simd_client.pybullet` itself."""
+    if not any(isinstance(finder, _StandIns) for finder in sys.meta_path):
+        sys.meta_path.append(_StandIns())
+
+
+def replace(pybullet: ModuleType) -> None:
+    """For a script of the runner: `import pybullet` gives our module, and so does what is built upon it."""
+    install()
+    sys.modules["pybullet"] = pybullet
+    sys.modules[_DATA] = data
+    bullet_client = importlib.import_module("simd_client.pybullet.bullet_client")
+    utils = importlib.import_module(_UTILS)
+    sys.modules[_CLIENT] = bullet_client
+    setattr(utils, "bullet_client", bullet_client)

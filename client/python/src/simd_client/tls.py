@@ -1,0 +1,136 @@
+"""Why a connection with TLS fails: Zenoh itself only says that it timed out."""
+
+from __future__ import annotations
+
+import json
+import socket
+import ssl
+from pathlib import Path
+from typing import Any
+
+import zenoh
+
+from simd_client.endpoint import Endpoint
+from simd_client.errors import EndpointError
+
+ROOT = "transport/link/tls/"
+"""Where Zenoh has its settings for certificates."""
+
+_SECONDS = 1.0
+# A daemon that asks for a certificate says so only after the client's half of the handshake.
+_ALERT_SECONDS = 0.5
+
+
+def authority(ca: str | None = None, certificate: str | None = None, key: str | None = None) -> dict[str, object]:
+    """Settings of Zenoh for these files: the authority that signed the daemon's certificate, and a certificate of this
+    client with its private key, where the daemon asks for one."""
+    names = {"root_ca_certificate": ca, "connect_certificate": certificate, "connect_private_key": key}
+    settings: dict[str, object] = {ROOT + name: value for name, value in names.items() if value}
+    if certificate or key:
+        settings[ROOT + "enable_mtls"] = True
+    return settings
+
+
+def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
+    """Raises `EndpointError` for a file of the settings that is not there, or is none of its kind."""
+    if not _is_tls(endpoint):
+        return
+    files = _files(settings)
+    for name, path in files.items():
+        if not Path(path).is_file():
+            raise EndpointError(f"there is no file {path}, which `{ROOT}{name}` names")
+    ca, certificate, key = _of(files)
+    try:
+        if ca is not None:
+            ssl.create_default_context(cafile=ca)
+    except ssl.SSLError as error:
+        raise EndpointError(f"{ca} has no certificate of an authority ({error.reason or error})") from None
+    if certificate is None and key is None:
+        return
+    if certificate is None or key is None:
+        raise EndpointError(f"`{ROOT}connect_certificate` and `{ROOT}connect_private_key` go together")
+    try:
+        ssl.create_default_context().load_cert_chain(certificate, key)
+    except ssl.SSLError as error:
+        why = f"{certificate} and {key} are not a certificate and its private key"
+        raise EndpointError(f"{why} ({error.reason or error})") from None
+
+
+def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
+    """Why what listens at the endpoint is not connected to, as a sentence; `None` if nothing listens there or nothing
+    is known."""
+    address = endpoint.locator.partition("/")[2].partition("?")[0]
+    host, _, port = address.rpartition(":")
+    host = host.strip("[]")
+    if endpoint.locator.startswith("tcp/"):
+        speaks_tls = _shake(host, port, _careless()) is None
+        return f"what listens at {address} speaks TLS: its endpoint is tls/{address}" if speaks_tls else None
+    if not endpoint.locator.startswith("tls/"):
+        return None
+    ca, certificate, key = _of(_files(settings))
+    context = ssl.create_default_context(cafile=ca)
+    context.check_hostname = _settings(settings).get("verify_name_on_connect") is not False
+    if certificate is not None and key is not None:
+        context.load_cert_chain(certificate, key)
+    error = _shake(host, port, context)
+    where = f"the daemon at {endpoint.locator}"
+    if isinstance(error, ssl.SSLCertVerificationError):
+        if "mismatch" in error.verify_message:
+            return f"the certificate of {where} is not for {host}: {error.verify_message}"
+        if ca is None:
+            return (
+                f"the certificate of {where} is not signed by an authority that is known here: name the file of the "
+                f"authority that signed it, as `{ROOT}root_ca_certificate`"
+            )
+        return f"the certificate of {where} is not signed by the authority in {ca}: {error.verify_message}"
+    if isinstance(error, ssl.SSLError) and "ALERT" in (error.reason or ""):
+        if certificate is None:
+            return (
+                f"{where} asks for a certificate of this client: name it and its key, as `{ROOT}connect_certificate` "
+                f"and `{ROOT}connect_private_key`, and set `{ROOT}enable_mtls`"
+            )
+        return f"{where} does not accept the certificate {certificate} ({error.reason})"
+    if isinstance(error, (ssl.SSLError, TimeoutError, ConnectionResetError)):
+        return f"what listens at {address} does not speak TLS: without it the endpoint is tcp/{address}"
+    return None
+
+
+def _shake(host: str, port: str, context: ssl.SSLContext) -> OSError | None:
+    """Makes a handshake and waits for an alert. `None` if there was none."""
+    try:
+        with socket.create_connection((host, int(port)), timeout=_SECONDS) as plain:
+            with context.wrap_socket(plain, server_hostname=host) as secured:
+                secured.settimeout(_ALERT_SECONDS)
+                try:
+                    secured.recv(1)
+                except TimeoutError:
+                    pass
+                return None
+    except (OSError, ValueError) as error:
+        return error if isinstance(error, OSError) else OSError(str(error))
+
+
+def _careless() -> ssl.SSLContext:
+    """Finds out whether TLS is spoken, and sends nothing."""
+    context = ssl.create_default_context()
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    return context
+
+
+def _is_tls(endpoint: Endpoint) -> bool:
+    return endpoint.locator.startswith(("tls/", "quic/"))
+
+
+def _settings(settings: zenoh.Config) -> dict[str, Any]:
+    return json.loads(settings.get_json(ROOT.rstrip("/")))
+
+
+def _files(settings: zenoh.Config) -> dict[str, str]:
+    names = ("root_ca_certificate", "connect_certificate", "connect_private_key")
+    tls = _settings(settings)
+    return {name: str(tls[name]) for name in names if tls.get(name)}
+
+
+def _of(files: dict[str, str]) -> tuple[str | None, str | None, str | None]:
+    return files.get("root_ca_certificate"), files.get("connect_certificate"), files.get("connect_private_key")
