@@ -19,8 +19,10 @@ demo: build
 	  'Ctrl-C here stops the daemon.' ''
 	@exec $(BIN)/simd --name demo --config tests/assets/demo.toml
 
+# All binaries of the workspace, since packages chosen by name have other features of their dependencies, which would
+# be compiled again for the tests.
 build: viewer
-	$(CARGO) build --locked -p simd-server -p simd-cli
+	$(CARGO) build --locked --workspace --bins
 
 # The viewer, which becomes part of the daemon's binary: built where its sources changed.
 web: client/web/dist/index.html
@@ -43,8 +45,7 @@ viewer:
 	  echo 'npm is not there, so the daemon is built without its viewer: install Node 20 and run make again.'; \
 	fi
 
-# Installs what the tests need, and runs every suite. The binaries are built with the tests, not
-# by `build`: packages chosen otherwise have other features, and all would be built twice.
+# Installs what the tests need, and runs every suite.
 test: web lint nextest test-data
 	$(CARGO) build --locked --workspace --bins --tests
 	$(CARGO) nextest run --locked --workspace
@@ -99,7 +100,7 @@ lint:
 # Figures for this machine: microseconds a step, round trips beside a TCP echo, lateness; then a
 # step beside MuJoCo, PyBullet and rapier, with a plot in target/bench.
 bench: build
-	$(CARGO) bench --locked --profile dev -p simd-tests --bench figures
+	$(CARGO) bench --locked --profile dev --workspace --bench figures
 	python3 -m venv target/bench-venv
 	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt
 	CARGO="$(CARGO)" target/bench-venv/bin/python tests/benches/peers.py
@@ -108,7 +109,7 @@ bench: build
 # minute of what it costs, and how fast that grows. Fails where a command was lost or anything panicked.
 SOAK_MINUTES ?= 60
 soak: build
-	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev -p simd-tests --bench soak
+	SOAK_MINUTES=$(SOAK_MINUTES) $(CARGO) bench --locked --profile dev --workspace --bench soak
 
 # simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
 truth: test-data target/reference-venv/installed

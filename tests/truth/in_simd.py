@@ -25,7 +25,7 @@ def ask(repository, folder, requests):
 
 
 def build(repository):
-    command = [CARGO, "bench", "--locked", "--profile", "dev", "-p", "simd-tests", "--bench", "truth", "--no-run"]
+    command = [CARGO, "bench", "--locked", "--profile", "dev", "--workspace", "--bench", "truth", "--no-run"]
     built = subprocess.run([*command, "--message-format=json"], cwd=repository, stdout=subprocess.PIPE, check=True)
     for line in built.stdout.splitlines():
         message = json.loads(line)
@@ -36,7 +36,7 @@ def build(repository):
 
 def closed_forms(repository):
     """What the tests of formulas print, and whether all of them passed."""
-    command = [CARGO, "test", "--locked", "-p", "simd-tests", "--test", "physics", "--", "--nocapture",
+    command = [CARGO, "test", "--locked", "--workspace", "--test", "physics", "--", "--nocapture",
                "--test-threads=1", "closed_forms"]
     done = subprocess.run(command, cwd=repository, stdout=subprocess.PIPE, text=True)
     mark = "closed form "
