@@ -102,8 +102,8 @@ lint:
 bench: build
 	$(CARGO) bench --locked --profile dev --workspace --bench figures
 	python3 -m venv target/bench-venv
-	target/bench-venv/bin/pip install --quiet -r tests/benches/requirements.txt
-	CARGO="$(CARGO)" target/bench-venv/bin/python tests/benches/peers.py
+	target/bench-venv/bin/pip install --quiet -r tests/reference/peers/requirements.txt
+	CARGO="$(CARGO)" target/bench-venv/bin/python tests/reference/peers.py
 
 # A daemon in a world that comes and goes, with readers on every transport, for SOAK_MINUTES: a line each
 # minute of what it costs, and how fast that grows. Fails where a command was lost or anything panicked.
@@ -113,14 +113,14 @@ soak: build
 
 # simd, MuJoCo and PyBullet against the truth: a report with a table and plots in target/truth.
 truth: test-data target/reference-venv/installed
-	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/report.py
+	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/report.py
 
 # Scenes with contact in simd beside MuJoCo: a picture of each and a table in target/scenes.
 scenes: test-data target/reference-venv/installed
-	CARGO="$(CARGO)" target/reference-venv/bin/python tests/truth/scenes_report.py
+	CARGO="$(CARGO)" target/reference-venv/bin/python tests/reference/truth/scenes_report.py
 
-# Fuzzes each target for FUZZ_SECONDS. What it finds is in fuzz/artifacts; a find that is mended
-# goes into fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
+# Fuzzes each target for FUZZ_SECONDS. What it finds is in tests/fuzz/libfuzzer/artifacts; a find that is mended
+# goes into tests/fuzz/corpus, which `make test` replays. libFuzzer's instrumentation is a nightly flag.
 FUZZ_SECONDS ?= 60
 FUZZ_VERSION := 0.13.2
 FUZZ_TARGETS ?= urdf stl obj collada paths xacro
@@ -128,8 +128,9 @@ fuzz:
 	@$(CARGO) fuzz --version >/dev/null 2>&1 || \
 	  $(CARGO) install cargo-fuzz --locked --version $(FUZZ_VERSION)
 	@for target in $(FUZZ_TARGETS); do \
-	  mkdir -p fuzz/found/$$target && \
-	  RUSTC_BOOTSTRAP=1 $(CARGO) fuzz run $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+	  mkdir -p tests/fuzz/libfuzzer/found/$$target tests/fuzz/corpus/$$target && \
+	  RUSTC_BOOTSTRAP=1 $(CARGO) fuzz run --fuzz-dir tests/fuzz/libfuzzer $$target \
+	    tests/fuzz/libfuzzer/found/$$target tests/fuzz/corpus/$$target -- \
 	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
 

@@ -18,6 +18,10 @@ use simd_server::daemon;
 use simd_server::log::Log;
 use tracing_subscriber::EnvFilter;
 
+/// Threads beside one for each processor that may work or wait for long; what comes beyond waits for one. At one time at
+/// the most five publish and one replies over Zenoh, two read descriptions, one makes glTF, and half of the processors do
+/// heavy reads.
+const BLOCKING_THREADS: usize = 16;
 /// What is left after a drain (a mesh that is being parsed) may take so long.
 const LEFTOVERS: Duration = Duration::from_millis(100);
 /// The last lines of the log may take so long, and are lost where nobody reads them.
@@ -54,7 +58,9 @@ fn run(log: &Log) -> ExitCode {
     // Its own errors would go to stderr past the log, which may block and panics.
     let lines = tracing_subscriber::fmt().with_writer(log.clone()).log_internal_errors(false);
     lines.with_env_filter(filter).with_ansi(colors).init();
-    let runtime = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
+    let threads = BLOCKING_THREADS + std::thread::available_parallelism().map_or(1, usize::from);
+    let mut builder = tokio::runtime::Builder::new_multi_thread();
+    let runtime = match builder.enable_all().max_blocking_threads(threads).build() {
         Ok(runtime) => runtime,
         Err(error) => return complain(log, &error, 1),
     };

@@ -135,13 +135,16 @@ async fn connections_that_are_silent_idle_or_slow_are_closed_and_clients_go_on()
 /// Silent connections from this machine or another: Zenoh does not tell.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn silent_connections_keep_nobody_from_zenoh() {
-    let daemon = Daemon::start_via(Via::Zenoh, |_| {}).await;
+    // A shorter time than the daemon's own, for more than may be about to begin a session.
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("zenoh.json5");
+    std::fs::write(&file, "{ transport: { unicast: { accept_timeout: 500 } } }").unwrap();
+    let daemon = Daemon::start_via(Via::Zenoh, |config| config.zenoh.file = Some(file)).await;
     let locator = daemon.running.locators()[0].clone();
     let address: SocketAddr = locator.trim_start_matches("tcp/").parse().unwrap();
     let _silent = open(address, 110, b"").await;
     let client = Client::connect(&locator).await.unwrap();
     client.physics().await.unwrap();
-    // More than may be about to begin a session: they are closed after two seconds.
     let more = open(address, 200, b"").await;
     let client = soon("a session", async {
         loop {

@@ -87,7 +87,7 @@ async fn refusals_say_which_parameter_and_change_nothing(via: Via) {
         (vec![press("go", 0)], "changes[0].presses"),
         (vec![slide("", 0.0)], "changes[0].name"),
         (Vec::new(), "changes"),
-        (vec![slide("speed", 1.5)], "the value of parameter \"speed\""),
+        (vec![slide("speed", 1.5)], "changes[0].value"),
     ] {
         let simd_client::Error::Refused(refusal) = client.set_parameters(changes).await.unwrap_err() else {
             panic!("{field}");

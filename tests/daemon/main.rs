@@ -11,6 +11,7 @@ mod network;
 mod programs;
 mod readme;
 mod soak;
+mod threads;
 mod transcript;
 mod untrusted_input;
 

@@ -306,7 +306,10 @@ fn a_box_slides_when_its_link_becomes_slippery() {
     assert!((rate / expected - 1.0).abs() < 2e-3, "{rate} {expected}");
     let wrong = surface(-1.0, 0.0).links;
     let refused = world.apply(&Command::SetLinkProperties { robot: "box".into(), links: wrong });
-    assert_eq!(refused.unwrap_err().to_string(), "the friction of all links is -1; it must be 0 to 1000000");
+    assert_eq!(
+        refused.unwrap_err().to_string(),
+        "links[0].friction (all links) is -1; it must be within 0 and 1000000"
+    );
 }
 
 /// A plane can only be part of what is fixed.

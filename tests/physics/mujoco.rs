@@ -27,7 +27,6 @@ struct Case {
     time_step: f64,
     seconds: f64,
     start: Vec<f64>,
-    #[serde(rename = "rates")]
     start_velocities: Vec<f64>,
     positions: Vec<f64>,
     velocities: Vec<f64>,

@@ -170,6 +170,8 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
             }],
             refuse_beyond_limits: rng.bool(),
             claim: None,
+            source: None,
+            ..SetTargets::default()
         }),
     }
 }

@@ -78,7 +78,7 @@ def cases():
     bent = named(arm, [0.3, -0.5, 0.7, -1.1, 0.2, 0.9, -0.4])
     moving = named(arm, [0.5, -0.3, 0.8, 0.2, -1.0, 0.6, 1.5])
     pose = dict(hip=0.4, knee=0.1, turn=-0.6, slide=0.8, bend=-0.3)
-    rates = dict(hip=1.0, knee=0.2, turn=-2.0, slide=1.5, bend=3.0)
+    velocities = dict(hip=1.0, knee=0.2, turn=-2.0, slide=1.5, bend=3.0)
     still = dict.fromkeys(bent, 0.0)
     flight = {"root_velocity": ROOT_VELOCITY}
     out = [
@@ -91,9 +91,9 @@ def cases():
         Case("seven_arm", "smooth", arm, bent, moving),
         Case("seven_arm, damping", "smooth", arm, bent, moving, damping=0.2),
         Case("seven_arm, armature", "smooth", arm, bent, moving, armature=0.1),
-        Case("branching", "smooth", tree, pose, rates),
-        Case("branching, damping, armature", "smooth", tree, pose, rates, damping=0.3, armature=0.02),
-        Case("branching in flight", "smooth", tree, pose, rates, **flight),
+        Case("branching", "smooth", tree, pose, velocities),
+        Case("branching, damping, armature", "smooth", tree, pose, velocities, damping=0.3, armature=0.02),
+        Case("branching in flight", "smooth", tree, pose, velocities, **flight),
         Case("planar", "smooth", planar, {"plane.0": 0.1, "plane.1": -0.2, "plane.2": 0.5, "swing": 0.7},
              {"plane.0": 0.3, "plane.1": 0.2, "plane.2": -1.0, "swing": 2.0}),
     ]
@@ -115,12 +115,12 @@ def cases():
         Case("seven_arm, dry friction", "kinked", arm, bent, moving, friction=4.0),
         Case("pendulum on a stop", "kinked", own + "pendulum.urdf", {"hinge": 1.2}, {}, 0.96,
              limits={"hinge": (-0.3, 1.5)}),
-        Case("branching, limits", "kinked", tree, pose, rates,
+        Case("branching, limits", "kinked", tree, pose, velocities,
              limits={"slide": (-0.5, 1.0), "knee": (-0.2, 0.3), "hip": (-0.4, 0.8)}),
         Case("panda, mimic", "kinked", panda, {**spread(panda)[0], "panda_finger_joint1": 0.1,
              "panda_finger_joint2": 0.1}, {**spread(panda)[1], "panda_finger_joint1": 0.5,
              "panda_finger_joint2": 0.5}, 0.24, mimic={"panda_finger_joint2": ("panda_finger_joint1", 1.0, 0.0)}),
-        Case("branching, mimic", "kinked", tree, {**pose, "knee": -0.1}, {**rates, "knee": -0.5},
+        Case("branching, mimic", "kinked", tree, {**pose, "knee": -0.1}, {**velocities, "knee": -0.5},
              mimic={"knee": ("hip", -0.5, 0.1)}),
         Case("iiwa on springs", "driven", iiwa, spread(iiwa)[0], {}, 0.48,
              drive={"kind": "position", "targets": {}, "stiffness": 100.0, "damping": 5.0}),
@@ -128,7 +128,7 @@ def cases():
              drive=dampers | {"damping": 0.8}),
         Case("seven_arm, saturated, stiff", "driven", arm, bent, still, effort=12.0,
              drive=dampers | {"damping": 8.0}),
-        Case("branching, efforts", "driven", tree, pose, rates, damping=0.1,
+        Case("branching, efforts", "driven", tree, pose, velocities, damping=0.1,
              drive={"kind": "effort", "targets": dict(hip=4.0, knee=-0.5, turn=2.0, slide=6.0, bend=0.3)}),
     ]
     return out

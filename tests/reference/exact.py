@@ -41,7 +41,7 @@ class Robot:
         self.targets = np.zeros(nv)
         for name, target in case.drive.get("targets", {}).items():
             self.targets[by_name[name]] = target
-        # Columns of independent rates.
+        # Columns of independent velocities.
         followers = {by_name[name] for name in case.mimic}
         self.columns = [i for i in range(nv) if i not in followers]
         self.G = np.eye(nv)

@@ -45,12 +45,12 @@ def model(urdf: str, free: bool, damping: float, armature: float, time_step: flo
     return compiled
 
 
-def swing(name, urdf, *, free=False, damping=0.0, armature=0.0, time_step=1e-3, seconds=1.0, start=None, rates=None):
+def swing(name, urdf, *, free=False, damping=0.0, armature=0.0, time_step=1e-3, seconds=1.0, start=None, velocities=None):
     compiled = model(urdf, free, damping, armature, time_step)
     data = mujoco.MjData(compiled)
     joints = compiled.nq - (7 if free else 0)
     q0 = np.zeros(joints) if start is None else np.array(start, float)
-    v0 = np.zeros(joints) if rates is None else np.array(rates, float)
+    v0 = np.zeros(joints) if velocities is None else np.array(velocities, float)
     root_velocity = [0.1, -0.2, 0.3, 0.5, -0.4, 0.6]
     if free:
         data.qpos[:7] = [0, 0, 0, 1, 0, 0, 0]
@@ -72,7 +72,7 @@ def swing(name, urdf, *, free=False, damping=0.0, armature=0.0, time_step=1e-3, 
         "time_step": time_step,
         "seconds": seconds,
         "start": q0.tolist(),
-        "rates": v0.tolist(),
+        "start_velocities": v0.tolist(),
         "positions": data.qpos[offset:].tolist(),
         "velocities": data.qvel[offset - (1 if free else 0):].tolist(),
     }
@@ -92,26 +92,26 @@ def main():
         ms = f"{time_step * 1e3:g} ms"
         cases += [
             swing(f"seven_arm from rest at zero, {ms}", arm, time_step=time_step),
-            swing(f"seven_arm bent and moving, {ms}", arm, time_step=time_step, start=bent, rates=moving),
+            swing(f"seven_arm bent and moving, {ms}", arm, time_step=time_step, start=bent, velocities=moving),
             swing(f"seven_arm with damping, {ms}", arm, time_step=time_step, start=bent, damping=0.5),
             swing(f"seven_arm with armature, {ms}", arm, time_step=time_step, start=bent, armature=0.1),
-            swing(f"seven_arm free in flight, {ms}", arm, time_step=time_step, free=True, start=bent, rates=moving),
+            swing(f"seven_arm free in flight, {ms}", arm, time_step=time_step, free=True, start=bent, velocities=moving),
         ]
     tree = "branching/urdf/branching.urdf"
     pose = [0.4, 0.1, -0.6, 0.8, -0.3]
-    rates = [1.0, 0.2, -2.0, 1.5, 3.0]
+    velocities = [1.0, 0.2, -2.0, 1.5, 3.0]
     planar = "planar/urdf/planar.urdf"
     for time_step in (1e-4, 2.5e-4, 1e-3, 4e-3):
         ms = f"{time_step * 1e3:g} ms"
         for free in (False, True):
             base = "free" if free else "fixed"
             cases += [
-                swing(f"branching, {base}, {ms}", tree, time_step=time_step, free=free, start=pose, rates=rates),
+                swing(f"branching, {base}, {ms}", tree, time_step=time_step, free=free, start=pose, velocities=velocities),
                 swing(f"branching, {base}, damping and armature, {ms}", tree, time_step=time_step, free=free,
-                      start=pose, rates=rates, damping=0.3, armature=0.02),
+                      start=pose, velocities=velocities, damping=0.3, armature=0.02),
             ]
         cases.append(swing(f"planar, {ms}", planar, time_step=time_step, start=[0.1, -0.2, 0.5, 0.7],
-                           rates=[0.3, 0.2, -1.0, 2.0]))
+                           velocities=[0.3, 0.2, -1.0, 2.0]))
     others = {
         "kuka_iiwa/model.urdf": 7,
         "franka_panda/panda.urdf": 9,
@@ -119,15 +119,15 @@ def main():
     }
     for urdf, joints in others.items():
         start = [0.3 * (-1) ** i * (i % 3 + 1) / 3 for i in range(joints)]
-        rates = [0.5 * (-1) ** (i // 2) for i in range(joints)]
+        velocities = [0.5 * (-1) ** (i // 2) for i in range(joints)]
         for time_step in (1e-4, 2.5e-4, 1e-3, 4e-3):
             ms = f"{time_step * 1e3:g} ms"
             for free in (False, True) if joints == 12 else (False,):
                 base = "free" if free else "fixed"
                 cases += [
-                    swing(f"{urdf}, {base}, {ms}", OTHERS + urdf, time_step=time_step, free=free, start=start, rates=rates),
+                    swing(f"{urdf}, {base}, {ms}", OTHERS + urdf, time_step=time_step, free=free, start=start, velocities=velocities),
                     swing(f"{urdf}, {base}, damping and armature, {ms}", OTHERS + urdf, time_step=time_step, free=free,
-                          start=start, rates=rates, damping=0.1, armature=0.01),
+                          start=start, velocities=velocities, damping=0.1, armature=0.01),
                 ]
     out = {"made_by": f"make_reference.py with MuJoCo {mujoco.__version__}", "cases": cases}
     (HERE / "mujoco.json").write_text(json_lines.text(out))

@@ -2,7 +2,7 @@
 
 Every simulator runs the same: equal masses, friction, time step, gains, limits of effort and targets over time.
 `make_scenes.py` writes them into scenes.json with what MuJoCo makes of them; tests/physics/scenes.rs holds simd to
-that; tests/truth/scenes.py draws them.
+that; tests/reference/truth/scenes.py draws them.
 """
 
 from dataclasses import asdict, dataclass, field

@@ -111,7 +111,7 @@ fn values_out_of_range_are_refused_with_the_range() {
     assert!(usage("--rtf 0").contains("between 0.001 and 1000"));
     assert!(usage("--rtf nan").contains("between 0.001 and 1000"));
     assert!(file_mistake("[physics]\nreal_time_factor = 2000").contains("real_time_factor is 2000"));
-    assert!(usage("--time-step -1").contains("the time step is -1"));
+    assert!(usage("--time-step -1").contains("time_step is -1"));
     assert!(usage("--asset-root /nowhere").contains("asset root /nowhere: "));
     assert!(file_mistake("asset_roots = [\"nowhere\"]").contains("/nowhere: "));
     assert!(usage("--name a/b").contains("name is \"a/b\""));

@@ -16,7 +16,7 @@ const LEASE_MS: u64 = 5_000;
 /// How long somebody who connects may take to open a session, and how many may be about to: more are closed at
 /// once, so that silent connections keep others out for no longer than that. Zenoh takes all of them, from wherever
 /// they come, so the time is short and they are many.
-const ACCEPT_MS: u64 = 2_000;
+const ACCEPT_MS: u64 = 5_000;
 const ACCEPT_PENDING: usize = 128;
 /// Sessions at one time. With the connections of gRPC and HTTP they are fewer than the 1024 files that a process may
 /// usually open.

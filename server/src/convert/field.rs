@@ -22,13 +22,6 @@ pub struct BadField {
     pub expected: String,
 }
 
-impl BadField {
-    /// Says which joint the field is of.
-    pub fn of_joint(self, joint: &str) -> Self {
-        Self { of: format!(" (joint {joint:?})"), ..self }
-    }
-}
-
 /// Where in a request a value stands. Costs nothing until it is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Path<'a> {

@@ -191,8 +191,8 @@ impl Place {
         &self.connections.limits
     }
 
-    /// Its client speaks HTTP/1.1, of which there are fewer.
-    pub(super) fn is_http1(&self) -> Result<(), Full> {
+    /// Its client speaks HTTP/1.1, for which there are fewer places.
+    pub(super) fn becomes_http1(&self) -> Result<(), Full> {
         let now = Instant::now();
         let mut state = self.connections.lock();
         let Some(address) = state.open.get(&self.number).map(|entry| entry.address) else { return Ok(()) };

@@ -135,7 +135,7 @@ impl Speaks {
             }
             return Ok(());
         }
-        place.is_http1().map_err(io::Error::other)?;
+        place.becomes_http1().map_err(io::Error::other)?;
         let silence = place.limits().http1_silence;
         *self = Self::Http1 { deadline: Box::pin(tokio::time::sleep(silence)), silence };
         Ok(())

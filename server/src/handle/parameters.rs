@@ -213,10 +213,10 @@ impl SimHandle {
             let version = list.version;
             let mut is_other = false;
             let mut set = Vec::with_capacity(changes.len());
-            for change in changes {
+            for (index, change) in changes.iter().enumerate() {
                 let place = list.find_place(change.name())?;
                 let parameter = &mut list.parameters[place];
-                let kind = changed(parameter, change)?;
+                let kind = changed(parameter, change, index)?;
                 if kind != parameter.kind {
                     *parameter = Parameter { kind, version, ..parameter.clone() };
                     is_other = true;
@@ -294,7 +294,7 @@ impl ParameterChange {
 /// People read names, in terminals too.
 fn check_name(name: &str) -> Result<(), CallError> {
     let refuse = |value: String, expected: &str| {
-        let (element, expected) = ("the name of the parameter".into(), expected.into());
+        let (element, expected) = ("parameter.name".into(), expected.into());
         Err(CallError::InvalidValue { element, value, expected })
     };
     if name.is_empty() || name.len() > MAX_NAME {
@@ -310,9 +310,9 @@ fn check_name(name: &str) -> Result<(), CallError> {
 fn checked(name: &str, kind: ParameterKind) -> Result<ParameterKind, CallError> {
     let ParameterKind::Slider { minimum, maximum, value } = kind else { return Ok(kind) };
     let refuse = |what: &str, number: f64, expected: String| CallError::InvalidValue {
-        element: format!("the {what} of parameter {name:?}"),
+        element: format!("parameter.slider.{what}"),
         value: number.to_string(),
-        expected,
+        expected: format!("{expected} (parameter {name:?})"),
     };
     for (what, number) in [("minimum", minimum), ("maximum", maximum), ("value", value)] {
         if !number.is_finite() {
@@ -325,21 +325,25 @@ fn checked(name: &str, kind: ParameterKind) -> Result<ParameterKind, CallError> 
     Ok(ParameterKind::Slider { minimum, maximum, value: value.clamp(minimum, maximum) })
 }
 
-/// What a parameter is after a change.
-fn changed(parameter: &Parameter, change: &ParameterChange) -> Result<ParameterKind, CallError> {
+/// What a parameter is after the change at this index of a request.
+fn changed(
+    parameter: &Parameter,
+    change: &ParameterChange,
+    index: usize,
+) -> Result<ParameterKind, CallError> {
     let name = &parameter.name;
     let of_other_kind = |value: &str, expected: &str| CallError::InvalidValue {
-        element: format!("parameter {name:?}"),
-        value: value.into(),
+        element: format!("changes[{index}]"),
+        value: format!("of {name:?}, {value}"),
         expected: expected.into(),
     };
     match (parameter.kind, change) {
         (ParameterKind::Slider { minimum, maximum, value: _ }, &ParameterChange::Move { value, .. }) => {
             if !(minimum..=maximum).contains(&value) {
                 return Err(CallError::InvalidValue {
-                    element: format!("the value of parameter {name:?}"),
+                    element: format!("changes[{index}].value"),
                     value: value.to_string(),
-                    expected: format!("it must be within {minimum} and {maximum}"),
+                    expected: format!("it must be within {minimum} and {maximum} (parameter {name:?})"),
                 });
             }
             Ok(ParameterKind::Slider { minimum, maximum, value })

@@ -76,8 +76,8 @@ fn robot(state: &PublishedState, entity: &EntityLayout) -> Robot {
     let joints = joints.filter(|(_, joint)| joint.kind != JointKind::Fixed).map(|(index, joint)| {
         let own = entity.joint_velocities.get(index).cloned().unwrap_or_default();
         let first = entity.velocities.start;
-        let rates = first + own.start..first + own.end;
-        let values = |of: &[f64]| of.get(rates.clone()).unwrap_or_default().to_vec();
+        let indices = first + own.start..first + own.end;
+        let values = |of: &[f64]| of.get(indices.clone()).unwrap_or_default().to_vec();
         let positions = entity.joint_positions.get(index).cloned().unwrap_or_default();
         let first = entity.positions.start;
         let positions = first + positions.start..first + positions.end;
@@ -88,7 +88,7 @@ fn robot(state: &PublishedState, entity: &EntityLayout) -> Robot {
             velocity: values(&state.velocities),
             effort: values(&state.efforts),
             target: values(&state.targets),
-            mode: state.modes.get(rates.clone()).unwrap_or_default().iter().copied().map(mode).collect(),
+            mode: state.modes.get(indices.clone()).unwrap_or_default().iter().copied().map(mode).collect(),
         }
     });
     Robot { name: entity.name.clone(), joints: joints.collect() }

@@ -107,7 +107,7 @@ impl EntityService for Service {
     ) -> Result<Response<v1::ValidateDescriptionResponse>, Status> {
         let request = request.into_inner();
         let source = from_proto::source(&Path::ROOT.field("source"), request.source)?;
-        let scale = from_proto::scale(request.scale)?;
+        let scale = request.scale.unwrap_or(1.0);
         let (report, summary, entity) = match self.handle.validate(source, scale).await {
             Ok(validated) => {
                 let entity =

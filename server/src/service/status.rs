@@ -150,7 +150,7 @@ impl From<&simd_core::Error> for Explained {
                 new(ErrorReason::LinkNotFound).with("robot", robot).with("link", link)
             }
             Error::RobotExists { robot } => new(ErrorReason::RobotExists).with("robot", robot),
-            Error::InvalidValue { element, value, expected } => {
+            Error::InvalidValue { element, of: _, value, expected } => {
                 new(ErrorReason::InvalidValue).field(element, value, expected)
             }
             Error::JointNotActuated { robot, joint, why: _ } => {

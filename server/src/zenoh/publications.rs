@@ -115,11 +115,9 @@ async fn publish_robots(world: World, topic: EachRobot, mut demand: Demand, peri
             }
         }
         let wanted = publishers.iter().filter(|(_, publisher)| has_subscribers(publisher));
-        for (robot, publisher) in wanted {
-            if let Some(bytes) = (topic.encode)(&state, robot) {
-                put(publisher, bytes);
-            }
-        }
+        let encoded =
+            wanted.filter_map(|(robot, publisher)| Some((publisher, (topic.encode)(&state, robot)?)));
+        put_all(encoded);
     }
 }
 
@@ -223,11 +221,19 @@ fn has_subscribers(publisher: &Publisher<'_>) -> bool {
     publisher.matching_status().wait().is_ok_and(|status| status.matching())
 }
 
-/// Waits for at most some milliseconds, while the other tasks of this thread go on elsewhere.
-fn put(publisher: &Publisher<'_>, bytes: Vec<u8>) {
-    let source = SourceInfo::new(publisher.id(), 0);
-    let sent = tokio::task::block_in_place(|| publisher.put(bytes).source_info(source).wait());
-    if let Err(error) = sent {
-        tracing::debug!("a publication is not sent: {error}");
-    }
+fn put(publisher: &Publisher<'static>, bytes: Vec<u8>) {
+    put_all(std::iter::once((publisher, bytes)));
+}
+
+/// Waits for at most some milliseconds with each, while the other tasks of this thread go on elsewhere. They are given to
+/// another thread once for all, since each time wakes one, and starts one where none is idle.
+fn put_all<'p>(encoded: impl Iterator<Item = (&'p Publisher<'static>, Vec<u8>)>) {
+    tokio::task::block_in_place(|| {
+        for (publisher, bytes) in encoded {
+            let source = SourceInfo::new(publisher.id(), 0);
+            if let Err(error) = publisher.put(bytes).source_info(source).wait() {
+                tracing::debug!("a publication is not sent: {error}");
+            }
+        }
+    });
 }

@@ -1,5 +1,5 @@
 //! What is fuzzed: plain functions from bytes. A fuzzer calls them with bytes of its own,
-//! the tests with those of `fuzz/corpus`. Each panics where a promise is broken, and only there.
+//! the tests with those of `tests/fuzz/corpus`. Each panics where a promise is broken, and only there.
 
 #[cfg(feature = "commands")]
 mod commands;
@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn every_file_of_the_corpus_keeps_the_promises() {
         for (name, target) in TARGETS {
-            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(name);
             let mut replayed = 0;
             for entry in std::fs::read_dir(&folder).unwrap() {
                 let path = entry.unwrap().path();

@@ -59,7 +59,7 @@ fn no_mutation_of_the_corpus_breaks_a_promise() {
     let each: u32 = std::env::var("SIMD_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(200);
     let mut random = Rng::with_seed(6);
     for (name, target) in TARGETS {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(name);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(name);
         let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.sort();
         let files: Vec<Vec<u8>> = paths.iter().map(|path| fs::read(path).unwrap()).collect();

@@ -178,7 +178,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/saved_states")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/saved_states")
 }
 
 /// What the corpus is for is behind the first checks: each of its files must get there.
@@ -199,7 +199,7 @@ fn the_corpus_of_saved_states_is_what_daemons_write() {
 
 /// To be run by hand where the format changes.
 #[test]
-#[ignore = "writes fuzz/corpus/saved_states"]
+#[ignore = "writes tests/fuzz/corpus/saved_states"]
 fn write_the_corpus() {
     for (name, content) in scenes() {
         fs::write(folder().join(name), content).unwrap();

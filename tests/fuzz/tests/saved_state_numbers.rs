@@ -131,7 +131,7 @@ fn mutate(rng: &mut Rng, file: &mut v1::SavedStateFile) {
 #[test]
 fn no_number_of_a_saved_state_breaks_a_promise() {
     let each: u32 = std::env::var("SIMD_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(400);
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/saved_states");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/saved_states");
     let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     let rng = &mut Rng::with_seed(7);

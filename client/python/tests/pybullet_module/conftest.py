@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -42,6 +43,16 @@ def script() -> Iterator[ModuleType]:
     for number in range(8):
         if pybullet.isConnected(number):
             pybullet.disconnect(number)
+
+
+@pytest.fixture
+def bullet() -> Iterator[Any]:
+    """PyBullet itself, connected as its number 0 to a world of its own."""
+    real: Any = pytest.importorskip("pybullet", exc_type=ImportError)
+    assert real.connect(real.DIRECT) == 0
+    yield real
+    if real.isConnected():
+        real.disconnect()
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def test_spheres_cylinders_capsules_and_planes_are_bodies_too(script: ModuleType
     floor = script.createMultiBody(0.0, script.createCollisionShape(script.GEOM_PLANE))
     assert script.getDynamicsInfo(floor, -1)[0] == 0.0
     with pytest.raises(NotImplementedError, match="createCollisionShape"):
-        script.createCollisionShape(script.GEOM_MESH, fileName="x.obj")
+        script.createCollisionShape(script.GEOM_HEIGHTFIELD, fileName="x.png")
 
 
 def linked(script: ModuleType) -> int:

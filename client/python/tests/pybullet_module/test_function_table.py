@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import simd_client.pybullet as pybullet
-from simd_client.pybullet import headless, unsupported
+from simd_client.pybullet import headless, plugins, unsupported
 
 TABLE = Path(__file__).resolve().parents[4] / "docs/pybullet.md"
 STATES = ("works", "accepted", "raises")
@@ -38,7 +38,8 @@ def test_states_are_true() -> None:
     raising = {name for name, state in listed.items() if state == "raises"}
     assert set(unsupported.__all__) <= raising
     # That raises from a module that does other things too.
-    assert raising - set(unsupported.__all__) == {"getConstraintState"}
+    assert raising - set(unsupported.__all__) == {"getConstraintState", "loadBullet", "loadMJCF"}
     accepted = {name for name, state in listed.items() if state == "accepted"}
     # Sliders are taken down by the same function as drawings.
-    assert accepted == (set(headless.__all__) - {"removeUserDebugItem"}) | {"setDefaultContactERP"}
+    drawn = set(headless.__all__) - {"removeUserDebugItem"}
+    assert accepted == drawn | set(plugins.__all__) | {"setDefaultContactERP"}

@@ -11,6 +11,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
 
 pub use self::wrenches::ActiveWrench;
+use super::check;
 use super::command::{ClaimId, ContactSettings};
 use super::error::Error;
 use super::published_state::{Flags, Mode, PublishedState, RootState};
@@ -226,7 +227,7 @@ impl Entity {
     }
 
     /// The body of an axis of a joint that moves along one or, planar, three.
-    pub(super) fn axis_body(&self, joint: usize, axis: u32, element: &str) -> Result<usize, Error> {
+    pub(super) fn axis_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
         let name = &self.model.joints[joint].name;
         let bodies = self.body.tree().joints[joint].clone();
         if matches!(self.model.joints[joint].kind, JointKind::Fixed | JointKind::Floating) {
@@ -239,16 +240,16 @@ impl Entity {
                 },
             });
         }
-        bodies.clone().nth(axis as usize).ok_or_else(|| Error::InvalidValue {
-            element: format!("axis of {element} of joint {name:?}"),
-            value: axis.to_string(),
-            expected: format!("the joint has axes 0 to {}", bodies.len().saturating_sub(1)),
-        })
+        let last = bodies.len().saturating_sub(1);
+        bodies
+            .clone()
+            .nth(axis as usize)
+            .ok_or_else(|| check::refuse("axis", axis, format!("the joint has axes 0 to {last}")))
     }
 
     /// The body of an axis that takes targets.
     pub(super) fn actuated_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
-        let index = self.axis_body(joint, axis, "target")?;
+        let index = self.axis_body(joint, axis)?;
         if let Some(mimic) = self.model.joints[joint].mimic {
             return Err(Error::JointNotActuated {
                 robot: self.name.clone(),

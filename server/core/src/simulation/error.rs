@@ -39,10 +39,12 @@ pub enum Error {
         robot: String,
     },
     /// A number or a name that cannot be.
-    #[error("{element} is {value}; {expected}")]
+    #[error("{element}{of} is {value}; {expected}")]
     InvalidValue {
-        /// What, for instance `position target of joint "elbow"`.
+        /// The path of the field in its request, for instance `robots[0].joints[2].position.stiffness`.
         element: String,
+        /// What it belongs to, for people: ` (joint "elbow")`, or nothing.
+        of: String,
         /// What was given.
         value: String,
         /// What would be accepted, as "it must be ...".
@@ -114,6 +116,28 @@ pub enum Error {
         /// What it may be.
         limit: u64,
     },
+}
+
+impl Error {
+    /// The same, where the field that is named is one of `parent`.
+    pub(super) fn within(self, parent: impl FnOnce() -> String) -> Self {
+        match self {
+            Self::InvalidValue { element, of, value, expected } => {
+                Self::InvalidValue { element: format!("{}.{element}", parent()), of, value, expected }
+            }
+            other => other,
+        }
+    }
+
+    /// The same, with what the field belongs to, for people.
+    pub(super) fn of(self, whose: impl FnOnce() -> String) -> Self {
+        match self {
+            Self::InvalidValue { element, of: _, value, expected } => {
+                Self::InvalidValue { element, of: format!(" ({})", whose()), value, expected }
+            }
+            other => other,
+        }
+    }
 }
 
 /// "its joints are a, b and 3 more", or that there are none.

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use super::check;
 use super::command::{ClaimId, JointProperties, JointSelection, RobotReset};
 use super::entity::{Claim, Entity, apply_mimic_velocities, apply_mimics};
 use super::error::Error;
 use super::published_state::Mode;
-use super::targets::{moderate_value, sane_limits};
 use super::{EventKind, Reply, Simulation};
 use crate::dynamics::Actuator;
 
@@ -16,19 +16,24 @@ impl Simulation {
         type Put = (usize, (usize, f64), (usize, f64));
         let mut puts: Vec<Put> = Vec::new();
         let mut whole = Vec::new();
-        for reset in robots {
+        for (robot, reset) in robots.iter().enumerate() {
             let robot_index = self.robot_index(&reset.robot)?;
             let entity = &self.entities[robot_index];
             if reset.joints.is_empty() {
                 whole.push(robot_index);
             }
-            for joint in &reset.joints {
-                let index = entity.joint(&joint.joint)?;
-                let body = entity.axis_body(index, joint.axis, "reset")?;
-                let body = &entity.body.tree().bodies[body];
+            for (number, joint) in reset.joints.iter().enumerate() {
                 let name = &joint.joint;
-                let position = moderate_value(|| format!("the position of joint {name:?}"), joint.position)?;
-                let velocity = moderate_value(|| format!("the velocity of joint {name:?}"), joint.velocity)?;
+                let within = |error: Error| {
+                    error
+                        .within(|| format!("robots[{robot}].joints[{number}]"))
+                        .of(|| format!("joint {name:?}"))
+                };
+                let index = entity.joint(name)?;
+                let body = entity.axis_body(index, joint.axis).map_err(within)?;
+                let body = &entity.body.tree().bodies[body];
+                let position = check::moderate("position", joint.position).map_err(within)?;
+                let velocity = check::moderate("velocity", joint.velocity).map_err(within)?;
                 puts.push((robot_index, (body.position, position), (body.velocity, velocity)));
             }
         }
@@ -62,29 +67,13 @@ impl Simulation {
         let robot_index = self.robot_index(robot)?;
         let entity = &mut self.entities[robot_index];
         let mut accepted = Vec::new();
-        for properties in joints {
+        for (number, properties) in joints.iter().enumerate() {
             let name = &properties.joint;
+            let within =
+                |error: Error| error.within(|| format!("joints[{number}]")).of(|| format!("joint {name:?}"));
             let index = entity.joint(name)?;
-            entity.axis_body(index, 0, "settings")?;
-            let gains = properties.default_gains.unzip();
-            for (what, value) in [
-                ("damping", properties.damping),
-                ("friction", properties.friction),
-                ("armature", properties.armature),
-                ("default stiffness", gains.0),
-                ("default damping", gains.1),
-            ] {
-                if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
-                    return Err(Error::InvalidValue {
-                        element: format!("the {what} of joint {name:?}"),
-                        value: value.to_string(),
-                        expected: "it must be a finite number, 0 or more".into(),
-                    });
-                }
-            }
-            if let Some(limits) = &properties.limits {
-                sane_limits(name, limits)?;
-            }
+            entity.axis_body(index, 0)?;
+            check_properties(properties).map_err(within)?;
             accepted.push((index, properties));
         }
         for (index, properties) in accepted {
@@ -192,6 +181,18 @@ impl Entity {
         self.teleported = true;
         self.update_external_forces();
     }
+}
+
+/// Whether the settings that are given can be.
+fn check_properties(properties: &JointProperties) -> Result<(), Error> {
+    let JointProperties { joint: _, damping, friction, armature, limits, default_gains } = properties;
+    check::optional_at_least_zero("damping", *damping)?;
+    check::optional_at_least_zero("friction", *friction)?;
+    check::optional_at_least_zero("armature", *armature)?;
+    let (stiffness, damping) = default_gains.unzip();
+    check::optional_at_least_zero("default_gains.stiffness", stiffness)?;
+    check::optional_at_least_zero("default_gains.damping", damping)?;
+    limits.as_ref().map_or(Ok(()), check::limits)
 }
 
 /// Writes the settings that are given.

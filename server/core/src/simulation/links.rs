@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use simd_model::robot::Material;
 
+use super::check;
 use super::command::LinkProperties;
 use super::entity::Entity;
 use super::error::Error;
@@ -22,7 +23,7 @@ impl Simulation {
     ) -> Result<Reply, Error> {
         let robot_index = self.robot_index(robot)?;
         let entity = &mut self.entities[robot_index];
-        let found = entity.check_links(links)?;
+        let found = entity.check_links(links, "links")?;
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
         }
@@ -87,7 +88,7 @@ pub(super) fn check_surface(surface: &Surface) -> Result<(), String> {
 impl Entity {
     /// Makes the colliders anew, as the robot was asked to touch.
     pub(super) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {
-        let found = self.check_links(&self.contact_settings.links)?;
+        let found = self.check_links(&self.contact_settings.links, "link_properties")?;
         let tree = self.body.tree();
         self.colliders =
             RobotColliders::new(tree, shapes, Surface::default(), self.contact_settings.self_collision);
@@ -97,24 +98,21 @@ impl Entity {
         Ok(())
     }
 
-    /// Indices of the links; `None` for all of them.
-    fn check_links(&self, links: &[LinkProperties]) -> Result<Vec<Option<usize>>, Error> {
-        let check = |properties: &LinkProperties| {
+    /// Indices of the links, which the field `list` has; `None` for all of them.
+    fn check_links(&self, links: &[LinkProperties], list: &str) -> Result<Vec<Option<usize>>, Error> {
+        let check = |(index, properties): (usize, &LinkProperties)| {
             let LinkProperties { link, material: Material { friction, restitution } } = properties;
-            let refuse = |what: &str, value: f64, most: f64| Error::InvalidValue {
-                element: format!("the {what} of {}", if link.is_empty() { "all links" } else { link }),
-                value: value.to_string(),
-                expected: format!("it must be 0 to {most}"),
-            };
-            if let Some(friction) = friction.filter(|value| !(0.0..=MOST_FRICTION).contains(value)) {
-                return Err(refuse("friction", friction, MOST_FRICTION));
-            }
-            if let Some(restitution) = restitution.filter(|value| !(0.0..=1.0).contains(value)) {
-                return Err(refuse("restitution", restitution, 1.0));
+            for (field, value, most) in
+                [("friction", friction, MOST_FRICTION), ("restitution", restitution, 1.0)]
+            {
+                let Some(value) = *value else { continue };
+                let whose = || if link.is_empty() { "all links".into() } else { format!("link {link:?}") };
+                check::within(field, value, 0.0..=most)
+                    .map_err(|error| error.within(|| format!("{list}[{index}]")).of(whose))?;
             }
             if link.is_empty() { Ok(None) } else { self.link(link).map(Some) }
         };
-        links.iter().map(check).collect()
+        links.iter().enumerate().map(check).collect()
     }
 
     /// Its colliders where it is now.

@@ -1,6 +1,7 @@
 //! The world: commands that change it, the step, what it looks like.
 //!
 //! * [`command`]: what can be asked of it; [`error`]: why it refuses.
+//! * `check`: which numbers can be.
 //! * `robots`, `links`, `joints`, `targets`, `world`: how commands are applied.
 //! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
 //! * `step`: how they move on.
@@ -8,6 +9,7 @@
 //! * [`published_state`], [`event`]: what it shows; [`robot_settings`], [`target_sources`], [`rays`], `reactions`: what follows from that
 //!   alone, on any thread.
 
+mod check;
 pub mod command;
 mod contacts;
 mod entity;

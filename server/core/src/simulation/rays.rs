@@ -2,6 +2,7 @@
 
 use glamx::DVec3;
 
+use super::check;
 use super::error::Error;
 use super::published_state::PublishedState;
 use crate::collision::rays::Scene;
@@ -36,12 +37,10 @@ pub fn check_rays(rays: &[[DVec3; 2]]) -> Result<(), Error> {
             limit: MOST_RAYS as u64,
         });
     }
-    if let Some(ray) = rays.iter().flatten().find(|point| !point.is_finite()) {
-        return Err(Error::InvalidValue {
-            element: "a point of a ray".into(),
-            value: ray.to_string(),
-            expected: "it must be finite".into(),
-        });
+    for (index, ray) in rays.iter().enumerate() {
+        for (field, point) in ["from", "to"].into_iter().zip(ray) {
+            check::point(field, *point).map_err(|error| error.within(|| format!("rays[{index}]")))?;
+        }
     }
     Ok(())
 }

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 
+use super::check;
 use super::command::{ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration};
 use super::entity::{ActiveWrench, Entity, apply_mimics};
 use super::error::Error;
-use super::targets::{finite_value, moderate_value};
 use super::{EventKind, Reply, Simulation};
 use crate::dynamics::{Actuator, Mode};
 
@@ -22,7 +22,7 @@ impl Simulation {
             });
         }
         let name = self.free_name(&spawn.name, spawn.allow_renaming)?;
-        finite_pose(&format!("the pose of robot {name:?}"), &spawn.pose)?;
+        check::pose("pose", &spawn.pose)?;
         let root = spawn.model.links.first().map_or("", |link| &link.name);
         let fixed = spawn.fixed_base.unwrap_or(root == "world");
         let model = std::sync::Arc::clone(&spawn.model);
@@ -30,10 +30,9 @@ impl Simulation {
             Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);
         entity.loaded_at_start = spawn.loaded_at_start;
         for (joint, position) in &spawn.joint_positions {
-            let element = || format!("the initial position of joint {joint:?}");
-            let value = moderate_value(element, *position)?;
+            let value = check::moderate(&format!("joint_positions[{joint:?}]"), *position)?;
             let index = entity.joint(joint)?;
-            let body = entity.axis_body(index, 0, "the initial position")?;
+            let body = entity.axis_body(index, 0)?;
             let body = &entity.body.tree().bodies[body];
             let (position, velocity) = (body.position, body.velocity);
             entity.body.positions_mut()[position] = value;
@@ -141,18 +140,15 @@ impl Simulation {
     ) -> Result<Reply, Error> {
         let entity = self.entity_mut(robot)?;
         if let Some(pose) = &pose {
-            finite_pose(&format!("the pose of robot {robot:?}"), pose)?;
+            check::pose("pose", pose)?;
         }
         if let Some((linear, angular)) = twist {
-            let element = || format!("the twist of robot {robot:?}");
-            finite_value(element, linear.length() + angular.length())?;
+            check::vector("twist.linear", linear)?;
+            check::vector("twist.angular", angular)?;
             let still = linear == DVec3::ZERO && angular == DVec3::ZERO;
             if entity.body.tree().fixed_base && !still {
-                return Err(Error::InvalidValue {
-                    element: element(),
-                    value: format!("linear {linear}, angular {angular}"),
-                    expected: "its base is fixed, so the twist must be zero".into(),
-                });
+                let value = format!("linear {linear}, angular {angular}");
+                return Err(check::refuse("twist", value, "the robot's base is fixed, so it must be zero"));
             }
         }
         if let Some(pose) = pose {
@@ -181,16 +177,11 @@ impl Simulation {
         let entity = self.entity_mut(&wrench.robot)?;
         let link = entity.link(&wrench.link)?;
         let LinkWrench { force, torque, in_link_axes, point, duration, .. } = *wrench;
-        let size = force.length() + torque.length() + point.length();
-        finite_value(|| format!("the wrench on link {:?}", wrench.link), size)?;
-        if let WrenchDuration::For(seconds) = duration
-            && !(0.0..=MAX_WRENCH_DURATION).contains(&seconds)
-        {
-            return Err(Error::InvalidValue {
-                element: format!("the duration of the wrench on link {:?}", wrench.link),
-                value: seconds.to_string(),
-                expected: format!("it must be 0 to {MAX_WRENCH_DURATION} seconds"),
-            });
+        check::vector("wrench.force", force)?;
+        check::vector("wrench.torque", torque)?;
+        check::vector("point", point)?;
+        if let WrenchDuration::For(seconds) = duration {
+            check::within("duration", seconds, 0.0..=MAX_WRENCH_DURATION)?;
         }
         entity.add_wrench(ActiveWrench {
             link,
@@ -210,11 +201,8 @@ impl Simulation {
     /// The name, or with `allow_renaming` the first free one of the name with a number.
     fn free_name(&self, name: &str, allow_renaming: bool) -> Result<String, Error> {
         if !is_robot_name(name) {
-            return Err(Error::InvalidValue {
-                element: "the name of the robot".into(),
-                value: format!("{name:?}"),
-                expected: "it must be letters, digits, `_` and `-`, at least one".into(),
-            });
+            let expected = "it must be letters, digits, `_` and `-`, at least one";
+            return Err(check::refuse("name", format!("{name:?}"), expected));
         }
         let taken = |name: &str| self.entities.iter().any(|entity| entity.name == name);
         if !taken(name) {
@@ -237,16 +225,4 @@ impl Simulation {
 /// Letters, digits, `_` and `-`, at least one.
 pub(super) fn is_robot_name(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
-}
-
-/// Finite, with a rotation of unit length.
-fn finite_pose(element: &str, pose: &DPose3) -> Result<(), Error> {
-    if pose.is_finite() && (pose.rotation.length_squared() - 1.0).abs() < 1e-6 {
-        return Ok(());
-    }
-    Err(Error::InvalidValue {
-        element: element.to_owned(),
-        value: format!("position {}, orientation {}", pose.translation, pose.rotation),
-        expected: "it must be finite, with a quaternion of unit length".into(),
-    })
 }

@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 
-use simd_model::robot::JointLimits;
-
-use super::command::{Clamped, RobotTargets, SetTargets, Target, WholeTarget};
+use super::check;
+use super::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use super::entity::{Claim, Entity};
 use super::error::Error;
 use super::{Reply, Simulation};
 use crate::dynamics::{Actuator, Axis, Mode};
 
-/// A target that was found good: which robot, which velocity, what it does there.
+/// A target that was found good: which robot, which degree of freedom, what it does there.
 struct Accepted {
     entity: usize,
     joint: usize,
@@ -26,9 +25,10 @@ impl Simulation {
             return Err(Error::ClaimNotFound);
         }
         let mut check = Check { request, accepted: Vec::new(), clamped: Vec::new() };
-        for targets in &request.robots {
+        for (index, targets) in request.robots.iter().enumerate() {
             let robot_index = self.robot_index(&targets.robot)?;
-            check.robot(robot_index, &self.entities[robot_index], targets)?;
+            let within = |error: Error| error.within(|| format!("robots[{index}]"));
+            check.robot(robot_index, &self.entities[robot_index], targets).map_err(within)?;
         }
         let Check { accepted, clamped, .. } = check;
         let law = |actuator: &Actuator| (actuator.mode, actuator.stiffness, actuator.damping);
@@ -63,19 +63,14 @@ impl Check<'_> {
         if let Some(whole) = &targets.whole {
             self.whole(robot_index, entity, whole)?;
         }
-        let mut seen = vec![false; entity.body.velocities().len()];
-        for joint_target in &targets.joints {
-            let joint = entity.joint(&joint_target.joint)?;
-            let body = entity.actuated_body(joint, joint_target.axis)?;
-            let dof = entity.body.tree().bodies[body].velocity;
-            if std::mem::replace(&mut seen[dof], true) {
-                return Err(Error::InvalidValue {
-                    element: format!("the list of targets for robot {:?}", entity.name),
-                    value: format!("naming joint {:?} twice", joint_target.joint),
-                    expected: "each joint can have one target in a request".into(),
-                });
-            }
-            self.joint(robot_index, entity, joint, body, &joint_target.target)?;
+        for (index, joint_target) in targets.joints.iter().enumerate() {
+            let JointTarget { joint: name, axis, target } = joint_target;
+            let within =
+                |error: Error| error.within(|| format!("joints[{index}]")).of(|| format!("joint {name:?}"));
+            let joint = entity.joint(name)?;
+            let body = entity.actuated_body(joint, *axis).map_err(within)?;
+            check::target(target).map_err(within)?;
+            self.joint(robot_index, entity, joint, body, target)?;
         }
         Ok(())
     }
@@ -87,11 +82,16 @@ impl Check<'_> {
         let values: &[f64] = match whole {
             WholeTarget::Position(v) | WholeTarget::Velocity(v) | WholeTarget::Effort(v) => {
                 if v.len() != expected {
-                    return Err(Error::InvalidValue {
-                        element: format!("the number of values for robot {:?}", entity.name),
-                        value: v.len().to_string(),
-                        expected: format!("its layout has {expected}"),
-                    });
+                    let expected =
+                        format!("it must be {expected}, as the layout of robot {:?} has", entity.name);
+                    return Err(check::refuse("whole.values", format!("{} values", v.len()), expected));
+                }
+                if let Some(index) = v.iter().position(|value| !value.is_finite()) {
+                    return Err(check::refuse(
+                        format!("whole.values[{index}]"),
+                        v[index],
+                        "it must be finite",
+                    ));
                 }
                 v
             }
@@ -132,7 +132,6 @@ impl Check<'_> {
         let axis = &entity.body.axes()[body.velocity];
         let (position, joint_velocity) =
             (entity.body.positions()[body.position], entity.body.velocities()[body.velocity]);
-        finite(name, target)?;
         let limits = &axis.settings.limits;
         let mut bounded = |requested: f64, lower: f64, upper: f64| {
             let applied = requested.clamp(lower, upper);
@@ -204,100 +203,4 @@ impl Check<'_> {
 /// The damping that goes with a stiffness without overshoot: 2 sqrt(k M_ii).
 fn critical(stiffness: f64, axis: &Axis) -> f64 {
     2.0 * (stiffness * axis.settings.composite_inertia).sqrt()
-}
-
-/// Every number of a target is finite, and gains and limits are not negative.
-fn finite(joint: &str, target: &Target) -> Result<(), Error> {
-    let check = |what: &str, value: f64, gain: bool| {
-        if value.is_finite() && !(gain && value < 0.0) {
-            return Ok(());
-        }
-        Err(Error::InvalidValue {
-            element: format!("{what} of joint {joint:?}"),
-            value: value.to_string(),
-            expected: format!("it must be a finite number{}", if gain { ", 0 or more" } else { "" }),
-        })
-    };
-    match *target {
-        Target::Position {
-            position,
-            velocity,
-            stiffness,
-            damping,
-            feed_forward,
-            max_effort,
-            max_velocity,
-        } => {
-            check("the position target", position, false)?;
-            check("the velocity of the position target", velocity, false)?;
-            check("the stiffness", stiffness.unwrap_or(0.0), true)?;
-            check("the damping", damping.unwrap_or(0.0), true)?;
-            check("the largest effort", max_effort.unwrap_or(0.0), true)?;
-            check("the largest velocity", max_velocity.unwrap_or(0.0), true)?;
-            check("the feed-forward effort", feed_forward, false)
-        }
-        Target::Velocity { velocity, damping, feed_forward, max_effort } => {
-            check("the velocity target", velocity, false)?;
-            check("the damping", damping.unwrap_or(0.0), true)?;
-            check("the largest effort", max_effort.unwrap_or(0.0), true)?;
-            check("the feed-forward effort", feed_forward, false)
-        }
-        Target::Effort(effort) => check("the effort target", effort, false),
-        Target::Passive | Target::Hold => Ok(()),
-    }
-}
-
-/// A finite number, or a sentence that names the element.
-pub(super) fn finite_value(element: impl FnOnce() -> String, value: f64) -> Result<f64, Error> {
-    if value.is_finite() {
-        return Ok(value);
-    }
-    Err(Error::InvalidValue {
-        element: element(),
-        value: value.to_string(),
-        expected: "it must be a finite number".into(),
-    })
-}
-
-/// The largest position or velocity that a joint can be put at: a joint that follows it may
-/// go a million times as far and still be computed with. rad, m, rad/s or m/s.
-const LARGEST: f64 = 1e12;
-
-/// A number that a joint can be put at, or a sentence that names the element.
-pub(super) fn moderate_value(element: impl FnOnce() -> String, value: f64) -> Result<f64, Error> {
-    if value.abs() <= LARGEST {
-        return Ok(value);
-    }
-    Err(Error::InvalidValue {
-        element: element(),
-        value: value.to_string(),
-        expected: format!("it must be a number between -{LARGEST:e} and {LARGEST:e}"),
-    })
-}
-
-/// Limits that can be: ordered, finite, not negative where they bound a size.
-pub(super) fn sane_limits(joint: &str, limits: &JointLimits) -> Result<(), Error> {
-    let bad = |what: &str, value: f64, expected: &str| {
-        Err(Error::InvalidValue {
-            element: format!("the {what} limit of joint {joint:?}"),
-            value: value.to_string(),
-            expected: expected.into(),
-        })
-    };
-    for (what, value) in [("lower", limits.lower), ("upper", limits.upper)] {
-        if let Some(value) = value.filter(|value| !value.is_finite()) {
-            return bad(what, value, "it must be a finite number, or absent");
-        }
-    }
-    for (what, value) in [("effort", limits.effort), ("velocity", limits.velocity)] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
-            return bad(what, value, "it must be a finite number, 0 or more, or absent");
-        }
-    }
-    match (limits.lower, limits.upper) {
-        (Some(lower), Some(upper)) if lower > upper => {
-            bad("lower", lower, &format!("it must not be above the upper limit, {upper}"))
-        }
-        _ => Ok(()),
-    }
 }

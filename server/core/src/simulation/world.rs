@@ -1,7 +1,6 @@
 //! The world as a whole: its physics, its resets, going back to a kept state.
 
-use glamx::DVec3;
-
+use super::check;
 use super::command::{PhysicsChange, ResetScope};
 use super::entity::Entity;
 use super::error::Error;
@@ -17,21 +16,15 @@ pub(super) const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
 impl Simulation {
     pub(super) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
         let PhysicsChange { gravity, time_step, substeps } = *change;
-        let refuse = |element: &str, value: String, expected: String| {
-            Err(Error::InvalidValue { element: element.into(), value, expected })
-        };
-        if let Some(gravity) = gravity.filter(|gravity: &DVec3| !gravity.is_finite()) {
-            return refuse("gravity", gravity.to_string(), "it must be finite".into());
+        if let Some(gravity) = gravity {
+            check::vector("gravity", gravity)?;
         }
-        if let Some(seconds) = time_step.filter(|seconds| !TIME_STEP.contains(seconds)) {
-            let (least, most) = TIME_STEP.into_inner();
-            let expected = format!("it must be {least} to {most} seconds");
-            return refuse("the time step", seconds.to_string(), expected);
+        if let Some(seconds) = time_step {
+            check::within("time_step", seconds, TIME_STEP)?;
         }
         if let Some(parts) = substeps.filter(|parts| !SUBSTEPS.contains(parts)) {
             let (least, most) = SUBSTEPS.into_inner();
-            let expected = format!("they must be {least} to {most}");
-            return refuse("the number of substeps", parts.to_string(), expected);
+            return Err(check::refuse("substeps", parts, format!("it must be within {least} and {most}")));
         }
         let before = self.settings;
         if let Some(seconds) = time_step {

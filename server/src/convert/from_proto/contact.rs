@@ -19,7 +19,7 @@ pub fn rays(request: v1::CastRaysRequest) -> Result<Vec<[DVec3; 2]>, BadField> {
     let ray = |(index, ray): (usize, v1::Ray)| {
         let at = Path::ROOT.item("rays", index);
         let (from, to) = (at.field("from"), at.field("to"));
-        Ok([vector(&from, from.given(ray.from)?)?, vector(&to, to.given(ray.to)?)?])
+        Ok([vector(from.given(ray.from)?), vector(to.given(ray.to)?)])
     };
     request.rays.into_iter().enumerate().map(ray).collect()
 }
@@ -32,14 +32,10 @@ pub fn link_properties(
 ) -> Result<Vec<LinkProperties>, BadField> {
     let read = |(index, given): (usize, v1::LinkProperties)| {
         let at = at.item(list, index);
-        let least = |name, value: Option<f64>| value.map(|v| at.field(name).at_least_zero(v)).transpose();
-        let restitution = least("restitution", given.restitution)?;
-        if let Some(value) = restitution.filter(|value| *value > 1.0) {
-            return Err(at.field("restitution").refuse(value, "it must be 0 to 1"));
-        }
+        let v1::LinkProperties { friction, restitution, .. } = given;
         Ok(LinkProperties {
             link: at.field("link").short(given.link)?,
-            material: Material { friction: least("friction", given.friction)?, restitution },
+            material: Material { friction, restitution },
         })
     };
     given.into_iter().enumerate().map(read).collect()

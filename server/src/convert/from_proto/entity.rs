@@ -6,7 +6,7 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::Command;
 use simd_core::collision::MeshShapes;
-use simd_core::simulation::command::{ContactSettings, LinkWrench, MAX_WRENCH_DURATION, WrenchDuration};
+use simd_core::simulation::command::{ContactSettings, LinkWrench, WrenchDuration};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -100,15 +100,6 @@ pub fn source(at: &Path<'_>, given: Option<v1::DescriptionSource>) -> Result<Sou
     })
 }
 
-/// Factor on lengths; absent is 1.
-pub fn scale(scale: Option<f64>) -> Result<f64, BadField> {
-    match scale {
-        None => Ok(1.0),
-        Some(scale) if scale > 0.0 && scale <= 1_000.0 => Ok(scale),
-        Some(scale) => Err(Path::ROOT.field("scale").refuse(scale, "it must be above 0 and at most 1000")),
-    }
-}
-
 /// A robot to bring in.
 pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> {
     let fixed_base = match Path::ROOT.field("base").known(request.base)? {
@@ -120,14 +111,6 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         v1::InitialMode::Unspecified | v1::InitialMode::Holding => false,
         v1::InitialMode::Passive => true,
     };
-    let joint_positions = request
-        .joint_positions
-        .into_iter()
-        .map(|(joint, position)| {
-            let position = Path::ROOT.entry("joint_positions", &joint).finite(position)?;
-            Ok((joint, position))
-        })
-        .collect::<Result<_, BadField>>()?;
     Ok(SpawnRequest {
         source: source(&Path::ROOT.field("source"), request.source)?,
         name: Path::ROOT.field("name").short(request.name)?,
@@ -138,8 +121,8 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         },
         fixed_base,
         passive,
-        joint_positions,
-        scale: scale(request.scale)?,
+        joint_positions: request.joint_positions.into_iter().collect(),
+        scale: request.scale.unwrap_or(1.0),
         strict: request.strict,
         mesh_shapes: match Path::ROOT.field("mesh_shapes").known(request.mesh_shapes)? {
             v1::MeshShapes::Unspecified | v1::MeshShapes::Hull => MeshShapes::Hull,
@@ -183,20 +166,20 @@ pub fn set_entity_state(request: v1::SetEntityStateRequest) -> Result<Command, B
     Ok(Command::SetEntityState {
         robot: robot(request.robot)?,
         pose: request.pose.map(|given| geometry::pose(&Path::ROOT.field("pose"), given)).transpose()?,
-        twist: request.twist.map(|given| geometry::twist(&Path::ROOT.field("twist"), given)).transpose()?,
+        twist: request.twist.map(geometry::twist),
     })
 }
 
 /// A push on a link.
 pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadField> {
     let at = Path::ROOT.field("wrench");
-    let (force, torque) = geometry::wrench(&at, at.given(request.wrench)?)?;
+    let (force, torque) = geometry::wrench(at.given(request.wrench)?);
     let in_link_axes = match Path::ROOT.field("frame").known(request.frame)? {
         v1::WrenchFrame::Unspecified | v1::WrenchFrame::World => false,
         v1::WrenchFrame::Link => true,
     };
     let at = Path::ROOT.field("duration");
-    let duration = match (at.within(request.duration, 0.0..=MAX_WRENCH_DURATION)?, request.persistent) {
+    let duration = match (request.duration, request.persistent) {
         (0.0, false) => WrenchDuration::NextStep,
         (0.0, true) => WrenchDuration::UntilCleared,
         (seconds, false) => WrenchDuration::For(seconds),
@@ -208,7 +191,7 @@ pub fn link_wrench(request: v1::ApplyLinkWrenchRequest) -> Result<Command, BadFi
         force,
         torque,
         in_link_axes,
-        point: geometry::vector_or_zero(&Path::ROOT.field("point"), request.point)?,
+        point: geometry::vector_or_zero(request.point),
         duration,
     }))
 }

@@ -5,18 +5,22 @@ use simd_proto::v1;
 
 use crate::convert::field::{BadField, Path};
 
-/// Three finite numbers.
-pub fn vector(at: &Path<'_>, vector: v1::Vector3) -> Result<DVec3, BadField> {
-    Ok(DVec3::new(
-        at.field("x").finite(vector.x)?,
-        at.field("y").finite(vector.y)?,
-        at.field("z").finite(vector.z)?,
-    ))
+/// Three numbers, not checked: the core checks those of commands.
+pub fn vector(v1::Vector3 { x, y, z }: v1::Vector3) -> DVec3 {
+    DVec3::new(x, y, z)
 }
 
-/// Three finite numbers, or zero.
-pub fn vector_or_zero(at: &Path<'_>, given: Option<v1::Vector3>) -> Result<DVec3, BadField> {
-    given.map_or(Ok(DVec3::ZERO), |given| vector(at, given))
+/// Three numbers, or zero.
+pub fn vector_or_zero(given: Option<v1::Vector3>) -> DVec3 {
+    given.map_or(DVec3::ZERO, vector)
+}
+
+/// Three finite numbers.
+pub fn finite_vector(at: &Path<'_>, given: v1::Vector3) -> Result<DVec3, BadField> {
+    for (name, value) in [("x", given.x), ("y", given.y), ("z", given.z)] {
+        at.field(name).finite(value)?;
+    }
+    Ok(vector(given))
 }
 
 /// A rotation of unit length from a quaternion of any length; all zero is none.
@@ -36,7 +40,7 @@ pub fn rotation(at: &Path<'_>, quaternion: v1::Quaternion) -> Result<DQuat, BadF
 
 /// A transform; what is absent is none.
 pub fn pose(at: &Path<'_>, pose: v1::Pose) -> Result<DPose3, BadField> {
-    let translation = vector_or_zero(&at.field("position"), pose.position)?;
+    let translation = vector_or_zero(pose.position);
     let rotation = match pose.orientation {
         Some(orientation) => rotation(&at.field("orientation"), orientation)?,
         None => DQuat::IDENTITY,
@@ -45,17 +49,11 @@ pub fn pose(at: &Path<'_>, pose: v1::Pose) -> Result<DPose3, BadField> {
 }
 
 /// Linear, then angular.
-pub fn twist(at: &Path<'_>, twist: v1::Twist) -> Result<(DVec3, DVec3), BadField> {
-    Ok((
-        vector_or_zero(&at.field("linear"), twist.linear)?,
-        vector_or_zero(&at.field("angular"), twist.angular)?,
-    ))
+pub fn twist(twist: v1::Twist) -> (DVec3, DVec3) {
+    (vector_or_zero(twist.linear), vector_or_zero(twist.angular))
 }
 
 /// Force, then torque.
-pub fn wrench(at: &Path<'_>, wrench: v1::Wrench) -> Result<(DVec3, DVec3), BadField> {
-    Ok((
-        vector_or_zero(&at.field("force"), wrench.force)?,
-        vector_or_zero(&at.field("torque"), wrench.torque)?,
-    ))
+pub fn wrench(wrench: v1::Wrench) -> (DVec3, DVec3) {
+    (vector_or_zero(wrench.force), vector_or_zero(wrench.torque))
 }

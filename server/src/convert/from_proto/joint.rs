@@ -63,9 +63,6 @@ fn robot_targets(at: &Path<'_>, given: v1::RobotTargets) -> Result<RobotTargets,
 }
 
 fn whole_target(at: &Path<'_>, whole: v1::WholeRobotTarget) -> Result<WholeTarget, BadField> {
-    for (index, value) in whole.values.iter().enumerate() {
-        at.item("values", index).finite(*value)?;
-    }
     let mode_at = at.field("mode");
     let target = match mode_at.known(whole.mode)? {
         v1::JointMode::Position => return Ok(WholeTarget::Position(whole.values)),
@@ -88,55 +85,39 @@ fn whole_target(at: &Path<'_>, whole: v1::WholeRobotTarget) -> Result<WholeTarge
 
 fn joint_target(at: &Path<'_>, given: v1::JointTarget) -> Result<JointTarget, BadField> {
     let joint = at.field("joint").name(given.joint)?;
-    let axis = axis(at, given.axis)?;
-    let given = at.field("target").given(given.target)?;
-    let target = target(at, given).map_err(|bad| bad.of_joint(&joint))?;
-    Ok(JointTarget { joint, axis, target })
+    let target = target(at.field("target").given(given.target)?);
+    Ok(JointTarget { joint, axis: given.axis, target })
 }
 
-fn target(at: &Path<'_>, given: v1::joint_target::Target) -> Result<Target, BadField> {
-    Ok(match given {
-        v1::joint_target::Target::Position(target) => position_target(&at.field("position"), &target)?,
-        v1::joint_target::Target::Velocity(target) => velocity_target(&at.field("velocity"), &target)?,
-        v1::joint_target::Target::Effort(target) => {
-            let at = at.field("effort");
-            Target::Effort(at.field("effort").finite(target.effort)?)
-        }
+fn target(given: v1::joint_target::Target) -> Target {
+    match given {
+        v1::joint_target::Target::Position(v1::PositionTarget {
+            position,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward_effort: feed_forward,
+            max_effort,
+            max_velocity,
+        }) => Target::Position {
+            position,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        },
+        v1::joint_target::Target::Velocity(v1::VelocityTarget {
+            velocity,
+            damping,
+            feed_forward_effort: feed_forward,
+            max_effort,
+        }) => Target::Velocity { velocity, damping, feed_forward, max_effort },
+        v1::joint_target::Target::Effort(v1::EffortTarget { effort }) => Target::Effort(effort),
         v1::joint_target::Target::Passive(v1::PassiveTarget {}) => Target::Passive,
         v1::joint_target::Target::Hold(v1::HoldTarget {}) => Target::Hold,
-    })
-}
-
-fn position_target(at: &Path<'_>, given: &v1::PositionTarget) -> Result<Target, BadField> {
-    Ok(Target::Position {
-        position: at.field("position").finite(given.position)?,
-        velocity: at.field("velocity").finite(given.velocity)?,
-        stiffness: optional_at_least_zero(at, "stiffness", given.stiffness)?,
-        damping: optional_at_least_zero(at, "damping", given.damping)?,
-        feed_forward: at.field("feed_forward_effort").finite(given.feed_forward_effort)?,
-        max_effort: optional_at_least_zero(at, "max_effort", given.max_effort)?,
-        max_velocity: optional_at_least_zero(at, "max_velocity", given.max_velocity)?,
-    })
-}
-
-fn velocity_target(at: &Path<'_>, given: &v1::VelocityTarget) -> Result<Target, BadField> {
-    Ok(Target::Velocity {
-        velocity: at.field("velocity").finite(given.velocity)?,
-        damping: optional_at_least_zero(at, "damping", given.damping)?,
-        feed_forward: at.field("feed_forward_effort").finite(given.feed_forward_effort)?,
-        max_effort: optional_at_least_zero(at, "max_effort", given.max_effort)?,
-    })
-}
-
-fn axis(at: &Path<'_>, axis: u32) -> Result<u32, BadField> {
-    if axis > 2 {
-        return Err(at.field("axis").refuse(axis, "it must be 0 (x), 1 (y) or 2 (angle)"));
     }
-    Ok(axis)
-}
-
-fn optional_at_least_zero(at: &Path<'_>, name: &str, value: Option<f64>) -> Result<Option<f64>, BadField> {
-    value.map(|value| at.field(name).at_least_zero(value)).transpose()
 }
 
 /// Joints to be put at a position and a rate.
@@ -159,9 +140,8 @@ fn robot_reset(at: &Path<'_>, given: v1::RobotReset) -> Result<RobotReset, BadFi
     for (index, reset) in given.joints.into_iter().enumerate() {
         let at = at.item("joints", index);
         let joint = at.field("joint").name(reset.joint)?;
-        let finite = |name, value| at.field(name).finite(value).map_err(|bad| bad.of_joint(&joint));
-        let (position, velocity) = (finite("position", reset.position)?, finite("velocity", reset.velocity)?);
-        joints.push(JointReset { axis: axis(&at, reset.axis)?, joint, position, velocity });
+        let v1::JointReset { axis, position, velocity, .. } = reset;
+        joints.push(JointReset { axis, joint, position, velocity });
     }
     at.each_once("joints", joints.iter().map(|reset| (&reset.joint, reset.axis)))?;
     Ok(RobotReset { robot, joints })
@@ -184,41 +164,20 @@ pub fn set_joint_properties(request: v1::SetJointPropertiesRequest) -> Result<Co
 }
 
 fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointProperties, BadField> {
-    let joint = at.field("joint").name(given.joint)?;
-    let default_gains = match given.default_gains {
-        None => None,
-        Some(gains) => {
-            let at = at.field("default_gains");
-            Some((
-                at.field("stiffness").at_least_zero(gains.stiffness)?,
-                at.field("damping").at_least_zero(gains.damping)?,
-            ))
-        }
-    };
+    let v1::JointProperties { joint, damping, friction, armature, limits, default_gains } = given;
     Ok(JointProperties {
-        joint,
-        damping: optional_at_least_zero(at, "damping", given.damping)?,
-        friction: optional_at_least_zero(at, "friction", given.friction)?,
-        armature: optional_at_least_zero(at, "armature", given.armature)?,
-        limits: given.limits.map(|given| limits(&at.field("limits"), &given)).transpose()?,
-        default_gains,
+        joint: at.field("joint").name(joint)?,
+        damping,
+        friction,
+        armature,
+        limits: limits.map(|v1::JointLimits { lower, upper, effort, velocity }| JointLimits {
+            lower,
+            upper,
+            effort,
+            velocity,
+        }),
+        default_gains: default_gains.map(|v1::JointGains { stiffness, damping }| (stiffness, damping)),
     })
-}
-
-fn limits(at: &Path<'_>, given: &v1::JointLimits) -> Result<JointLimits, BadField> {
-    let finite = |name, value: Option<f64>| value.map(|value| at.field(name).finite(value)).transpose();
-    let limits = JointLimits {
-        lower: finite("lower", given.lower)?,
-        upper: finite("upper", given.upper)?,
-        effort: optional_at_least_zero(at, "effort", given.effort)?,
-        velocity: optional_at_least_zero(at, "velocity", given.velocity)?,
-    };
-    match (limits.lower, limits.upper) {
-        (Some(lower), Some(upper)) if lower > upper => {
-            Err(at.field("lower").refuse(lower, format!("it must be at most the upper limit, {upper}")))
-        }
-        _ => Ok(limits),
-    }
 }
 
 /// Which joints are claimed, by whom, for how long.
@@ -230,7 +189,9 @@ pub fn claim_joints(
     }
     let selections = state::selections(request.selections)?;
     let holder = Path::ROOT.field("holder").name(request.holder)?;
-    let lease = Path::ROOT.field("lease").seconds(request.lease, 0.1..=3600.0, 10.0)?;
+    let seconds = if request.lease == 0.0 { 10.0 } else { request.lease };
+    let lease = Duration::try_from_secs_f64(seconds)
+        .map_err(|_error| Path::ROOT.field("lease").refuse(seconds, "it must be a number of seconds"))?;
     Ok((selections, holder, lease))
 }
 

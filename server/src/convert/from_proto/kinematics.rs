@@ -59,9 +59,10 @@ pub fn configuration(
     let root = given.root.map(|root| geometry::pose(&root_at, root)).transpose()?;
     moderate(&root_at, root.map_or(DVec3::ZERO, |root| root.translation))?;
     let twist_at = at.field("root_twist");
-    let twist = given.root_twist.map(|twist| geometry::twist(&twist_at, twist)).transpose()?;
+    let twist = given.root_twist.map(geometry::twist);
     let (linear, angular) = twist.unwrap_or_default();
-    moderate(&twist_at, linear.abs().max(angular.abs()))?;
+    moderate(&twist_at, linear)?;
+    moderate(&twist_at, angular)?;
     if entity.fixed_base && (linear, angular) != (DVec3::ZERO, DVec3::ZERO) {
         return Err(twist_at.refuse("not zero", "the robot's base is fixed, so it must be"));
     }
@@ -70,7 +71,8 @@ pub fn configuration(
 
 /// A vector that can be computed with.
 fn moderate(at: &Path<'_>, vector: DVec3) -> Result<DVec3, BadField> {
-    if vector.abs().max_element() <= LARGEST {
+    // Each by itself: the largest of some numbers is never NaN.
+    if vector.to_array().iter().all(|value| value.abs() <= LARGEST) {
         return Ok(vector);
     }
     Err(at.refuse(vector, format!("no part of it may be beyond {LARGEST:e}")))
@@ -106,7 +108,7 @@ pub fn link(robot: String, link: String) -> Result<(String, String), BadField> {
 /// A point of a link; absent is its origin.
 pub fn point(given: Option<v1::Vector3>) -> Result<DVec3, BadField> {
     let at = Path::ROOT.field("point");
-    moderate(&at, geometry::vector_or_zero(&at, given)?)
+    moderate(&at, geometry::vector_or_zero(given))
 }
 
 /// Where a link is to be. It must be said where; how it is turned may be left open.
@@ -114,7 +116,7 @@ pub fn target(given: Option<v1::Pose>) -> Result<Target, BadField> {
     let at = Path::ROOT.field("target");
     let given = at.given(given)?;
     let position_at = at.field("position");
-    let position = geometry::vector(&position_at, position_at.given(given.position)?)?;
+    let position = geometry::vector(position_at.given(given.position)?);
     let position = moderate(&position_at, position)?;
     let turned = |given| geometry::rotation(&at.field("orientation"), given);
     Ok(Target { position, orientation: given.orientation.map(turned).transpose()? })

@@ -11,14 +11,10 @@ use crate::handle::{NameTaken, ParameterChange, ParameterKind};
 pub fn add(request: v1::AddParameterRequest) -> Result<(String, ParameterKind, NameTaken), BadField> {
     let at = Path::ROOT.field("parameter");
     let parameter = at.given(request.parameter)?;
-    let name = at.field("name").name(parameter.name)?;
+    let name = parameter.name;
     let kind = match at.field("kind").given(parameter.kind)? {
         v1::parameter::Kind::Slider(slider) => {
-            let at = at.field("slider");
             let v1::Slider { minimum, maximum, value } = slider;
-            for (name, number) in [("minimum", minimum), ("maximum", maximum), ("value", value)] {
-                at.field(name).finite(number)?;
-            }
             ParameterKind::Slider { minimum, maximum, value }
         }
         v1::parameter::Kind::Button(button) => ParameterKind::Button { presses: button.presses },
@@ -44,9 +40,7 @@ pub fn changes(given: Vec<v1::ParameterChange>) -> Result<Vec<ParameterChange>, 
             let at = Path::ROOT.item("changes", index);
             let name = at.field("name").name(given.name)?;
             match at.field("change").given(given.change)? {
-                v1::parameter_change::Change::Value(value) => {
-                    Ok(ParameterChange::Move { name, value: at.field("value").finite(value)? })
-                }
+                v1::parameter_change::Change::Value(value) => Ok(ParameterChange::Move { name, value }),
                 v1::parameter_change::Change::Presses(0) => {
                     Err(at.field("presses").refuse(0, "it must be at least 1"))
                 }

@@ -5,7 +5,7 @@ use simd_model::Primitive;
 use simd_model::robot::Geometry;
 use simd_proto::v1;
 
-use super::geometry::{vector, vector_or_zero};
+use super::geometry::finite_vector;
 use crate::convert::field::{BadField, Path};
 
 /// A robot of one shape.
@@ -25,7 +25,7 @@ fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, B
         Wire::Box(v1::BoxGeometry { size }) => {
             let at = &at.field("box");
             let at = &at.field("size");
-            let size = vector(at, at.given(size)?)?;
+            let size = finite_vector(at, at.given(size)?)?;
             for (axis, side) in ["x", "y", "z"].into_iter().zip(size.to_array()) {
                 above_zero(at, axis, side)?;
             }
@@ -47,14 +47,15 @@ fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, B
         Wire::Plane(v1::PlaneGeometry { normal }) => {
             let at = &at.field("plane");
             let at = &at.field("normal");
-            let given = normal.map_or(Ok(DVec3::Z), |normal| vector(at, normal))?;
+            let given = normal.map_or(Ok(DVec3::Z), |normal| finite_vector(at, normal))?;
             let normal = given.try_normalize().ok_or_else(|| at.refuse(given, "it must have a length"))?;
             Geometry::Plane { normal }
         }
         Wire::Mesh(v1::MeshGeometry { sha256: _, uri, scale }) => {
             let at = &at.field("mesh");
             let uri = at.field("uri").name(uri)?;
-            let scale = vector_or_zero(&at.field("scale"), scale)?;
+            let at = &at.field("scale");
+            let scale = scale.map_or(Ok(DVec3::ZERO), |scale| finite_vector(at, scale))?;
             Geometry::Mesh { uri, scale: if scale == DVec3::ZERO { DVec3::ONE } else { scale }, asset: None }
         }
     })

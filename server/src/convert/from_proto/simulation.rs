@@ -11,13 +11,6 @@ use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
 use crate::handle::{PaceChange, RunState};
 
-/// Seconds that a step may advance.
-const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
-/// Parts that a step may be done in.
-const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1_000;
-/// Simulated seconds to a wall second.
-const REAL_TIME_FACTOR: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
-
 /// The state that the world is to be in.
 pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, BadField> {
     let at = Path::ROOT.field("state");
@@ -34,7 +27,7 @@ pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, Ba
 /// Steps to do, with what comes before and after them.
 #[derive(Debug)]
 pub struct Steps {
-    /// How many; the upper limit is the daemon's.
+    /// How many.
     pub steps: u64,
     /// To be set before the first.
     pub targets: Option<SetTargets>,
@@ -46,9 +39,6 @@ pub struct Steps {
 
 /// How many steps to do, and what comes with them.
 pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
-    if request.steps == 0 {
-        return Err(Path::ROOT.field("steps").refuse(0, "it must be at least 1"));
-    }
     let Claimed { targets, claim: _ } =
         joint::set_targets(request.robots, request.limit_policy, request.claim)?;
     let selections = state::selections(request.selections)?;
@@ -60,39 +50,25 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     })
 }
 
-/// What to put back; nothing said means time and state.
+/// What to put back.
 pub fn reset_scope(request: &v1::ResetSimulationRequest) -> ResetScope {
-    let scope = ResetScope { time: request.time, state: request.state, spawned: request.spawned };
-    if scope == ResetScope::default() {
-        return ResetScope { time: true, state: true, spawned: false };
-    }
-    scope
+    ResetScope { time: request.time, state: request.state, spawned: request.spawned }
 }
 
 /// New settings; what is not given stays.
 pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange, PaceChange), BadField> {
-    let gravity =
-        request.gravity.map(|given| geometry::vector(&Path::ROOT.field("gravity"), given)).transpose()?;
-    let time_step =
-        request.time_step.map(|given| Path::ROOT.field("time_step").within(given, TIME_STEP)).transpose()?;
-    if let Some(given) = request.substeps.filter(|given| !SUBSTEPS.contains(given)) {
-        return Err(Path::ROOT.field("substeps").refuse(given, "it must be within 1 and 1000"));
-    }
-    let change = PhysicsChange { gravity, time_step, substeps: request.substeps };
+    let gravity = request.gravity.map(geometry::vector);
+    let change = PhysicsChange { gravity, time_step: request.time_step, substeps: request.substeps };
     Ok((change, pace(request)?))
 }
 
 fn pace(request: &v1::SetPhysicsRequest) -> Result<PaceChange, BadField> {
-    let factor = request
-        .real_time_factor
-        .map(|given| Path::ROOT.field("real_time_factor").within(given, REAL_TIME_FACTOR))
-        .transpose()?;
     let as_fast_as_possible = match Path::ROOT.field("pace").known(request.pace)? {
         v1::PaceMode::Unspecified => None,
         v1::PaceMode::RealTime => Some(false),
         v1::PaceMode::AsFastAsPossible => Some(true),
     };
-    Ok(PaceChange { as_fast_as_possible, factor })
+    Ok(PaceChange { as_fast_as_possible, factor: request.real_time_factor })
 }
 
 /// The name of a saved state that must be there.

@@ -132,7 +132,7 @@ async fn connections_of_http_1_have_shares_of_their_own() {
     let held = Mutex::new(Vec::new());
     let browser = async |coming: &mut Coming, address| {
         let (place, call) = coming.busy(address).await;
-        let room = place.is_http1();
+        let room = place.becomes_http1();
         held.lock().unwrap().push((place, call));
         room
     };

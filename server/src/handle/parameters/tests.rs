@@ -69,12 +69,15 @@ async fn one_wrong_change_refuses_all_of_them() {
     let before = handle.parameters();
     let wrong = [
         (moved("sped", 1.0), "there is no parameter \"sped\"; parameters are \"speed\", \"go\""),
-        (moved("speed", 2.1), "the value of parameter \"speed\" is 2.1; it must be within 0 and 2"),
-        (moved("speed", f64::NAN), "the value of parameter \"speed\" is NaN; it must be within 0 and 2"),
-        (moved("go", 1.0), "parameter \"go\" is a button; it must be pressed, it has no value"),
+        (moved("speed", 2.1), "changes[2].value is 2.1; it must be within 0 and 2 (parameter \"speed\")"),
+        (
+            moved("speed", f64::NAN),
+            "changes[2].value is NaN; it must be within 0 and 2 (parameter \"speed\")",
+        ),
+        (moved("go", 1.0), "changes[2] is of \"go\", a button; it must be pressed, it has no value"),
         (
             pressed("speed", 1),
-            "parameter \"speed\" is a slider; it must be given a value, it cannot be pressed",
+            "changes[2] is of \"speed\", a slider; it must be given a value, it cannot be pressed",
         ),
     ];
     for (change, sentence) in wrong {

@@ -41,7 +41,13 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
         ),
         (Error::RobotExists { robot: robot.clone() }.into(), Code::AlreadyExists, "ROBOT_EXISTS", &["robot"]),
         (
-            Error::InvalidValue { element: text("x"), value: text("NaN"), expected: text("finite") }.into(),
+            Error::InvalidValue {
+                element: text("x"),
+                of: text(""),
+                value: text("NaN"),
+                expected: text("finite"),
+            }
+            .into(),
             Code::InvalidArgument,
             "INVALID_VALUE",
             &[],

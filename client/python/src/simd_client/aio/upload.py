@@ -17,7 +17,11 @@ async def upload(
     connection: Connection, path: AnyPath, packages: Packages | None = None
 ) -> proto.DescriptionSource:
     """Sends a URDF and those of its files that the daemon lacks."""
-    files = await in_thread(lambda: DescriptionFiles(path, packages))
+    return await upload_files(connection, await in_thread(lambda: DescriptionFiles(path, packages)))
+
+
+async def upload_files(connection: Connection, files: DescriptionFiles) -> proto.DescriptionSource:
+    """The same for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
     prepared = await connection.call(methods.PrepareDescription, request)
     uris = [asset.uri for asset in prepared.assets]

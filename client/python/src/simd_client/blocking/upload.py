@@ -18,7 +18,11 @@ def upload(
     connection: Connection, path: AnyPath, packages: Packages | None = None
 ) -> proto.DescriptionSource:
     """Sends a URDF and those of its files that the daemon lacks."""
-    files = in_thread(lambda: DescriptionFiles(path, packages))
+    return upload_files(connection, in_thread(lambda: DescriptionFiles(path, packages)))
+
+
+def upload_files(connection: Connection, files: DescriptionFiles) -> proto.DescriptionSource:
+    """The same for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
     prepared = connection.call(methods.PrepareDescription, request)
     uris = [asset.uri for asset in prepared.assets]

@@ -12,17 +12,23 @@ from . import (
     constraints,
     contacts,
     dynamics,
+    files,
     headless,
     joints,
     kinematics,
     loading,
+    plugins,
     reactions,
     rotations,
+    scene,
+    sdf,
     shapes,
     simulation,
     stand_in,
     state_log,
     unsupported,
+    user_data,
+    window,
 )
 from .cameras import *
 from .connections import *
@@ -31,16 +37,22 @@ from .constraints import *
 from .contacts import *
 from .dynamics import *
 from .errors import error
+from .files import *
 from .headless import *
 from .joints import *
 from .kinematics import *
 from .loading import *
+from .plugins import *
 from .reactions import *
 from .rotations import *
+from .scene import *
+from .sdf import *
 from .shapes import *
 from .simulation import *
 from .state_log import *
 from .unsupported import *
+from .user_data import *
+from .window import *
 
 stand_in.install()
 
@@ -51,13 +63,19 @@ __all__ += constants.__all__
 __all__ += constraints.__all__
 __all__ += contacts.__all__
 __all__ += dynamics.__all__
+__all__ += files.__all__
 __all__ += headless.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__
+__all__ += plugins.__all__
 __all__ += reactions.__all__
 __all__ += rotations.__all__
+__all__ += scene.__all__
+__all__ += sdf.__all__
 __all__ += shapes.__all__
 __all__ += simulation.__all__
 __all__ += state_log.__all__
 __all__ += unsupported.__all__
+__all__ += user_data.__all__
+__all__ += window.__all__

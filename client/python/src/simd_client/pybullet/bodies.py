@@ -97,6 +97,10 @@ class Body:
     urdf: bytes | None = None
     # Hashes of the files that it refers to, by URI.
     files: dict[str, str] = field(default_factory=dict[str, str])
+    # Where those were found on this disk, by URI.
+    paths: dict[str, str] = field(default_factory=dict[str, str])
+    # The file that the script loaded, as it named it.
+    file: str = ""
     scale: float = 1.0
     # Its links collide with each other.
     self_collision: bool = False

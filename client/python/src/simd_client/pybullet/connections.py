@@ -57,6 +57,13 @@ def connected(physicsClientId: int) -> World:
     return world
 
 
+def search_paths(world: World) -> list[str]:
+    """Where files are looked for, the newest first: of a connection, then of the others. In PyBullet they belong to the
+    process."""
+    others = [path for other in _worlds.values() if other is not world for path in reversed(other.search_paths)]
+    return [*reversed(world.search_paths), *others]
+
+
 def connect(
     method: int = constants.GUI,
     key: Any = None,

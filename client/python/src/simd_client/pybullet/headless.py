@@ -1,4 +1,4 @@
-"""Functions for a window: drawing, cameras, keys. They do nothing, with one warning."""
+"""Functions for a window: drawing and keys. They do nothing, with one warning; drawings have numbers."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from typing import Any
 
 from .connections import connected
 
-# The number of an item that was not drawn, as in PyBullet's DIRECT mode.
-_NOT_DRAWN = -1
-
-
 def _nothing(client: int, function: str) -> None:
     connected(client).say_once(f"{function} does nothing: a daemon has no window")
+
+
+def _number(client: int, function: str, replaced: int) -> int:
+    """Of a drawing: sliders have numbers of the same row, as in PyBullet."""
+    _nothing(client, function)
+    return replaced if replaced >= 0 else connected(client).sliders.number()
 
 
 def addUserDebugLine(
@@ -25,9 +27,8 @@ def addUserDebugLine(
     replaceItemUniqueId: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Draws nothing."""
-    _nothing(physicsClientId, "addUserDebugLine")
-    return _NOT_DRAWN
+    """Draws nothing. Returns a number as for a line that was drawn."""
+    return _number(physicsClientId, "addUserDebugLine", replaceItemUniqueId)
 
 
 def addUserDebugPoints(
@@ -40,9 +41,8 @@ def addUserDebugPoints(
     replaceItemUniqueId: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Draws nothing."""
-    _nothing(physicsClientId, "addUserDebugPoints")
-    return _NOT_DRAWN
+    """Draws nothing. Returns a number as for points that were drawn."""
+    return _number(physicsClientId, "addUserDebugPoints", replaceItemUniqueId)
 
 
 def addUserDebugText(
@@ -57,13 +57,12 @@ def addUserDebugText(
     replaceItemUniqueId: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """Draws nothing."""
-    _nothing(physicsClientId, "addUserDebugText")
-    return _NOT_DRAWN
+    """Draws nothing. Returns a number as for a text that was drawn."""
+    return _number(physicsClientId, "addUserDebugText", replaceItemUniqueId)
 
 
 def removeUserDebugItem(itemUniqueId: int, physicsClientId: int = 0) -> None:
-    """Removes a slider or a button; there are no other items."""
+    """Removes a slider or a button; of a drawing there is nothing to remove."""
     connected(physicsClientId).sliders.remove(itemUniqueId)
 
 
@@ -85,24 +84,6 @@ def configureDebugVisualizer(
 ) -> None:
     """Does nothing: there is no window."""
     _nothing(physicsClientId, "configureDebugVisualizer")
-
-
-def resetDebugVisualizerCamera(
-    cameraDistance: float,
-    cameraYaw: float,
-    cameraPitch: float,
-    cameraTargetPosition: Any,
-    physicsClientId: int = 0,
-) -> None:
-    """Does nothing: there is no camera."""
-    _nothing(physicsClientId, "resetDebugVisualizerCamera")
-
-
-def getDebugVisualizerCamera(physicsClientId: int = 0) -> tuple[Any, ...]:
-    """All zeros, as PyBullet's DIRECT mode has it."""
-    connected(physicsClientId)
-    matrix, vector = (0.0,) * 16, (0.0,) * 3
-    return (0, 0, matrix, matrix, vector, vector, vector, vector, 0.0, 0.0, 0.0, vector)
 
 
 def getKeyboardEvents(physicsClientId: int = 0) -> dict[int, int]:
@@ -194,14 +175,12 @@ __all__ = [
     "changeTexture",
     "changeVisualShape",
     "configureDebugVisualizer",
-    "getDebugVisualizerCamera",
     "getKeyboardEvents",
     "getMouseEvents",
     "getVREvents",
     "loadTexture",
     "removeAllUserDebugItems",
     "removeUserDebugItem",
-    "resetDebugVisualizerCamera",
     "resetVisualShapeData",
     "setDebugObjectColor",
     "setVRCameraState",

@@ -11,7 +11,7 @@ from simd_client.surface import Surface
 
 from . import constants, data, descriptions
 from .arguments import UPRIGHT, Function, quaternion, vector
-from .connections import connected
+from .connections import connected, search_paths
 from .descriptions import Description
 from .errors import error
 from .wire import Spawn
@@ -61,7 +61,7 @@ def loadURDF(
 ) -> int:
     """Loads a robot from this disk with its root link's frame at a pose. Returns its number."""
     world = connected(physicsClientId)
-    path = _found(world, fileName)
+    path = found(world, fileName, "Cannot load URDF file.")
     if flags & ~_GRANTED:
         world.say_once(f"loadURDF: flags {flags & ~_GRANTED} have no effect")
     try:
@@ -79,11 +79,12 @@ def loadURDF(
         self_collision=bool(flags & constants.URDF_USE_SELF_COLLISION),
     )
     try:
-        entity, files = world.wire.load(path, spawn)
+        entity, files, paths = world.wire.load(path, spawn)
     except error as refusal:
         raise error(f"Cannot load URDF file. {refusal}", refusal.reason) from None
     number = settled(world, entity, description, urdf, files, globalScaling)
-    world.bodies[number].self_collision = spawn.self_collision
+    body = world.bodies[number]
+    body.self_collision, body.paths, body.file = spawn.self_collision, paths, str(fileName)
     return number
 
 
@@ -107,15 +108,15 @@ def settled(
     return body.unique_id
 
 
-def _found(world: World, name: str) -> Path:
+def found(world: World, name: str, refusal: str) -> Path:
     """PyBullet looks in the working folder, then in the search paths, below which `/` leads nowhere else."""
-    places = [Path(name), *(Path(folder) / name.lstrip("/") for folder in reversed(world.search_paths))]
+    places = [Path(name), *(Path(folder) / name.lstrip("/") for folder in search_paths(world))]
     for place in places:
         if place.is_file():
             return place
     looked = ", ".join(str(place) for place in places)
-    stand_in = f". {data.WHAT_TO_DO}" if str(data.OWN) in world.search_paths else ""
-    raise error(f"Cannot load URDF file. Not found: {looked}{stand_in}")
+    stand_in = f". {data.WHAT_TO_DO}" if str(data.OWN) in search_paths(world) else ""
+    raise error(f"{refusal} Not found: {looked}{stand_in}")
 
 
 def setAdditionalSearchPath(path: str, physicsClientId: int = 0) -> None:

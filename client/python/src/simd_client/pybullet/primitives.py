@@ -1,4 +1,4 @@
-"""Boxes, spheres, cylinders and capsules, as URDF text: what createMultiBody makes bodies of."""
+"""Boxes, spheres, cylinders, capsules and meshes, as URDF text: what createMultiBody makes bodies of."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
-from .rotations import matrix
+from .meshes import Mesh
+from .rotations import compose, inverse, matrix
 
 # A plane has no end; this is where ours has one, metres.
 _PLANE = 1000.0
@@ -18,12 +19,13 @@ _PLANE_DEPTH = 10.0
 
 @dataclass(frozen=True)
 class Primitive:
-    """One shape. `size` is a box's full sides, or radius and length."""
+    """One shape. `size` is a box's full sides, radius and length, or the scale of a mesh."""
 
     kind: int
     size: tuple[float, ...]
     pose: Pose = (ORIGIN, UPRIGHT)
     color: tuple[float, ...] | None = None
+    mesh: Mesh | None = None
 
     def inertia(self, mass: float) -> Vector:
         """Diagonal about the shape's centre, solid, kg m^2."""
@@ -34,17 +36,24 @@ class Primitive:
             radius, length = self.size
             across = mass * (3.0 * radius**2 + length**2) / 12.0
             return (across, across, mass * radius**2 / 2.0)
-        # As Bullet has it: the inertia of a capsule is that of the box around it.
-        x, y, z = self.size if self.kind != constants.GEOM_CAPSULE else _around(*self.size)
-        return (
-            mass * (y * y + z * z) / 12.0,
-            mass * (x * x + z * z) / 12.0,
-            mass * (x * x + y * y) / 12.0,
-        )
+        # As Bullet has it: the inertia of a capsule or a mesh is that of the box around it.
+        return _of_box(mass, *(2.0 * side for side in self.box()[1]))
 
-
-def _around(radius: float, length: float) -> Vector:
-    return (2.0 * radius, 2.0 * radius, length + 2.0 * radius)
+    def box(self) -> tuple[Vector, Vector]:
+        """Centre and half sides of the box around the shape, in its own axes."""
+        if self.mesh is not None:
+            corners = list(zip(self.size, self.mesh.lower, self.mesh.upper, strict=True))
+            x, y, z = (scale * (low + high) / 2.0 for scale, low, high in corners)
+            a, b, c = (abs(scale) * (high - low) / 2.0 for scale, low, high in corners)
+            return (x, y, z), (a, b, c)
+        if self.kind == constants.GEOM_SPHERE:
+            return ORIGIN, (self.size[0], self.size[0], self.size[0])
+        if self.kind == constants.GEOM_BOX:
+            x, y, z = self.size
+            return ORIGIN, (x / 2.0, y / 2.0, z / 2.0)
+        radius, length = self.size
+        ends = radius if self.kind == constants.GEOM_CAPSULE else 0.0
+        return ORIGIN, (radius, radius, length / 2.0 + ends)
 
 
 @dataclass(frozen=True)
@@ -128,14 +137,34 @@ def _link(robot: ElementTree.Element, part: Part) -> None:
 
 
 def _inertia(part: Part) -> Vector:
-    """Of the collision shape, as PyBullet computes it; of several, each with its share."""
+    """Of the collision shapes, as PyBullet computes it."""
     shapes = part.collisions or part.visuals
     if not shapes:
         # A point has none, and no joint could turn it: that of a ball of 1 cm.
         i = 0.4 * part.mass * 1e-4
         return (i, i, i)
-    each = [shape.inertia(part.mass / len(shapes)) for shape in shapes]
-    return (sum(i[0] for i in each), sum(i[1] for i in each), sum(i[2] for i in each))
+    local = [compose(inverse(part.inertia), shape.pose) for shape in shapes]
+    if len(shapes) == 1 and local[0] == (ORIGIN, UPRIGHT):
+        return shapes[0].inertia(part.mass)
+    # As in Bullet, that of the box around all of them.
+    boxes = [_box(pose, shape) for pose, shape in zip(local, shapes, strict=True)]
+    x, y, z = (max(upper[i] for _, upper in boxes) - min(lower[i] for lower, _ in boxes) for i in range(3))
+    return _of_box(part.mass, x, y, z)
+
+
+def _of_box(mass: float, x: float, y: float, z: float) -> Vector:
+    return (mass * (y * y + z * z) / 12.0, mass * (x * x + z * z) / 12.0, mass * (x * x + y * y) / 12.0)
+
+
+def _box(pose: Pose, shape: Primitive) -> tuple[list[float], list[float]]:
+    """The box along the axes around a shape at a pose."""
+    center, half = shape.box()
+    at = compose(pose, (center, UPRIGHT))[0]
+    if shape.kind == constants.GEOM_SPHERE:
+        reach: Sequence[float] = half
+    else:
+        reach = [sum(abs(row[i]) * half[i] for i in range(3)) for row in matrix(pose[1])]
+    return [at[i] - reach[i] for i in range(3)], [at[i] + reach[i] for i in range(3)]
 
 
 def _shape(parent: ElementTree.Element, shape: Primitive) -> None:
@@ -145,6 +174,8 @@ def _shape(parent: ElementTree.Element, shape: Primitive) -> None:
         ElementTree.SubElement(geometry, "sphere", radius=repr(shape.size[0]))
     elif shape.kind == constants.GEOM_BOX:
         ElementTree.SubElement(geometry, "box", size=_text(shape.size))
+    elif shape.mesh is not None:
+        ElementTree.SubElement(geometry, "mesh", filename=shape.mesh.uri, scale=_text(shape.size))
     else:
         tag = "capsule" if shape.kind == constants.GEOM_CAPSULE else "cylinder"
         ElementTree.SubElement(geometry, tag, radius=repr(shape.size[0]), length=repr(shape.size[1]))
@@ -172,11 +203,11 @@ def _joint(robot: ElementTree.Element, part: Part) -> None:
 
 def _origin(parent: ElementTree.Element, pose: Pose) -> None:
     if pose != (ORIGIN, UPRIGHT):
-        ElementTree.SubElement(parent, "origin", xyz=_text(pose[0]), rpy=_text(_rpy(pose[1])))
+        ElementTree.SubElement(parent, "origin", xyz=_text(pose[0]), rpy=_text(rpy(pose[1])))
 
 
-def _rpy(turn: Quaternion) -> Vector:
-    """URDF's angles, also for a pitch of 90 degrees."""
+def rpy(turn: Quaternion) -> Vector:
+    """Roll, pitch and yaw of URDF, also for a pitch of 90 degrees."""
     m = matrix(turn)
     pitch = math.asin(max(-1.0, min(1.0, -m[2][0])))
     if abs(m[2][0]) > 1.0 - 1e-12:

@@ -7,11 +7,12 @@ from typing import Any
 
 from simd_client.proto import DescriptionSource
 
-from . import constants, descriptions
+from . import constants, descriptions, meshes
 from .arguments import ORIGIN, UPRIGHT, Pose, floats, indices, quaternion, vector
 from .connections import connected
 from .errors import error, unsupported
-from .loading import settled
+from .loading import found, settled
+from .meshes import Mesh
 from .primitives import Part, Primitive, plane, urdf
 from .rotations import compose
 from .wire import Spawn
@@ -23,6 +24,7 @@ _KINDS = {
     constants.GEOM_CYLINDER,
     constants.GEOM_CAPSULE,
     constants.GEOM_PLANE,
+    constants.GEOM_MESH,
 }
 
 
@@ -46,12 +48,16 @@ def createCollisionShape(
     replaceHeightfieldIndex: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """The number of a box, sphere, cylinder, capsule or plane, for createMultiBody."""
+    """The number of a box, sphere, cylinder, capsule, plane or mesh, for createMultiBody. A mesh is its convex hull, or
+    with indices or GEOM_FORCE_CONCAVE_TRIMESH its convex parts."""
+    function, world = "createCollisionShape", connected(physicsClientId)
     frame = _pose(collisionFramePosition, collisionFrameOrientation)
-    made = _primitive(
-        "createCollisionShape", shapeType, radius, halfExtents, height, planeNormal, frame, None
-    )
-    return connected(physicsClientId).collision_shapes.add([made])
+    if shapeType == constants.GEOM_MESH:
+        is_concave = bool(flags & constants.GEOM_FORCE_CONCAVE_TRIMESH)
+        mesh = _mesh(world, function, fileName, vertices, indices, is_concave)
+        return world.collision_shapes.add([_scaled(mesh, meshScale, frame, None)])
+    made = _primitive(function, shapeType, radius, halfExtents, height, planeNormal, frame, None)
+    return world.collision_shapes.add([made])
 
 
 def createVisualShape(
@@ -74,11 +80,13 @@ def createVisualShape(
     physicsClientId: int = 0,
 ) -> int:
     """As createCollisionShape, for visuals."""
+    function, world = "createVisualShape", connected(physicsClientId)
     frame = _pose(visualFramePosition, visualFrameOrientation)
-    made = _primitive(
-        "createVisualShape", shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor
-    )
-    return connected(physicsClientId).visual_shapes.add([made])
+    if shapeType == constants.GEOM_MESH:
+        mesh = _mesh(world, function, fileName, vertices, indices, False)
+        return world.visual_shapes.add([_scaled(mesh, meshScale, frame, _color(rgbaColor))])
+    made = _primitive(function, shapeType, radius, halfExtents, length, planeNormal, frame, rgbaColor)
+    return world.visual_shapes.add([made])
 
 
 def createCollisionShapeArray(
@@ -96,8 +104,11 @@ def createCollisionShapeArray(
 ) -> int:
     """One shape of several."""
     made = _several(
+        connected(physicsClientId),
         "createCollisionShapeArray",
         shapeTypes,
+        fileNames,
+        meshScales,
         radii,
         halfExtents,
         lengths,
@@ -125,8 +136,11 @@ def createVisualShapeArray(
 ) -> int:
     """One shape of several, for visuals."""
     made = _several(
+        connected(physicsClientId),
         "createVisualShapeArray",
         shapeTypes,
+        fileNames,
+        meshScales,
         radii,
         halfExtents,
         lengths,
@@ -144,8 +158,11 @@ def removeCollisionShape(collisionShapeId: int, physicsClientId: int = 0) -> Non
 
 
 def _several(
+    world: World,
     function: str,
     types: Any,
+    files: Any,
+    scales: Any,
     radii: Any,
     extents: Any,
     lengths: Any,
@@ -157,19 +174,44 @@ def _several(
     def at(values: Any, place: int, default: Any) -> Any:
         return default if values is None or place >= len(values) else values[place]
 
-    return [
-        _primitive(
-            function,
-            kind,
-            at(radii, place, 0.5),
-            at(extents, place, (1.0, 1.0, 1.0)),
-            at(lengths, place, 1.0),
-            at(normals, place, (0.0, 0.0, 1.0)),
-            _pose(at(positions, place, None), at(orientations, place, None)),
-            at(colors, place, None),
+    made: list[Primitive] = []
+    for place, kind in enumerate(indices(types, "expected a sequence of shape types")):
+        frame = _pose(at(positions, place, None), at(orientations, place, None))
+        color = at(colors, place, None)
+        if kind == constants.GEOM_MESH:
+            mesh = _mesh(world, function, at(files, place, ""), None, None, False)
+            made.append(_scaled(mesh, at(scales, place, None), frame, _color(color)))
+            continue
+        made.append(
+            _primitive(
+                function,
+                kind,
+                at(radii, place, 0.5),
+                at(extents, place, (1.0, 1.0, 1.0)),
+                at(lengths, place, 1.0),
+                at(normals, place, (0.0, 0.0, 1.0)),
+                frame,
+                color,
+            )
         )
-        for place, kind in enumerate(indices(types, "expected a sequence of shape types"))
-    ]
+    return made
+
+
+def _mesh(world: World, function: str, file: str, vertices: Any, indices: Any, is_concave: bool) -> Mesh:
+    if file:
+        return meshes.read(function, found(world, file, f"{function}: could not load the mesh."), is_concave)
+    if vertices is None or not len(vertices):
+        raise error(f"{function}: a mesh needs fileName or vertices")
+    return meshes.of_arrays(function, vertices, indices)
+
+
+def _scaled(mesh: Mesh, scale: Any, frame: Pose, color: tuple[float, ...] | None) -> Primitive:
+    factors = (1.0, 1.0, 1.0) if scale is None else vector(scale, "meshScale needs three numbers")
+    return Primitive(constants.GEOM_MESH, factors, frame, color, mesh)
+
+
+def _color(given: Any) -> tuple[float, ...] | None:
+    return None if given is None else tuple(floats(given, "rgbaColor needs four numbers", 4))
 
 
 def _primitive(
@@ -177,9 +219,9 @@ def _primitive(
 ) -> Primitive:
     if kind not in _KINDS:
         raise unsupported(
-            function, "boxes, spheres, cylinders, capsules and planes only; others come by loadURDF"
+            function, "boxes, spheres, cylinders, capsules, planes and meshes only: the daemon has no height fields"
         )
-    rgba = None if color is None else tuple(floats(color, "rgbaColor needs four numbers", 4))
+    rgba = _color(color)
     if kind == constants.GEOM_PLANE:
         flat = plane(vector(normal, "planeNormal needs three numbers"))
         return Primitive(flat.kind, flat.size, compose(frame, flat.pose), rgba)
@@ -227,12 +269,11 @@ def createMultiBody(
     flags: int = 0,
     batchPositions: Any = None,
     physicsClientId: int = 0,
-) -> int:
-    """Makes a body of shapes, fixed to the world if its base has no mass. Returns its number."""
+) -> int | tuple[int, ...]:
+    """Makes a body of shapes, fixed to the world if its base has no mass. Returns its number, or the numbers of as many
+    bodies as there are batchPositions."""
     del useMaximalCoordinates, flags
     world = connected(physicsClientId)
-    if batchPositions is not None and len(batchPositions):
-        raise unsupported("createMultiBody", "batchPositions are not there: call it once for each body")
     base = _part(
         world,
         "link0",
@@ -258,13 +299,27 @@ def createMultiBody(
     for place, row in enumerate(zip(linkMasses, *columns, strict=True), start=1):
         parts.append(_linked(world, place, len(linkMasses), row))
     text = urdf("body", parts)
-    spawn = Spawn(
-        position=vector(basePosition, "basePosition needs 3 coordinates [x,y,z]."),
-        orientation=quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w]."),
-        fixed=baseMass == 0.0,
-    )
-    entity = world.wire.spawn(DescriptionSource(urdf=text), spawn)
-    return settled(world, entity, descriptions.read(text, 1.0), text, {}, 1.0)
+    drawn = {shape.mesh.uri: shape.mesh for part in parts for shape in part.visuals if shape.mesh}
+    touched = {shape.mesh.uri: shape.mesh for part in parts for shape in part.collisions if shape.mesh}
+    used = {**drawn, **touched}
+    world.wire.send({mesh.sha256: mesh.data for mesh in used.values()})
+    files = {uri: mesh.sha256 for uri, mesh in used.items()}
+    orientation = quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w].")
+    is_batch = batchPositions is not None and len(batchPositions) > 0
+    numbers: list[int] = []
+    positions: Any = batchPositions if is_batch else (basePosition,)
+    for position in positions:
+        spawn = Spawn(
+            position=vector(position, "basePosition needs 3 coordinates [x,y,z]."),
+            orientation=orientation,
+            fixed=baseMass == 0.0,
+            divided=any(mesh.is_concave for mesh in touched.values()),
+        )
+        entity = world.wire.spawn(DescriptionSource(urdf=text, assets=files), spawn)
+        number = settled(world, entity, descriptions.read(text, 1.0), text, files, 1.0)
+        world.bodies[number].paths = {uri: mesh.file for uri, mesh in used.items()}
+        numbers.append(number)
+    return tuple(numbers) if is_batch else numbers[0]
 
 
 def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:
@@ -289,13 +344,10 @@ def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:
 
 
 def _part(world: World, name: str, mass: float, collision: int, visual: int, inertia: Pose) -> Part:
-    return Part(
-        name=name,
-        mass=mass,
-        collisions=world.collision_shapes.get(int(collision)),
-        visuals=world.visual_shapes.get(int(visual)),
-        inertia=inertia,
-    )
+    collisions = world.collision_shapes.get(int(collision))
+    # As in PyBullet, what has no shape to be drawn is drawn as what it touches with.
+    visuals = world.visual_shapes.get(int(visual)) or collisions
+    return Part(name=name, mass=mass, collisions=collisions, visuals=visuals, inertia=inertia)
 
 
 __all__ = [

@@ -14,6 +14,7 @@ from simd_client.proto import (
 
 from .connections import connected
 from .errors import error
+from .files import read_state
 
 # Parameters of setPhysicsEngineParameter without effect in simd.
 _SOLVER = (
@@ -132,16 +133,18 @@ def saveState(physicsClientId: int = 0) -> int:
 
 
 def restoreState(stateId: int = -1, fileName: str = "", physicsClientId: int = 0) -> None:
-    """Restores a saved state."""
+    """Restores a saved state: of that number, or of a file of saveBullet's."""
     world = connected(physicsClientId)
-    if stateId < 0 or fileName:
-        raise NotImplementedError(
-            "simd_client.pybullet.restoreState: states are restored by number, not from files"
-        )
+    if stateId < 0 and not fileName:
+        raise error("Couldn't restore state.")
+    name = world.saved_state_name(stateId) if stateId >= 0 else read_state(world, fileName)
     try:
-        world.wire.call(methods.RestoreState, RestoreStateRequest(name=world.saved_state_name(stateId)))
+        world.wire.call(methods.RestoreState, RestoreStateRequest(name=name))
     except error as refusal:
         raise error(f"Couldn't restore state. {refusal}", refusal.reason) from None
+    finally:
+        if stateId < 0:
+            world.wire.call(methods.DeleteSavedState, DeleteSavedStateRequest(name=name))
     world.restored()
 
 

@@ -56,7 +56,12 @@ class Sliders:
             methods.AddParameter, AddParameterRequest(parameter=wanted, name_taken=policy)
         ).parameter
         self._wire.watch_parameters()
-        self._items[self._next] = _Item(added.name, start, button)
+        number = self.number()
+        self._items[number] = _Item(added.name, start, button)
+        return number
+
+    def number(self) -> int:
+        """The number of the next item: slider, button or drawing."""
         self._next += 1
         return self._next - 1
 

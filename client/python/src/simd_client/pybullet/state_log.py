@@ -1,8 +1,10 @@
-"""startStateLogging: the states of robots after each step, in a file as PyBullet writes it."""
+"""startStateLogging: what there is after each step, in files as PyBullet writes them."""
 
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
+from math import asin, atan2, copysign, pi
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -10,42 +12,67 @@ from . import constants
 from .arguments import indices
 from .bodies import Body
 from .connections import connected
-from .errors import unsupported
+from .contacts import getContactPoints
+from .errors import error, unsupported
 from .kinematics import getBasePositionAndOrientation, getBaseVelocity
+from .rotations import matrix
 from .world import World
 
 # PyBullet's format: two lines of text (names, a letter for the type of each column), then records,
-# each begun by these two bytes. Positions and velocities of all joints, then their efforts if requested.
+# each begun by these two bytes.
 _RECORD = b"\xaa\xbb"
 _MOST_JOINTS = 12
+_MINITAUR = [
+    f"motor_{place}_joint"
+    for place in ("front_leftR", "front_leftL", "back_leftR", "back_leftL")
+    + ("front_rightL", "front_rightR", "back_rightL", "back_rightR")
+]
 
 
 class StateLog:
-    """A log that is being written, by one connection."""
+    """A file that is being written, by one connection: one or several records after each step."""
+
+    def __init__(self, client: int, path: Path, names: list[str], kinds: str) -> None:
+        self._client = client
+        self._step = 0
+        self._packing = struct.Struct("<" + kinds)
+        try:
+            self._file: BinaryIO = path.open("wb")
+        except OSError as problem:
+            raise error(f"startStateLogging: {problem}") from None
+        self._file.write((",".join(names) + "\n" + kinds + "\n").encode())
+
+    def __call__(self, world: World) -> None:
+        """Writes the records of a step."""
+        for row in self._rows(world):
+            self._file.write(_RECORD + self._packing.pack(*row))
+        self._step += 1
+
+    def _rows(self, world: World) -> Iterable[list[Any]]:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._file.close()
+
+
+class RobotLog(StateLog):
+    """Base and joints of robots: positions and velocities of all joints, then their efforts if requested."""
 
     def __init__(self, client: int, path: Path, bodies: list[int], most: int, efforts: bool) -> None:
-        self._client = client
         self._bodies = bodies
         self._most = most
         self._efforts = efforts
-        self._step = 0
-        self._file: BinaryIO = path.open("wb")
         names = ["stepCount", "timeStamp", "objectId"]
         names += ["posX", "posY", "posZ", "oriX", "oriY", "oriZ", "oriW"]
         names += ["velX", "velY", "velZ", "omegaX", "omegaY", "omegaZ", "qNum"]
         columns = [f"q{joint}" for joint in range(most)] + [f"u{joint}" for joint in range(most)]
         columns += [f"t{joint}" for joint in range(most)] if efforts else []
-        kinds = "Ifi" + "f" * 13 + "I" + "f" * len(columns)
-        self._file.write((",".join(names + columns) + "\n" + kinds + "\n").encode())
-        self._packing = struct.Struct("<" + kinds)
+        super().__init__(client, path, names + columns, "Ifi" + "f" * 13 + "I" + "f" * len(columns))
 
-    def __call__(self, world: World) -> None:
-        """Writes the states after a step."""
-        for number in self._bodies or sorted(world.bodies):
-            body = world.bodies.get(number)
-            if body is not None:
-                self._file.write(_RECORD + self._packing.pack(*self._row(world, body)))
-        self._step += 1
+    def _rows(self, world: World) -> Iterable[list[Any]]:
+        found = [world.bodies.get(number) for number in self._bodies or sorted(world.bodies)]
+        return [self._row(world, body) for body in found if body is not None]
 
     def _row(self, world: World, body: Body) -> list[Any]:
         states = world.joint_states(body)
@@ -69,9 +96,73 @@ class StateLog:
             row += [states.effort[joint.velocity_index] for joint in moving] + padding
         return row
 
+
+class MinitaurLog(StateLog):
+    """A robot with the eight motors of a Minitaur: roll, pitch and yaw, their positions and efforts, forward speed."""
+
+    def __init__(self, client: int, path: Path, body: Body) -> None:
+        self._body = body.unique_id
+        if any(name not in body.by_joint for name in _MINITAUR):
+            raise error("startStateLogging: a Minitaur has the joints motor_front_leftR_joint and so on")
+        names = ["t", "r", "p", "y", *(f"q{i}" for i in range(8)), *(f"u{i}" for i in range(8)), "dx", "mo"]
+        super().__init__(client, path, names, "I" + "f" * 20 + "B")
+
+    def _rows(self, world: World) -> Iterable[list[Any]]:
+        body = world.bodies.get(self._body)
+        if body is None:
+            return []
+        states = world.joint_states(body)
+        motors = [body.joints[body.by_joint[name]] for name in _MINITAUR]
+        m = matrix(getBasePositionAndOrientation(self._body, self._client)[1])
+        return [
+            [
+                self._step,
+                *_roll_pitch_yaw(m),
+                *(states.position[motor.position_index] for motor in motors),
+                *(states.effort[motor.velocity_index] for motor in motors),
+                getBaseVelocity(self._body, self._client)[0][0],
+                # Bullet's mode of its motors, which is always this.
+                6,
+            ]
+        ]
+
+
+class ContactLog(StateLog):
+    """The contact points of bodies and links."""
+
+    def __init__(self, client: int, path: Path, bodies: tuple[int, int], links: tuple[int, int]) -> None:
+        self._asked = [body for body in bodies if body >= 0]
+        self._links = links
+        places = [f"position{side}{axis}" for side in ("OnA", "OnB") for axis in "XYZ"]
+        names = ["stepCount", "timeStamp", "contactFlag", "bodyUniqueIdA", "bodyUniqueIdB", "linkIndexA", "linkIndexB"]
+        names += [*places, *(f"contactNormalOnB{axis}" for axis in "XYZ"), "contactDistance", "normalForce"]
+        super().__init__(client, path, names, "IfIiiii" + "f" * 11)
+
+    def _rows(self, world: World) -> Iterable[list[Any]]:
+        for flag, a, b, link_a, link_b, on_a, on_b, normal, depth, force, *_ in getContactPoints(
+            physicsClientId=self._client
+        ):
+            is_asked = all(body in (a, b) for body in self._asked)
+            sides = zip((link_a, link_b), self._links, strict=True)
+            if is_asked and all(wanted < -1 or link == wanted for link, wanted in sides):
+                time = self._step * world.time_step
+                yield [self._step, time, flag, a, b, link_a, link_b, *on_a, *on_b, *normal, depth, force]
+
+
+class NoLog:
+    """A log that only Bullet's own process can write."""
+
+    def __call__(self, world: World) -> None:
+        """Writes nothing."""
+
     def close(self) -> None:
-        """Closes the file."""
-        self._file.close()
+        """Closes nothing."""
+
+
+_ACCEPTED = {
+    constants.STATE_LOGGING_VIDEO_MP4: "no video is written: there is no window",
+    constants.STATE_LOGGING_PROFILE_TIMINGS: "no timings are written: those are of Bullet's own functions",
+}
 
 
 def startStateLogging(
@@ -87,19 +178,38 @@ def startStateLogging(
     logFlags: int = 0,
     physicsClientId: int = 0,
 ) -> int:
-    """Starts a log of the states of robots after each step of this script. Returns its number.
-    STATE_LOGGING_GENERIC_ROBOT is the only kind."""
+    """Starts a log of robots, of a Minitaur or of contact points after each step of this script. Returns its number.
+    Videos and timings are accepted, and not written."""
+    del deviceTypeFilter
     world = connected(physicsClientId)
-    if loggingType != constants.STATE_LOGGING_GENERIC_ROBOT:
-        raise unsupported("startStateLogging", "STATE_LOGGING_GENERIC_ROBOT is the only kind")
+    path = Path(fileName)
     wanted = [] if objectUniqueIds is None else indices(objectUniqueIds, "objectUniqueIds must be numbers")
-    log = StateLog(physicsClientId, Path(fileName), wanted, int(maxLogDof), bool(logFlags))
-    return world.start_log(log)
+    if loggingType == constants.STATE_LOGGING_GENERIC_ROBOT:
+        return world.start_log(RobotLog(physicsClientId, path, wanted, int(maxLogDof), bool(logFlags)))
+    if loggingType == constants.STATE_LOGGING_MINITAUR:
+        body = world.body(wanted[0] if wanted else -1, "startStateLogging: a Minitaur is one of objectUniqueIds")
+        return world.start_log(MinitaurLog(physicsClientId, path, body))
+    if loggingType == constants.STATE_LOGGING_CONTACT_POINTS:
+        bodies, links = (bodyUniqueIdA, bodyUniqueIdB), (linkIndexA, linkIndexB)
+        return world.start_log(ContactLog(physicsClientId, path, bodies, links))
+    if loggingType in _ACCEPTED:
+        world.say_once(f"startStateLogging: {_ACCEPTED[loggingType]}")
+        return world.start_log(NoLog())
+    raise unsupported(
+        "startStateLogging", "robots, Minitaurs and contact points only: commands are copies of Bullet's own memory"
+    )
 
 
 def stopStateLogging(loggingId: int, physicsClientId: int = 0) -> None:
     """Ends a log."""
     connected(physicsClientId).stop_log(loggingId)
+
+
+def _roll_pitch_yaw(m: Any) -> tuple[float, float, float]:
+    """Of Bullet's getEulerZYX."""
+    if abs(m[2][0]) >= 1.0:
+        return atan2(m[2][1], m[2][2]), copysign(pi / 2, -m[2][0]), 0.0
+    return atan2(m[2][1], m[2][2]), -asin(m[2][0]), atan2(m[1][0], m[0][0])
 
 
 __all__ = ["startStateLogging", "stopStateLogging"]

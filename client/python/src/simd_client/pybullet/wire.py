@@ -13,7 +13,8 @@ import zenoh
 
 from simd_client import keys
 from simd_client.blocking.connection import Connection
-from simd_client.blocking.upload import upload
+from simd_client.blocking.upload import fetch_file, upload_files
+from simd_client.description_files import PART_BYTES, DescriptionFiles
 from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT, read_endpoint
 from simd_client.errors import EndpointError, SimdError, Unavailable
 from simd_client.link import Link, open_link
@@ -24,9 +25,11 @@ from simd_client.proto import (
     EntityInfo,
     GetParametersRequest,
     JointStates,
+    MeshShapes,
     ParameterList,
     ReloadEntityRequest,
     SpawnEntityRequest,
+    UploadAssetRequest,
     methods,
 )
 
@@ -64,6 +67,8 @@ class Spawn:
     # rad or m by joint; the others start at zero.
     joints: dict[str, float] = field(default_factory=dict[str, float])
     self_collision: bool = False
+    # Its collision meshes become convex parts, and not their hulls.
+    divided: bool = False
 
 
 class Wire:
@@ -79,6 +84,8 @@ class Wire:
         # Not read yet.
         self._parameters_bytes: bytes | None = None
         self._states_bytes: dict[str, bytes] = {}
+        # Hashes of the files that were sent.
+        self._sent: set[str] = set()
 
     @staticmethod
     def open(endpoint: str | None, certificates: Mapping[str, object] | None = None) -> Wire:
@@ -125,26 +132,53 @@ class Wire:
         self._subscribers.clear()
         self._link.close()
 
-    def call(self, method: Method[Request, Reply], request: Request) -> Reply:
-        """Sends a request. Returns the answer.
+    @property
+    def connection(self) -> Connection:
+        """For what the client has functions for."""
+        return self._connection
+
+    def call(self, method: Method[Request, Reply], request: Request, wait: float = 0.0) -> Reply:
+        """Sends a request. Returns the answer. `wait` is how long the daemon itself may take, seconds.
 
         Raises:
             error: with the daemon's sentence and reason.
         """
         try:
-            return self._connection.call(method, request, wait=_patience(request))
+            return self._connection.call(method, request, wait=wait or _patience(request))
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
 
     # Robots.
 
-    def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str]]:
-        """Spawns a robot from this disk. Returns it with the hashes of its files by URI."""
+    def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
+        """Spawns a robot from this disk. Returns it with the hashes of its files, and with their paths, by URI."""
         try:
-            source = upload(self._connection, path)
+            files = DescriptionFiles(path, None)
+            source = upload_files(self._connection, files)
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
-        return self.spawn(source, spawn), dict(source.assets)
+        paths = {uri: str(files.paths[sha256]) for uri, sha256 in files.hashes.items()}
+        return self.spawn(source, spawn), dict(source.assets), paths
+
+    def send(self, files: Mapping[str, bytes]) -> None:
+        """Sends files by their hashes, as far as the daemon lacks them."""
+        for sha256, data in files.items():
+            if sha256 in self._sent:
+                continue
+            for offset in range(0, len(data), PART_BYTES):
+                part = data[offset : offset + PART_BYTES]
+                self.call(
+                    methods.UploadAsset,
+                    UploadAssetRequest(sha256=sha256, total_bytes=len(data), offset=offset, data=part),
+                )
+            self._sent.add(sha256)
+
+    def file(self, sha256: str) -> bytes:
+        """A file of the daemon's."""
+        try:
+            return fetch_file(self._connection, sha256)
+        except SimdError as problem:
+            raise error(str(problem), problem.reason) from None
 
     def spawn(self, source: DescriptionSource, spawn: Spawn) -> EntityInfo:
         """Spawns a robot."""
@@ -157,6 +191,7 @@ class Wire:
             scale=spawn.scale,
             joint_positions=spawn.joints,
             self_collision=spawn.self_collision,
+            mesh_shapes=MeshShapes.MESH_SHAPES_DECOMPOSITION if spawn.divided else MeshShapes.MESH_SHAPES_HULL,
         )
         at, turn = request.pose.position, request.pose.orientation
         at.x, at.y, at.z = spawn.position

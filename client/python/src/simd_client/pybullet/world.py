@@ -34,6 +34,7 @@ from simd_client.surface import surfaces_to_proto
 from . import bodies, motors
 from .bodies import Body, BodyJoint
 from .errors import error
+from .kept import Camera, Notes
 from .primitives import Shapes
 from .readings import Readings
 from .targets import joint_target
@@ -43,11 +44,12 @@ if TYPE_CHECKING:
 
     from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
 
-    from simd_client.proto import EntityInfo
+    from simd_client.proto import EntityInfo, RobotScene
     from simd_client.surface import Surface
 
     from .arguments import Pose, Vector
     from .constraints import Constraint
+    from .meshes import Vertices
     from .sliders import Sliders
     from .wire import Wire
 
@@ -96,13 +98,19 @@ class World(Readings):
         self._waiting: dict[tuple[int, int], None] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
+        self.camera = Camera()
+        self.notes = Notes()
         self.collision_shapes = Shapes()
         self.visual_shapes = Shapes()
+        # Shapes of robots by name, and the smallest and largest coordinates of meshes by hash.
+        self.scenes: dict[str, RobotScene] = {}
+        self.mesh_bounds: dict[str, Vertices | None] = {}
         self._said: set[str] = set()
         self._saved_states = 0
         self._script = uuid.uuid4().hex[:8]
         # What runs after each step: state logs.
         self._logs: dict[int, Log] = {}
+        self._next_log = 0
 
     # Bodies.
 
@@ -154,6 +162,7 @@ class World(Readings):
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
+        made.paths, made.file = body.paths, body.file
         made.self_collision = body.self_collision
         self.set_surfaces(made, body.surfaces)
         for joint in made.joints:
@@ -177,7 +186,9 @@ class World(Readings):
             body.surfaces.update(known)
 
     def _drop(self, number: int) -> None:
-        del self.bodies[number]
+        robot = self.bodies.pop(number).robot
+        self.notes.forget(number)
+        self.scenes.pop(robot, None)
         self.constraints = {n: c for n, c in self.constraints.items() if c.body != number}
         for waiting in [key for key in self._waiting if key[0] == number]:
             del self._waiting[waiting]
@@ -369,7 +380,8 @@ class World(Readings):
 
     def start_log(self, log: Log) -> int:
         """Adds a listener. Returns its number."""
-        number = max(self._logs, default=-1) + 1
+        number = self._next_log
+        self._next_log += 1
         self._logs[number] = log
         return number
 

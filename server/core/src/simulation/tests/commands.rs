@@ -31,7 +31,7 @@ fn refusals_name_the_element_and_what_there_is() {
     let said = |result: Result<Applied, Error>| result.unwrap_err().to_string();
     assert_eq!(
         said(set(&mut world, position(f64::NAN))),
-        "the position target of joint \"shoulder\" is NaN; it must be a finite number"
+        "robots[0].joints[0].position.position (joint \"shoulder\") is NaN; it must be finite"
     );
     assert_eq!(
         said(world.apply(&Command::Delete { robot: "leg".into() })),

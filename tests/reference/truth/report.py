@@ -14,8 +14,8 @@ from math import isfinite, log
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-REPOSITORY = HERE.parents[1]
-sys.path.insert(0, str(HERE.parent / "reference"))
+REPOSITORY = HERE.parents[2]
+sys.path.insert(0, str(HERE.parent))
 
 import exact  # noqa: E402
 import in_mujoco  # noqa: E402

@@ -1,7 +1,7 @@
 """A case in PyBullet, DIRECT: multibodies, one `stepSimulation` a step, solver settings as by default.
 
 Set beside the defaults: inertia from the file; linear, angular and joint damping zero where the case has none
-(0.04 else); the cap of 100 rad/s on joint rates lifted; the velocity motors that joints start with switched off.
+(0.04 else); the cap of 100 rad/s on joint velocities lifted; the velocity motors that joints start with switched off.
 Dry friction is a velocity motor with target 0 and the friction as its force, as its manual says; mimic a gear
 constraint; actuators are torques that are computed before each step, since its motors are constraints without
 gains. It has no armature, and takes the axes of joints as long as they are written: here they have length 1.

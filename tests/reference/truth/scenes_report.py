@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-REPOSITORY = HERE.parents[1]
-sys.path.insert(0, str(HERE.parent / "reference"))
+REPOSITORY = HERE.parents[2]
+sys.path.insert(0, str(HERE.parent))
 
 import in_simd  # noqa: E402
 import make_scenes  # noqa: E402

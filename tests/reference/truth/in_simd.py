@@ -17,7 +17,7 @@ def run(repository, folder, asks):
 
 
 def ask(repository, folder, requests):
-    """The answer to each request, which `tests/truth/main.rs` says the kinds of."""
+    """The answer to each request, which `tests/reference/truth/main.rs` says the kinds of."""
     listing = folder / "asks.json"
     listing.write_text(json.dumps(requests))
     answers = subprocess.run([build(repository), str(listing)], stdout=subprocess.PIPE, check=True).stdout

@@ -1,4 +1,4 @@
-//! What `tests/truth` asks of simd: where the robots of a list of cases are at some instants, and how scenes
+//! What `tests/reference/truth` asks of simd: where the robots of a list of cases are at some instants, and how scenes
 //! with contact go on.
 //!
 //! The argument is a file with a list of [`Ask`]s. The answer is a line of JSON for each.

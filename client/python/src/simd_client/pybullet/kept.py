@@ -1,0 +1,49 @@
+"""What a script keeps in its own process: where the window's camera is, and notes on bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .arguments import ORIGIN, Vector
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where the window's camera is: degrees, metres."""
+
+    distance: float = 5.0
+    yaw: float = 50.0
+    pitch: float = -35.0
+    target: Vector = ORIGIN
+
+
+@dataclass(frozen=True)
+class Note:
+    """A text on a body, a link or a shape."""
+
+    key: str
+    body: int
+    link: int
+    shape: int
+    value: str
+
+    @property
+    def place(self) -> tuple[str, int, int, int]:
+        """There is one note at a place."""
+        return self.key, self.body, self.link, self.shape
+
+
+@dataclass
+class Notes:
+    """All of one script, by number."""
+
+    by_number: dict[int, Note] = field(default_factory=dict[int, Note])
+    next: int = 0
+
+    def forget(self, body: int) -> None:
+        """The body is gone."""
+        self.by_number = {number: note for number, note in self.by_number.items() if note.body != body}
+
+    def number(self, place: tuple[str, int, int, int]) -> int:
+        """The number of the note there; -1 for none."""
+        return next((number for number, note in self.by_number.items() if note.place == place), -1)

@@ -1,0 +1,107 @@
+"""Meshes that scripts make shapes of: files, and arrays of vertices."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .arguments import indices as whole_numbers
+from .arguments import vector
+from .errors import error, unsupported
+
+Vertices = NDArray[np.float64]
+
+_FORMATS = (".obj", ".stl", ".dae")
+_MOST_BYTES = 256 * 1024 * 1024
+# Of a mesh that is to be divided into convex parts; larger ones take too long.
+MOST_DIVIDED = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A mesh that the daemon gets with the first body that is made of it."""
+
+    data: bytes
+    # Under which the description of a body refers to it.
+    uri: str
+    sha256: str
+    # Where it was found; empty for arrays.
+    file: str
+    # Smallest and largest coordinates of its vertices.
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+    # It is not to be taken for its convex hull.
+    is_concave: bool = False
+
+
+def read(function: str, path: Path, is_concave: bool) -> Mesh:
+    """From a file.
+
+    Raises:
+        error: if it cannot be read, or is of no format that the daemon reads.
+    """
+    if path.suffix.lower() not in _FORMATS:
+        raise error(f"{function}: {path.name} is none of {', '.join(_FORMATS)}")
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise error(f"{function}: {path.name} has more than 256 MiB")
+        data = path.read_bytes()
+    except OSError as problem:
+        raise error(f"{function}: {problem}") from None
+    found = vertices(data, path.name)
+    if found is None:
+        raise unsupported(function, f"the size of {path.name} is not known: .obj and .stl are read here")
+    return _mesh(function, data, path.suffix.lower(), str(path), found, is_concave)
+
+
+def of_arrays(function: str, given: Any, triangles: Any) -> Mesh:
+    """From vertices, and three indices for each triangle; without those it is the convex hull that is meant."""
+    points = np.array([vector(each, f"{function}: a vertex has 3 numbers") for each in given], dtype=np.float64)
+    faces = whole_numbers(triangles if triangles is not None else (), f"{function}: indices must be whole numbers")
+    if len(faces) % 3 or any(not 0 <= index < len(points) for index in faces):
+        raise error(f"{function}: indices are of vertices, three for each triangle")
+    if not faces:
+        # Any triangles with all vertices: the hull is theirs.
+        last = len(points) - 1
+        faces = [index for i in range(0, last, 2) for index in (i, min(i + 1, last), min(i + 2, last))]
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+    lines += [f"f {faces[i] + 1} {faces[i + 1] + 1} {faces[i + 2] + 1}" for i in range(0, len(faces), 3)]
+    data = ("\n".join(lines) + "\n").encode()
+    is_concave = triangles is not None and 0 < len(faces) <= 3 * MOST_DIVIDED
+    return _mesh(function, data, ".obj", "", points, is_concave)
+
+
+def vertices(data: bytes, name: str) -> Vertices | None:
+    """The vertices of an OBJ or STL file; `None` for others and for what cannot be read."""
+    try:
+        if name.lower().endswith(".obj"):
+            rows = [line.split()[1:4] for line in data.splitlines() if line.lstrip().startswith(b"v ")]
+            return np.array([[float(each) for each in row] for row in rows], dtype=np.float64).reshape(-1, 3)
+        if name.lower().endswith(".stl"):
+            return _of_stl(data)
+    except ValueError:
+        return None
+    return None
+
+
+def _of_stl(data: bytes) -> Vertices:
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == 84 + 50 * count:
+        records = np.frombuffer(data, dtype=np.dtype([("f", "<f4", (4, 3)), ("a", "<u2")]), offset=84)
+        return records["f"][:, 1:].reshape(-1, 3).astype(np.float64)
+    rows = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
+    return np.array([[float(each) for each in row] for row in rows], dtype=np.float64).reshape(-1, 3)
+
+
+def _mesh(function: str, data: bytes, suffix: str, file: str, points: Vertices, is_concave: bool) -> Mesh:
+    if not len(points) or not np.isfinite(points).all():
+        raise error(f"{function}: a mesh has vertices, and those are numbers")
+    lower, upper = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    sha256 = hashlib.sha256(data).hexdigest()
+    return Mesh(data, sha256 + suffix, sha256, file, tuple(lower), tuple(upper), is_concave)

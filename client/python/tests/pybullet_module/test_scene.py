@@ -1,0 +1,184 @@
+"""Shapes of bodies, the boxes around them and meshes, beside PyBullet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from .conftest import SEVEN_ARM
+
+# PyBullet's boxes are larger by its collision margins: millimetres for a hull, turned with it.
+MARGIN = 0.007
+OBJ = "v 0 0 0\nv 0.4 0 0\nv 0 0.6 0\nv 0 0 0.8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+def flat(value: Any) -> Iterable[Any]:
+    """The numbers of nested sequences."""
+    if isinstance(value, (tuple, list)):
+        for each in value:  # pyright: ignore[reportUnknownVariableType]
+            yield from flat(each)
+    else:
+        yield value
+
+
+def bodies(p: Any, mesh: Path) -> list[int]:
+    """One of each kind of shape, turned, with frames of their own."""
+    turn = p.getQuaternionFromEuler([0.1, 0.2, 0.3])
+    frame = {"collisionFramePosition": [0.5, 0.1, 0.0], "collisionFrameOrientation": turn}
+    drawn = p.createVisualShape(
+        p.GEOM_CAPSULE, radius=0.1, length=0.5, rgbaColor=[1, 0, 0, 0.5], visualFramePosition=[0, 0.3, 0]
+    )
+    shapes = [
+        p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.1, 0.2, 0.3], **frame),
+        p.createCollisionShape(p.GEOM_SPHERE, radius=0.4, **frame),
+        p.createCollisionShape(p.GEOM_CYLINDER, radius=0.2, height=0.5, **frame),
+        p.createCollisionShape(p.GEOM_CAPSULE, radius=0.2, height=0.5, **frame),
+        p.createCollisionShape(p.GEOM_MESH, fileName=str(mesh), meshScale=[1, 2, 3], **frame),
+        p.createCollisionShapeArray(
+            [p.GEOM_BOX, p.GEOM_SPHERE],
+            radii=[0.0, 0.3],
+            halfExtents=[[0.1, 0.2, 0.3], [0, 0, 0]],
+            collisionFramePositions=[[0, 0, 0], [1, 0, 0]],
+        ),
+    ]
+    made = [p.createMultiBody(1, shape, drawn, [1, 2, 3], turn) for shape in shapes]
+    made.append(p.createMultiBody(2, shapes[0], -1, [5, 5, 5], turn, baseInertialFramePosition=[0, 0, 0.1]))
+    return made
+
+
+def test_visual_shapes_are_told_as_pybullet_tells_them(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    mesh = tmp_path / "corner.obj"
+    mesh.write_text(OBJ)
+    drawn = {"fileName": str(mesh), "meshScale": [1, 2, 3], "rgbaColor": [0, 1, 0, 1]}
+    rows: list[list[Any]] = []
+    for p in (bullet, script):
+        made = bodies(p, mesh)
+        made.append(p.createMultiBody(1, -1, p.createVisualShape(p.GEOM_MESH, **drawn)))
+        made.append(p.loadURDF(str(SEVEN_ARM), useFixedBase=1))
+        rows.append([p.getVisualShapeData(body, flags=flags) for body in made for flags in (0, 1)])
+        assert p.getVisualShapeData(99) == ()
+    for theirs, ours in zip(*rows, strict=True):
+        # An arm of ours has a file each, which PyBullet draws with a texture's number of its own.
+        textures = len(theirs[0]) == 9
+        for a, b in zip(theirs, ours, strict=True):
+            assert [type(each) for each in a] == [type(each) for each in b]
+            assert a[4] == b[4]
+            assert list(flat((b[:4], b[5:8]))) == pytest.approx(list(flat((a[:4], a[5:8]))), abs=1e-6)
+            assert (len(a) == 9) == textures
+
+
+def test_collision_shapes_and_boxes_are_told_as_pybullet_tells_them(
+    bullet: Any, script: ModuleType, tmp_path: Path
+) -> None:
+    mesh = tmp_path / "corner.obj"
+    mesh.write_text(OBJ)
+    found: list[list[Any]] = []
+    for p in (bullet, script):
+        rows: list[Any] = []
+        for body in bodies(p, mesh):
+            # PyBullet forgets the scale of a mesh, and tells the body of the first shape only.
+            told = p.getCollisionShapeData(body, -1)
+            rows.append([(row[2], () if row[2] == p.GEOM_MESH else row[3], row[5:]) for row in told])
+            assert told[0][:2] == (body, -1) and (p is bullet or all(row[:2] == (body, -1) for row in told))
+            rows.append(p.getAABB(body))
+            rows.append(p.getDynamicsInfo(body, -1)[2])
+        arm = p.loadURDF(str(SEVEN_ARM), [0, 0, 7], useFixedBase=1)
+        p.resetJointState(arm, 2, 0.6)
+        rows += [p.getAABB(arm, link) for link in range(-1, p.getNumJoints(arm)) if p.getCollisionShapeData(arm, link)]
+        found.append(rows)
+        for call in (
+            lambda: p.getAABB(99),
+            lambda: p.getAABB(0, 7),
+            lambda: p.getCollisionShapeData(99, -1),
+            lambda: p.getCollisionShapeData(0, 7),
+        ):
+            with pytest.raises(p.error):
+                call()
+        point = p.createMultiBody(1, basePosition=[1, 2, 3])
+        assert p.getCollisionShapeData(point, -1) == () and p.getVisualShapeData(point) == ()
+        assert p.getAABB(point) == ((1, 2, 3), (1, 2, 3))
+    assert len(found[0]) == len(found[1]) > 21
+    for theirs, ours in zip(*found, strict=True):
+        assert list(flat(ours)) == pytest.approx(list(flat(theirs)), abs=MARGIN)
+
+
+def test_what_meets_a_box_is_found(bullet: Any, script: ModuleType) -> None:
+    for p in (bullet, script):
+        sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=0.5)
+        near, far = (p.createMultiBody(1, sphere, -1, [x, 0, 0]) for x in (0, 5))
+        assert p.getOverlappingObjects([0.4, -1, -1], [1, 1, 1]) == ((near, -1),)
+        assert sorted(p.getOverlappingObjects([0.4, -1, -1], [9, 1, 1])) == [(near, -1), (far, -1)]
+        assert p.getOverlappingObjects([1, -1, -1], [2, 1, 1]) is None
+        p.resetBasePositionAndOrientation(near, [9, 0, 0], [0, 0, 0, 1])
+        p.stepSimulation()
+        assert p.getOverlappingObjects([8, -1, -1], [9, 1, 1]) == ((near, -1),)
+
+
+def test_a_mesh_of_a_file_and_of_arrays_falls_onto_its_hull(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    """A pyramid on its base: its corners are at most 0.3 m above the ground when it lies."""
+    corners = [[0.3, 0.3, 0], [-0.3, 0.3, 0], [-0.3, -0.3, 0], [0.3, -0.3, 0], [0, 0, 0.5]]
+    faces = [0, 2, 1, 0, 3, 2, 0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    lines += [f"f {faces[i] + 1} {faces[i + 1] + 1} {faces[i + 2] + 1}" for i in range(0, len(faces), 3)]
+    file = tmp_path / "pyramid.obj"
+    file.write_text("\n".join(lines))
+    heights: list[list[float]] = []
+    for p in (bullet, script):
+        p.setGravity(0, 0, -9.81)
+        p.createMultiBody(0, p.createCollisionShape(p.GEOM_BOX, halfExtents=[50, 50, 1]), -1, [0, 0, -1])
+        p.setAdditionalSearchPath(str(tmp_path))
+        made = [
+            p.createMultiBody(1, p.createCollisionShape(p.GEOM_MESH, **mesh), -1, [3 * place, 0, 0.05])
+            for place, mesh in enumerate([{"fileName": "pyramid.obj"}, {"vertices": corners}])
+        ]
+        for _ in range(240):
+            p.stepSimulation()
+        heights.append([p.getBasePositionAndOrientation(body)[0][2] for body in made])
+    assert heights[1] == pytest.approx(heights[0], abs=0.003)
+
+
+def test_a_concave_mesh_is_its_parts(script: ModuleType) -> None:
+    """A ball falls into a trough of two planks, which their hull would fill."""
+    script.setGravity(0, 0, -9.81)
+    corners: list[list[float]] = []
+    faces: list[int] = []
+    for side in (-1.0, 1.0):
+        first = len(corners)
+        corners += [[x, side * y, z] for x in (-1.0, 1.0) for y, z in ((0.5, 0.0), (0.7, 0.0), (0.7, 1.0), (0.5, 1.0))]
+        for a, b, c, d in ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)):
+            quad = [first + each for each in (a, b, c, a, c, d)]
+            faces += quad if side < 0 else quad[::-1]
+    script.createMultiBody(0, script.createCollisionShape(script.GEOM_BOX, halfExtents=[5, 5, 1]), -1, [0, 0, -1])
+    script.createMultiBody(0, script.createCollisionShape(script.GEOM_MESH, vertices=corners, indices=faces))
+    ball = script.createMultiBody(1, script.createCollisionShape(script.GEOM_SPHERE, radius=0.2), -1, [0, 0, 2])
+    for _ in range(480):
+        script.stepSimulation()
+    assert script.getBasePositionAndOrientation(ball)[0][2] == pytest.approx(0.2, abs=0.01)
+
+
+def test_a_batch_of_bodies_is_made_by_one_call(bullet: Any, script: ModuleType) -> None:
+    places = [[x, 0.0, 1.0] for x in range(5)]
+    for p in (bullet, script):
+        made = p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1), batchPositions=places)
+        assert len(made) == 5
+        assert [list(p.getBasePositionAndOrientation(body)[0]) for body in made] == places
+
+
+def test_meshes_that_cannot_be_are_told(script: ModuleType, tmp_path: Path) -> None:
+    for mesh, said in (
+        ({}, "needs fileName or vertices"),
+        ({"fileName": "lost.obj"}, "could not load the mesh"),
+        ({"vertices": [[0, 0]]}, "a vertex has 3 numbers"),
+        ({"vertices": [[0, 0, 0]], "indices": [0, 0, 1]}, "indices are of vertices"),
+    ):
+        with pytest.raises(script.error, match=said):
+            script.createCollisionShape(script.GEOM_MESH, **mesh)
+    (tmp_path / "mesh.ply").write_text("ply")
+    with pytest.raises(script.error, match="none of .obj, .stl, .dae"):
+        script.createCollisionShape(script.GEOM_MESH, fileName=str(tmp_path / "mesh.ply"))
+    with pytest.raises(NotImplementedError, match="no height fields"):
+        script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=[0.0] * 4)

@@ -1,0 +1,134 @@
+//! Whether the numbers of a command can be. A refusal names the field by its path in the request, as a command has the
+//! fields of its request; it is nobody else's to check them.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use glamx::{DPose3, DVec3};
+use simd_model::robot::JointLimits;
+
+use super::command::Target;
+use super::error::Error;
+
+/// The largest position or velocity that a joint can be put at: a joint that follows it may
+/// go a million times as far and still be computed with. rad, m, rad/s or m/s.
+const LARGEST: f64 = 1e12;
+
+/// The refusal of a field.
+pub(super) fn refuse(field: impl Into<String>, value: impl Display, expected: impl Into<String>) -> Error {
+    Error::InvalidValue {
+        element: field.into(),
+        of: String::new(),
+        value: value.to_string(),
+        expected: expected.into(),
+    }
+}
+
+/// Neither NaN nor infinite.
+pub(super) fn finite(field: &str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() { Ok(value) } else { Err(refuse(field, value, "it must be finite")) }
+}
+
+/// A gain, or what bounds a size.
+pub(super) fn at_least_zero(field: &str, value: f64) -> Result<f64, Error> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(value);
+    }
+    Err(refuse(field, value, "it must be finite and at least 0"))
+}
+
+/// The same where it is given.
+pub(super) fn optional_at_least_zero(field: &str, value: Option<f64>) -> Result<(), Error> {
+    value.map_or(Ok(()), |value| at_least_zero(field, value).map(drop))
+}
+
+/// In a range, which no NaN is.
+pub(super) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, Error> {
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    Err(refuse(field, value, format!("it must be within {} and {}", range.start(), range.end())))
+}
+
+/// What a joint can be put at.
+pub(super) fn moderate(field: &str, value: f64) -> Result<f64, Error> {
+    if value.abs() <= LARGEST {
+        return Ok(value);
+    }
+    Err(refuse(field, value, format!("it must be a number between -{LARGEST:e} and {LARGEST:e}")))
+}
+
+/// Three finite numbers.
+pub(super) fn point(field: &str, point: DVec3) -> Result<DVec3, Error> {
+    for (axis, value) in ["x", "y", "z"].into_iter().zip(point.to_array()) {
+        finite(axis, value).map_err(|error| error.within(|| field.to_owned()))?;
+    }
+    Ok(point)
+}
+
+/// Three finite numbers, of a finite length.
+pub(super) fn vector(field: &str, vector: DVec3) -> Result<DVec3, Error> {
+    point(field, vector)?;
+    if vector.length().is_finite() {
+        return Ok(vector);
+    }
+    Err(refuse(field, vector, "its length must be finite"))
+}
+
+/// Finite, with a rotation of unit length.
+pub(super) fn pose(field: &str, pose: &DPose3) -> Result<(), Error> {
+    point("position", pose.translation).map_err(|error| error.within(|| field.to_owned()))?;
+    if (pose.rotation.length_squared() - 1.0).abs() < 1e-6 {
+        return Ok(());
+    }
+    Err(refuse(format!("{field}.orientation"), pose.rotation, "it must be a quaternion of unit length"))
+}
+
+/// Every number of a target.
+pub(super) fn target(target: &Target) -> Result<(), Error> {
+    match *target {
+        Target::Position {
+            position,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } => {
+            finite("position.position", position)?;
+            finite("position.velocity", velocity)?;
+            optional_at_least_zero("position.stiffness", stiffness)?;
+            optional_at_least_zero("position.damping", damping)?;
+            optional_at_least_zero("position.max_effort", max_effort)?;
+            optional_at_least_zero("position.max_velocity", max_velocity)?;
+            finite("position.feed_forward_effort", feed_forward).map(drop)
+        }
+        Target::Velocity { velocity, damping, feed_forward, max_effort } => {
+            finite("velocity.velocity", velocity)?;
+            optional_at_least_zero("velocity.damping", damping)?;
+            optional_at_least_zero("velocity.max_effort", max_effort)?;
+            finite("velocity.feed_forward_effort", feed_forward).map(drop)
+        }
+        Target::Effort(effort) => finite("effort.effort", effort).map(drop),
+        Target::Passive | Target::Hold => Ok(()),
+    }
+}
+
+/// Ordered, finite, not negative where they bound a size.
+pub(super) fn limits(limits: &JointLimits) -> Result<(), Error> {
+    let JointLimits { lower, upper, effort, velocity } = *limits;
+    for (field, value) in [("limits.lower", lower), ("limits.upper", upper)] {
+        if let Some(value) = value {
+            finite(field, value)?;
+        }
+    }
+    optional_at_least_zero("limits.effort", effort)?;
+    optional_at_least_zero("limits.velocity", velocity)?;
+    match (lower, upper) {
+        (Some(lower), Some(upper)) if lower > upper => {
+            Err(refuse("limits.lower", lower, format!("it must be at most the upper limit, {upper}")))
+        }
+        _ => Ok(()),
+    }
+}
