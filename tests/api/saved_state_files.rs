@@ -159,7 +159,7 @@ async fn what_is_no_saved_state_is_refused_and_changes_nothing(via: Via) {
     flipped[bytes.len() / 2] ^= 4;
     assert!(import(&flipped).await.contains("damaged"));
     assert!(import(&bytes[..bytes.len() - 1]).await.contains("damaged"));
-    assert!(import(b"<robot name=\"a\"/>").await.contains("no saved state"));
+    assert!(import(b"<robot name=\"a\"/>").await.contains("not a saved state"));
     let mut newer = bytes.clone();
     newer[8] = 9;
     let sentence = import(&newer).await;

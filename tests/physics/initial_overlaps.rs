@@ -130,7 +130,7 @@ fn a_robot_with_ignored_overlaps_is_imported_again() {
     world.step();
     apply(&mut world, Command::SaveState { name: "here".into() });
     let saved = through_a_file(&world, "here");
-    let ignored = saved.world_state().ignored_overlaps;
+    let ignored = &saved.world_state().ignored_overlaps;
     assert!(ignored.contains(&([0, 0], [0, 2])) && ignored.contains(&([0, 1], [1, 0])), "{ignored:?}");
     assert_eq!(imported(saved).fingerprint(), world.fingerprint());
 }
@@ -234,7 +234,7 @@ fn worlds_of_what_is_put_into_each_other_are_exported_and_run_on_to_the_bit() {
             ignored += state.ignored_overlaps.len();
             own += state.ignored_overlaps.iter().filter(|(robots, _)| robots[0] == robots[1]).count();
             touched += state.contacts.len();
-            let mut other = imported(saved);
+            let mut other = imported(saved.clone());
             for step in 0..120 {
                 assert_eq!(
                     other.fingerprint(),

@@ -79,7 +79,7 @@ fn twists_and_jacobians_are_what_link_poses_change_by() {
         let (tree, here) = (Arc::clone(body.tree()), seen(&body));
         let h = 1e-5;
         let beside = |sign: f64| {
-            let mut body = body.clone();
+            let mut body = Articulation::with_state(Arc::clone(body.tree()), body.state().clone());
             let velocities = body.velocities().to_vec();
             advance(&tree, body.positions_mut(), &velocities, sign * h);
             let there = seen(&body);
@@ -137,7 +137,8 @@ fn inverse_dynamics_undoes_the_step() {
             body.axes_mut()[rate].actuator =
                 Actuator { mode: Mode::Effort, target: effort, ..Actuator::default() };
         }
-        let (here, before, start) = (seen(&body), body.velocities().to_vec(), body.clone());
+        let (here, before, start) = (seen(&body), body.velocities().to_vec(), body.state().clone());
+        let start = Articulation::with_state(Arc::clone(&tree), start);
         let h = 0.125;
         body.step(gravity, h);
         let accelerations: Vec<f64> =

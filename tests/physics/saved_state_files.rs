@@ -11,13 +11,11 @@ use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::dynamics::actuator::Drive;
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::*;
-use simd_core::simulation::world_state::{RobotState, WorldState};
+use simd_core::simulation::world_state::{RestPose, RobotState, WorldState};
 use simd_core::{Command, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{JointLimits, Material, Sha256};
-use simd_server::convert::from_proto::saved_state_file as from_proto;
-use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
-use simd_server::loading::saved_state_file::{open, seal};
+use simd_server::loading::saved_state_file::{Content, Recipe, open, seal};
 use simd_tests::robots;
 use simd_tests::scenes::*;
 
@@ -28,20 +26,19 @@ use crate::random_robots;
 pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
     let seen = look(world);
     let saved = seen.saved(name).unwrap().saved();
-    let state = saved.world_state();
     let recipe = Recipe {
         description: Sha256::of(b""),
         assets: BTreeMap::new(),
         scale: 1f64.to_bits(),
         mesh_shapes: MeshShapes::Hull,
     };
-    let recipes = vec![recipe; state.robots.len()];
-    let file = seal(&saved_state_file(name, &state, &recipes, Vec::new()));
+    let recipes = vec![recipe; saved.models().count()];
+    let file = seal(&Content::new(name, saved, recipes.clone(), Vec::new()));
     let content = open(&file, 1_000).unwrap().content;
     let made = |model: &Arc<RobotModel>| (Arc::clone(model), Arc::new(Shapes::new(model)));
     let made = saved.models().map(made).collect();
-    let again = Saved::new(from_proto::world_state(content, made).unwrap()).unwrap();
-    let second = seal(&saved_state_file(name, &again.world_state(), &recipes, Vec::new()));
+    let again = content.into_saved(made).unwrap();
+    let second = seal(&Content::new(name, &again, recipes, Vec::new()));
     assert_eq!(file, second, "an equal world is an equal file");
     again
 }
@@ -196,8 +193,8 @@ fn an_imported_world_runs_on_to_the_bit() {
             apply(&mut world, Command::SaveState { name: "here".into() });
             let saved = through_a_file(&world, "here");
             let state = saved.world_state();
-            slept += state.robots.iter().filter(|robot| robot.asleep.is_some()).count();
-            pushed += state.robots.iter().map(|robot| robot.applied_wrenches.len()).sum::<usize>();
+            slept += state.robots.iter().filter(|robot| robot.entity.asleep).count();
+            pushed += state.robots.iter().map(|robot| robot.entity.applied_wrenches.len()).sum::<usize>();
             let drives = state.robots.iter().flat_map(|robot| &robot.body.drives);
             saturated += drives.filter(|drive| drive.saturated.is_some()).count();
             touched += state.contacts.len();
@@ -269,16 +266,19 @@ fn the_hash_sees_every_part_of_a_state() {
         *value = value.next_up();
     }
     fn arm(state: &mut WorldState) -> &mut RobotState {
-        state.robots.iter_mut().find(|robot| robot.name == "arm").unwrap()
+        state.robots.iter_mut().find(|robot| robot.entity.name == "arm").unwrap()
     }
     fn sleeper(state: &mut WorldState) -> &mut RobotState {
-        state.robots.iter_mut().find(|robot| robot.asleep.is_some()).unwrap()
+        state.robots.iter_mut().find(|robot| robot.entity.asleep).unwrap()
+    }
+    fn rest(state: &mut WorldState) -> &mut RestPose {
+        &mut sleeper(state).entity.rest_poses[0]
     }
     fn law(state: &mut WorldState) -> &mut Drive {
         arm(state).body.drives.iter_mut().find(|drive| drive.saturated.is_some()).unwrap()
     }
     fn pushed(state: &mut WorldState) -> &mut RobotState {
-        state.robots.iter_mut().find(|robot| !robot.applied_wrenches.is_empty()).unwrap()
+        state.robots.iter_mut().find(|robot| !robot.entity.applied_wrenches.is_empty()).unwrap()
     }
     let changes: &[Change] = &[
         ("step", |it| it.step += 1),
@@ -298,35 +298,49 @@ fn the_hash_sees_every_part_of_a_state() {
         ("an impulse of friction", |it| nudge(&mut arm(it).body.impulses.friction[0])),
         ("an impulse of a limit", |it| nudge(&mut arm(it).body.impulses.upper[0])),
         ("a force from outside", |it| nudge(&mut pushed(it).body.external[0].linear.x)),
-        ("a wrench", |it| nudge(&mut pushed(it).applied_wrenches[0].force.z)),
-        ("the duration of a wrench", |it| pushed(it).applied_wrenches[0].duration = WrenchDuration::NextStep),
-        ("whether a wrench is suspended", |it| pushed(it).applied_wrenches[0].suspended = true),
-        ("a surface", |it| nudge(&mut arm(it).surfaces[0].friction)),
-        ("where a sleeper's collider is", |it| {
-            nudge(&mut sleeper(it).asleep.as_mut().unwrap()[0].0.translation.x);
+        ("a wrench", |it| nudge(&mut pushed(it).entity.applied_wrenches[0].force.z)),
+        ("the duration of a wrench", |it| {
+            pushed(it).entity.applied_wrenches[0].duration = WrenchDuration::NextStep
         }),
-        ("the margin of a sleeper's collider", |it| nudge(&mut sleeper(it).asleep.as_mut().unwrap()[0].1)),
-        ("sleep", |it| sleeper(it).asleep = None),
-        ("the time of rest", |it| nudge(&mut arm(it).still_for)),
-        ("that it was teleported", |it| arm(it).teleported ^= true),
-        ("that it is out of the simulation", |it| arm(it).disabled = Some("a reason".into())),
+        ("whether a wrench is suspended", |it| pushed(it).entity.applied_wrenches[0].suspended = true),
+        ("a surface", |it| nudge(&mut arm(it).entity.surfaces[0].friction)),
+        ("where a sleeper's collider is", |it| nudge(&mut rest(it).world_from_shape.translation.x)),
+        ("the margin of a sleeper's collider", |it| nudge(&mut rest(it).margin)),
+        ("sleep", |it| {
+            let sleeper = sleeper(it);
+            sleeper.entity.asleep = false;
+            sleeper.entity.rest_poses.clear();
+        }),
+        ("the time of rest", |it| nudge(&mut arm(it).entity.still_for)),
+        ("that it was teleported", |it| arm(it).entity.teleported ^= true),
+        ("that it is out of the simulation", |it| arm(it).entity.disabled = Some("a reason".into())),
+        ("an effort", |it| nudge(&mut arm(it).body.efforts[0])),
+        ("a velocity before the last step", |it| nudge(&mut arm(it).body.velocities_before[0])),
+        ("what a reset puts back", |it| {
+            nudge(&mut Arc::make_mut(&mut arm(it).entity.spawned).positions[0]);
+        }),
+        ("the state before the last step", |it| nudge(&mut arm(it).entity.last_good.0[0])),
         ("a contact's impulse", |it| nudge(&mut it.contacts[0].impulse.z)),
-        ("where a contact is", |it| nudge(&mut it.contacts[0].on[1].x)),
+        ("where a contact is", |it| nudge(&mut it.contacts[0].point.on[1].x)),
         ("a contact", |it| it.contacts.truncate(it.contacts.len() - 1)),
         ("an ignored overlap", |it| it.ignored_overlaps.truncate(it.ignored_overlaps.len() - 1)),
     ];
+    let parts = saved.parts();
     let hash = |state: WorldState| {
         let mut world = simd_tests::scenes::world(1e-3);
-        apply(&mut world, Command::ImportSavedState { name: "it".into(), saved: Saved::new(state).unwrap() });
+        apply(
+            &mut world,
+            Command::ImportSavedState { name: "it".into(), saved: Saved::new(state, parts.clone()).unwrap() },
+        );
         apply(&mut world, Command::RestoreState { name: "it".into() });
         world.fingerprint()
     };
-    assert_eq!(hash(saved.world_state()), world.fingerprint());
+    assert_eq!(hash(saved.world_state().clone()), world.fingerprint());
     for (what, change) in changes {
-        let mut state = saved.world_state();
+        let mut state = saved.world_state().clone();
         change(&mut state);
         // What is out of the simulation touches nothing.
-        if state.robots.iter().any(|robot| robot.disabled.is_some()) {
+        if state.robots.iter().any(|robot| robot.entity.disabled.is_some()) {
             state.contacts.clear();
             state.ignored_overlaps.clear();
         }

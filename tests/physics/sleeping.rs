@@ -34,8 +34,8 @@ fn force_on(world: &Simulation, robot: &str) -> DVec3 {
 }
 
 fn is_asleep(world: &mut Simulation, robot: &str) -> bool {
-    let state = saved(world).world_state();
-    state.robots.iter().any(|known| known.name == robot && known.asleep.is_some())
+    let saved = saved(world);
+    saved.world_state().robots.iter().any(|known| known.entity.name == robot && known.entity.asleep)
 }
 
 fn saved(world: &mut Simulation) -> Saved {
@@ -65,7 +65,8 @@ fn a_sleeping_box_pushes_the_ground_with_its_weight_at_any_number_of_substeps() 
         for time_step in [1e-3, 7e-4, 3e-3, 0.011] {
             let mut world = sleeper(time_step, substeps);
             let mut imported = simd_tests::scenes::world(1e-3);
-            let state = Saved::new(saved(&mut world).world_state()).unwrap();
+            let here = saved(&mut world);
+            let state = Saved::new(here.world_state().clone(), here.parts()).unwrap();
             apply(&mut imported, Command::ImportSavedState { name: "it".into(), saved: state });
             apply(&mut imported, Command::RestoreState { name: "it".into() });
             for step in 0..5 {
@@ -214,7 +215,7 @@ fn what_lies_still_is_carried_whatever_came_and_went() {
             let before = look(&world);
             world.step();
             let seen = look(&world);
-            let asleep = saved(&mut world).world_state();
+            let saved = saved(&mut world);
             let h = world.settings().time_step;
             for (place, root) in seen.roots.iter().enumerate().skip(1) {
                 let entity = &seen.world.entities[place];
@@ -222,7 +223,7 @@ fn what_lies_still_is_carried_whatever_came_and_went() {
                 let change = (root.linear - before.roots[place].linear) * (mass / h);
                 let force = force_on(&world, &entity.name);
                 let error = (force - DVec3::Z * (mass * G)).distance(change);
-                checked[usize::from(asleep.robots[place].asleep.is_some())] += 1;
+                checked[usize::from(saved.world_state().robots[place].entity.asleep)] += 1;
                 assert!(error < 0.2, "seed {seed}, {}: {force} N, off by {error}", entity.name);
             }
         }

@@ -48,6 +48,7 @@ class Watched:
             key: getattr(module, key) for key in dir(module) if callable(getattr(module, key)) and key[0].islower()
         }
         self.used: set[str] = set()
+        self.real_sleep: Any = None
 
     def install(self) -> None:
         """Wraps each function of the module."""
@@ -57,7 +58,7 @@ class Watched:
         for name, function in self.original.items():
             if name != "error":
                 setattr(self.module, name, self.wrapped(name, getattr(self, name, function)))
-        time.sleep = self.sleep
+        self.real_sleep, time.sleep = time.sleep, self.sleep
         time.time = lambda: self.clock
         builtins.input = lambda *_: ""
 
@@ -83,8 +84,12 @@ class Watched:
         return self.original["connect"](self.module.DIRECT, **({} if self.is_real else {"options": "--new"}))
 
     def disconnect(self, *arguments: Any, **named: Any) -> None:
+        import time
+
         if not self.result.exists():
             self.write("end", "")
+        # Whoever waits for a daemon's end sleeps in earnest.
+        time.sleep = self.real_sleep
         self.original["disconnect"](*arguments, **named)
 
     def stepSimulation(self, *arguments: Any, **named: Any) -> Any:
@@ -235,7 +240,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("scripts", nargs="*")
-    parser.add_argument("--json", type=Path, help="write the results there; those of PyBullet are read from there if they are there")
+    parser.add_argument("--json", type=Path, help="write the results there; those of PyBullet that are there are not made again")
+    parser.add_argument("--table", action="store_true", help="run nothing, and print the table of --json")
     asked = parser.parse_args()
     scripts = asked.scripts or sorted(path.name for path in asked.folder.glob("*.py"))
     kept: dict[str, Any] = json.loads(asked.json.read_text()) if asked.json and asked.json.exists() else {}
@@ -246,8 +252,11 @@ def main() -> None:
         print(script, theirs["end"], theirs["why"], "|", ours["end"], ours["why"], "|", compared(ours["state"], theirs["state"]), flush=True)
         return script, theirs, ours
 
-    with ThreadPoolExecutor(2) as pool:
-        rows = list(pool.map(both, scripts))
+    if asked.table:
+        rows = [(script, kept[script]["pybullet"], kept[script]["simd"]) for script in sorted(kept)]
+    else:
+        with ThreadPoolExecutor(2) as pool:
+            rows = list(pool.map(both, scripts))
     for script, theirs, ours in rows:
         kept[script] = {"pybullet": theirs, "simd": ours}
     if asked.json:
@@ -256,16 +265,46 @@ def main() -> None:
     there = [row for row in rows if row[1]["end"] in ("cap", "end")]
     here = [row for row in there if row[2]["end"] == row[1]["end"]]
     print(f"{len(rows)} scripts; {len(there)} reach their end on PyBullet, {len(here)} of them on simd\n")
-    print("| script | PyBullet | simd | end states differ by |\n|---|---|---|---|")
-    for script, theirs, ours in rows:
-        shown = [_shown(each) for each in (theirs, ours)]
-        print(f"| {script.removesuffix('.py')} | {shown[0]} | {shown[1]} | {compared(ours['state'], theirs['state'])} |")
+    print("| script | reaches its end on simd | PyBullet | simd | end states differ by |\n|---|---|---|---|---|")
+    for row in rows:
+        script, theirs, ours = row
+        reaches = "yes" if row in here else "no" if row in there else ""
+        differ = compared(ours["state"], theirs["state"]) if row in here else ""
+        print(f"| {script.removesuffix('.py')} | {reaches} | {_shown(theirs)} | {_shown(ours)} | {differ} |")
+
+
+# What is said of a failure in the table, by a part of its message.
+REASONS = {
+    "loadSoftBody": "needs soft bodies",
+    "height fields": "needs height fields",
+    "loadMJCF": "needs MJCF",
+    "createConstraint": "needs constraints between links",
+    "spherical": "needs spherical joints",
+    "setCollisionFilter": "needs collision filters",
+    "getClosestPoints": "needs distances",
+    "vhacd": "needs vhacd",
+    "commands are copies": "needs logs of commands or of VR",
+    "number of robots": "needs more than 1000 bodies",
+    "Not found": "a file is not found",
+    "Cannot load": "a file is not found",
+    "Couldn't load": "a file is not found",
+    "No such file": "a file of its own is missing",
+    "connectPhysicsServer": "needs Bullet's own graphics server",
+    "exit code -11": "crashes",
+    "cannot connect to X": "needs a display",
+    "no end after": "waits for ever",
+}
 
 
 def _shown(found: dict[str, Any]) -> str:
-    if found["end"] in ("cap", "end"):
-        return "ends" if found["end"] == "end" else f"{found['steps']} steps" if found["steps"] else "runs"
-    return re.sub(r"[|`]", "", found["why"].removeprefix("NotImplementedError: simd_client.pybullet."))
+    if found["end"] == "end":
+        return "ends"
+    if found["end"] == "cap":
+        return f"{found['steps']} steps" if found["steps"] else "runs"
+    for part, reason in REASONS.items():
+        if part in found["why"]:
+            return reason
+    return re.sub(r"[|`]", "", found["why"])
 
 
 if __name__ == "__main__":

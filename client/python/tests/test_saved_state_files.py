@@ -38,7 +38,7 @@ def test_a_world_runs_on_in_another_process_to_the_same_bits(
 def test_what_is_no_saved_state_is_refused(sim: Simulation, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "file"
     file.write_bytes(b"solid ascii")
-    with pytest.raises(simd_client.InvalidSavedState, match="no saved state of simd"):
+    with pytest.raises(simd_client.InvalidSavedState, match="not a saved state of simd"):
         sim.import_saved_state(file)
     sim.export_saved_state(sim.save_state("mark"), file)
     file.write_bytes(file.read_bytes()[:-1])

@@ -8,6 +8,7 @@
 
 pub mod collision;
 pub mod dynamics;
+mod plain;
 pub mod simulation;
 
 pub use simulation::{

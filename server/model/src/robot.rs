@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glamx::{DMat3, DPose3, DVec3};
+use serde::{Deserialize, Serialize};
 
 /// A robot as its description gives it, checked: a tree of links with finite
 /// numbers, unit axes and ordered limits. SI units, radians.
@@ -69,7 +70,7 @@ pub struct Collision {
 }
 
 /// What a surface is like; absent is the world's default.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Coulomb's coefficient, at least 0.
     pub friction: Option<f64>,
@@ -192,7 +193,7 @@ impl JointKind {
 }
 
 /// Limits of a joint; an absent one does not limit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointLimits {
     /// rad or m; not above `upper`.
     pub lower: Option<f64>,
@@ -216,7 +217,7 @@ pub struct Mimic {
 }
 
 /// A SHA-256 digest.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Sha256(pub [u8; 32]);
 
 impl Sha256 {

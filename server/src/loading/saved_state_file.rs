@@ -1,23 +1,47 @@
-//! A saved state's file as bytes: its header, its hash, and what bounds the memory that reading it takes.
-//! `saved_state_file.proto` says how it is laid out.
+//! The file of a saved state: a header with a hash, and then what is in it as [postcard] writes it, from the state
+//! itself.
+//!
+//! The numbers of the header are little-endian:
+//!
+//! ```text
+//! bytes 0 to 7    simdstate
+//! bytes 8 to 11   the version of this format
+//! bytes 12 to 43  the SHA-256 of all that follows
+//! bytes 44 to 45  the length of the next entry
+//! then            the release of the daemon that wrote it, for instance 0.1.0
+//! ```
+//!
+//! The content is one value of postcard after the other: how the saved state was called and how many robots and files
+//! follow; each robot, as what it is made from, the hash of its layout and its state; the state of the world beside
+//! its robots; each file, which its SHA-256 names. Equal worlds give equal files.
+//!
+//! [postcard]: https://postcard.jamesmunns.com
 
-use prost::Message as _;
-use prost::encoding::{WireType, decode_key, decode_varint};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use simd_core::collision::MeshShapes;
+use simd_core::simulation::world_state::{RobotState, WorldState};
+use simd_core::simulation::{RobotParts, Saved};
+use simd_model::RobotModel;
 use simd_model::robot::Sha256;
-use simd_proto::v1;
 
 use crate::handle::CallError;
 
 /// What a file begins with.
 const MAGIC: &[u8; 8] = b"simdsave";
 
-/// The newest format that is read, and the one that is written. It grows where a daemon that does not
-/// know what is new would go on otherwise than the one that wrote it.
-pub const FORMAT: u32 = 1;
+/// The format that is read and written. It grows with every change of what a state is.
+pub const FORMAT: u32 = 2;
 
-/// Entries of lists of strings and messages, of all robots together: what is in memory takes some
-/// fifty bytes for each, and in a file two. Far above a thousand robots with a hundred meshes each.
-const MOST_ENTRIES: usize = 1_000_000;
+/// Entries of lists that take more memory than bytes of the file, of all robots together: some fifty bytes for
+/// each, and in a file three. Far above a thousand robots with a hundred meshes each.
+const MAX_ENTRIES: usize = 1_000_000;
+
+/// Characters of a refusal: it may have a name from the file in it.
+const MAX_MESSAGE: usize = 2_000;
 
 /// A file that was opened.
 #[derive(Debug)]
@@ -25,12 +49,173 @@ pub struct Opened {
     /// The release of the daemon that wrote it.
     pub written_by: String,
     /// What is in it.
-    pub content: v1::SavedStateFile,
+    pub content: Content,
+}
+
+/// What is in a file.
+#[derive(Clone, Debug)]
+pub struct Content {
+    /// What the saved state was called.
+    pub name: String,
+    /// In the order of their spawning.
+    pub robots: Vec<SavedRobot>,
+    /// The state of the world, beside its robots.
+    pub world: WorldState,
+    /// Each description and each mesh file, once.
+    pub files: Vec<Arc<[u8]>>,
+}
+
+/// A robot in a file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SavedRobot {
+    /// What it is made from.
+    pub recipe: Recipe,
+    /// That of [`layout`]: a description that is read otherwise by another release is found by it.
+    pub layout: Sha256,
+    /// Its state.
+    pub state: RobotState,
+}
+
+/// What a robot is made from.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Recipe {
+    /// Of its URDF.
+    pub description: Sha256,
+    /// Of its mesh files, by URI.
+    pub assets: BTreeMap<String, Sha256>,
+    /// Bits of the factor that its lengths are multiplied by.
+    pub scale: u64,
+    /// What its collision meshes became.
+    pub mesh_shapes: MeshShapes,
+}
+
+/// How a content begins: the name, and how many robots and files there are.
+type Head = (String, usize, usize);
+
+impl Content {
+    /// Of a saved state; the recipes and robots are aligned, and the files are for all of them.
+    pub fn new(name: &str, saved: &Saved, recipes: Vec<Recipe>, files: Vec<Arc<[u8]>>) -> Self {
+        let WorldState { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps } =
+            saved.world_state();
+        let robots = recipes.into_iter().zip(saved.models()).zip(robots);
+        let robot = |((recipe, model), state): ((Recipe, &Arc<RobotModel>), &RobotState)| SavedRobot {
+            recipe,
+            layout: layout(model),
+            state: state.clone(),
+        };
+        Self {
+            name: name.to_owned(),
+            robots: robots.map(robot).collect(),
+            world: WorldState {
+                step: *step,
+                sim_time: *sim_time,
+                time_base: *time_base,
+                settings: *settings,
+                robots: Vec::new(),
+                contacts: contacts.clone(),
+                ignored_overlaps: ignored_overlaps.clone(),
+            },
+            files,
+        }
+    }
+
+    /// The state, of robots that were made again, in their order.
+    ///
+    /// # Errors
+    /// Where a robot is made otherwise than it was, and where no world can be in such a state.
+    pub fn into_saved(self, made: Vec<RobotParts>) -> Result<Saved, CallError> {
+        let Self { name: _, robots, mut world, files: _ } = self;
+        for (robot, (model, _shapes)) in robots.iter().zip(&made) {
+            if layout(model) != robot.layout {
+                return Err(invalid(format!(
+                    "the saved state's robot {:?} has another layout: its description must give the links and joints \
+                     that it gave where the saved_state was exported, and this daemon reads it otherwise",
+                    robot.state.entity.name
+                )));
+            }
+        }
+        world.robots = robots.into_iter().map(|robot| robot.state).collect();
+        Saved::new(world, made).map_err(|why| invalid(format!("the saved state cannot be: {why}")))
+    }
+
+    /// As bytes, without a header.
+    pub fn encode(&self) -> Vec<u8> {
+        let Self { name, robots, world, files } = self;
+        let mut out = encoded(&(name, robots.len(), files.len()));
+        robots.iter().for_each(|robot| out.extend(encoded(robot)));
+        out.extend(encoded(world));
+        for file in files {
+            // As postcard writes bytes, but not one by one.
+            out.extend(encoded(&file.len()));
+            out.extend_from_slice(file);
+        }
+        out
+    }
+
+    /// From bytes without a header, for a daemon that takes so many robots. What is allocated is bounded by the
+    /// bytes that are there, and not by what they say.
+    fn decode(bytes: &[u8], most_robots: usize) -> Result<Self, CallError> {
+        let rest = &mut &*bytes;
+        let (name, robot_count, file_count): Head = take(rest)?;
+        at_most("the number of robots in the saved state", robot_count, most_robots)?;
+        let check_entries =
+            |count| at_most("the number of entries in the saved state's file", count, MAX_ENTRIES);
+        let mut entries = file_count;
+        check_entries(entries)?;
+        let mut robots = Vec::new();
+        for _ in 0..robot_count {
+            let robot: SavedRobot = take(rest)?;
+            entries += robot.recipe.assets.len() + robot.state.entity.contact_settings.links.len();
+            check_entries(entries)?;
+            robots.push(robot);
+        }
+        let world = take(rest)?;
+        let mut files = Vec::new();
+        for _ in 0..file_count {
+            let (file, after) =
+                postcard::take_from_bytes::<&[u8]>(rest).map_err(|why| damaged(&why.to_string()))?;
+            *rest = after;
+            files.push(Arc::from(file));
+        }
+        if !rest.is_empty() {
+            return Err(damaged("there are bytes after its end"));
+        }
+        Ok(Self { name, robots, world, files })
+    }
+}
+
+/// As bytes. That fails for lists of unknown length only, and there is none.
+fn encoded(value: &impl Serialize) -> Vec<u8> {
+    postcard::to_allocvec(value).unwrap_or_default()
+}
+
+/// Takes a value from the start of some bytes.
+fn take<T: DeserializeOwned>(bytes: &mut &[u8]) -> Result<T, CallError> {
+    let (value, rest) = postcard::take_from_bytes(bytes).map_err(|why| damaged(&why.to_string()))?;
+    *bytes = rest;
+    Ok(value)
+}
+
+fn at_most(what: &str, value: usize, limit: usize) -> Result<(), CallError> {
+    if value <= limit {
+        return Ok(());
+    }
+    Err(CallError::LimitExceeded { what: what.into(), value: value as u64, limit: limit as u64 })
+}
+
+/// The names and kinds of a robot's links and joints, as one number.
+pub fn layout(model: &RobotModel) -> Sha256 {
+    let links = model.links.iter().map(|link| format!("link {:?}\n", link.name));
+    let joints = model.joints.iter().map(|joint| {
+        let follows = joint.mimic.map(|mimic| mimic.joint);
+        format!("joint {:?} {:?} {} {} {follows:?}\n", joint.name, joint.kind, joint.parent, joint.child)
+    });
+    Sha256::of(links.chain(joints).collect::<String>().as_bytes())
 }
 
 /// A file of this content.
-pub fn seal(content: &v1::SavedStateFile) -> Vec<u8> {
-    seal_encoded(&content.encode_to_vec())
+pub fn seal(content: &Content) -> Vec<u8> {
+    seal_encoded(&content.encode())
 }
 
 /// A file of this content, encoded.
@@ -46,7 +231,7 @@ pub fn seal_encoded(content: &[u8]) -> Vec<u8> {
 /// Opens a file for a daemon that takes so many robots.
 ///
 /// # Errors
-/// Where it is no saved state, is of a newer format, is damaged, or has more entries than it may.
+/// Where it is not a saved state, is of another format, is damaged, or has more entries than it may.
 pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     let Some((magic, rest)) = file.split_first_chunk::<8>() else { return Err(no_saved_state()) };
     let (Some((format, rest)), true) = (rest.split_first_chunk::<4>(), magic == MAGIC) else {
@@ -54,10 +239,15 @@ pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     };
     match u32::from_le_bytes(*format) {
         FORMAT => {}
-        0 => return Err(damaged("its format is 0, which there is not")),
+        older @ 0..FORMAT => {
+            return Err(invalid(format!(
+                "the saved state's file is of format {older}, and this daemon reads only {FORMAT}: make it again with this \
+                 release"
+            )));
+        }
         newer => {
             return Err(invalid(format!(
-                "the saved state's file is of format {newer}, and this daemon reads up to {FORMAT}; the daemon is \
+                "the saved state's file is of format {newer}, and this daemon reads only {FORMAT}; the daemon is \
                  older: update the daemon, or export the state with this one"
             )));
         }
@@ -70,80 +260,16 @@ pub fn open(file: &[u8], robots: usize) -> Result<Opened, CallError> {
     let release = split.and_then(|(len, rest)| rest.split_at_checked(u16::from_le_bytes(*len).into()));
     let Some((release, content)) = release else { return Err(damaged("it ends early")) };
     let written_by = String::from_utf8_lossy(release).into_owned();
-    bound(content, robots)?;
-    let content = v1::SavedStateFile::decode(content).map_err(|error| damaged(&error.to_string()))?;
-    Ok(Opened { written_by, content })
-}
-
-/// Counts what takes more memory than it has bytes, before it is decoded: a message of two bytes
-/// becomes hundreds.
-fn bound(content: &[u8], robots: usize) -> Result<(), CallError> {
-    /// Of `SavedStateFile`.
-    const ROBOTS: u32 = 9;
-    let (mut found, mut entries) = (0, 0);
-    let mut fields = Fields { rest: content };
-    while let Some(field) = fields.next() {
-        let (number, inside) = field.ok_or_else(|| damaged("it is no message"))?;
-        entries += 1;
-        if number == ROBOTS {
-            found += 1;
-            let mut of_robot = Fields { rest: inside };
-            while let Some(field) = of_robot.next() {
-                field.ok_or_else(|| damaged("one of its robots is no message"))?;
-                entries += 1;
-                if entries > MOST_ENTRIES {
-                    break;
-                }
-            }
-        }
-        if found > robots {
-            let what = "the number of robots in the saved state".into();
-            return Err(CallError::LimitExceeded { what, value: found as u64, limit: robots as u64 });
-        }
-        if entries > MOST_ENTRIES {
-            let what = "the number of entries in the saved state's file".into();
-            return Err(CallError::LimitExceeded { what, value: entries as u64, limit: MOST_ENTRIES as u64 });
-        }
-    }
-    Ok(())
-}
-
-/// The fields of an encoded message, one level deep: number, and the bytes of what has a length.
-struct Fields<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Fields<'a> {
-    /// The next; inside, `None` where the bytes are no message.
-    fn next(&mut self) -> Option<Option<(u32, &'a [u8])>> {
-        (!self.rest.is_empty()).then(|| self.field())
-    }
-
-    fn field(&mut self) -> Option<(u32, &'a [u8])> {
-        let (number, wire) = decode_key(&mut self.rest).ok()?;
-        let length = match wire {
-            WireType::Varint => {
-                decode_varint(&mut self.rest).ok()?;
-                0
-            }
-            WireType::SixtyFourBit => 8,
-            WireType::ThirtyTwoBit => 4,
-            WireType::LengthDelimited => usize::try_from(decode_varint(&mut self.rest).ok()?).ok()?,
-            WireType::StartGroup | WireType::EndGroup => return None,
-        };
-        let (inside, rest) = self.rest.split_at_checked(length)?;
-        self.rest = rest;
-        Some((number, inside))
-    }
+    Ok(Opened { written_by, content: Content::decode(content, robots)? })
 }
 
 /// A refusal of a file.
 pub fn invalid(message: impl Into<String>) -> CallError {
-    CallError::InvalidSavedState { message: message.into() }
+    CallError::InvalidSavedState { message: message.into().chars().take(MAX_MESSAGE).collect() }
 }
 
 fn no_saved_state() -> CallError {
-    invalid("the file is no saved state of simd: it does not begin as one")
+    invalid("the file is not a saved state of simd: it does not begin as one")
 }
 
 fn damaged(why: &str) -> CallError {
@@ -152,11 +278,22 @@ fn damaged(why: &str) -> CallError {
 
 #[cfg(test)]
 mod tests {
+    use simd_core::PhysicsSettings;
+
     use super::*;
 
-    fn content() -> v1::SavedStateFile {
-        let robots = vec![v1::SavedStateRobot { name: "arm".into(), ..Default::default() }];
-        v1::SavedStateFile { name: "a".into(), robots, files: vec![vec![7; 100]], ..Default::default() }
+    fn content() -> Content {
+        let settings = PhysicsSettings::default();
+        let world = WorldState {
+            step: 3,
+            sim_time: 0.003,
+            time_base: (0, -0.0),
+            settings,
+            robots: Vec::new(),
+            contacts: Vec::new(),
+            ignored_overlaps: vec![([0, 1], [2, 3])],
+        };
+        Content { name: "a".into(), robots: Vec::new(), world, files: vec![vec![7; 100].into()] }
     }
 
     fn refusal(file: &[u8]) -> String {
@@ -166,15 +303,22 @@ mod tests {
     #[test]
     fn a_file_that_was_sealed_is_opened() {
         let opened = open(&seal(&content()), 10).unwrap();
-        assert_eq!((opened.content, &*opened.written_by), (content(), env!("CARGO_PKG_VERSION")));
+        assert_eq!(opened.written_by, env!("CARGO_PKG_VERSION"));
+        let Content { name, robots, world, files } = opened.content;
+        assert_eq!((&*name, robots.len(), files), ("a", 0, content().files));
+        assert_eq!(world.time_base.1.to_bits(), (-0.0f64).to_bits(), "each number to the bit");
+        assert_eq!((world.step, world.ignored_overlaps), (3, content().world.ignored_overlaps));
     }
 
     #[test]
-    fn a_newer_format_is_refused_and_says_who_is_older() {
+    fn another_format_is_refused_and_says_who_is_older() {
         let mut file = seal(&content());
-        file[8] = 2;
-        let refusal = refusal(&file);
-        assert!(refusal.contains("format 2") && refusal.contains("the daemon is older"), "{refusal}");
+        file[8] = 3;
+        let newer = refusal(&file);
+        assert!(newer.contains("format 3") && newer.contains("the daemon is older"), "{newer}");
+        file[8] = 1;
+        let older = refusal(&file);
+        assert!(older.contains("format 1, and this daemon reads only 2"), "{older}");
     }
 
     #[test]
@@ -192,25 +336,22 @@ mod tests {
             );
         }
         assert!(refusal(&[&file[..], b"x"].concat()).contains("damaged"));
-        assert!(refusal(b"solid ascii\n").contains("no saved state of simd"));
+        assert!(refusal(&seal_encoded(&[&content().encode()[..], b"x"].concat())).contains("after its end"));
+        assert!(refusal(b"solid ascii\n").contains("not a saved state of simd"));
     }
 
     #[test]
-    fn entries_are_counted_before_they_take_memory() {
-        let wrapped = seal_encoded;
-        // Field 9, of no bytes: a robot.
-        let robots = refusal(&wrapped(&[9 << 3 | 2, 0].repeat(11)));
+    fn counts_are_checked_before_they_take_memory() {
+        let robots = refusal(&seal_encoded(&encoded(&("it", 11_usize, 0_usize))));
         assert_eq!(robots, "the number of robots in the saved state would be 11, and the limit is 10");
-        // Field 12: a file.
-        let files = refusal(&wrapped(&[12 << 3 | 2, 0].repeat(MOST_ENTRIES + 1)));
+        let files = refusal(&seal_encoded(&encoded(&("it", 0_usize, MAX_ENTRIES + 1))));
         assert!(files.contains("entries"), "{files}");
-        // Link properties, within a robot.
-        let inside = [9 << 3 | 2, 0].repeat(MOST_ENTRIES);
-        let mut robot = vec![9 << 3 | 2];
-        prost::encoding::encode_varint(inside.len() as u64, &mut robot);
-        robot.extend(inside);
-        assert!(refusal(&wrapped(&robot)).contains("entries"));
-        // A length of billions.
-        assert!(refusal(&wrapped(&[9 << 3 | 2, 0xff, 0xff, 0xff, 0xff, 0x0f])).contains("damaged"));
+        // A length of billions of billions, of a text and of what follows.
+        let start = (3_u64, 0.0, (0_u64, 0.0), PhysicsSettings::default());
+        let contacts = encoded(&(("it", 0_usize, 0_usize), start, u64::MAX));
+        for claim in [encoded(&u64::MAX), encoded(&("it", 10_usize, 10_usize)), contacts] {
+            let claim = refusal(&seal_encoded(&claim));
+            assert!(claim.contains("damaged"), "{claim}");
+        }
     }
 }

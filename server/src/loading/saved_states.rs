@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use simd_core::simulation::Saved;
 use simd_core::simulation::command::SavedStateInfo;
+use simd_core::simulation::{RobotParts, Saved};
 use simd_core::{Command, Reply};
 use simd_model::robot::{Geometry, Sha256};
 use simd_model::{Asset, RobotModel};
@@ -12,9 +12,8 @@ use simd_model::{Asset, RobotModel};
 use super::Loader;
 use super::progress::Reporter;
 use super::reading::{Made, Origin};
-use super::saved_state_file::{Opened, invalid, open, seal};
-use crate::convert::from_proto::saved_state_file as from_proto;
-use crate::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
+use super::saved_state_file::{Content, Opened, Recipe, SavedRobot, invalid, open, seal};
+use crate::convert::field::Path;
 use crate::handle::{CallError, SimHandle};
 
 /// Files by their hash.
@@ -32,7 +31,7 @@ impl SimHandle {
         drop(state);
         let loader = self.loader();
         let (recipes, files) = loader.ingredients(&saved)?;
-        let (sha256, file) = loader.off_thread(move || sealed(&info.name, &saved, &recipes, files)).await?;
+        let (sha256, file) = loader.off_thread(move || sealed(&info.name, &saved, recipes, files)).await?;
         let size = loader.check_file(file.len())?;
         loader.insert(sha256, file)?;
         Ok((sha256, size))
@@ -55,38 +54,29 @@ impl SimHandle {
         let robots = usize::try_from(loader.limits.robots).unwrap_or(usize::MAX);
         let (opened, files) = loader.off_thread(move || unpacked(&file, robots)).await??;
         let Opened { written_by, content } = opened;
-        let recipes = from_proto::recipes(&content).map_err(|error| invalid(error.to_string()))?;
         // Robots that are made alike are one model; alone, a thousand balls are read a thousand times.
-        let mut known: BTreeMap<Recipe, from_proto::Made> = BTreeMap::new();
-        let mut made = Vec::with_capacity(recipes.len());
-        for (recipe, robot) in recipes.into_iter().zip(&content.robots) {
-            let one = match known.get(&recipe) {
+        let mut known: BTreeMap<&Recipe, RobotParts> = BTreeMap::new();
+        let mut made = Vec::with_capacity(content.robots.len());
+        for SavedRobot { recipe, state, .. } in &content.robots {
+            let one = match known.get(recipe) {
                 Some(one) => one.clone(),
-                None => self.make_again(&recipe, &files, &robot.name).await?,
+                None => self.make_again(recipe, &files, &state.entity.name).await?,
             };
             known.insert(recipe, one.clone());
             made.push(one);
         }
         let name = if name.is_empty() { content.name.clone() } else { name };
-        let saved = loader.off_thread(move || {
-            let state = from_proto::world_state(content, made).map_err(|error| invalid(error.to_string()))?;
-            Saved::new(state).map_err(|why| invalid(format!("the saved state cannot be: {why}")))
-        });
-        let saved = saved.await??;
+        let name = Path::ROOT.field("name").short(name).map_err(|error| invalid(error.to_string()))?;
+        let saved = loader.off_thread(move || content.into_saved(made)).await??;
         tracing::info!(saved_state = name, "imported a file that simd {written_by} wrote");
         let done = self.command(Command::ImportSavedState { name, saved }).await?;
         match done.applied.reply {
             Reply::SavedState(info) => Ok(info),
-            other => Err(CallError::Internal { message: format!("this is no saved state: {other:?}") }),
+            other => Err(CallError::Internal { message: format!("this is not a saved state: {other:?}") }),
         }
     }
 
-    async fn make_again(
-        &self,
-        recipe: &Recipe,
-        files: &Files,
-        robot: &str,
-    ) -> Result<from_proto::Made, CallError> {
+    async fn make_again(&self, recipe: &Recipe, files: &Files, robot: &str) -> Result<RobotParts, CallError> {
         let of_robot =
             || format!("robot {:?} of the saved state", robot.chars().take(80).collect::<String>());
         let find = |sha256: &Sha256| {
@@ -167,15 +157,14 @@ fn mesh_files(model: &RobotModel) -> BTreeMap<String, Sha256> {
     shapes.filter_map(mesh).collect()
 }
 
-fn sealed(name: &str, saved: &Saved, recipes: &[Recipe], files: Files) -> (Sha256, Arc<[u8]>) {
-    let files = files.into_values().map(|file| file.to_vec()).collect();
-    let file = seal(&saved_state_file(name, &saved.world_state(), recipes, files));
+fn sealed(name: &str, saved: &Saved, recipes: Vec<Recipe>, files: Files) -> (Sha256, Arc<[u8]>) {
+    let file = seal(&Content::new(name, saved, recipes, files.into_values().collect()));
     (Sha256::of(&file), file.into())
 }
 
 fn unpacked(file: &[u8], robots: usize) -> Result<(Opened, Files), CallError> {
     let mut opened = open(file, robots)?;
-    let files: Vec<Vec<u8>> = std::mem::take(&mut opened.content.files);
-    let files = files.into_iter().map(|bytes| (Sha256::of(&bytes), Arc::from(bytes)));
+    let files = std::mem::take(&mut opened.content.files);
+    let files = files.into_iter().map(|bytes| (Sha256::of(&bytes), bytes));
     Ok((opened, files.collect()))
 }

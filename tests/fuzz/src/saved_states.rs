@@ -1,18 +1,14 @@
-//! What is in a saved state's file, as an untrusted client may write it: hash and header are right, the rest is not.
+//! The content of an untrusted saved state file: hash and header are right, the rest need not be.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use simd_core::collision::Shapes;
-use simd_core::simulation::WorldLimits;
-use simd_core::simulation::{Saved, world_state::WorldState};
+use simd_core::simulation::{RobotParts, Saved, WorldLimits};
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
-use simd_proto::v1;
-use simd_server::convert::from_proto::saved_state_file::{Made, recipes, world_state};
-use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
-use simd_server::loading::saved_state_file::{open, seal, seal_encoded};
+use simd_server::loading::saved_state_file::{Content, Recipe, open, seal, seal_encoded};
 
 /// Robots that the world takes.
 const ROBOTS: usize = 20;
@@ -22,7 +18,7 @@ const STEPS: usize = 20;
 /// A file is refused in a sentence, or gives a world that can be gone to, stepped and written again,
 /// and whose positions and velocities stay numbers. Says whether it was stepped.
 pub fn saved_states(bytes: &[u8]) -> bool {
-    // As a file it is no saved state, or a whole one.
+    // As a file it is either not a saved state, or a whole one.
     drop(open(bytes, ROBOTS));
     let file = match open(&seal_encoded(bytes), ROBOTS) {
         Ok(opened) => opened.content,
@@ -31,12 +27,12 @@ pub fn saved_states(bytes: &[u8]) -> bool {
             return false;
         }
     };
-    let Ok(recipes) = recipes(&file) else { return false };
-    let Some(state) = state(file, &recipes) else { return false };
-    let saved = match Saved::new(state) {
+    let recipes: Vec<Recipe> = file.robots.iter().map(|robot| robot.recipe.clone()).collect();
+    let Some(made) = made(&file, &recipes) else { return false };
+    let saved = match file.into_saved(made) {
         Ok(saved) => saved,
-        Err(invalid) => {
-            assert!(!invalid.to_string().is_empty(), "a refusal says why");
+        Err(refused) => {
+            assert!(!refused.to_string().is_empty(), "a refusal says why");
             return false;
         }
     };
@@ -62,23 +58,20 @@ pub fn saved_states(bytes: &[u8]) -> bool {
 
 /// What is accepted is written and accepted once more.
 fn check_again(saved: &Saved, recipes: &[Recipe]) {
-    let file = seal(&saved_state_file("it", &saved.world_state(), recipes, Vec::new()));
+    let file = seal(&Content::new("it", saved, recipes.to_vec(), Vec::new()));
     let content = open(&file, ROBOTS).map(|opened| opened.content);
-    let states = saved.world_state().robots.into_iter();
-    let made = states.map(|robot| (robot.model, robot.shapes)).collect();
-    let again = content.ok().and_then(|content| world_state(content, made).ok());
-    assert!(again.is_some_and(|state| Saved::new(state).is_ok()), "what is written is accepted");
+    let again = content.ok().and_then(|content| content.into_saved(saved.parts()).ok());
+    assert!(again.is_some(), "what is written is accepted");
 }
 
-/// The state in a file whose robots can be read.
-fn state(mut file: v1::SavedStateFile, recipes: &[Recipe]) -> Option<WorldState> {
+/// The robots of a file, if they can be read.
+fn made(file: &Content, recipes: &[Recipe]) -> Option<Vec<RobotParts>> {
     let files: BTreeMap<Sha256, Arc<[u8]>> =
-        file.files.drain(..).map(|bytes| (Sha256::of(&bytes), Arc::from(bytes))).collect();
-    let made: Option<Vec<Made>> = recipes.iter().map(|recipe| make(recipe, &files)).collect();
-    world_state(file, made?).ok()
+        file.files.iter().map(|bytes| (Sha256::of(bytes), Arc::clone(bytes))).collect();
+    recipes.iter().map(|recipe| make(recipe, &files)).collect()
 }
 
-fn make(recipe: &Recipe, files: &BTreeMap<Sha256, Arc<[u8]>>) -> Option<Made> {
+fn make(recipe: &Recipe, files: &BTreeMap<Sha256, Arc<[u8]>>) -> Option<RobotParts> {
     let find = |(uri, sha256): (&String, &Sha256)| {
         Some((uri.clone(), Asset { sha256: *sha256, bytes: files.get(sha256)?.clone() }))
     };

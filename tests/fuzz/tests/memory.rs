@@ -1,7 +1,12 @@
-//! Hostile meshes: each is answered within a bound of memory that its bytes justify.
+//! Hostile meshes and saved states: each is answered within a bound of memory that its bytes justify.
 //! Counted, not timed: what one thread allocates is the same on every machine.
 
+use std::path::Path;
+
+use simd_core::simulation::command::{LinkProperties, MAX_LINK_PROPERTIES};
 use simd_fuzz_targets::{collada, obj, stl};
+use simd_model::robot::Sha256;
+use simd_server::loading::saved_state_file::{Content, open, seal, seal_encoded};
 
 /// The most that was allocated at one time, bytes, with one copy of the file.
 fn peak(target: fn(&[u8]), file: &[u8]) -> u64 {
@@ -76,4 +81,52 @@ fn files_at_the_limit_of_triangles_and_beyond_stay_below_half_a_gigabyte() {
     let of_collada = peak(collada, dae(&(source + FACES), &SHOWN.repeat(20)).as_bytes());
     println!("polygon {of_polygon}, STL {of_stl}, COLLADA {of_collada} bytes");
     assert!(of_polygon < MOST && of_stl < MOST && of_collada < MOST);
+}
+
+/// Opens a file of this content, whose hash is right.
+fn peak_of_snapshot(content: &Content) -> (u64, u64) {
+    let file = seal(content);
+    let seen = allocation_counter::measure(|| drop(open(&file, 1_000)));
+    (seen.bytes_max, file.len() as u64)
+}
+
+/// Entries of lists are the largest against their bytes: three for a link's properties, one for a file, and 33 for
+/// a mesh without a name. The rest is within a small factor.
+#[test]
+fn snapshots_cost_what_their_bytes_justify() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/saved_states/kinds");
+    let content = open(&seal_encoded(&std::fs::read(path).unwrap()), 1_000).unwrap().content;
+    let (plain, bytes) = peak_of_snapshot(&content);
+    assert!(plain < 6 * bytes, "{plain} bytes for {bytes}");
+
+    let mut properties = content.clone();
+    properties.robots[0].state.entity.contact_settings.links =
+        vec![LinkProperties::default(); MAX_LINK_PROPERTIES];
+    let mut files = content.clone();
+    files.files = vec![Vec::new().into(); 900_000];
+    let mut meshes = content.clone();
+    meshes.robots[0].recipe.assets = (0..50_000).map(|i: u32| (i.to_string(), Sha256([0; 32]))).collect();
+    let mut overlaps = content.clone();
+    overlaps.world.ignored_overlaps = vec![([0, 0], [0, 1]); 500_000];
+    for content in [properties, files, meshes, overlaps] {
+        let (peak, bytes) = peak_of_snapshot(&content);
+        println!("{peak} bytes for {bytes}");
+        assert!(peak < 70 * bytes && peak < 64 << 20, "{peak} bytes for {bytes}");
+    }
+
+    let mut more = content.clone();
+    let links = &mut more.robots[0].state.entity.contact_settings.links;
+    *links = vec![LinkProperties::default(); MAX_LINK_PROPERTIES + 1];
+    let refused = open(&seal(&more), 1_000).unwrap_err().to_string();
+    assert!(refused.contains("damaged"), "{refused}");
+
+    // Whatever is cut off or claimed: nothing is allocated for what is not there.
+    let whole = content.encode();
+    for at in 0..whole.len() {
+        let mut claims = whole[..at].to_vec();
+        claims.extend([0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x01]);
+        let file = seal_encoded(&claims);
+        let peak = allocation_counter::measure(|| drop(open(&file, 1_000))).bytes_max;
+        assert!(peak < (1 << 20) + 6 * file.len() as u64, "{peak} bytes for a claim at {at}");
+    }
 }

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
-use prost::Message as _;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
@@ -17,8 +16,7 @@ use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_fuzz_targets::saved_states;
 use simd_model::robot::Sha256;
 use simd_model::{Asset, Assets, ReadOptions};
-use simd_proto::v1;
-use simd_server::convert::to_proto::saved_state_file::{Recipe, saved_state_file};
+use simd_server::loading::saved_state_file::{Content, Recipe, open, seal_encoded};
 
 const PLANE: &str = "<robot name='p'><link name='l'><collision><geometry><plane normal='0 0 1'/></geometry>\
     </collision></link></robot>";
@@ -123,8 +121,8 @@ impl Scene {
         let mut seen = PublishedState::default();
         self.world.observe(&mut seen);
         let saved = seen.saved("it").unwrap().saved();
-        let files = self.files.into_values().collect();
-        saved_state_file("it", &saved.world_state(), &self.recipes, files).encode_to_vec()
+        let files = self.files.into_values().map(Arc::from).collect();
+        Content::new("it", saved, self.recipes, files).encode()
     }
 }
 
@@ -156,10 +154,10 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
             duration,
         }));
     }
-    let mut merged = Scene::new();
-    merged.add("kinds", &every_kind(), 0.0, true);
-    merged.add("second", &every_kind(), 0.01, true);
-    merged.add("ball", BALL, 0.5, false);
+    let mut overlapping = Scene::new();
+    overlapping.add("kinds", &every_kind(), 0.0, true);
+    overlapping.add("second", &every_kind(), 0.01, true);
+    overlapping.add("ball", BALL, 0.5, false);
     let free = |steps| {
         let mut free = Scene::new();
         free.add("ground", PLANE, 0.0, true);
@@ -171,7 +169,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
         ("asleep", rest.content(2_500)),
         ("meshes", meshes.content(300)),
         ("kinds", kinds.content(60)),
-        ("merged", merged.content(40)),
+        ("overlapping", overlapping.content(40)),
         ("spawned", free(0)),
         ("fallen", free(200)),
     ]
@@ -186,11 +184,12 @@ fn folder() -> PathBuf {
 fn the_corpus_of_saved_states_is_what_daemons_write() {
     for (name, content) in scenes() {
         let kept = fs::read(folder().join(name)).unwrap();
-        let [kept, now] = [&kept, &content].map(|bytes| v1::SavedStateFile::decode(&bytes[..]).unwrap());
+        let [kept, now] = [&kept, &content].map(|bytes| open(&seal_encoded(bytes), 20).unwrap().content);
         // The numbers are those of the machine that wrote it.
         assert_eq!(kept.files, now.files, "{name}");
-        let robots = |file: &v1::SavedStateFile| -> Vec<_> {
-            file.robots.iter().map(|it| (it.name.clone(), it.layout.clone(), it.surfaces.clone())).collect()
+        let robots = |file: &Content| -> Vec<_> {
+            let entities = file.robots.iter().map(|robot| (robot.layout, &robot.state.entity));
+            entities.map(|(layout, it)| (it.name.clone(), layout, it.surfaces.clone())).collect()
         };
         assert_eq!(robots(&kept), robots(&now), "{name}: write it anew, see `write_the_corpus`");
         assert!(saved_states(&content), "{name} is accepted");

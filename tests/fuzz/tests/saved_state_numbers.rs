@@ -1,14 +1,22 @@
-//! Saved states whose messages are whole and whose numbers, lengths and places are not: each is refused, or
+//! Saved states whose bytes are whole and whose numbers, lengths and indices are not: each is refused, or
 //! is a world that can be stepped. A seed makes each run the same; `SIMD_MUTATIONS` asks for more of each file.
 #![cfg(test)]
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use fastrand::Rng;
-use prost::Message as _;
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
+use simd_core::dynamics::constraint::Impulses;
+use simd_core::simulation::command::WrenchDuration;
+use simd_core::simulation::world_state::{
+    ActiveWrench, BodyState, Contact, RestPose, RobotState, Surface, WorldState,
+};
 use simd_fuzz_targets::saved_states;
-use simd_proto::v1;
+use simd_model::robot::JointLimits;
+use simd_server::loading::saved_state_file::{Content, open, seal_encoded};
 
 const NUMBERS: &[f64] = &[
     f64::NAN,
@@ -25,99 +33,213 @@ const NUMBERS: &[f64] = &[
     f64::MAX,
 ];
 
-fn of_body(body: &mut v1::SavedStateBody) -> [&mut Vec<f64>; 12] {
-    [
-        &mut body.base,
-        &mut body.positions,
-        &mut body.rates,
-        &mut body.rates_before,
-        &mut body.axes,
-        &mut body.laws,
-        &mut body.efforts,
-        &mut body.external,
-        &mut body.friction_impulses,
-        &mut body.mimic_impulses,
-        &mut body.lower_impulses,
-        &mut body.upper_impulses,
-    ]
+fn vector(vector: &mut DVec3) -> [&mut f64; 3] {
+    [&mut vector.x, &mut vector.y, &mut vector.z]
 }
 
-/// All lists of numbers that there are.
-fn numbers(file: &mut v1::SavedStateFile) -> Vec<&mut Vec<f64>> {
-    let mut lists = vec![&mut file.gravity];
-    lists.extend(file.contacts.iter_mut().map(|contacts| &mut contacts.values));
-    for robot in &mut file.robots {
-        lists.extend([&mut robot.surfaces, &mut robot.colliders, &mut robot.last_positions]);
-        lists.push(&mut robot.last_rates);
-        lists.extend([&mut robot.body, &mut robot.spawned].into_iter().flatten().flat_map(of_body));
-        let pushes = [&mut robot.pushes, &mut robot.passed].into_iter().flatten();
-        lists.extend(pushes.map(|pushes| &mut pushes.values));
+fn pose(pose: &mut DPose3) -> impl Iterator<Item = &mut f64> {
+    let DQuat { x, y, z, w } = &mut pose.rotation;
+    vector(&mut pose.translation).into_iter().chain([x, y, z, w])
+}
+
+fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
+    let AxisSettings {
+        damping,
+        friction,
+        armature,
+        limits: JointLimits { lower, upper, effort, velocity },
+        default_stiffness,
+        default_damping,
+        composite_inertia,
+    } = &mut axis.settings;
+    let Actuator {
+        mode: _,
+        target,
+        velocity: target_velocity,
+        stiffness,
+        damping: target_damping,
+        feed_forward,
+        max_effort,
+        max_velocity,
+        setpoint,
+        setpoint_velocity,
+    } = &mut axis.actuator;
+    let mut numbers =
+        vec![damping, friction, armature, default_stiffness, default_damping, composite_inertia];
+    numbers.extend([target, target_velocity, feed_forward, setpoint, setpoint_velocity]);
+    let optional = [lower, upper, effort, velocity, stiffness, target_damping, max_effort, max_velocity];
+    numbers.extend(optional.into_iter().flatten());
+    numbers
+}
+
+fn of_body(body: &mut BodyState) -> Vec<&mut f64> {
+    let BodyState {
+        base,
+        positions,
+        velocities,
+        velocities_before,
+        has_stepped: _,
+        axes,
+        drives,
+        efforts,
+        external,
+        impulses: Impulses { friction, mimic, lower, upper },
+    } = body;
+    let mut numbers: Vec<&mut f64> = pose(base).collect();
+    for list in [positions, velocities, velocities_before, efforts, friction, mimic, lower, upper] {
+        numbers.extend(list);
     }
-    lists
-}
-
-/// All lists of places and bits.
-fn places(file: &mut v1::SavedStateFile) -> Vec<&mut Vec<u32>> {
-    let mut lists = vec![&mut file.merged];
-    lists.extend(file.contacts.iter_mut().map(|contacts| &mut contacts.pairs));
-    for robot in &mut file.robots {
-        let bodies = [&mut robot.body, &mut robot.spawned].into_iter().flatten();
-        lists.extend(bodies.map(|body| &mut body.given));
-        let pushes = [&mut robot.pushes, &mut robot.passed].into_iter().flatten();
-        lists.extend(pushes.flat_map(|pushes| [&mut pushes.links, &mut pushes.flags]));
+    numbers.extend(axes.iter_mut().flat_map(of_axis));
+    for Drive { stiffness, damping, position, velocity, feed_forward, limit, saturated } in drives {
+        numbers.extend([stiffness, damping, position, velocity, feed_forward, limit]);
+        numbers.extend(saturated);
     }
-    lists
+    numbers.extend(
+        external.iter_mut().flat_map(|force| [&mut force.angular, &mut force.linear]).flat_map(vector),
+    );
+    numbers
 }
 
-/// Changes an entry of a list, takes some out, or doubles some.
-fn change<T: Copy>(rng: &mut Rng, list: &mut Vec<T>, value: T) {
+fn of_wrench(wrench: &mut ActiveWrench) -> Vec<&mut f64> {
+    let ActiveWrench { link: _, force, torque, in_link_axes: _, point, duration, suspended: _ } = wrench;
+    let mut numbers: Vec<&mut f64> = [force, torque, point].into_iter().flat_map(vector).collect();
+    if let WrenchDuration::For(seconds) = duration {
+        numbers.push(seconds);
+    }
+    numbers
+}
+
+/// All numbers of a robot.
+fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
+    let mut numbers = of_body(body);
+    numbers.extend(of_body(Arc::make_mut(&mut entity.spawned)));
+    numbers.push(&mut entity.still_for);
+    for Surface { friction, restitution } in &mut entity.surfaces {
+        numbers.extend([friction, restitution]);
+    }
+    for RestPose { world_from_shape, margin } in &mut entity.rest_poses {
+        numbers.extend(pose(world_from_shape));
+        numbers.push(margin);
+    }
+    numbers.extend(&mut entity.last_good.0);
+    numbers.extend(&mut entity.last_good.1);
+    let wrenches = entity.applied_wrenches.iter_mut().chain(&mut entity.expired_wrenches);
+    numbers.extend(wrenches.flat_map(of_wrench));
+    numbers
+}
+
+/// All numbers beside those of robots.
+fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
+    let mut numbers = vec![&mut world.sim_time, &mut world.time_base.1, &mut world.settings.time_step];
+    numbers.extend(vector(&mut world.settings.gravity));
+    for Contact { robots: _, index: _, point, impulse, total } in &mut world.contacts {
+        let [a, b] = &mut point.on;
+        let vectors = [a, b, &mut point.position, &mut point.normal, impulse, total];
+        numbers.extend(vectors.into_iter().flat_map(vector));
+        let Surface { friction, restitution } = &mut point.surface;
+        numbers.extend([&mut point.distance, friction, restitution]);
+    }
+    numbers
+}
+
+/// All indices.
+fn indices(file: &mut Content) -> Vec<&mut usize> {
+    let mut indices: Vec<&mut usize> = Vec::new();
+    for contact in &mut file.world.contacts {
+        indices.extend(contact.robots.iter_mut().chain(&mut contact.point.colliders));
+    }
+    for (robots, colliders) in &mut file.world.ignored_overlaps {
+        indices.extend(robots.iter_mut().chain(colliders));
+    }
+    for robot in &mut file.robots {
+        let entity = &mut robot.state.entity;
+        let wrenches = entity.applied_wrenches.iter_mut().chain(&mut entity.expired_wrenches);
+        indices.extend(wrenches.map(|wrench| &mut wrench.link));
+    }
+    indices
+}
+
+/// Makes a list of a robot, or of the world, longer or shorter.
+fn resize(rng: &mut Rng, file: &mut Content) {
+    let robots = file.robots.len();
+    if robots == 0 || rng.u8(0..4) == 0 {
+        return match rng.bool() {
+            true => cut(rng, &mut file.world.contacts),
+            false => cut(rng, &mut file.world.ignored_overlaps),
+        };
+    }
+    let RobotState { entity, body } = &mut file.robots[rng.usize(..robots)].state;
+    let body = if rng.bool() { body } else { Arc::make_mut(&mut entity.spawned) };
+    match rng.u8(0..15) {
+        0 => cut(rng, &mut body.positions),
+        1 => cut(rng, &mut body.velocities),
+        2 => cut(rng, &mut body.velocities_before),
+        3 => cut(rng, &mut body.axes),
+        4 => cut(rng, &mut body.drives),
+        5 => cut(rng, &mut body.efforts),
+        6 => cut(rng, &mut body.external),
+        7 => cut(rng, &mut body.impulses.friction),
+        8 => cut(rng, &mut body.impulses.mimic),
+        9 => cut(rng, &mut body.impulses.upper),
+        10 => cut(rng, &mut entity.surfaces),
+        11 => cut(rng, &mut entity.rest_poses),
+        12 => cut(rng, &mut entity.last_good.0),
+        13 => cut(rng, &mut entity.applied_wrenches),
+        _ => cut(rng, &mut entity.expired_wrenches),
+    }
+}
+
+/// Takes some entries out of a list, or doubles some.
+fn cut<T: Clone>(rng: &mut Rng, list: &mut Vec<T>) {
     let at = rng.usize(0..=list.len());
     let end = (at + rng.usize(0..20)).min(list.len());
-    match rng.u8(0..8) {
-        0 => drop(list.drain(at..end)),
-        1 => list.extend_from_within(at..end),
-        _ => list.iter_mut().skip(at).take(1).for_each(|entry| *entry = value),
+    match rng.bool() {
+        true => drop(list.drain(at..end)),
+        false => list.extend_from_within(at..end),
     }
 }
 
-fn mutate(rng: &mut Rng, file: &mut v1::SavedStateFile) {
+fn mutate(rng: &mut Rng, file: &mut Content) {
     for _ in 0..rng.usize(1..4) {
         match rng.u8(0..8) {
-            0..5 => {
-                let mut lists = numbers(file);
-                let place = rng.usize(..lists.len());
-                let value = match rng.u8(0..3) {
+            0..4 => {
+                let robots = file.robots.len();
+                let mut numbers = match rng.usize(0..=robots) {
+                    index if index < robots => of_robot(&mut file.robots[index].state),
+                    _ => of_world(&mut file.world),
+                };
+                let index = rng.usize(..numbers.len());
+                *numbers[index] = match rng.u8(0..3) {
                     0 => rng.f64() * 2.0 - 1.0,
                     _ => NUMBERS[rng.usize(..NUMBERS.len())],
                 };
-                change(rng, lists[place], value);
             }
+            4 => resize(rng, file),
             5 => {
-                let mut lists = places(file);
-                let place = rng.usize(..lists.len());
-                let value = *rng.choice(&[0, 1, 2, 511, u32::MAX]).unwrap();
-                change(rng, lists[place], value);
+                let mut indices = indices(file);
+                if !indices.is_empty() {
+                    let index = rng.usize(..indices.len());
+                    *indices[index] = *rng.choice(&[0, 1, 2, 511, usize::MAX]).unwrap();
+                }
             }
             6 => {
-                let value = NUMBERS[rng.usize(..NUMBERS.len())];
-                let fields = [&mut file.sim_time, &mut file.time_base, &mut file.time_step];
-                let robots = file.robots.iter_mut().flat_map(|it| [&mut it.scale, &mut it.still_for]);
-                let mut fields: Vec<&mut f64> = fields.into_iter().chain(robots).collect();
-                let place = rng.usize(..fields.len());
-                *fields[place] = value;
-                (file.step, file.time_base_step) = *rng
-                    .choice(&[(file.step, file.time_base_step), (0, 1), (u64::MAX, 0), (1 << 53, 1 << 53)])
-                    .unwrap();
+                let WorldState { step, time_base, .. } = &mut file.world;
+                (*step, time_base.0) =
+                    *rng.choice(&[(*step, time_base.0), (0, 1), (u64::MAX, 0), (1 << 53, 1 << 53)]).unwrap();
+                if let Some(robot) = rng.choice(&mut file.robots) {
+                    robot.recipe.scale = NUMBERS[rng.usize(..NUMBERS.len())].to_bits();
+                }
             }
             _ => {
                 let count = file.robots.len();
                 let Some(robot) = rng.choice(&mut file.robots) else { continue };
+                let RobotState { entity, body } = &mut robot.state;
                 match rng.u8(0..6) {
-                    0 => robot.fixed_base ^= true,
-                    1 => robot.asleep ^= true,
-                    2 => robot.body = robot.spawned.clone(),
-                    3 => robot.disabled_reason = Some("because".into()),
-                    4 => robot.self_collision ^= true,
+                    0 => entity.fixed_base ^= true,
+                    1 => entity.asleep ^= true,
+                    2 => *body = BodyState::clone(&entity.spawned),
+                    3 => entity.disabled = Some("because".into()),
+                    4 => entity.contact_settings.self_collision ^= true,
                     _ => {
                         let (a, b) = (rng.usize(..count), rng.usize(..count));
                         file.robots.swap(a, b);
@@ -137,11 +259,11 @@ fn no_number_of_a_saved_state_breaks_a_promise() {
     let rng = &mut Rng::with_seed(7);
     let mut accepted = 0;
     for path in &paths {
-        let file = v1::SavedStateFile::decode(&fs::read(path).unwrap()[..]).unwrap();
+        let file = open(&seal_encoded(&fs::read(path).unwrap()), 20).unwrap().content;
         for _ in 0..each {
             let mut mutated = file.clone();
             mutate(rng, &mut mutated);
-            let bytes = mutated.encode_to_vec();
+            let bytes = mutated.encode();
             match std::panic::catch_unwind(|| saved_states(&bytes)) {
                 Ok(stepped) => accepted += u32::from(stepped),
                 Err(_panic) => {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -52,8 +52,8 @@ def arm(tmp_path: Path) -> str:
 def same(ours: Any, theirs: Any) -> bool:
     """Equal numbers; a quaternion may have either sign."""
     if isinstance(theirs, tuple):
-        pairs = list(zip(ours, theirs, strict=True))
-        is_turn = len(pairs) == 4 and all(isinstance(each, float) for each in theirs)
+        pairs: list[tuple[Any, Any]] = list(zip(ours, cast("tuple[Any, ...]", theirs), strict=True))
+        is_turn = len(pairs) == 4 and all(isinstance(each, float) for _, each in pairs)
         return all(same(a, b) for a, b in pairs) or (is_turn and all(same(-a, b) for a, b in pairs))
     return ours == (theirs if isinstance(theirs, bytes) else pytest.approx(theirs, abs=1e-5))
 

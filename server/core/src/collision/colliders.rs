@@ -7,19 +7,21 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 use parry3d_f64::bounding_volume::BoundingVolume as _;
 use parry3d_f64::shape::Shape;
+use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
 
 use super::Shapes;
 use super::separation::Inner;
 use crate::dynamics::Tree;
 use crate::dynamics::articulation::{pose, sizes};
+use crate::plain::pose3;
 
 /// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
 /// happens in the step may make it faster.
 const LOOK_AHEAD: f64 = 2.0;
 
 /// What a surface is like.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// Coulomb's coefficient.
     pub friction: f64,
@@ -73,6 +75,16 @@ pub struct ColliderPose {
     pub world_from_shape: DPose3,
 }
 
+/// Where a collider of a robot that sleeps rests.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RestPose {
+    /// World from the shape, in parry's axes for it.
+    #[serde(with = "pose3")]
+    pub world_from_shape: DPose3,
+    /// How far around it contacts are looked for, metres.
+    pub margin: f64,
+}
+
 /// What a collider is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Side {
@@ -83,7 +95,7 @@ pub struct Side {
 }
 
 /// The colliders of one robot.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub struct RobotColliders {
     shapes: Arc<Shapes>,
     /// Those of the shapes that are used.
@@ -102,7 +114,6 @@ pub struct RobotColliders {
 }
 
 /// A shape in the world.
-#[derive(Clone)]
 pub(super) struct Placed {
     /// Its index among the shapes.
     part: usize,
@@ -313,39 +324,42 @@ impl RobotColliders {
         self.placed.get(collider).map(|placed| Side { link: placed.link, body: placed.body })
     }
 
-    /// Gives each collider its surface.
+    /// Gives each collider its surface; there is one for each.
+    pub fn set_surfaces(&mut self, surfaces: &[Surface]) {
+        self.placed.iter_mut().zip(surfaces).for_each(|(placed, surface)| placed.surface = *surface);
+    }
+
+    /// Whether there is a surface for each collider, and a pose for each where there are poses.
     ///
     /// # Errors
-    /// Where there are more or fewer, as a fragment of a sentence.
-    pub fn set_surfaces(&mut self, surfaces: &[Surface]) -> Result<(), String> {
+    /// Where there are more or fewer, and where a number cannot be, as a fragment of a sentence.
+    pub fn check(&self, surfaces: &[Surface], poses: Option<&[RestPose]>) -> Result<(), String> {
         self.check_count("surfaces", surfaces.len())?;
-        self.placed.iter_mut().zip(surfaces).for_each(|(placed, surface)| placed.surface = *surface);
+        let Some(poses) = poses else { return Ok(()) };
+        self.check_count("poses of colliders", poses.len())?;
+        for RestPose { world_from_shape, margin } in poses {
+            pose("the pose of a collider", world_from_shape)?;
+            sizes("margins of colliders", [*margin])?;
+        }
         Ok(())
     }
 
     /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
     /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
-    pub fn save_poses(&self) -> Vec<(DPose3, f64)> {
-        self.placed.iter().map(|placed| (placed.world_from_shape, placed.margin)).collect()
+    pub fn save_poses(&self) -> impl Iterator<Item = RestPose> + '_ {
+        self.placed
+            .iter()
+            .map(|&Placed { world_from_shape, margin, .. }| RestPose { world_from_shape, margin })
     }
 
-    /// Gives each a saved pose.
-    ///
-    /// # Errors
-    /// Where there are more or fewer, and where a number cannot be, as a fragment of a sentence.
-    pub fn restore_poses(&mut self, poses: &[(DPose3, f64)]) -> Result<(), String> {
-        self.check_count("poses of colliders", poses.len())?;
-        for (world_from_shape, margin) in poses {
-            pose("the pose of a collider", world_from_shape)?;
-            sizes("margins of colliders", [*margin])?;
-        }
+    /// Gives each a saved pose; there is one for each.
+    pub fn restore_poses(&mut self, poses: &[RestPose]) {
         self.bounds = Bounds::default();
-        for (placed, (world_from_shape, margin)) in self.placed.iter_mut().zip(poses) {
-            (placed.world_from_shape, placed.margin) = (*world_from_shape, *margin);
+        for (placed, rest) in self.placed.iter_mut().zip(poses) {
+            (placed.world_from_shape, placed.margin) = (rest.world_from_shape, rest.margin);
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }
-        Ok(())
     }
 
     fn check_count(&self, what: &str, there: usize) -> Result<(), String> {

@@ -24,7 +24,7 @@ mod shapes;
 mod tests;
 
 pub use broad::Broad;
-pub use colliders::{BodyMotion, ColliderPose, RobotColliders, Side, Surface};
+pub use colliders::{BodyMotion, ColliderPose, RestPose, RobotColliders, Side, Surface};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::{ContactPoint, Narrow};

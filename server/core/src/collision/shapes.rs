@@ -11,6 +11,7 @@ use glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d_f64::transformation::voxelization::FillMode;
+use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
 use simd_model::robot::{Geometry, Material, MeshAsset, Sha256};
 
@@ -44,7 +45,7 @@ const DECOMPOSITION: VHACDParameters = VHACDParameters {
 };
 
 /// What collision meshes become.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum MeshShapes {
     /// Their convex hull.
     #[default]

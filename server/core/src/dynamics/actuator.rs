@@ -1,12 +1,11 @@
 //! Actuators: what drives a joint of one axis, solved implicitly, so that any
 //! gains are stable at any time step.
 
-use std::hash::Hasher;
-
+use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
 /// What an actuator does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// There is none: a fixed, floating or mimic joint.
     #[default]
@@ -35,7 +34,7 @@ pub const DEFAULT_VELOCITY_GAIN: f64 = 1000.0;
 pub const PROFILE_EFFORT: f64 = 0.5;
 
 /// An axis that can be driven: a revolute or prismatic joint, or one of a planar one's three.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     /// What the joint itself is like.
     pub settings: AxisSettings,
@@ -44,7 +43,7 @@ pub struct Axis {
 }
 
 /// What a joint is like, apart from its geometry.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AxisSettings {
     /// N m s/rad or N s/m.
     pub damping: f64,
@@ -63,7 +62,7 @@ pub struct AxisSettings {
 }
 
 /// The target of an axis and how it is pursued.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// What it does.
     pub mode: Mode,
@@ -90,7 +89,7 @@ pub struct Actuator {
 
 /// The law of an actuator over one step, in the terms of dynamics: effort =
 /// kp (target - q - h qd+) + kd (velocity - qd+) + feed forward, with qd+ the new velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
     /// kp.
     pub stiffness: f64,
@@ -129,35 +128,6 @@ impl AxisSettings {
 }
 
 impl Axis {
-    /// Feeds everything that a step reads to a hasher.
-    pub fn hash_into(&self, hasher: &mut impl Hasher) {
-        let AxisSettings { damping, friction, armature, limits, .. } = &self.settings;
-        let Actuator {
-            mode,
-            target,
-            velocity,
-            stiffness,
-            damping: kd,
-            feed_forward,
-            setpoint,
-            setpoint_velocity,
-            ..
-        } = &self.actuator;
-        let Actuator { max_effort, max_velocity, .. } = &self.actuator;
-        hasher.write_u8(*mode as u8);
-        let limits = [limits.lower, limits.upper, limits.effort, limits.velocity];
-        for value in limits.into_iter().chain([*stiffness, *kd, *max_effort, *max_velocity]) {
-            hasher.write_u64(value.map_or(u64::MAX, f64::to_bits));
-        }
-        let defaults =
-            [self.settings.default_stiffness, self.settings.default_damping, self.settings.composite_inertia];
-        let values =
-            [damping, friction, armature, target, velocity, feed_forward, setpoint, setpoint_velocity];
-        for value in values.into_iter().chain(&defaults) {
-            hasher.write_u64(value.to_bits());
-        }
-    }
-
     /// The joint's own limit and the target's, infinite where there is none.
     fn most_effort(&self) -> f64 {
         least(self.settings.limits.effort, self.actuator.max_effort)

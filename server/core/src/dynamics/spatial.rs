@@ -6,14 +6,19 @@
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 use glamx::{DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::plain::vector3;
 
 /// Angular and linear part of a motion (velocity, acceleration) or a force
 /// (moment about the origin, force), in the axes of one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spatial {
     /// rad/s, or N m.
+    #[serde(with = "vector3")]
     pub angular: DVec3,
     /// m/s of the frame's origin, or N.
+    #[serde(with = "vector3")]
     pub linear: DVec3,
 }
 

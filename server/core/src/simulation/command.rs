@@ -5,6 +5,7 @@ mod target;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
+use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
 use simd_model::robot::{JointLimits, Material};
 
@@ -13,6 +14,7 @@ use super::PhysicsSettings;
 use super::published_state::Moment;
 use super::saved::Saved;
 use crate::collision::Shapes;
+use crate::plain::bounded_list;
 
 /// A change of the world. Applied between steps: whole or, where it is refused, not at all.
 #[derive(Clone, Debug)]
@@ -129,16 +131,21 @@ pub struct Spawn {
 }
 
 /// Contact settings of a robot.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactSettings {
     /// Links of the robot collide with each other, unless a joint connects them.
     pub self_collision: bool,
-    /// Surfaces of links, which replace those of the description.
+    /// Surfaces of links, which replace those of the description. A file has at most [`MAX_LINK_PROPERTIES`].
+    #[serde(deserialize_with = "bounded_list::deserialize::<MAX_LINK_PROPERTIES, _, _>")]
     pub links: Vec<LinkProperties>,
 }
 
+/// Entries of [`ContactSettings::links`] that are read from a file for one robot. In memory one takes twenty times the
+/// bytes that it may have in a file.
+pub const MAX_LINK_PROPERTIES: usize = 65_536;
+
 /// New settings of a link.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkProperties {
     /// Its name; none means all links of the robot.
     pub link: String,
@@ -229,7 +236,7 @@ pub struct LinkWrench {
 pub const MAX_WRENCH_DURATION: f64 = 3600.0;
 
 /// How long a wrench acts.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum WrenchDuration {
     /// For the next step, together with all others of it.
     #[default]

@@ -1,14 +1,11 @@
 //! The contacts of a world: found anew in each part of a step, and given the impulses that
 //! they had in the one before.
 
-use std::hash::Hasher;
-
 use glamx::DVec3;
 
 use super::entity::Entity;
 use super::links::check_surface;
 use super::sleep::acts;
-use super::world_state::ContactState;
 use crate::collision::{Broad, ContactPoint, FixedPair, MOST, Narrow, Side};
 use crate::dynamics::articulation::finite;
 use crate::dynamics::constraint::contact::Contact;
@@ -93,7 +90,12 @@ impl Contacts {
             while known.next_if(|known| known.robots < pair).is_some() {}
             let known = known.next_if(|known| known.robots == pair);
             let mut known = known.unwrap_or_else(|| FixedPair::new(pair, Vec::new()));
-            narrow.between_fixed(colliders, (a.teleported || b.teleported, slack), &mut known, found);
+            narrow.between_fixed(
+                colliders,
+                (a.state.teleported || b.state.teleported, slack),
+                &mut known,
+                found,
+            );
             fixed.push(known);
         }
         drop(known);
@@ -134,66 +136,42 @@ impl Contacts {
             *index -= usize::from(*index > robot);
         }
     }
-
-    /// Feeds everything that a step reads to a hasher.
-    pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
-        for contact in &self.list {
-            let ContactPoint { colliders, on, position, normal, distance, .. } = contact.point;
-            for index in contact.robots.into_iter().chain(colliders) {
-                hasher.write_usize(index);
-            }
-            let vectors = [on[0], on[1], position, normal, contact.impulse];
-            for value in vectors.into_iter().flat_map(|vector| vector.to_array()).chain([distance]) {
-                hasher.write_u64(value.to_bits());
-            }
-        }
-        for index in
-            self.ignored_overlaps().flat_map(|(robots, colliders)| robots.into_iter().chain(colliders))
-        {
-            hasher.write_usize(index);
-        }
-    }
 }
 
-/// As plain data.
-pub(super) fn contact_state(contact: &Contact) -> ContactState {
-    let Contact { robots, index: _, point, impulse, total } = *contact;
-    let ContactPoint { colliders, links: _, bodies: _, on, position, normal, distance, surface } = point;
-    ContactState { robots, colliders, on, point: position, normal, distance, surface, impulse, total }
-}
-
-/// From plain data; or what is wrong with it, as a sentence.
-pub(super) fn contacts(robots: &[Entity], states: &[ContactState]) -> Result<Vec<Contact>, String> {
-    let mut list: Vec<Contact> = Vec::with_capacity(states.len());
-    for state in states {
-        let ContactState { robots: indices, colliders, on, point, normal, distance, surface, impulse, total } =
-            *state;
-        let sides = sides(robots, (indices, colliders))?;
+/// Checks contacts that came from elsewhere, and completes them with what follows from their robots; or says what is
+/// wrong with them, as a sentence.
+pub(super) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<(), String> {
+    let mut before: Option<(Pair, usize)> = None;
+    for contact in contacts {
+        let pair = key(contact);
+        let sides = sides(robots, pair)?;
         if sides.iter().all(|side| side.body.is_none()) {
             return Err("a contact is between what cannot move".into());
         }
-        let vectors = [on[0], on[1], point, normal, impulse, total];
-        let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([distance]);
+        let Contact { robots: _, index, point, impulse, total } = contact;
+        (point.links, point.bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
+        let ContactPoint { colliders: _, links: _, bodies: _, on, position, normal, distance, surface } =
+            point;
+        let vectors = [on[0], on[1], *position, *normal, *impulse, *total];
+        let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([*distance]);
         finite("the contacts have numbers", values)?;
         if (normal.length_squared() - 1.0).abs() > 1e-6 {
             return Err("a contact's normal is not of unit length".into());
         }
-        check_surface(&surface)?;
-        let (links, bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
-        let point = ContactPoint { colliders, links, bodies, on, position: point, normal, distance, surface };
-        let mut contact = Contact { robots: indices, index: 0, point, impulse, total };
-        if let Some(before) = list.last() {
-            if key(before) > key(&contact) {
+        check_surface(surface)?;
+        *index = match before {
+            Some((known, _)) if known > pair => {
                 return Err("the contacts are not in the order of their robots and colliders".into());
             }
-            contact.index = if key(before) == key(&contact) { before.index + 1 } else { 0 };
-        }
-        if contact.index >= MOST {
+            Some((known, index)) if known == pair => index + 1,
+            _ => 0,
+        };
+        if *index >= MOST {
             return Err(format!("there are more than {MOST} contacts between two colliders"));
         }
-        list.push(contact);
+        before = Some((pair, *index));
     }
-    Ok(list)
+    Ok(())
 }
 
 /// Whether ignored overlaps are pairs of colliders of these robots, in order.

@@ -2,7 +2,6 @@
 
 mod wrenches;
 
-use std::hash::Hasher;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,45 +14,35 @@ use super::check;
 use super::command::{ClaimId, ContactSettings};
 use super::error::Error;
 use super::published_state::{Flags, Mode, PublishedState, RootState};
-use crate::collision::RobotColliders;
+use super::world_state::{EntityState, RobotState};
+use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Axis, Tree};
 
-/// A robot in the world.
-#[derive(Clone, Debug)]
+/// A robot in the world: what it is, its state, and the scratch of a step.
+#[derive(Debug)]
 pub(super) struct Entity {
-    /// Unique in the world.
-    pub name: String,
-    /// Unlike that of any other robot or model before it.
+    /// Unlike that of any other robot or model before it. What is immutable is equal where this is.
     pub version: u64,
-    /// Stays at a reset of scope `spawned`.
-    pub loaded_at_start: bool,
     /// What it is.
     pub model: Arc<RobotModel>,
-    /// What it touches with.
-    pub colliders: RobotColliders,
-    /// How its contacts were configured.
-    pub contact_settings: ContactSettings,
-    /// It rests, and no step looks at it.
-    pub asleep: bool,
-    /// A command has moved it since the last step.
-    pub teleported: bool,
-    /// For how long it has hardly moved, seconds.
-    pub still_for: f64,
-    /// Where it is and how it moves.
+    /// Its state beside its dynamics.
+    pub state: EntityState,
+    /// Its tree, the state of its dynamics, and their scratch.
     pub body: Articulation,
-    /// What a reset of scope `state` puts back. Shared, since copies of the state are made while it plays.
-    pub spawned: Arc<Articulation>,
-    /// Set while it is out of the simulation: why.
-    pub disabled: Option<Arc<str>>,
+    /// What it touches with: its shapes, and scratch that follows from the state.
+    pub colliders: RobotColliders,
     /// Who holds a claim on which joint of the model.
     pub claims: Vec<Option<Arc<Claim>>>,
-    /// Wrenches that commands applied to links.
-    pub applied_wrenches: Vec<ActiveWrench>,
-    /// Wrenches that acted over the last step and have expired.
-    pub expired_wrenches: Vec<ActiveWrench>,
-    /// The state before the present step, to go back to if it is not finite.
-    pub last_good: (Vec<f64>, Vec<f64>),
+}
+
+/// What of a robot never changes while it has one version. Cheap to copy.
+#[derive(Clone, Debug)]
+pub(super) struct Description {
+    pub version: u64,
+    pub model: Arc<RobotModel>,
+    pub tree: Arc<Tree>,
+    pub shapes: Arc<Shapes>,
 }
 
 impl AsMut<Articulation> for Entity {
@@ -96,25 +85,69 @@ impl Entity {
             }
         }
         let claims = vec![None; model.joints.len()];
-        let (spawned, last_good) = (Arc::new(body.clone()), (Vec::new(), Vec::new()));
-        let (disabled, applied_wrenches) = (None, Vec::new());
-        Self {
+        let state = EntityState {
             name,
-            version,
             loaded_at_start: false,
-            model,
-            colliders: RobotColliders::default(),
+            fixed_base,
             contact_settings: ContactSettings::default(),
+            surfaces: Vec::new(),
             asleep: false,
+            rest_poses: Vec::new(),
             teleported: true,
             still_for: 0.0,
-            body,
-            spawned,
-            disabled,
-            claims,
-            applied_wrenches,
+            disabled: None,
+            spawned: Arc::new(body.state().clone()),
+            last_good: (Vec::new(), Vec::new()),
+            applied_wrenches: Vec::new(),
             expired_wrenches: Vec::new(),
-            last_good,
+        };
+        Self { version, model, state, body, colliders: RobotColliders::default(), claims }
+    }
+
+    /// A robot in a state that was saved of one with this description.
+    pub(super) fn from_state(description: &Description, RobotState { entity, body }: RobotState) -> Self {
+        let Description { version, model, tree, shapes } = description;
+        let self_collision = entity.contact_settings.self_collision;
+        let colliders = RobotColliders::new(tree, shapes, Surface::default(), self_collision);
+        let mut new = Self {
+            version: *version,
+            model: Arc::clone(model),
+            state: entity,
+            body: Articulation::with_state(Arc::clone(tree), body),
+            colliders,
+            claims: vec![None; model.joints.len()],
+        };
+        new.follow_state();
+        new
+    }
+
+    /// Puts it into another state that it was in.
+    pub(super) fn set_robot_state(&mut self, RobotState { entity, body }: RobotState) {
+        self.state = entity;
+        self.body.set_state(body);
+        self.follow_state();
+    }
+
+    /// Brings colliders in line with the state.
+    fn follow_state(&mut self) {
+        self.colliders.set_surfaces(&self.state.surfaces);
+        if self.state.asleep {
+            self.colliders.restore_poses(&self.state.rest_poses);
+        }
+    }
+
+    /// What a save copies.
+    pub(super) fn robot_state(&self) -> RobotState {
+        RobotState { entity: self.state.clone(), body: self.body.state().clone() }
+    }
+
+    /// What it shares with what is saved of it.
+    pub(super) fn description(&self) -> Description {
+        Description {
+            version: self.version,
+            model: Arc::clone(&self.model),
+            tree: Arc::clone(self.body.tree()),
+            shapes: Arc::clone(self.colliders.shapes()),
         }
     }
 
@@ -127,34 +160,11 @@ impl Entity {
     pub(super) fn begin_step(&mut self) {
         self.begin_wrenches();
         if self.is_awake() {
-            self.last_good.0.clear();
-            self.last_good.0.extend_from_slice(self.body.positions());
-            self.last_good.1.clear();
-            self.last_good.1.extend_from_slice(self.body.velocities());
+            self.state.last_good.0.clear();
+            self.state.last_good.0.extend_from_slice(self.body.positions());
+            self.state.last_good.1.clear();
+            self.state.last_good.1.extend_from_slice(self.body.velocities());
         }
-    }
-
-    /// Feeds everything that a step reads to a hasher.
-    pub(super) fn hash_into(&self, hasher: &mut impl Hasher) {
-        hasher.write(self.name.as_bytes());
-        for flag in [self.disabled.is_some(), self.asleep, self.teleported] {
-            hasher.write_u8(flag.into());
-        }
-        let surfaces = self.colliders.surfaces().flat_map(|surface| [surface.friction, surface.restitution]);
-        for value in surfaces.chain([self.still_for]) {
-            hasher.write_u64(value.to_bits());
-        }
-        // Each step updates those of an awake robot.
-        let saved = if self.asleep { self.colliders.save_poses() } else { Vec::new() };
-        for (pose, margin) in saved {
-            let pose = pose.translation.to_array().into_iter().chain(pose.rotation.to_array());
-            pose.chain([margin]).for_each(|value| hasher.write_u64(value.to_bits()));
-        }
-        self.applied_wrenches
-            .iter()
-            .chain(&self.expired_wrenches)
-            .for_each(|wrench| wrench.hash_into(hasher));
-        self.body.hash_into(hasher);
     }
 
     /// Updates bodies and wrenches, and colliders if there are other robots. Contacts
@@ -162,13 +172,13 @@ impl Entity {
     /// robot.
     pub(super) fn update_poses(&mut self, others: bool, slack: f64, h: f64) {
         if self.is_awake() {
-            if !self.applied_wrenches.is_empty() {
+            if !self.state.applied_wrenches.is_empty() {
                 self.update_external_forces();
             }
             self.body.update_kinematics();
         }
-        let Self { body, colliders, asleep, .. } = self;
-        if !*asleep && (others || colliders.has_self_collision()) {
+        let Self { body, colliders, state, .. } = self;
+        if !state.asleep && (others || colliders.has_self_collision()) {
             colliders.update_poses(body.base(), slack, h, |body_index| body.body_motion(body_index));
         }
     }
@@ -180,11 +190,11 @@ impl Entity {
             return None;
         }
         self.end_wrenches(time_step);
-        if self.asleep || self.body.is_finite() {
+        if self.state.asleep || self.body.is_finite() {
             return None;
         }
         let culprit = self.first_not_finite();
-        self.body.positions_mut().copy_from_slice(&self.last_good.0);
+        self.body.positions_mut().copy_from_slice(&self.state.last_good.0);
         self.body.velocities_mut().fill(0.0);
         self.body.forget_last_step();
         let reason: Arc<str> = format!(
@@ -192,14 +202,15 @@ impl Entity {
              before and taken out of the simulation. Reset it, or look at its masses, gains and time step"
         )
         .into();
-        self.disabled = Some(Arc::clone(&reason));
+        self.state.disabled = Some(Arc::clone(&reason));
         Some(reason)
     }
 
-    /// Claims of another state of this robot, for the joints that both have and that can be driven.
-    pub(super) fn take_claims_of(&mut self, old: &Self) {
+    /// Claims of another state of this robot, with the model that it had there, for the joints that both have and
+    /// that can be driven.
+    pub(super) fn take_claims(&mut self, claims: &[Option<Arc<Claim>>], model: &RobotModel) {
         self.claims.fill(None);
-        for (claim, joint) in old.claims.iter().zip(&old.model.joints) {
+        for (claim, joint) in claims.iter().zip(&model.joints) {
             let Some(claim) = claim else { continue };
             let index = self.joint(&joint.name).ok().filter(|&index| self.actuated_body(index, 0).is_ok());
             if let Some(slot) = index.and_then(|index| self.claims.get_mut(index)) {
@@ -211,7 +222,7 @@ impl Entity {
     /// Index of a joint in the model.
     pub(super) fn joint(&self, joint: &str) -> Result<usize, Error> {
         self.model.joints.iter().position(|known| known.name == joint).ok_or_else(|| Error::JointNotFound {
-            robot: self.name.clone(),
+            robot: self.state.name.clone(),
             joint: joint.to_owned(),
             known: self.model.joints.iter().map(|joint| joint.name.clone()).collect(),
         })
@@ -220,7 +231,7 @@ impl Entity {
     /// Index of a link in the model.
     pub(super) fn link(&self, link: &str) -> Result<usize, Error> {
         self.model.links.iter().position(|known| known.name == link).ok_or_else(|| Error::LinkNotFound {
-            robot: self.name.clone(),
+            robot: self.state.name.clone(),
             link: link.to_owned(),
             known: self.model.links.iter().map(|link| link.name.clone()).collect(),
         })
@@ -232,7 +243,7 @@ impl Entity {
         let bodies = self.body.tree().joints[joint].clone();
         if matches!(self.model.joints[joint].kind, JointKind::Fixed | JointKind::Floating) {
             return Err(Error::JointNotActuated {
-                robot: self.name.clone(),
+                robot: self.state.name.clone(),
                 joint: name.clone(),
                 why: match self.model.joints[joint].kind {
                     JointKind::Fixed => "is fixed".into(),
@@ -252,7 +263,7 @@ impl Entity {
         let index = self.axis_body(joint, axis)?;
         if let Some(mimic) = self.model.joints[joint].mimic {
             return Err(Error::JointNotActuated {
-                robot: self.name.clone(),
+                robot: self.state.name.clone(),
                 joint: self.model.joints[joint].name.clone(),
                 why: format!("follows joint {:?}", self.model.joints[mimic.joint].name),
             });
@@ -298,7 +309,7 @@ impl Entity {
             pose: self.body.root_pose(),
             linear,
             angular,
-            disabled: self.disabled.clone(),
+            disabled: self.state.disabled.clone(),
             accelerations: of_root,
         });
         state.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);

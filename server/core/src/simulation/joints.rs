@@ -40,7 +40,7 @@ impl Simulation {
         for &robot_index in &whole {
             let entity = &mut self.entities[robot_index];
             let (p, v) = (entity.body.tree().root_positions(), entity.body.tree().root_velocities());
-            entity.body.positions_mut()[p..].copy_from_slice(&entity.spawned.positions()[p..]);
+            entity.body.positions_mut()[p..].copy_from_slice(&entity.state.spawned.positions[p..]);
             entity.body.velocities_mut()[v..].fill(0.0);
         }
         for &(robot_index, (position, q), (velocity, qd)) in &puts {
@@ -110,7 +110,7 @@ impl Simulation {
             for joint in joints {
                 if let Some(other) = &entity.claims[joint] {
                     return Err(Error::JointClaimed {
-                        robot: entity.name.clone(),
+                        robot: entity.state.name.clone(),
                         joint: entity.model.joints[joint].name.clone(),
                         holder: other.holder.to_string(),
                     });
@@ -126,7 +126,7 @@ impl Simulation {
         for (robot_index, joint) in taken {
             let entity = &mut self.entities[robot_index];
             entity.claims[joint] = Some(Arc::clone(&record));
-            names.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
+            names.push(format!("{}/{}", entity.state.name, entity.model.joints[joint].name));
         }
         robots.into_iter().for_each(|robot| self.settings_changed(robot));
         self.happened(EventKind::JointsClaimed { holder: holder.to_owned(), joints: names });
@@ -144,7 +144,7 @@ impl Simulation {
                     continue;
                 }
                 entity.claims[joint] = None;
-                joints.push(format!("{}/{}", entity.name, entity.model.joints[joint].name));
+                joints.push(format!("{}/{}", entity.state.name, entity.model.joints[joint].name));
                 // It is no longer driven: it holds its position.
                 for body in entity.body.tree().joints[joint].clone() {
                     entity.body.hold(body);
@@ -177,8 +177,8 @@ impl Entity {
             }
         }
         self.body.forget_last_step();
-        self.disabled = None;
-        self.teleported = true;
+        self.state.disabled = None;
+        self.state.teleported = true;
         self.update_external_forces();
     }
 }

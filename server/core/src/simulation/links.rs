@@ -11,6 +11,7 @@ use super::error::Error;
 use super::published_state::ContactReport;
 use super::{Reply, Simulation};
 use crate::collision::{RobotColliders, Shapes, Surface};
+use crate::dynamics::Articulation;
 
 /// Coulomb's coefficient at the most.
 const MOST_FRICTION: f64 = 1e6;
@@ -27,6 +28,7 @@ impl Simulation {
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
         }
+        entity.state.surfaces = entity.colliders.surfaces().collect();
         self.settings_changed(robot_index);
         self.wake_around(robot_index);
         Ok(Reply::Done)
@@ -88,14 +90,22 @@ pub(super) fn check_surface(surface: &Surface) -> Result<(), String> {
 impl Entity {
     /// Makes the colliders anew, as the robot was asked to touch.
     pub(super) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {
-        let found = self.check_links(&self.contact_settings.links, "link_properties")?;
+        let found = self.check_links(&self.state.contact_settings.links, "link_properties")?;
         let tree = self.body.tree();
         self.colliders =
-            RobotColliders::new(tree, shapes, Surface::default(), self.contact_settings.self_collision);
-        for (link, properties) in found.into_iter().zip(&self.contact_settings.links) {
+            RobotColliders::new(tree, shapes, Surface::default(), self.state.contact_settings.self_collision);
+        for (link, properties) in found.into_iter().zip(&self.state.contact_settings.links) {
             self.colliders.set_material(link, &properties.material);
         }
+        self.state.surfaces = self.colliders.surfaces().collect();
+        // A step allocates nothing, also not where a robot falls asleep.
+        self.state.rest_poses.reserve(self.colliders.len());
         Ok(())
+    }
+
+    /// Whether it can have these contact settings.
+    pub(super) fn check_contact_settings(&self) -> Result<(), Error> {
+        self.check_links(&self.state.contact_settings.links, "link_properties").map(|_links| ())
     }
 
     /// Indices of the links, which the field `list` has; `None` for all of them.
@@ -117,8 +127,11 @@ impl Entity {
 
     /// Its colliders where it is now.
     pub(super) fn placed_colliders(&self) -> RobotColliders {
-        let mut colliders = self.colliders.clone();
-        let mut body = self.body.clone();
+        let tree = self.body.tree();
+        let self_collision = self.state.contact_settings.self_collision;
+        let shapes = self.colliders.shapes();
+        let mut colliders = RobotColliders::new(tree, shapes, Surface::default(), self_collision);
+        let mut body = Articulation::with_state(Arc::clone(tree), self.body.state().clone());
         body.update_kinematics();
         colliders.update_poses(body.base(), 0.0, 0.0, |body_index| body.body_motion(body_index));
         colliders

@@ -46,7 +46,8 @@ pub use event::{Event, EventKind};
 use published_state::{EntityLayout, WorldLayout};
 pub use published_state::{Moment, PublishedState};
 use robot_settings::RobotSettings;
-pub use saved::{Kept, Saved};
+pub use saved::{Kept, RobotParts, Saved};
+use serde::Serialize;
 pub use settings::PhysicsSettings;
 use step::StepMemory;
 use target_sources::RobotTargetSources;
@@ -145,19 +146,19 @@ impl Simulation {
         self.now
     }
 
-    /// A number that is equal where the moment and everything that a step reads are
-    /// equal to the bit, for comparing runs of one build on one machine.
+    /// A number that is equal where the state is equal to the bit, for comparing runs of one build on one
+    /// machine. It reads what a save copies.
     pub fn fingerprint(&self) -> u64 {
-        let mut hasher = DefaultHasher::new();
-        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
-        hasher.write_u64(self.now.step);
-        hasher.write_u64(self.time_base.0);
-        hasher.write_u32(substeps);
-        for value in gravity.to_array().into_iter().chain([time_step, self.now.sim_time, self.time_base.1]) {
-            hasher.write_u64(value.to_bits());
+        let Moment { epoch: _, step, sim_time } = self.now;
+        let mut bytes = encoded(&(step, sim_time, self.time_base, self.settings));
+        for entity in &self.entities {
+            bytes.extend(encoded(&entity.state));
+            bytes.extend(encoded(entity.body.state()));
         }
-        self.entities.iter().for_each(|entity| entity.hash_into(&mut hasher));
-        self.contacts.hash_into(&mut hasher);
+        bytes.extend(encoded(&self.contacts.list));
+        bytes.extend(encoded(&self.contacts.ignored_overlaps().collect::<Vec<_>>()));
+        let mut hasher = DefaultHasher::new();
+        hasher.write(&bytes);
         hasher.finish()
     }
 
@@ -217,9 +218,11 @@ impl Simulation {
 
     /// The index of a robot.
     fn robot_index(&self, robot: &str) -> Result<usize, Error> {
-        self.entities.iter().position(|entity| entity.name == robot).ok_or_else(|| Error::RobotNotFound {
-            robot: robot.to_owned(),
-            known: self.entities.iter().map(|entity| entity.name.clone()).collect(),
+        self.entities.iter().position(|entity| entity.state.name == robot).ok_or_else(|| {
+            Error::RobotNotFound {
+                robot: robot.to_owned(),
+                known: self.entities.iter().map(|entity| entity.state.name.clone()).collect(),
+            }
         })
     }
 
@@ -257,13 +260,13 @@ impl Simulation {
             }
             let (joint_positions, joint_velocities) = entity.joint_ranges();
             Arc::new(EntityLayout {
-                name: entity.name.clone(),
+                name: entity.state.name.clone(),
                 version: entity.version,
                 model: Arc::clone(&entity.model),
                 tree: Arc::clone(tree),
                 shapes: Arc::clone(entity.colliders.shapes()),
                 fixed_base: tree.fixed_base,
-                loaded_at_start: entity.loaded_at_start,
+                loaded_at_start: entity.state.loaded_at_start,
                 positions: first_position..position,
                 velocities: first_velocity..velocity,
                 joint_positions,
@@ -276,6 +279,11 @@ impl Simulation {
         let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
         self.robot_settings = Arc::new(settings.collect());
     }
+}
+
+/// As bytes. That fails for lists of unknown length only, and no state has one.
+fn encoded(value: &impl Serialize) -> Vec<u8> {
+    postcard::to_allocvec(value).unwrap_or_default()
 }
 
 /// Makes one what the other is. Both mostly are already, and then no reference is counted.

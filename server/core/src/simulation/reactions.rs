@@ -53,10 +53,11 @@ impl Simulation {
     pub(super) fn applied_wrenches(&self) -> impl Iterator<Item = AppliedWrench> + '_ {
         self.entities.iter().enumerate().flat_map(|(robot, entity)| {
             let applied_wrenches = entity
+                .state
                 .applied_wrenches
                 .iter()
                 .filter(|wrench| !wrench.suspended)
-                .chain(&entity.expired_wrenches);
+                .chain(&entity.state.expired_wrenches);
             applied_wrenches.map(move |wrench| {
                 let ActiveWrench { link, force, torque, in_link_axes, point, .. } = *wrench;
                 AppliedWrench { robot, link, force, torque, in_link_axes, point }

@@ -28,7 +28,7 @@ impl Simulation {
         let model = std::sync::Arc::clone(&spawn.model);
         let mut entity =
             Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);
-        entity.loaded_at_start = spawn.loaded_at_start;
+        entity.state.loaded_at_start = spawn.loaded_at_start;
         for (joint, position) in &spawn.joint_positions {
             let value = check::moderate(&format!("joint_positions[{joint:?}]"), *position)?;
             let index = entity.joint(joint)?;
@@ -44,8 +44,8 @@ impl Simulation {
         let tree = std::sync::Arc::clone(entity.body.tree());
         apply_mimics(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
-        entity.spawned = std::sync::Arc::new(entity.body.clone());
-        entity.contact_settings = spawn.contact_settings.clone();
+        entity.state.spawned = std::sync::Arc::new(entity.body.state().clone());
+        entity.state.contact_settings = spawn.contact_settings.clone();
         entity.make_colliders(&spawn.shapes)?;
         // What sleeps is not looked for by what cannot move.
         if tree.fixed_base {
@@ -64,15 +64,15 @@ impl Simulation {
         let old = &self.entities[robot_index];
         let (pose, fixed) = (old.body.root_pose(), old.body.tree().fixed_base);
         let model = std::sync::Arc::clone(&reload.model);
-        let mut new = Entity::new(old.name.clone(), version, model, fixed, pose, false);
-        new.loaded_at_start = old.loaded_at_start;
+        let mut new = Entity::new(old.state.name.clone(), version, model, fixed, pose, false);
+        new.state.loaded_at_start = old.state.loaded_at_start;
         let (linear, angular) = old.body.root_twist();
         new.body.set_root_twist(linear, angular);
 
         let before: BTreeMap<&str, usize> =
             old.model.joints.iter().enumerate().map(|(i, joint)| (joint.name.as_str(), i)).collect();
         let mut added = Vec::new();
-        let spawned = std::sync::Arc::make_mut(&mut new.spawned);
+        let spawned = std::sync::Arc::make_mut(&mut new.state.spawned);
         for (index, joint) in new.model.joints.iter().enumerate() {
             let Some(&was) = before.get(joint.name.as_str()) else {
                 added.push(joint.name.clone());
@@ -87,7 +87,7 @@ impl Simulation {
                 for i in 0..to.joint_type.positions() {
                     let value = old.body.positions()[from.position + i];
                     new.body.positions_mut()[to.position + i] = value;
-                    spawned.positions_mut()[to.position + i] = old.spawned.positions()[from.position + i];
+                    spawned.positions[to.position + i] = old.state.spawned.positions[from.position + i];
                 }
                 for i in 0..to.joint_type.velocities() {
                     let axis = &old.body.axes()[from.velocity + i];
@@ -96,22 +96,23 @@ impl Simulation {
                         && axis.actuator.mode != Mode::None
                     {
                         new.body.axes_mut()[to.velocity + i].actuator = axis.actuator.clone();
-                        let actuator = old.spawned.axes()[from.velocity + i].actuator.clone();
-                        spawned.axes_mut()[to.velocity + i].actuator = actuator;
+                        let actuator = old.state.spawned.axes[from.velocity + i].actuator.clone();
+                        spawned.axes[to.velocity + i].actuator = actuator;
                     }
                 }
             }
         }
-        spawned.set_root_pose(old.spawned.root_pose());
-        new.take_claims_of(old);
+        spawned.set_root_pose(new.body.tree(), old.state.spawned.root_pose(old.body.tree()));
+        new.take_claims(&old.claims, &old.model);
         let now: Vec<&str> = new.model.joints.iter().map(|joint| joint.name.as_str()).collect();
         let gone = before.keys().filter(|name| !now.contains(name));
         let removed: Vec<String> = gone.map(|name| (*name).to_owned()).collect();
 
         // What was asked of links that the new model has not is forgotten.
         let known = |link: &str| link.is_empty() || new.link(link).is_ok();
-        let links = old.contact_settings.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
-        new.contact_settings = ContactSettings { links, ..old.contact_settings };
+        let links =
+            old.state.contact_settings.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
+        new.state.contact_settings = ContactSettings { links, ..old.state.contact_settings };
         new.make_colliders(&reload.shapes)?;
         self.wake_around(robot_index);
         self.contacts.forget(robot_index);
@@ -160,8 +161,8 @@ impl Simulation {
         if let Some((linear, angular)) = twist {
             entity.body.set_root_twist(linear, angular);
         }
-        entity.disabled = None;
-        entity.teleported = true;
+        entity.state.disabled = None;
+        entity.state.teleported = true;
         entity.update_external_forces();
         let moves = entity.moves();
         let robot_index = self.robot_index(robot)?;
@@ -204,7 +205,7 @@ impl Simulation {
             let expected = "it must be letters, digits, `_` and `-`, at least one";
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }
-        let taken = |name: &str| self.entities.iter().any(|entity| entity.name == name);
+        let taken = |name: &str| self.entities.iter().any(|entity| entity.state.name == name);
         if !taken(name) {
             return Ok(name.to_owned());
         }

@@ -1,35 +1,35 @@
-//! States of the world that are kept: under a name, and as plain data.
+//! States of the world that are kept: under a name, and from elsewhere, checked.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use simd_model::RobotModel;
+
 use super::command::{MAX_WRENCH_DURATION, SavedStateInfo, WrenchDuration};
-use super::contacts::Pair;
-use super::entity::Entity;
+use super::entity::{Description, Entity};
 use super::error::Error;
 use super::links::check_surface;
 use super::robots::is_robot_name;
 use super::world::{SUBSTEPS, TIME_STEP};
-use super::world_state::{ActiveWrench, InvalidState, RobotState, WorldState};
+use super::world_state::{ActiveWrench, EntityState, InvalidState, RobotState, WorldState};
 use super::{Moment, PhysicsSettings, PublishedState, Reply, Simulation};
+use crate::collision::Shapes;
+use crate::dynamics::Tree;
 use crate::dynamics::articulation::{finite, sizes};
-use crate::dynamics::constraint::contact::Contact;
-use crate::dynamics::{Articulation, Tree};
 
-/// A state of a world. Cheap to share; two are equal where they are the same.
+/// A state of a world, and what its robots are. Cheap to share; two are equal where they are the same.
 #[derive(Clone, Debug)]
-pub struct Saved(Arc<State>);
+pub struct Saved(Arc<Inner>);
 
-/// What is kept: all that a step reads and changes.
-#[derive(Clone, Debug)]
-pub(super) struct State {
-    pub(super) at: Moment,
-    pub(super) time_base: (u64, f64),
-    pub(super) settings: PhysicsSettings,
-    pub(super) entities: Vec<Entity>,
-    pub(super) contacts: Vec<Contact>,
-    pub(super) ignored_overlaps: Vec<Pair>,
+#[derive(Debug)]
+struct Inner {
+    state: WorldState,
+    /// One a robot.
+    robots: Vec<Description>,
 }
+
+/// What a robot is made from: the model, and what it touches with.
+pub type RobotParts = (Arc<RobotModel>, Arc<Shapes>);
 
 /// One that a world keeps, under a name. Cheap to copy.
 #[derive(Clone, Debug)]
@@ -53,34 +53,46 @@ impl PartialEq for Saved {
 
 impl Simulation {
     pub(super) fn save(&mut self, name: &str) -> Result<Reply, Error> {
-        let mut state = self.state();
-        state.entities.iter_mut().for_each(|entity| entity.claims.fill(None));
-        self.keep(name, Saved(Arc::new(state)), false)
+        let (state, robots) = self.state();
+        self.keep(name, Saved(Arc::new(Inner { state, robots })), false)
     }
 
-    /// A copy of the state, claims included.
-    pub(super) fn state(&self) -> State {
-        State {
-            at: self.now,
+    /// A copy of the state, and what its robots are.
+    pub(super) fn state(&self) -> (WorldState, Vec<Description>) {
+        let state = WorldState {
+            step: self.now.step,
+            sim_time: self.now.sim_time,
             time_base: self.time_base,
             settings: self.settings,
-            entities: self.entities.clone(),
+            robots: self.entities.iter().map(Entity::robot_state).collect(),
             contacts: self.contacts.list.clone(),
             ignored_overlaps: self.contacts.ignored_overlaps().collect(),
-        }
+        };
+        (state, self.entities.iter().map(Entity::description).collect())
     }
 
-    /// Makes a state the present one.
-    pub(super) fn go_back(&mut self, state: State) {
-        let State { at, time_base, settings, entities, contacts, ignored_overlaps } = state;
-        (self.now, self.time_base, self.settings) = (at, time_base, settings);
-        self.entities = entities;
+    /// Makes a state the present one. Robots that are there in the same version keep their claims and their scratch.
+    pub(super) fn go_back(&mut self, state: WorldState, robots: Vec<Description>) {
+        let WorldState { step, sim_time, time_base, settings, robots: states, contacts, ignored_overlaps } =
+            state;
+        (self.now.step, self.now.sim_time) = (step, sim_time);
+        (self.time_base, self.settings) = (time_base, settings);
+        let present = std::mem::take(&mut self.entities).into_iter();
+        let mut present: BTreeMap<u64, Entity> = present.map(|entity| (entity.version, entity)).collect();
+        let entity = |(state, robot): (RobotState, &Description)| match present.remove(&robot.version) {
+            Some(mut entity) => {
+                entity.set_robot_state(state);
+                entity
+            }
+            None => Entity::from_state(robot, state),
+        };
+        self.entities = states.into_iter().zip(&robots).map(entity).collect();
         self.contacts.replace(contacts, &ignored_overlaps);
     }
 
     /// Keeps a state that came from elsewhere.
     pub(super) fn import(&mut self, name: &str, saved: &Saved) -> Result<Reply, Error> {
-        let (robots, limit) = (saved.0.entities.len(), self.limits.robots);
+        let (robots, limit) = (saved.0.robots.len(), self.limits.robots);
         if robots > limit {
             let what = "the number of robots in the saved state".into();
             return Err(Error::LimitExceeded { what, value: robots as u64, limit: limit as u64 });
@@ -103,7 +115,7 @@ impl Simulation {
         list.retain(|kept| kept.name != name);
         let versions = foreign.then_some(self.next_version);
         if foreign {
-            self.next_version += saved.0.entities.len() as u64;
+            self.next_version += saved.0.robots.len() as u64;
         }
         let kept = Kept { name, saved, versions };
         let info = kept.info();
@@ -161,51 +173,56 @@ impl Kept {
 
     /// What is said of it.
     pub fn info(&self) -> SavedStateInfo {
-        let State { at, entities, .. } = &*self.saved.0;
-        SavedStateInfo { name: self.name.clone(), at: *at, robots: entities.len() }
+        let Inner { state, robots } = &*self.saved.0;
+        let at = Moment { epoch: 0, step: state.step, sim_time: state.sim_time };
+        SavedStateInfo { name: self.name.clone(), at, robots: robots.len() }
     }
 
     /// The state, with the versions that its robots have here.
-    pub(super) fn state(&self) -> State {
-        let mut state = (*self.saved.0).clone();
+    pub(super) fn state(&self) -> (WorldState, Vec<Description>) {
+        let Inner { state, robots } = &*self.saved.0;
+        let mut robots = robots.clone();
         if let Some(first) = self.versions {
-            state.entities.iter_mut().zip(first..).for_each(|(entity, version)| entity.version = version);
+            robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
         }
-        state
+        (state.clone(), robots)
     }
 }
 
 impl Saved {
-    /// As plain data.
-    pub fn world_state(&self) -> WorldState {
-        let State { at, time_base, settings, entities, contacts, ignored_overlaps } = &*self.0;
-        WorldState {
-            step: at.step,
-            sim_time: at.sim_time,
-            time_base: *time_base,
-            settings: *settings,
-            robots: entities.iter().map(robot_state).collect(),
-            contacts: contacts.iter().map(super::contacts::contact_state).collect(),
-            ignored_overlaps: ignored_overlaps.clone(),
-        }
+    /// The state.
+    pub fn world_state(&self) -> &WorldState {
+        &self.0.state
     }
 
     /// The robots' models, in the order of their spawning.
-    pub fn models(&self) -> impl Iterator<Item = &Arc<simd_model::RobotModel>> {
-        self.0.entities.iter().map(|entity| &entity.model)
+    pub fn models(&self) -> impl Iterator<Item = &Arc<RobotModel>> {
+        self.0.robots.iter().map(|robot| &robot.model)
     }
 
-    /// From plain data, every number of which is checked: what is accepted can be stepped.
+    /// What its robots are made from, in the order of their spawning.
+    pub fn parts(&self) -> Vec<RobotParts> {
+        self.0.robots.iter().map(|robot| (Arc::clone(&robot.model), Arc::clone(&robot.shapes))).collect()
+    }
+
+    /// A state that came from elsewhere, every number of which is checked: what is accepted can be stepped. There is a
+    /// model for each robot.
     ///
     /// # Errors
     /// Where no world can be in such a state.
-    pub fn new(state: WorldState) -> Result<Self, InvalidState> {
-        let WorldState { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps } = state;
-        check_world(step, sim_time, time_base, settings).map_err(InvalidState::World)?;
+    pub fn new(mut state: WorldState, parts: Vec<RobotParts>) -> Result<Self, InvalidState> {
+        check_world(&state).map_err(InvalidState::World)?;
+        if state.robots.len() != parts.len() {
+            return Err(InvalidState::World(format!(
+                "{} robots have {} models",
+                state.robots.len(),
+                parts.len()
+            )));
+        }
         let mut names = BTreeSet::new();
-        let mut entities = Vec::with_capacity(robots.len());
-        for robot in robots {
-            let name = robot.name.clone();
+        let mut entities = Vec::with_capacity(parts.len());
+        for (robot, parts) in state.robots.iter_mut().zip(parts) {
+            let name = robot.entity.name.clone();
             if !is_robot_name(&name) {
                 return Err(InvalidState::World(format!("{name:?} is not a valid name of a robot")));
             }
@@ -213,21 +230,20 @@ impl Saved {
                 return Err(InvalidState::World(format!("there are two robots {name:?}")));
             }
             let invalid = |what| InvalidState::Robot { robot: name, what };
-            entities.push(entity(robot).map_err(invalid)?);
+            entities.push(checked(robot, parts).map_err(invalid)?);
         }
-        let contacts = super::contacts::contacts(&entities, &contacts).map_err(InvalidState::World)?;
-        super::contacts::check_ignored_overlaps(&entities, &ignored_overlaps).map_err(InvalidState::World)?;
-        let at = Moment { epoch: 0, step, sim_time };
-        Ok(Self(Arc::new(State { at, time_base, settings, entities, contacts, ignored_overlaps })))
+        super::contacts::complete(&entities, &mut state.contacts).map_err(InvalidState::World)?;
+        super::contacts::check_ignored_overlaps(&entities, &state.ignored_overlaps)
+            .map_err(InvalidState::World)?;
+        let robots = entities.iter().map(Entity::description).collect();
+        Ok(Self(Arc::new(Inner { state, robots })))
     }
 }
 
-fn check_world(
-    step: u64,
-    sim_time: f64,
-    time_base: (u64, f64),
-    PhysicsSettings { gravity, time_step, substeps }: PhysicsSettings,
-) -> Result<(), String> {
+fn check_world(state: &WorldState) -> Result<(), String> {
+    let WorldState { step, sim_time, time_base, settings, robots: _, contacts: _, ignored_overlaps: _ } =
+        *state;
+    let PhysicsSettings { gravity, time_step, substeps } = settings;
     if step > MOST_STEPS || time_base.0 > step {
         return Err(format!("it is at step {step}, with time counted from step {}", time_base.0));
     }
@@ -239,84 +255,55 @@ fn check_world(
     Ok(())
 }
 
-fn robot_state(entity: &Entity) -> RobotState {
-    RobotState {
-        name: entity.name.clone(),
-        loaded_at_start: entity.loaded_at_start,
-        model: Arc::clone(&entity.model),
-        shapes: Arc::clone(entity.colliders.shapes()),
-        fixed_base: entity.is_fixed(),
-        contact_settings: entity.contact_settings.clone(),
-        surfaces: entity.colliders.surfaces().collect(),
-        asleep: entity.asleep.then(|| entity.colliders.save_poses()),
-        teleported: entity.teleported,
-        still_for: entity.still_for,
-        disabled: entity.disabled.as_deref().map(str::to_owned),
-        body: entity.body.body_state(),
-        spawned: entity.spawned.body_state(),
-        last_good: entity.last_good.clone(),
-        applied_wrenches: entity.applied_wrenches.clone(),
-        expired_wrenches: entity.expired_wrenches.clone(),
-    }
-}
-
 /// A robot in this state; or what is wrong with it, as a fragment of a sentence.
-fn entity(state: RobotState) -> Result<Entity, String> {
-    let RobotState {
-        name,
-        loaded_at_start,
-        model,
-        shapes,
+fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity, String> {
+    let RobotState { entity, body } = &mut *robot;
+    let EntityState {
+        name: _,
+        loaded_at_start: _,
         fixed_base,
-        contact_settings,
+        contact_settings: _,
         surfaces,
         asleep,
-        teleported,
+        rest_poses,
+        teleported: _,
         still_for,
         disabled,
-        body,
         spawned,
         last_good,
         applied_wrenches,
         expired_wrenches,
-    } = state;
-    let mut entity = Entity::new(name, 0, model, fixed_base, body.base, true);
-    let tree = Arc::clone(entity.body.tree());
-    check_last_good(&tree, &last_good)?;
-    check_wrenches(&entity, applied_wrenches.iter().chain(&expired_wrenches))?;
-    sizes("a time of rest", [still_for])?;
-    entity.body = Articulation::from_body_state(&tree, body)?;
-    let in_spawned = |what| format!("{what}, in the state that it was spawned with");
-    entity.spawned = Arc::new(Articulation::from_body_state(&tree, spawned).map_err(in_spawned)?);
-    entity.contact_settings = contact_settings;
-    entity.make_colliders(&shapes).map_err(|error| format!("a surface that cannot be: {error}"))?;
+    } = entity;
+    let tree = Arc::new(Tree::new(&model, *fixed_base));
+    check_last_good(&tree, last_good)?;
+    check_wrenches(&tree, applied_wrenches.iter().chain(&*expired_wrenches))?;
+    sizes("a time of rest", [*still_for])?;
+    body.check(&tree)?;
+    spawned.check(&tree).map_err(|what| format!("{what}, in the state that it was spawned with"))?;
     surfaces.iter().try_for_each(check_surface)?;
-    entity.colliders.set_surfaces(&surfaces)?;
-    if let Some(poses) = &asleep {
-        if !entity.may_sleep() {
-            return Err("a sleep that only a single free body can be in".into());
-        }
-        entity.colliders.restore_poses(poses)?;
+    if let Some(reason) = disabled.as_ref().filter(|reason| reason.len() > MAX_REASON) {
+        return Err(format!("a reason of {} bytes for which it is disabled, of {MAX_REASON}", reason.len()));
+    }
+    if asleep.then_some(&*rest_poses).is_none() && !rest_poses.is_empty() {
+        return Err("poses of sleep, though it is awake".into());
     }
     // One that sleeps may wake within a step, and then needs a state to go back to.
-    let last_good = if asleep.is_some() && last_good.0.is_empty() {
-        (entity.body.positions().to_vec(), entity.body.velocities().to_vec())
-    } else {
-        last_good
-    };
-    let (asleep, disabled) = (asleep.is_some(), disabled.map(Arc::from));
-    Ok(Entity {
-        loaded_at_start,
-        teleported,
-        still_for,
-        asleep,
-        disabled,
-        applied_wrenches,
-        expired_wrenches,
-        last_good,
-        ..entity
-    })
+    if *asleep && last_good.0.is_empty() {
+        *last_good = (body.positions.clone(), body.velocities.clone());
+    }
+    let description = Description { version: 0, model, tree, shapes };
+    let entity = Entity::from_state(&description, robot.clone());
+    entity.check_contact_settings().map_err(|error| format!("a surface that cannot be: {error}"))?;
+    let EntityState { surfaces, rest_poses, asleep, .. } = &robot.entity;
+    entity.colliders.check(surfaces, asleep.then_some(rest_poses))?;
+    if *asleep && !entity.may_sleep() {
+        return Err("a sleep that only a single free body can be in".into());
+    }
+    Ok(entity)
 }
+
+/// Bytes of why a robot is disabled at the most: it is in what clients see.
+const MAX_REASON: usize = 8192;
 
 fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) -> Result<(), String> {
     let none = positions.is_empty() && velocities.is_empty();
@@ -333,13 +320,13 @@ fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) 
 }
 
 fn check_wrenches<'a>(
-    entity: &Entity,
+    tree: &Tree,
     mut wrenches: impl Iterator<Item = &'a ActiveWrench>,
 ) -> Result<(), String> {
     wrenches.try_for_each(|wrench| {
         let ActiveWrench { link, force, torque, point, duration, .. } = wrench;
-        if *link >= entity.model.links.len() {
-            return Err(format!("a wrench on its link {link}, of {}", entity.model.links.len()));
+        if *link >= tree.links.len() {
+            return Err(format!("a wrench on its link {link}, of {}", tree.links.len()));
         }
         if let WrenchDuration::For(left) = duration
             && !(0.0..=MAX_WRENCH_DURATION).contains(left)

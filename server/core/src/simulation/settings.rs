@@ -1,11 +1,15 @@
 //! Gravity, time step and substeps.
 
 use glamx::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::plain::vector3;
 
 /// How a world is stepped.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsSettings {
     /// m/s^2, world axes.
+    #[serde(with = "vector3")]
     pub gravity: DVec3,
     /// Seconds that a step advances.
     pub time_step: f64,

@@ -127,8 +127,9 @@ impl Group<'_> {
         let mut all = ends && !self.contacts.is_empty();
         for &member in self.members {
             let robot = &mut robots[member];
-            robot.still_for = if robot.may_sleep() && is_still(robot) { robot.still_for + h } else { 0.0 };
-            all &= robot.still_for >= STILL_FOR;
+            robot.state.still_for =
+                if robot.may_sleep() && is_still(robot) { robot.state.still_for + h } else { 0.0 };
+            all &= robot.state.still_for >= STILL_FOR;
         }
         if all {
             self.members.iter().for_each(|&member| robots[member].fall_asleep());
@@ -150,7 +151,7 @@ fn is_still(robot: &Entity) -> bool {
 impl Entity {
     /// Whether it takes part in the simulation.
     pub(super) fn is_active(&self) -> bool {
-        self.disabled.is_none()
+        self.state.disabled.is_none()
     }
 
     /// Whether any of it can move.
@@ -160,7 +161,7 @@ impl Entity {
 
     /// Whether a step changes it.
     pub(super) fn is_awake(&self) -> bool {
-        self.is_active() && !self.asleep && self.moves()
+        self.is_active() && !self.state.asleep && self.moves()
     }
 
     /// A single free body that nothing pushes.
@@ -172,15 +173,17 @@ impl Entity {
     }
 
     fn fall_asleep(&mut self) {
-        self.asleep = true;
+        self.state.asleep = true;
+        self.state.rest_poses.extend(self.colliders.save_poses());
         self.body.velocities_mut().fill(0.0);
     }
 
     /// Makes a step look at it again.
     pub(super) fn wake(&mut self) {
-        if self.asleep {
-            self.asleep = false;
-            self.still_for = 0.0;
+        if self.state.asleep {
+            self.state.asleep = false;
+            self.state.rest_poses.clear();
+            self.state.still_for = 0.0;
             self.body.update_kinematics();
         }
     }

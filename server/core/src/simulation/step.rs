@@ -39,10 +39,10 @@ impl Simulation {
     ///
     /// Costs a copy of the world's state, which is what is gone back to.
     pub fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
-        let before = self.state();
+        let (state, robots) = self.state();
         let is_whole = self.try_step(interrupt);
         if !is_whole {
-            self.go_back(before);
+            self.go_back(state, robots);
         }
         is_whole
     }
@@ -64,7 +64,7 @@ impl Simulation {
         for robot_index in 0..self.entities.len() {
             let entity = &mut self.entities[robot_index];
             if let Some(reason) = entity.end_step(time_step) {
-                let (robot, reason) = (entity.name.clone(), reason.to_string());
+                let (robot, reason) = (entity.state.name.clone(), reason.to_string());
                 self.contacts.forget(robot_index);
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
@@ -106,7 +106,7 @@ fn advance(
     if !contacts.find(robots, slack, interrupt) {
         return false;
     }
-    robots.iter_mut().for_each(|robot| robot.teleported = false);
+    robots.iter_mut().for_each(|robot| robot.state.teleported = false);
     groups.gather(robots, &contacts.list);
     groups.wake(robots, &mut contacts.list, done);
     for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {

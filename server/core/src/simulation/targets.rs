@@ -55,7 +55,7 @@ impl Check<'_> {
     fn robot(&mut self, robot_index: usize, entity: &Entity, targets: &RobotTargets) -> Result<(), Error> {
         if targets.layout_version != 0 && targets.layout_version != entity.version {
             return Err(Error::LayoutChanged {
-                robot: entity.name.clone(),
+                robot: entity.state.name.clone(),
                 requested: targets.layout_version,
                 present: entity.version,
             });
@@ -83,7 +83,7 @@ impl Check<'_> {
             WholeTarget::Position(v) | WholeTarget::Velocity(v) | WholeTarget::Effort(v) => {
                 if v.len() != expected {
                     let expected =
-                        format!("it must be {expected}, as the layout of robot {:?} has", entity.name);
+                        format!("it must be {expected}, as the layout of robot {:?} has", entity.state.name);
                     return Err(check::refuse("whole.values", format!("{} values", v.len()), expected));
                 }
                 if let Some(index) = v.iter().position(|value| !value.is_finite()) {
@@ -123,7 +123,7 @@ impl Check<'_> {
         let is_another = |claim: &&Arc<Claim>| self.request.claim != Some(claim.id);
         if let Some(claim) = entity.claims[joint].as_ref().filter(is_another) {
             return Err(Error::JointClaimed {
-                robot: entity.name.clone(),
+                robot: entity.state.name.clone(),
                 joint: name.clone(),
                 holder: claim.holder.to_string(),
             });
@@ -139,7 +139,7 @@ impl Check<'_> {
                 if self.request.refuse_beyond_limits {
                     return Err(Error::TargetBeyondLimit { joint: name.clone(), requested, lower, upper });
                 }
-                let (robot, joint) = (entity.name.clone(), name.clone());
+                let (robot, joint) = (entity.state.name.clone(), name.clone());
                 self.clamped.push(Clamped { robot, joint, requested, applied });
             }
             Ok(applied)

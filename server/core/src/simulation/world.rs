@@ -1,11 +1,14 @@
 //! The world as a whole: its physics, its resets, going back to a kept state.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use super::check;
 use super::command::{PhysicsChange, ResetScope};
 use super::entity::Entity;
 use super::error::Error;
 use super::{EventKind, Moment, Reply, Simulation};
-use crate::dynamics::Articulation;
+use crate::dynamics::BodyState;
 
 /// Seconds that a step may advance.
 pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
@@ -50,10 +53,10 @@ impl Simulation {
         let mut deleted = Vec::new();
         if scope.spawned {
             self.entities.retain(|entity| {
-                if !entity.loaded_at_start {
-                    deleted.push(entity.name.clone());
+                if !entity.state.loaded_at_start {
+                    deleted.push(entity.state.name.clone());
                 }
-                entity.loaded_at_start
+                entity.state.loaded_at_start
             });
             self.lay_out();
         }
@@ -67,7 +70,7 @@ impl Simulation {
             // Their indices may have changed: initial overlaps are looked for again.
             self.contacts.replace(Vec::new(), &[]);
             for entity in &mut self.entities {
-                entity.teleported = true;
+                entity.state.teleported = true;
                 entity.wake();
             }
         }
@@ -82,16 +85,20 @@ impl Simulation {
     }
 
     pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
-        let state = self.kept(name)?.state();
-        let (at, time_base, epoch) = (state.at, state.time_base, self.now.epoch);
-        let before = std::mem::take(&mut self.entities);
-        self.go_back(state);
-        self.now.epoch = epoch;
-        for old in before {
-            // Claims are agreements between clients, not state of the world: who holds one keeps it.
-            if let Some(new) = self.entities.iter_mut().find(|new| new.name == old.name) {
-                new.take_claims_of(&old);
-            }
+        let (state, robots) = self.kept(name)?.state();
+        let (at, time_base) =
+            (Moment { epoch: 0, step: state.step, sim_time: state.sim_time }, state.time_base);
+        // Claims are agreements between clients, not state of the world: who holds one keeps it.
+        let held: BTreeMap<String, _> = self
+            .entities
+            .iter()
+            .map(|entity| (entity.state.name.clone(), (entity.claims.clone(), Arc::clone(&entity.model))))
+            .collect();
+        self.go_back(state, robots);
+        for entity in &mut self.entities {
+            let (claims, model) =
+                held.get(&entity.state.name).cloned().unwrap_or_else(|| (Vec::new(), entity.model.clone()));
+            entity.take_claims(&claims, &model);
         }
         self.begin_epoch(at, time_base);
         self.lay_out();
@@ -111,14 +118,15 @@ impl Entity {
     /// since stay changed.
     fn put_back(&mut self) {
         let settings: Vec<_> = self.body.axes().iter().map(|axis| axis.settings.clone()).collect();
-        self.body = Articulation::clone(&self.spawned);
+        self.body.set_state(BodyState::clone(&self.state.spawned));
         for (axis, settings) in self.body.axes_mut().iter_mut().zip(settings) {
             axis.settings = settings;
         }
-        self.applied_wrenches.clear();
-        self.expired_wrenches.clear();
-        self.disabled = None;
-        self.teleported = true;
-        (self.asleep, self.still_for) = (false, 0.0);
+        self.state.applied_wrenches.clear();
+        self.state.expired_wrenches.clear();
+        self.state.disabled = None;
+        self.state.teleported = true;
+        (self.state.asleep, self.state.still_for) = (false, 0.0);
+        self.state.rest_poses.clear();
     }
 }

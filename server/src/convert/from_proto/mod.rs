@@ -9,7 +9,6 @@ pub mod joint;
 pub mod kinematics;
 pub mod parameter;
 pub mod primitive;
-pub mod saved_state_file;
 pub mod simulation;
 pub mod state;
 

@@ -7,7 +7,6 @@ pub mod geometry;
 pub mod joint;
 pub mod kinematics;
 pub mod parameter;
-pub mod saved_state_file;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;

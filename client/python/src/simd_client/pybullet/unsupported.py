@@ -32,7 +32,6 @@ loadSoftBody = _raises("loadSoftBody", _SOFT)
 renderImage = _raises("renderImage", _IMAGES)
 resetMeshData = _raises("resetMeshData", _SOFT)
 setCollisionFilterGroupMask = _raises("setCollisionFilterGroupMask", _CONTACTS)
-setCollisionFilterPair = _raises("setCollisionFilterPair", _CONTACTS)
 unsupportedChangeScaling = _raises("unsupportedChangeScaling", _SHAPES)
 vhacd = _raises("vhacd", "the daemon divides meshes itself: GEOM_FORCE_CONCAVE_TRIMESH of createCollisionShape")
 
@@ -46,7 +45,6 @@ __all__ = [
     "renderImage",
     "resetMeshData",
     "setCollisionFilterGroupMask",
-    "setCollisionFilterPair",
     "unsupportedChangeScaling",
     "vhacd",
 ]

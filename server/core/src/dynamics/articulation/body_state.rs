@@ -1,103 +1,101 @@
-//! The whole state of one robot as plain data, and back from there.
-
-use std::sync::Arc;
+//! The whole state of one robot, and what it must be where it came from a file.
 
 use glamx::DPose3;
+use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
-use super::Articulation;
 use crate::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
 use crate::dynamics::constraint::Impulses;
+use crate::dynamics::gains::set_default_gains;
+use crate::dynamics::integrate::write_free_pose;
+use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::{JointType, Tree};
+use crate::plain::pose3;
 
-/// All that a robot is between two steps, beside what never changes while it moves. Lengths are
-/// those of its [`Tree`]: positions, and velocities with all that is aligned with them.
-#[derive(Clone, Debug, PartialEq)]
+/// All that a robot is between two steps, beside its [`Tree`]: what a save copies and a fingerprint
+/// reads. Vectors are as long as the tree says: positions, and velocities with all that is aligned with them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyState {
     /// World from the base: the root link where it is fixed, else the world itself.
+    #[serde(with = "pose3")]
     pub base: DPose3,
     /// q.
     pub positions: Vec<f64>,
     /// qd.
     pub velocities: Vec<f64>,
-    /// The velocities before the last step, one per degree of freedom; zero where it was not a step that gave the velocities.
+    /// The velocities before the last step; zero where it was not a step that gave the velocities.
     pub velocities_before: Vec<f64>,
     /// Whether it was a step that gave it its velocities.
     pub has_stepped: bool,
-    /// Settings and targets, one per degree of freedom.
+    /// Settings and targets, one per degree of freedom; those of free bodies have no actuator.
     pub axes: Vec<Axis>,
     /// The laws of the last step, one per degree of freedom.
     pub drives: Vec<Drive>,
     /// What the actuators applied over the last step, one per degree of freedom.
     pub efforts: Vec<f64>,
-    /// Forces from outside on each body, in its own frame.
+    /// Forces from outside on each body, in its own frame. Held until changed.
     pub external: Vec<Spatial>,
-    /// Of the rows of joints, for the next step's start.
+    /// Of the rows of joints, for the next step's warm start.
     pub impulses: Impulses,
 }
 
-impl Articulation {
-    /// All of it that a step changes or reads.
-    pub fn body_state(&self) -> BodyState {
-        BodyState {
-            base: self.base,
-            positions: self.positions.clone(),
-            velocities: self.velocities.clone(),
-            // Where no step gave the velocities, what is there means nothing, and may be no number.
-            velocities_before: if self.has_stepped {
-                self.new_velocities.clone()
-            } else {
-                vec![0.0; self.velocities.len()]
-            },
-            has_stepped: self.has_stepped,
-            axes: self.axes.clone(),
-            drives: self.drives.clone(),
-            efforts: self.efforts.clone(),
-            external: self.external.clone(),
-            impulses: self.constraints.warm.clone(),
+impl BodyState {
+    /// At rest with the root at `world_from_root` and the joints at `positions`, which are those of the
+    /// joints alone; passive.
+    pub fn new(tree: &Tree, world_from_root: DPose3, mut axes: Vec<Axis>, positions: &[f64]) -> Self {
+        let mut q = vec![0.0; tree.root_positions()];
+        if !tree.fixed_base {
+            write_free_pose(&mut q, world_from_root.translation, world_from_root.rotation);
+        }
+        q.extend_from_slice(positions);
+        q.resize(tree.position_count, 0.0);
+        let n = tree.velocity_count;
+        axes.resize(n, Axis::default());
+        set_default_gains(tree, &q, &mut axes);
+        Self {
+            base: if tree.fixed_base { world_from_root } else { DPose3::IDENTITY },
+            positions: q,
+            velocities: vec![0.0; n],
+            velocities_before: vec![0.0; n],
+            has_stepped: false,
+            axes,
+            drives: vec![Drive::default(); n],
+            efforts: vec![0.0; n],
+            external: vec![Spatial::ZERO; tree.bodies.len()],
+            impulses: Impulses::new(tree),
         }
     }
 
-    /// A robot in this state.
+    /// `world_from_root`.
+    pub fn root_pose(&self, tree: &Tree) -> DPose3 {
+        if tree.fixed_base {
+            return self.base;
+        }
+        let (origin, rotation) = free_pose(&self.positions);
+        DPose3::from_parts(origin, rotation)
+    }
+
+    /// Puts the root elsewhere.
+    pub fn set_root_pose(&mut self, tree: &Tree, world_from_root: DPose3) {
+        if tree.fixed_base {
+            self.base = world_from_root;
+        } else {
+            write_free_pose(&mut self.positions, world_from_root.translation, world_from_root.rotation);
+        }
+    }
+
+    /// The velocities were given by something else than a step.
+    pub(super) fn forget_accelerations(&mut self) {
+        self.has_stepped = false;
+        self.velocities_before.fill(0.0);
+    }
+
+    /// Whether this is a state of such a tree, with numbers that a step can take.
     ///
     /// # Errors
-    /// Where the state is not one of such a tree, or has a number that cannot be: what, as a
-    /// fragment of a sentence.
-    pub fn from_body_state(tree: &Arc<Tree>, state: BodyState) -> Result<Self, String> {
-        state.check(tree)?;
-        let BodyState {
-            base,
-            positions,
-            velocities,
-            velocities_before,
-            has_stepped,
-            axes,
-            drives,
-            efforts,
-            external,
-            impulses,
-        } = state;
-        let joints = positions.get(tree.root_positions()..).unwrap_or_default();
-        let mut new = Self::new(Arc::clone(tree), base, Vec::new(), joints);
-        new.constraints.warm = impulses;
-        Ok(Self {
-            base,
-            positions,
-            velocities,
-            axes,
-            drives,
-            efforts,
-            external,
-            new_velocities: velocities_before,
-            has_stepped,
-            ..new
-        })
-    }
-}
-
-impl BodyState {
-    fn check(&self, tree: &Tree) -> Result<(), String> {
+    /// What is wrong, as a fragment of a sentence.
+    pub fn check(&self, tree: &Tree) -> Result<(), String> {
         let Self {
             base,
             positions,

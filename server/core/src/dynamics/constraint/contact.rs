@@ -1,8 +1,10 @@
 //! One point of contact as three rows: normal, and two tangents held by a cone of friction.
 
 use glamx::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::collision::ContactPoint;
+use crate::plain::vector3;
 
 /// Points that touch may be this deep inside each other, metres: a contact that rests is found
 /// again in each step, and its normal with it, and nothing moves it.
@@ -18,17 +20,20 @@ pub const MAX_CORRECTION_VELOCITY: f64 = 1.0;
 pub const BOUNCE_THRESHOLD: f64 = 0.01;
 
 /// A point at which two bodies touch or are about to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Contact {
     /// Indices of the two robots, the smaller first.
     pub robots: [usize; 2],
-    /// Its index among the points of the same colliders.
+    /// Its index among the points of the same colliders. Counted again where contacts are read.
+    #[serde(skip)]
     pub index: usize,
     /// Where, and on what.
     pub point: ContactPoint,
     /// On the second, world, N s; before solving that of the last step.
+    #[serde(with = "vector3")]
     pub impulse: DVec3,
     /// The sum of the impulses of the parts of a step.
+    #[serde(with = "vector3")]
     pub total: DVec3,
 }
 

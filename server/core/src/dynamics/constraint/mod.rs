@@ -11,7 +11,7 @@ mod solve;
 
 pub use response::{project, respond, respond_to_force};
 pub use rows::{Impulses, collect};
-pub use solve::{keep, prepare, solve, sweep};
+pub use solve::{prepare, solve, sweep};
 
 /// The velocity at which a violated position is put right, as a part of it a step.
 pub const ERROR_REDUCTION: f64 = 0.2;
@@ -67,13 +67,11 @@ impl Default for RowKey {
     }
 }
 
-/// Rows of one robot and what solving them needs, kept from step to step.
+/// Rows of one robot and what solving them needs: scratch of a step.
 #[derive(Clone, Debug, Default)]
 pub struct Constraints {
     /// In the order of their keys.
     pub rows: Vec<Row>,
     /// M^-1 J' of each row, one after the other, each as long as the velocities.
     pub responses: Vec<f64>,
-    /// For the next step's start.
-    pub warm: Impulses,
 }

@@ -1,13 +1,13 @@
 //! Which rows a step has.
 
-use std::hash::Hasher;
+use serde::{Deserialize, Serialize};
 
 use super::{Constraints, ERROR_REDUCTION, Row, RowKey, WARM_START};
 use crate::dynamics::actuator::Axis;
 use crate::dynamics::tree::{JointType, Tree};
 
 /// The impulses of the last step, by what they were for.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Impulses {
     /// One per degree of freedom, N m s or N s.
     pub friction: Vec<f64>,
@@ -31,11 +31,6 @@ impl Impulses {
         }
     }
 
-    /// Feeds every impulse to a hasher.
-    pub fn hash_into(&self, hasher: &mut impl Hasher) {
-        self.values().for_each(|impulse| hasher.write_u64(impulse.to_bits()));
-    }
-
     /// All of them.
     pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
         let Self { friction, mimic, lower, upper } = self;
@@ -51,6 +46,17 @@ impl Impulses {
             ("impulses of lower limits", self.lower.len(), n),
             ("impulses of upper limits", self.upper.len(), n),
         ]
+    }
+
+    /// 0 where there is none.
+    fn get(&self, key: RowKey) -> f64 {
+        let impulse = match key {
+            RowKey::Friction(i) => self.friction.get(i),
+            RowKey::Mimic(i) => self.mimic.get(i),
+            RowKey::Lower(i) => self.lower.get(i),
+            RowKey::Upper(i) => self.upper.get(i),
+        };
+        impulse.copied().unwrap_or(0.0)
     }
 
     fn slot(&mut self, key: RowKey) -> Option<&mut f64> {
@@ -87,13 +93,13 @@ pub fn collect(
     tree: &Tree,
     axes: &[Axis],
     (q, velocities): (&[f64], &[f64]),
+    warm: &Impulses,
     h: f64,
-    constraints: &mut Constraints,
+    Constraints { rows, .. }: &mut Constraints,
 ) {
-    let Constraints { rows, warm, .. } = constraints;
     rows.clear();
     let mut add = |key, entries, bodies, bias, least: f64, most: f64| {
-        let start = warm.slot(key).map_or(0.0, |impulse| *impulse) * WARM_START;
+        let start = warm.get(key) * WARM_START;
         let impulse = start.clamp(least, most);
         rows.push(Row { key, entries, bodies, bias, least, most, impulse, effect: 0.0 });
     };

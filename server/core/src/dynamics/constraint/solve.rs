@@ -24,7 +24,6 @@ pub fn solve(
             }
         }
     }
-    keep(constraints);
 }
 
 /// Finds what each row's impulse does, and gives it the impulse that it starts from.
@@ -78,11 +77,6 @@ pub fn sweep(constraints: &mut Constraints, velocities: &mut [f64]) -> f64 {
         }
     }
     largest
-}
-
-/// Keeps the impulses for the next step's start.
-pub fn keep(constraints: &mut Constraints) {
-    constraints.warm.keep(&constraints.rows);
 }
 
 /// velocities += factor * response.

@@ -1,26 +1,30 @@
 //! Wrenches that commands apply to the links of a robot.
 
-use std::hash::Hasher;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
+use serde::{Deserialize, Serialize};
 
 use super::Entity;
 use crate::dynamics::spatial::{Placement, Spatial};
+use crate::plain::vector3;
 use crate::simulation::command::WrenchDuration;
 
 /// A force and a torque on a link.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ActiveWrench {
     /// Index of the link.
     pub link: usize,
     /// Newtons, at `point`.
+    #[serde(with = "vector3")]
     pub force: DVec3,
     /// Newton metres.
+    #[serde(with = "vector3")]
     pub torque: DVec3,
     /// In the link's axes, not the world's.
     pub in_link_axes: bool,
     /// In the link's frame, metres.
+    #[serde(with = "vector3")]
     pub point: DVec3,
     /// How long it still acts.
     pub duration: WrenchDuration,
@@ -33,35 +37,19 @@ impl ActiveWrench {
     fn is_timed(&self) -> bool {
         matches!(self.duration, WrenchDuration::For(_))
     }
-
-    /// Feeds everything that a step reads to a hasher.
-    pub(in crate::simulation) fn hash_into(&self, hasher: &mut impl Hasher) {
-        let Self { link, force, torque, in_link_axes, point, duration, suspended } = *self;
-        hasher.write_usize(link);
-        let (kind, left) = match duration {
-            WrenchDuration::NextStep => (0, 0.0),
-            WrenchDuration::For(left) => (1, left),
-            WrenchDuration::UntilCleared => (2, 0.0),
-        };
-        hasher.write(&[kind, in_link_axes.into(), suspended.into()]);
-        let vectors = [force, torque, point];
-        for value in vectors.into_iter().flat_map(|vector| vector.to_array()).chain([left]) {
-            hasher.write_u64(value.to_bits());
-        }
-    }
 }
 
 impl Entity {
     /// Writes the wrenches into the dynamics, each body's sum in its own frame.
     pub(in crate::simulation) fn update_external_forces(&mut self) {
         self.body.external_mut().fill(Spatial::ZERO);
-        if self.applied_wrenches.is_empty() {
+        if self.state.applied_wrenches.is_empty() {
             return;
         }
         let tree = Arc::clone(self.body.tree());
         let root = tree.root_positions();
         let poses = tree.link_poses(self.body.root_pose(), &self.body.positions()[root..]);
-        for wrench in self.applied_wrenches.iter().filter(|wrench| !wrench.suspended) {
+        for wrench in self.state.applied_wrenches.iter().filter(|wrench| !wrench.suspended) {
             let (Some(pose), Some(frame)) = (poses.get(wrench.link), tree.links.get(wrench.link)) else {
                 continue;
             };
@@ -82,15 +70,16 @@ impl Entity {
         match duration {
             WrenchDuration::NextStep => {}
             WrenchDuration::For(_) => {
-                self.applied_wrenches.retain(|known| known.link != link || !known.is_timed());
+                self.state.applied_wrenches.retain(|known| known.link != link || !known.is_timed());
                 self.set_suspended(link, is_something);
-                self.applied_wrenches.extend(is_something.then_some(wrench));
+                self.state.applied_wrenches.extend(is_something.then_some(wrench));
                 return;
             }
             WrenchDuration::UntilCleared => {
-                self.applied_wrenches
+                self.state
+                    .applied_wrenches
                     .retain(|known| known.link != link || known.duration == WrenchDuration::NextStep);
-                self.applied_wrenches.extend(is_something.then_some(wrench));
+                self.state.applied_wrenches.extend(is_something.then_some(wrench));
                 return;
             }
         }
@@ -103,12 +92,12 @@ impl Entity {
                 && known.link == link
                 && known.in_link_axes == in_link_axes
         };
-        match self.applied_wrenches.iter_mut().find(same) {
+        match self.state.applied_wrenches.iter_mut().find(same) {
             Some(known) => {
                 known.force += force;
                 known.torque += torque;
             }
-            None => self.applied_wrenches.push(ActiveWrench { torque, point: DVec3::ZERO, ..wrench }),
+            None => self.state.applied_wrenches.push(ActiveWrench { torque, point: DVec3::ZERO, ..wrench }),
         }
     }
 
@@ -116,14 +105,14 @@ impl Entity {
     fn set_suspended(&mut self, link: usize, suspended: bool) {
         let lasting =
             |known: &&mut ActiveWrench| known.link == link && known.duration == WrenchDuration::UntilCleared;
-        self.applied_wrenches.iter_mut().filter(lasting).for_each(|known| known.suspended = suspended);
+        self.state.applied_wrenches.iter_mut().filter(lasting).for_each(|known| known.suspended = suspended);
     }
 
     /// Before a step: a wrench that was suspended by an expired one acts again.
     pub(in crate::simulation) fn begin_wrenches(&mut self) {
-        while let Some(over) = self.expired_wrenches.pop() {
+        while let Some(over) = self.state.expired_wrenches.pop() {
             let is_timed = |known: &ActiveWrench| known.link == over.link && known.is_timed();
-            if over.is_timed() && !self.applied_wrenches.iter().any(is_timed) {
+            if over.is_timed() && !self.state.applied_wrenches.iter().any(is_timed) {
                 self.set_suspended(over.link, false);
             }
         }
@@ -131,7 +120,7 @@ impl Entity {
 
     /// After a step of so many seconds: takes out expired wrenches.
     pub(in crate::simulation) fn end_wrenches(&mut self, time_step: f64) {
-        for wrench in &mut self.applied_wrenches {
+        for wrench in &mut self.state.applied_wrenches {
             if let WrenchDuration::For(left) = &mut wrench.duration {
                 *left -= time_step;
             }
@@ -141,9 +130,9 @@ impl Entity {
             WrenchDuration::For(left) => left < 0.5 * time_step,
             WrenchDuration::UntilCleared => false,
         };
-        let before = self.expired_wrenches.len();
-        self.expired_wrenches.extend(self.applied_wrenches.extract_if(.., is_over));
-        if self.expired_wrenches.len() > before {
+        let before = self.state.expired_wrenches.len();
+        self.state.expired_wrenches.extend(self.state.applied_wrenches.extract_if(.., is_over));
+        if self.state.expired_wrenches.len() > before {
             self.update_external_forces();
         }
     }

@@ -270,7 +270,7 @@ fn a_persistent_wrench_waits_for_one_with_a_duration_and_ends_it_where_it_comes_
     world.apply(&push(0.0, WrenchDuration::UntilCleared)).unwrap();
     run(&mut world, 0.01);
     assert!((newton_metre_steps(&world) - 4.0).abs() < 1e-6, "all is clear");
-    assert!(world.entities[0].applied_wrenches.is_empty());
+    assert!(world.entities[0].state.applied_wrenches.is_empty());
 }
 
 #[test]
@@ -334,7 +334,7 @@ fn passing_wrenches_add_up_until_the_next_step() {
         };
         world.apply(&Command::ApplyWrench(wrench)).unwrap();
     }
-    assert!(world.entities[0].applied_wrenches.len() <= 2);
+    assert!(world.entities[0].state.applied_wrenches.len() <= 2);
     let gain = 1e-3 / (0.0032199 + 0.19992 * 0.16597f64.powi(2));
     let seen = run(&mut world, 0.002);
     assert!((seen.velocities[0] - 0.5 * gain).abs() < 1e-9, "{seen:?}");

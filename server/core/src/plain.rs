@@ -1,0 +1,120 @@
+//! How values of other crates are written by serde: as their numbers.
+
+/// `x y z`.
+pub(crate) mod vector3 {
+    use glamx::DVec3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(vector: &DVec3, serializer: S) -> Result<S::Ok, S::Error> {
+        vector.to_array().serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DVec3, D::Error> {
+        <[f64; 3]>::deserialize(deserializer).map(DVec3::from_array)
+    }
+}
+
+/// Two times `x y z`.
+pub(crate) mod two_vectors3 {
+    use glamx::DVec3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(vectors: &[DVec3; 2], serializer: S) -> Result<S::Ok, S::Error> {
+        vectors.map(|vector| vector.to_array()).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[DVec3; 2], D::Error> {
+        <[[f64; 3]; 2]>::deserialize(deserializer).map(|vectors| vectors.map(DVec3::from_array))
+    }
+}
+
+/// `x y z` and a quaternion `x y z w`.
+pub(crate) mod pose3 {
+    use glamx::{DPose3, DQuat, DVec3};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(pose: &DPose3, serializer: S) -> Result<S::Ok, S::Error> {
+        (pose.translation.to_array(), pose.rotation.to_array()).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DPose3, D::Error> {
+        let (translation, rotation) = <([f64; 3], [f64; 4])>::deserialize(deserializer)?;
+        Ok(DPose3::from_parts(DVec3::from_array(translation), DQuat::from_array(rotation)))
+    }
+}
+
+/// What is shared, as what it is.
+pub(crate) mod shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<T: Serialize, S: Serializer>(
+        shared: &Arc<T>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        T::serialize(shared, serializer)
+    }
+
+    pub(crate) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Arc<T>, D::Error> {
+        T::deserialize(deserializer).map(Arc::new)
+    }
+}
+
+/// A text that may be absent.
+pub(crate) mod optional_text {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(
+        text: &Option<Arc<str>>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        text.as_deref().serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Arc<str>>, D::Error> {
+        Option::<&str>::deserialize(deserializer).map(|text| text.map(Arc::from))
+    }
+}
+
+/// A list with at most so many entries.
+pub(crate) mod bounded_list {
+    use std::fmt;
+    use std::marker::PhantomData;
+
+    use serde::de::{Error as _, SeqAccess, Visitor};
+    use serde::{Deserialize, Deserializer};
+
+    pub(crate) fn deserialize<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<T>, D::Error> {
+        deserializer.deserialize_seq(Bounded::<MAX, T>(PhantomData))
+    }
+
+    struct Bounded<const MAX: usize, T>(PhantomData<T>);
+
+    impl<'de, const MAX: usize, T: Deserialize<'de>> Visitor<'de> for Bounded<MAX, T> {
+        type Value = Vec<T>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "a list of at most {MAX} entries")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Vec<T>, A::Error> {
+            let mut entries = Vec::new();
+            while let Some(entry) = list.next_element()? {
+                if entries.len() == MAX {
+                    return Err(A::Error::custom(format_args!("a list has more than {MAX} entries")));
+                }
+                entries.push(entry);
+            }
+            Ok(entries)
+        }
+    }
+}
