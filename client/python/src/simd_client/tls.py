@@ -43,17 +43,17 @@ def check_files(endpoint: Endpoint, settings: zenoh.Config) -> None:
     try:
         if ca is not None:
             ssl.create_default_context(cafile=ca)
-    except ssl.SSLError as error:
-        raise EndpointError(f"{ca} has no certificate of an authority ({error.reason or error})") from None
+    except OSError as error:
+        raise EndpointError(f"{ca} has no certificate of an authority ({_why(error)})") from None
     if certificate is None and key is None:
         return
     if certificate is None or key is None:
         raise EndpointError(f"`{ROOT}connect_certificate` and `{ROOT}connect_private_key` go together")
     try:
         ssl.create_default_context().load_cert_chain(certificate, key)
-    except ssl.SSLError as error:
+    except OSError as error:
         why = f"{certificate} and {key} are not a certificate and its private key"
-        raise EndpointError(f"{why} ({error.reason or error})") from None
+        raise EndpointError(f"{why} ({_why(error)})") from None
 
 
 def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
@@ -93,6 +93,10 @@ def why_not(endpoint: Endpoint, settings: zenoh.Config) -> str | None:
     if isinstance(error, (ssl.SSLError, TimeoutError, ConnectionResetError)):
         return f"what listens at {address} does not speak TLS: without it the endpoint is tcp/{address}"
     return None
+
+
+def _why(error: OSError) -> str:
+    return (isinstance(error, ssl.SSLError) and error.reason) or str(error)
 
 
 def _shake(host: str, port: str, context: ssl.SSLContext) -> OSError | None:

@@ -182,3 +182,22 @@ def test_meshes_that_cannot_be_are_told(script: ModuleType, tmp_path: Path) -> N
         script.createCollisionShape(script.GEOM_MESH, fileName=str(tmp_path / "mesh.ply"))
     with pytest.raises(NotImplementedError, match="no height fields"):
         script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=[0.0] * 4)
+
+
+def test_a_body_of_parts_keeps_them_where_it_is_fixed_and_freed(script: ModuleType) -> None:
+    """Two planks apart, beside each other: a ball falls between them, before and after."""
+    corners: list[list[float]] = []
+    faces: list[int] = []
+    for side in (-0.7, 0.5):
+        first = len(corners)
+        corners += [[x, side + y, z] for x in (-1.0, 1.0) for y in (0.0, 0.2) for z in (0.0, 1.0)]
+        for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)):
+            faces += [first + each for each in (a, b, c, a, c, d)]
+    body = script.createMultiBody(0, script.createCollisionShape(script.GEOM_MESH, vertices=corners, indices=faces))
+    script.changeDynamics(body, -1, mass=5)
+    script.changeDynamics(body, -1, mass=0)
+    script.setGravity(0, 0, -9.81)
+    ball = script.createMultiBody(1, script.createCollisionShape(script.GEOM_SPHERE, radius=0.2), -1, [0, 0, 2])
+    for _ in range(240):
+        script.stepSimulation()
+    assert script.getBasePositionAndOrientation(ball)[0][2] < 0.0

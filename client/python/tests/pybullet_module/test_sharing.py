@@ -252,3 +252,12 @@ def test_settings_that_stay_with_robots_are_said(
     p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")
     p.disconnect()
     assert settings(daemon)[:2] == (1 / 240, 0.0)
+
+
+def test_a_script_whose_daemon_is_gone_disconnects(daemon: DaemonProcess) -> None:
+    p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    number = p.connect(p.DIRECT, endpoint=daemon.endpoint)
+    daemon.end()
+    p.disconnect(number)
+    p.disconnect()
+    assert not p.isConnected()

@@ -104,6 +104,8 @@ class Body:
     scale: float = 1.0
     # Its links collide with each other.
     self_collision: bool = False
+    # Its collision meshes are convex parts, and not their hulls.
+    divided: bool = False
     # Friction and restitution that the script set or that are PyBullet's default, by link.
     surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
     # Settings of `changeDynamics` that the daemon does not have.

@@ -29,6 +29,7 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
         name=body.robot,
         joints=positions,
         self_collision=body.self_collision,
+        divided=body.divided,
     )
     entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
     world.replaced(body, entity, body.frames, text)

@@ -21,6 +21,8 @@ from .world import World
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 # PyBullet's box around a plane.
 _ENDLESS = 1e30
+# Whose sizes are remembered.
+_MOST_MESHES = 4096
 # With this flag a shape has the number of its texture too.
 _TEXTURES = constants.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS
 
@@ -196,6 +198,8 @@ def _bounds(world: World, sha256: str, uri: str) -> Vertices | None:
     """The smallest and the largest coordinates of a mesh of the daemon's; `None` if its file is missing or of another
     format."""
     if sha256 not in world.mesh_bounds:
+        if len(world.mesh_bounds) >= _MOST_MESHES:
+            world.mesh_bounds.clear()
         found = meshes.vertices(world.wire.file(sha256), uri) if sha256 else None
         world.mesh_bounds[sha256] = (
             np.array([found.min(axis=0), found.max(axis=0)]) if found is not None and len(found) else None

@@ -76,7 +76,7 @@ def _spawned(world: World, model: Model, scale: float) -> int:
         data = path.read_bytes()
         files[uri] = hashlib.sha256(data).hexdigest()
         sent[files[uri]] = data
-    world.wire.send(sent)
+    world.wire.send(model.urdf, files, sent)
     place: Vector = (model.pose[0][0] * scale, model.pose[0][1] * scale, model.pose[0][2] * scale)
     spawn = Spawn(place, model.pose[1], fixed=model.fixed, scale=scale)
     try:

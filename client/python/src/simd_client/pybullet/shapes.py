@@ -302,8 +302,8 @@ def createMultiBody(
     drawn = {shape.mesh.uri: shape.mesh for part in parts for shape in part.visuals if shape.mesh}
     touched = {shape.mesh.uri: shape.mesh for part in parts for shape in part.collisions if shape.mesh}
     used = {**drawn, **touched}
-    world.wire.send({mesh.sha256: mesh.data for mesh in used.values()})
     files = {uri: mesh.sha256 for uri, mesh in used.items()}
+    world.wire.send(text, files, {mesh.sha256: mesh.data for mesh in used.values()})
     orientation = quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w].")
     is_batch = batchPositions is not None and len(batchPositions) > 0
     numbers: list[int] = []
@@ -317,7 +317,8 @@ def createMultiBody(
         )
         entity = world.wire.spawn(DescriptionSource(urdf=text, assets=files), spawn)
         number = settled(world, entity, descriptions.read(text, 1.0), text, files, 1.0)
-        world.bodies[number].paths = {uri: mesh.file for uri, mesh in used.items()}
+        body = world.bodies[number]
+        body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, spawn.divided
         numbers.append(number)
     return tuple(numbers) if is_batch else numbers[0]
 

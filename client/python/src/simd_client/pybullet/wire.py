@@ -20,6 +20,7 @@ from simd_client.errors import EndpointError, SimdError, Unavailable
 from simd_client.link import Link, open_link
 from simd_client.method import Method, Reply, Request
 from simd_client.proto import (
+    AssetState,
     Base,
     DescriptionSource,
     EntityInfo,
@@ -27,6 +28,7 @@ from simd_client.proto import (
     JointStates,
     MeshShapes,
     ParameterList,
+    PrepareDescriptionRequest,
     ReloadEntityRequest,
     SpawnEntityRequest,
     UploadAssetRequest,
@@ -84,8 +86,6 @@ class Wire:
         # Not read yet.
         self._parameters_bytes: bytes | None = None
         self._states_bytes: dict[str, bytes] = {}
-        # Hashes of the files that were sent.
-        self._sent: set[str] = set()
 
     @staticmethod
     def open(endpoint: str | None, certificates: Mapping[str, object] | None = None) -> Wire:
@@ -160,18 +160,22 @@ class Wire:
         paths = {uri: str(files.paths[sha256]) for uri, sha256 in files.hashes.items()}
         return self.spawn(source, spawn), dict(source.assets), paths
 
-    def send(self, files: Mapping[str, bytes]) -> None:
-        """Sends files by their hashes, as far as the daemon lacks them."""
-        for sha256, data in files.items():
-            if sha256 in self._sent:
-                continue
+    def send(self, urdf: bytes, hashes: Mapping[str, str], files: Mapping[str, bytes]) -> None:
+        """Sends the files of a description, with their hashes by URI and their bytes by hash, as far as the daemon lacks
+        them."""
+        if not hashes:
+            return
+        request = PrepareDescriptionRequest(urdf=urdf, assets=hashes)
+        assets = self.call(methods.PrepareDescription, request).assets
+        lacking = {hashes[asset.uri] for asset in assets if asset.state == AssetState.ASSET_STATE_LACKING}
+        for sha256 in sorted(lacking):
+            data = files[sha256]
             for offset in range(0, len(data), PART_BYTES):
                 part = data[offset : offset + PART_BYTES]
                 self.call(
                     methods.UploadAsset,
                     UploadAssetRequest(sha256=sha256, total_bytes=len(data), offset=offset, data=part),
                 )
-            self._sent.add(sha256)
 
     def file(self, sha256: str) -> bytes:
         """A file of the daemon's."""

@@ -36,6 +36,7 @@ from .bodies import Body, BodyJoint
 from .errors import error
 from .kept import Camera, Notes
 from .primitives import Shapes
+from .put_back import put_back
 from .readings import Readings
 from .targets import joint_target
 
@@ -163,7 +164,7 @@ class World(Readings):
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
         made.paths, made.file = body.paths, body.file
-        made.self_collision = body.self_collision
+        made.self_collision, made.divided = body.self_collision, body.divided
         self.set_surfaces(made, body.surfaces)
         for joint in made.joints:
             place = body.by_joint.get(joint.name)
@@ -401,47 +402,13 @@ class World(Readings):
         """Ends the connection, and removes the script's robots if that was asked for."""
         for number in list(self._logs):
             self.stop_log(number)
-        if self.removes_robots:
-            self.remove_own()
-        elif not self.child:
-            self.flush()
-        self.sliders.remove_own()
-        if not self.child:
-            self._put_back()
-        self.wire.close()
-
-    def _put_back(self) -> None:
-        """Puts the settings of a world that this script found unused back, unless robots are there that live by
-        them."""
-        if self._found is None:
-            return
-        ours, (before, played) = self.physics, self._found
-        self.read_state()
-        now = self.physics
-        changed = [name for name in ("gravity", "time_step", "substeps") if getattr(now, name) != getattr(before, name)]
-        if self.wire.call(methods.ListEntities, ListEntitiesRequest()).entities:
-            if changed:
-                print(
-                    f"simd: {self.wire.endpoint} keeps the script's robots and settings: {_settings(now)}; before it had "
-                    f"{_settings(before)}. --remove-robots puts both back",
-                    file=sys.stderr,
-                )
-            return
-        request = SetPhysicsRequest()
-        for name in changed:
-            # What another client has set since then stays.
-            if getattr(now, name) == getattr(ours, name):
-                if name == "gravity":
-                    request.gravity.CopyFrom(before.gravity)
-                else:
-                    setattr(request, name, getattr(before, name))
-        if changed:
-            self.set_physics(request)
-        if played and not self.playing:
-            self.play(True)
-
-
-def _settings(physics: Physics) -> str:
-    g = physics.gravity
-    parts = f", {physics.substeps} substeps" if physics.substeps > 1 else ""
-    return f"a time step of {physics.time_step:.6g} s{parts} and gravity ({g.x:g}, {g.y:g}, {g.z:g})"
+        try:
+            if self.removes_robots:
+                self.remove_own()
+            elif not self.child:
+                self.flush()
+            self.sliders.remove_own()
+            if not self.child:
+                put_back(self, self._found)
+        finally:
+            self.wire.close()

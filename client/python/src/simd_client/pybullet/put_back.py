@@ -1,0 +1,56 @@
+"""The settings of a world after the script that found it unused."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from simd_client.proto import ListEntitiesRequest, Physics, SetPhysicsRequest, methods
+
+from .errors import error
+
+if TYPE_CHECKING:
+    from .world import World
+
+
+def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
+    """Puts back the settings that a script found, and whether the world played; `None` for the guest of others. Where
+    robots are there, which live by the script's settings, says what stays."""
+    if found is None:
+        return
+    ours, (before, played) = world.physics, found
+    try:
+        world.read_state()
+    except error as problem:
+        if problem.reason:
+            raise
+        # A daemon that is gone has no settings.
+        return
+    now = world.physics
+    changed = [name for name in ("gravity", "time_step", "substeps") if getattr(now, name) != getattr(before, name)]
+    if world.wire.call(methods.ListEntities, ListEntitiesRequest()).entities:
+        if changed:
+            print(
+                f"simd: {world.wire.endpoint} keeps the script's robots and settings: {_settings(now)}; before it had "
+                f"{_settings(before)}. --remove-robots puts both back",
+                file=sys.stderr,
+            )
+        return
+    request = SetPhysicsRequest()
+    for name in changed:
+        # What another client has set since then stays.
+        if getattr(now, name) == getattr(ours, name):
+            if name == "gravity":
+                request.gravity.CopyFrom(before.gravity)
+            else:
+                setattr(request, name, getattr(before, name))
+    if changed:
+        world.set_physics(request)
+    if played and not world.playing:
+        world.play(True)
+
+
+def _settings(physics: Physics) -> str:
+    g = physics.gravity
+    parts = f", {physics.substeps} substeps" if physics.substeps > 1 else ""
+    return f"a time step of {physics.time_step:.6g} s{parts} and gravity ({g.x:g}, {g.y:g}, {g.z:g})"
