@@ -308,7 +308,7 @@ fn a_box_slides_when_its_link_becomes_slippery() {
     let refused = world.apply(&Command::SetLinkProperties { robot: "box".into(), links: wrong });
     assert_eq!(
         refused.unwrap_err().to_string(),
-        "links[0].friction (all links) is -1; it must be within 0 and 1000000"
+        "links[0].friction (all links) is -1; it must be between 0 and 1000000"
     );
 }
 

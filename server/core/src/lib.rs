@@ -3,13 +3,14 @@
 //! give equal bits on one build and machine.
 //!
 //! * [`dynamics`]: articulated bodies, as Featherstone's book has them.
-//! * [`collision`]: what robots touch with; all that is known of rapier.
+//! * [`collision`]: what robots touch with; all that is known of parry.
 //! * [`simulation`]: the world: commands that change it, the step, what it looks like.
 
 pub mod collision;
 pub mod dynamics;
 mod plain;
 pub mod simulation;
+mod valid;
 
 pub use simulation::{
     Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation,

@@ -81,7 +81,7 @@ impl<'a> Path<'a> {
         if range.contains(&value) {
             Ok(value)
         } else {
-            Err(self.refuse(value, format!("it must be within {} and {}", range.start(), range.end())))
+            Err(self.refuse(value, format!("it must be between {} and {}", range.start(), range.end())))
         }
     }
 
@@ -188,7 +188,7 @@ mod tests {
         }
         assert!(at.at_least_zero(-1e-9).is_err());
         assert_eq!(at.seconds(0.0, 0.1..=60.0, 1.0), Ok(Duration::from_secs(1)));
-        assert_eq!(at.within(2.0, 0.0..=1.0).unwrap_err().to_string(), "x is 2; it must be within 0 and 1");
+        assert_eq!(at.within(2.0, 0.0..=1.0).unwrap_err().to_string(), "x is 2; it must be between 0 and 1");
     }
 
     #[test]

@@ -343,7 +343,7 @@ fn changed(
                 return Err(CallError::InvalidValue {
                     element: format!("changes[{index}].value"),
                     value: value.to_string(),
-                    expected: format!("it must be within {minimum} and {maximum} (parameter {name:?})"),
+                    expected: format!("it must be between {minimum} and {maximum} (parameter {name:?})"),
                 });
             }
             Ok(ParameterKind::Slider { minimum, maximum, value })

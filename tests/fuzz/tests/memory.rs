@@ -84,7 +84,7 @@ fn files_at_the_limit_of_triangles_and_beyond_stay_below_half_a_gigabyte() {
 }
 
 /// Opens a file of this content, whose hash is right.
-fn peak_of_snapshot(content: &Content) -> (u64, u64) {
+fn peak_of_saved_state(content: &Content) -> (u64, u64) {
     let file = seal(content);
     let seen = allocation_counter::measure(|| drop(open(&file, 1_000)));
     (seen.bytes_max, file.len() as u64)
@@ -93,10 +93,10 @@ fn peak_of_snapshot(content: &Content) -> (u64, u64) {
 /// Entries of lists are the largest against their bytes: three for a link's properties, one for a file, and 33 for
 /// a mesh without a name. The rest is within a small factor.
 #[test]
-fn snapshots_cost_what_their_bytes_justify() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/saved_states/kinds");
+fn saved_states_cost_what_their_bytes_justify() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/saved_states/kinds");
     let content = open(&seal_encoded(&std::fs::read(path).unwrap()), 1_000).unwrap().content;
-    let (plain, bytes) = peak_of_snapshot(&content);
+    let (plain, bytes) = peak_of_saved_state(&content);
     assert!(plain < 6 * bytes, "{plain} bytes for {bytes}");
 
     let mut properties = content.clone();
@@ -109,7 +109,7 @@ fn snapshots_cost_what_their_bytes_justify() {
     let mut overlaps = content.clone();
     overlaps.world.ignored_overlaps = vec![([0, 0], [0, 1]); 500_000];
     for content in [properties, files, meshes, overlaps] {
-        let (peak, bytes) = peak_of_snapshot(&content);
+        let (peak, bytes) = peak_of_saved_state(&content);
         println!("{peak} bytes for {bytes}");
         assert!(peak < 70 * bytes && peak < 64 << 20, "{peak} bytes for {bytes}");
     }

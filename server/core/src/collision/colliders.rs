@@ -13,58 +13,13 @@ use simd_model::robot::Material;
 use super::Shapes;
 use super::separation::Inner;
 use crate::dynamics::Tree;
-use crate::dynamics::articulation::{pose, sizes};
+use crate::dynamics::contact_point::Surface;
+use crate::dynamics::kinematics::BodyMotion;
 use crate::plain::pose3;
 
 /// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
 /// happens in the step may make it faster.
 const LOOK_AHEAD: f64 = 2.0;
-
-/// What a surface is like.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Surface {
-    /// Coulomb's coefficient.
-    pub friction: f64,
-    /// The part of the approach speed that is left after a hit.
-    pub restitution: f64,
-}
-
-impl Default for Surface {
-    /// Friction 1, as MuJoCo and Gazebo have it, and no rebound.
-    fn default() -> Self {
-        Self { friction: 1.0, restitution: 0.0 }
-    }
-}
-
-impl Surface {
-    /// With what a material gives in the place of its own.
-    pub fn with(self, material: &Material) -> Self {
-        Self {
-            friction: material.friction.unwrap_or(self.friction),
-            restitution: material.restitution.unwrap_or(self.restitution),
-        }
-    }
-
-    /// Of two surfaces that touch: the more slippery one's friction, as in Gazebo, and the
-    /// bouncier one's restitution.
-    pub fn against(self, other: Self) -> Self {
-        Self {
-            friction: self.friction.min(other.friction),
-            restitution: self.restitution.max(other.restitution),
-        }
-    }
-}
-
-/// Where a body is and how it moves, world axes.
-#[derive(Clone, Copy, Debug)]
-pub struct BodyMotion {
-    /// `world_from_body`.
-    pub pose: DPose3,
-    /// Of the body's origin, m/s.
-    pub linear: DVec3,
-    /// rad/s.
-    pub angular: DVec3,
-}
 
 /// Where a collider is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -329,21 +284,6 @@ impl RobotColliders {
         self.placed.iter_mut().zip(surfaces).for_each(|(placed, surface)| placed.surface = *surface);
     }
 
-    /// Whether there is a surface for each collider, and a pose for each where there are poses.
-    ///
-    /// # Errors
-    /// Where there are more or fewer, and where a number cannot be, as a fragment of a sentence.
-    pub fn check(&self, surfaces: &[Surface], poses: Option<&[RestPose]>) -> Result<(), String> {
-        self.check_count("surfaces", surfaces.len())?;
-        let Some(poses) = poses else { return Ok(()) };
-        self.check_count("poses of colliders", poses.len())?;
-        for RestPose { world_from_shape, margin } in poses {
-            pose("the pose of a collider", world_from_shape)?;
-            sizes("margins of colliders", [*margin])?;
-        }
-        Ok(())
-    }
-
     /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
     /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
     pub fn save_poses(&self) -> impl Iterator<Item = RestPose> + '_ {
@@ -360,11 +300,6 @@ impl RobotColliders {
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }
-    }
-
-    fn check_count(&self, what: &str, there: usize) -> Result<(), String> {
-        let needed = self.placed.len();
-        if there == needed { Ok(()) } else { Err(format!("{there} {what}, where its model has {needed}")) }
     }
 
     /// Where they are, in the order of the shapes.

@@ -2,8 +2,9 @@
 //! the world. Initial overlaps between them are ignored.
 
 use super::colliders::RobotColliders;
-use super::narrow::{ContactPoint, Narrow};
+use super::narrow::Narrow;
 use super::separation::{Solid, overlap_by, separation};
+use crate::dynamics::contact_point::ContactPoint;
 
 /// An initial overlap deeper than this is ignored, metres: less is what rounding and resting contact
 /// leave. Of thin shapes half of what fits into them.

@@ -7,6 +7,8 @@
 //! * [`Narrow`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
 //! * [`rays`]: what a ray hits.
 //!
+//! Collision knows dynamics (trees, and how bodies move); dynamics does not know collision.
+//!
 //! Nothing here depends on the steps before: equal poses give equal contacts to the bit, so
 //! a restored state goes on as the original did.
 
@@ -23,10 +25,11 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 
+pub use crate::dynamics::contact_point::{ContactPoint, Surface};
 pub use broad::Broad;
-pub use colliders::{BodyMotion, ColliderPose, RestPose, RobotColliders, Side, Surface};
+pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
-pub use narrow::{ContactPoint, Narrow};
+pub use narrow::Narrow;
 pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};

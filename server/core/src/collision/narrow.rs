@@ -5,39 +5,12 @@ use std::fmt;
 use glamx::{DPose3, DVec3};
 use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
 use parry3d_f64::shape::Shape;
-use serde::{Deserialize, Serialize};
 
-use super::colliders::{Placed, RobotColliders, Surface};
+use super::colliders::{Placed, RobotColliders};
 use super::fixed_pair::FixedPairScratch;
 use super::plane::outermost;
 use super::reduce::{MOST, reduce};
-use crate::plain::{two_vectors3, vector3};
-
-/// One point where two colliders touch or are near.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct ContactPoint {
-    /// Index of each robot's collider.
-    pub colliders: [usize; 2],
-    /// Index of each link. Found again from the colliders where a contact is read.
-    #[serde(skip)]
-    pub links: [usize; 2],
-    /// Each one's body; `None` is the base. Found again like the links.
-    #[serde(skip)]
-    pub bodies: [Option<usize>; 2],
-    /// On each one's surface, in its shape's axes.
-    #[serde(with = "two_vectors3")]
-    pub on: [DVec3; 2],
-    /// In the middle between the surfaces, world.
-    #[serde(with = "vector3")]
-    pub position: DVec3,
-    /// From the first to the second, world.
-    #[serde(with = "vector3")]
-    pub normal: DVec3,
-    /// Between the surfaces; negative inside. Metres.
-    pub distance: f64,
-    /// Of the two together.
-    pub surface: Surface,
-}
+use crate::dynamics::contact_point::ContactPoint;
 
 /// Finds touching points. Keeps its memory from step to step, and no more.
 #[derive(Default)]

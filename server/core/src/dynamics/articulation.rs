@@ -14,14 +14,12 @@ use super::constraint::{
 };
 use super::gains::set_default_gains;
 use super::integrate::advance;
-use super::kinematics::update_kinematics;
+use super::kinematics::{BodyMotion, update_kinematics};
 use super::scratch::{BodyScratch, Scratch};
 use super::spatial::{Placement, Spatial};
 use super::tree::{JointType, Tree};
-use crate::collision::BodyMotion;
 
 pub use body_state::BodyState;
-pub(crate) use body_state::{finite, pose, sizes};
 
 /// Rounds at the most in which actuators are found to saturate. Each round that
 /// changes something saturates one actuator more, and two are the rule.

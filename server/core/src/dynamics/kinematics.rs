@@ -6,6 +6,17 @@ use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
 use super::tree::{Body, JointType, LinkFrame, Tree};
 
+/// Where a body is and how it moves, world axes.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyMotion {
+    /// `world_from_body`.
+    pub pose: DPose3,
+    /// Of the body's origin, m/s.
+    pub linear: DVec3,
+    /// rad/s.
+    pub angular: DVec3,
+}
+
 /// Places and velocities of all bodies (Featherstone table 7.1, first loop), in the
 /// base's axes.
 ///

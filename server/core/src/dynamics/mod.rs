@@ -7,7 +7,7 @@
 //! * [`actuator`], [`gains`]: what drives a joint.
 //! * [`mass_matrix`]: the dense form of what a step never builds.
 //! * [`reactions`]: what joints carry.
-//! * [`constraint`]: limits, dry friction, mimic, contact.
+//! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: what collision finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
 //! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
 //!   [`inverse_dynamics`], [`inverse_kinematics`]: what follows from it.
@@ -18,6 +18,7 @@ pub mod articulated;
 pub mod articulation;
 pub mod configuration;
 pub mod constraint;
+pub mod contact_point;
 pub mod gains;
 pub mod inertia;
 pub mod integrate;

@@ -47,7 +47,7 @@ pub(super) fn within(field: &str, value: f64, range: RangeInclusive<f64>) -> Res
     if range.contains(&value) {
         return Ok(value);
     }
-    Err(refuse(field, value, format!("it must be within {} and {}", range.start(), range.end())))
+    Err(refuse(field, value, format!("it must be between {} and {}", range.start(), range.end())))
 }
 
 /// What a joint can be put at.

@@ -5,10 +5,11 @@ use glamx::DVec3;
 
 use super::entity::Entity;
 use super::links::check_surface;
+use super::published_state::ContactReport;
 use super::sleep::acts;
 use crate::collision::{Broad, ContactPoint, FixedPair, MOST, Narrow, Side};
-use crate::dynamics::articulation::finite;
 use crate::dynamics::constraint::contact::Contact;
+use crate::valid::finite;
 
 /// A point is the same as before if it has moved on one of the two surfaces by less than this,
 /// metres.
@@ -120,6 +121,25 @@ impl Contacts {
         self.list = list;
         let of = |pairs: &[Pair]| FixedPair::new(pairs[0].0, pairs.iter().map(|pair| pair.1).collect());
         self.fixed = ignored_overlaps.chunk_by(|a, b| a.0 == b.0).map(of).collect();
+    }
+
+    /// What touches, as the last step of `time_step` seconds had it, whose parts took `h` seconds each.
+    pub(super) fn reports(&self, time_step: f64, h: f64) -> impl Iterator<Item = ContactReport> + '_ {
+        self.list.iter().map(move |contact| {
+            let point = &contact.point;
+            let force = contact.total / time_step;
+            let normal_force = force.dot(point.normal);
+            ContactReport {
+                robots: contact.robots,
+                links: point.links,
+                point: point.position,
+                normal: point.normal,
+                depth: -point.distance,
+                normal_force,
+                friction_force: force - point.normal * normal_force,
+                last_force: contact.impulse / h,
+            }
+        })
     }
 
     /// Takes the contacts of a robot out.

@@ -99,7 +99,7 @@ pub enum Error {
     #[error("there is no such claim: it was released, or it lapsed")]
     ClaimNotFound,
     /// No such kept state.
-    #[error("there is no saved state {name:?}; {}", list_known("saved_states", .known))]
+    #[error("there is no saved state {name:?}; {}", list_known("saved states", .known))]
     SavedStateNotFound {
         /// What was asked for.
         name: String,

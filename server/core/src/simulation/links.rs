@@ -8,7 +8,6 @@ use super::check;
 use super::command::LinkProperties;
 use super::entity::Entity;
 use super::error::Error;
-use super::published_state::ContactReport;
 use super::{Reply, Simulation};
 use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::Articulation;
@@ -32,48 +31,6 @@ impl Simulation {
         self.settings_changed(robot_index);
         self.wake_around(robot_index);
         Ok(Reply::Done)
-    }
-
-    /// Wakes what a robot touches, and what that touches, and itself.
-    pub(super) fn wake_around(&mut self, robot_index: usize) {
-        let mut reached = vec![false; self.entities.len()];
-        reached[robot_index] = true;
-        let mut grows = true;
-        while grows {
-            grows = false;
-            for contact in &self.contacts.list {
-                let [a, b] = contact.robots;
-                // What cannot move passes nothing on.
-                let passes =
-                    |robot: usize| reached[robot] && (robot == robot_index || self.entities[robot].moves());
-                let (from_a, from_b) = (passes(a), passes(b));
-                if (from_a && !reached[b]) || (from_b && !reached[a]) {
-                    (reached[a], reached[b], grows) = (true, true, true);
-                }
-            }
-        }
-        for (entity, _) in self.entities.iter_mut().zip(&reached).filter(|(_, reached)| **reached) {
-            entity.wake();
-        }
-    }
-
-    /// What touches, as the last step had it, whose parts took `h` seconds each.
-    pub(super) fn contact_reports(&self, h: f64) -> impl Iterator<Item = ContactReport> {
-        self.contacts.list.iter().map(move |contact| {
-            let point = &contact.point;
-            let force = contact.total / self.settings.time_step;
-            let normal_force = force.dot(point.normal);
-            ContactReport {
-                robots: contact.robots,
-                links: point.links,
-                point: point.position,
-                normal: point.normal,
-                depth: -point.distance,
-                normal_force,
-                friction_force: force - point.normal * normal_force,
-                last_force: contact.impulse / h,
-            }
-        })
     }
 }
 

@@ -195,7 +195,7 @@ impl Simulation {
             entity.observe(state, time_step, h);
         }
         state.contacts.clear();
-        state.contacts.extend(self.contact_reports(h));
+        state.contacts.extend(self.contacts.reports(time_step, h));
         state.applied_wrenches.clear();
         state.applied_wrenches.extend(self.applied_wrenches());
         share(&mut state.settings, &self.robot_settings);
@@ -224,6 +224,11 @@ impl Simulation {
                 known: self.entities.iter().map(|entity| entity.state.name.clone()).collect(),
             }
         })
+    }
+
+    /// Wakes what a robot touches, and what that touches, and itself.
+    fn wake_around(&mut self, robot_index: usize) {
+        sleep::wake_around(&mut self.entities, &self.contacts.list, robot_index);
     }
 
     fn entity_mut(&mut self, robot: &str) -> Result<&mut Entity, Error> {

@@ -13,9 +13,9 @@ use super::robots::is_robot_name;
 use super::world::{SUBSTEPS, TIME_STEP};
 use super::world_state::{ActiveWrench, EntityState, InvalidState, RobotState, WorldState};
 use super::{Moment, PhysicsSettings, PublishedState, Reply, Simulation};
-use crate::collision::Shapes;
+use crate::collision::{RestPose, Shapes};
 use crate::dynamics::Tree;
-use crate::dynamics::articulation::{finite, sizes};
+use crate::valid::{finite, pose, sizes};
 
 /// A state of a world, and what its robots are. Cheap to share; two are equal where they are the same.
 #[derive(Clone, Debug)]
@@ -284,8 +284,9 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     if let Some(reason) = disabled.as_ref().filter(|reason| reason.len() > MAX_REASON) {
         return Err(format!("a reason of {} bytes for which it is disabled, of {MAX_REASON}", reason.len()));
     }
-    if asleep.then_some(&*rest_poses).is_none() && !rest_poses.is_empty() {
-        return Err("poses of sleep, though it is awake".into());
+    for RestPose { world_from_shape, margin } in &*rest_poses {
+        pose("the pose of a collider", world_from_shape)?;
+        sizes("margins of colliders", [*margin])?;
     }
     // One that sleeps may wake within a step, and then needs a state to go back to.
     if *asleep && last_good.0.is_empty() {
@@ -295,7 +296,15 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     let entity = Entity::from_state(&description, robot.clone());
     entity.check_contact_settings().map_err(|error| format!("a surface that cannot be: {error}"))?;
     let EntityState { surfaces, rest_poses, asleep, .. } = &robot.entity;
-    entity.colliders.check(surfaces, asleep.then_some(rest_poses))?;
+    let colliders = entity.colliders.len();
+    for (what, there, needed) in [
+        ("surfaces", surfaces.len(), colliders),
+        ("poses of colliders", rest_poses.len(), if *asleep { colliders } else { 0 }),
+    ] {
+        if there != needed {
+            return Err(format!("{there} {what}, where its model has {needed}"));
+        }
+    }
     if *asleep && !entity.may_sleep() {
         return Err("a sleep that only a single free body can be in".into());
     }

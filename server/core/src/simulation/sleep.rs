@@ -110,6 +110,28 @@ pub(super) fn acts(robots: &[Entity], contact: &Contact) -> bool {
     sides.any(|(robot, body)| body.is_some() && robots[robot].is_awake())
 }
 
+/// Wakes what a robot touches, and what that touches, and itself.
+pub(super) fn wake_around(robots: &mut [Entity], contacts: &[Contact], robot_index: usize) {
+    let mut reached = vec![false; robots.len()];
+    reached[robot_index] = true;
+    let mut grows = true;
+    while grows {
+        grows = false;
+        for contact in contacts {
+            let [a, b] = contact.robots;
+            // What cannot move passes nothing on.
+            let passes = |robot: usize| reached[robot] && (robot == robot_index || robots[robot].moves());
+            let (from_a, from_b) = (passes(a), passes(b));
+            if (from_a && !reached[b]) || (from_b && !reached[a]) {
+                (reached[a], reached[b], grows) = (true, true, true);
+            }
+        }
+    }
+    for (entity, _) in robots.iter_mut().zip(&reached).filter(|(_, reached)| **reached) {
+        entity.wake();
+    }
+}
+
 /// The first robot of a robot's group. Halves the way for the next time.
 fn first(above: &mut [usize], mut robot: usize) -> usize {
     while above[robot] != robot {

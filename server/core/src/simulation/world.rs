@@ -27,7 +27,7 @@ impl Simulation {
         }
         if let Some(parts) = substeps.filter(|parts| !SUBSTEPS.contains(parts)) {
             let (least, most) = SUBSTEPS.into_inner();
-            return Err(check::refuse("substeps", parts, format!("it must be within {least} and {most}")));
+            return Err(check::refuse("substeps", parts, format!("it must be between {least} and {most}")));
         }
         let before = self.settings;
         if let Some(seconds) = time_step {

@@ -69,10 +69,10 @@ async fn one_wrong_change_refuses_all_of_them() {
     let before = handle.parameters();
     let wrong = [
         (moved("sped", 1.0), "there is no parameter \"sped\"; parameters are \"speed\", \"go\""),
-        (moved("speed", 2.1), "changes[2].value is 2.1; it must be within 0 and 2 (parameter \"speed\")"),
+        (moved("speed", 2.1), "changes[2].value is 2.1; it must be between 0 and 2 (parameter \"speed\")"),
         (
             moved("speed", f64::NAN),
-            "changes[2].value is NaN; it must be within 0 and 2 (parameter \"speed\")",
+            "changes[2].value is NaN; it must be between 0 and 2 (parameter \"speed\")",
         ),
         (moved("go", 1.0), "changes[2] is of \"go\", a button; it must be pressed, it has no value"),
         (

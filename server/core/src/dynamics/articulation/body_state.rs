@@ -12,6 +12,7 @@ use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::{JointType, Tree};
 use crate::plain::pose3;
+use crate::valid::{finite, pose, sizes, unit};
 
 /// All that a robot is between two steps, beside its [`Tree`]: what a save copies and a fingerprint
 /// reads. Vectors are as long as the tree says: positions, and velocities with all that is aligned with them.
@@ -190,35 +191,4 @@ fn check_drive(drive: &Drive) -> Result<(), String> {
     finite("laws of actuators", values.into_iter().chain(saturated))?;
     // There may be none: it is infinite then.
     if limit >= 0.0 { Ok(()) } else { Err(format!("laws of actuators with {limit} in them")) }
-}
-
-/// Numbers that are neither NaN nor infinite.
-pub(crate) fn finite(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
-    match values.into_iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(format!("{what} with {value} among them")),
-        None => Ok(()),
-    }
-}
-
-/// Finite numbers, none of them negative.
-pub(crate) fn sizes(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
-    match values.into_iter().find(|value| !(value.is_finite() && *value >= 0.0)) {
-        Some(value) => Err(format!("{what} with {value} among them")),
-        None => Ok(()),
-    }
-}
-
-/// A pose that is finite, with a rotation of unit length.
-pub(crate) fn pose(what: &str, pose: &DPose3) -> Result<(), String> {
-    finite(what, pose.translation.to_array())?;
-    unit(what, &pose.rotation.to_array())
-}
-
-fn unit(what: &str, quaternion: &[f64]) -> Result<(), String> {
-    let square: f64 = quaternion.iter().map(|part| part * part).sum();
-    if (square - 1.0).abs() < 1e-6 {
-        Ok(())
-    } else {
-        Err(format!("{what} with a quaternion that is not of unit length"))
-    }
 }

@@ -3,7 +3,7 @@
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::collision::ContactPoint;
+use crate::dynamics::contact_point::ContactPoint;
 use crate::plain::vector3;
 
 /// Points that touch may be this deep inside each other, metres: a contact that rests is found

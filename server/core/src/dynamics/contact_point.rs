@@ -1,0 +1,68 @@
+//! A point of contact as collision finds it and dynamics solves it.
+
+use glamx::DVec3;
+use serde::{Deserialize, Serialize};
+use simd_model::robot::Material;
+
+use crate::plain::{two_vectors3, vector3};
+
+/// One point where two colliders touch or are near.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct ContactPoint {
+    /// Index of each robot's collider.
+    pub colliders: [usize; 2],
+    /// Index of each link. Found again from the colliders where a contact is read.
+    #[serde(skip)]
+    pub links: [usize; 2],
+    /// Each one's body; `None` is the base. Found again like the links.
+    #[serde(skip)]
+    pub bodies: [Option<usize>; 2],
+    /// On each one's surface, in its shape's axes.
+    #[serde(with = "two_vectors3")]
+    pub on: [DVec3; 2],
+    /// In the middle between the surfaces, world.
+    #[serde(with = "vector3")]
+    pub position: DVec3,
+    /// From the first to the second, world.
+    #[serde(with = "vector3")]
+    pub normal: DVec3,
+    /// Between the surfaces; negative inside. Metres.
+    pub distance: f64,
+    /// Of the two together.
+    pub surface: Surface,
+}
+
+/// What a surface is like.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    /// Coulomb's coefficient.
+    pub friction: f64,
+    /// The part of the approach speed that is left after a hit.
+    pub restitution: f64,
+}
+
+impl Default for Surface {
+    /// Friction 1, as MuJoCo and Gazebo have it, and no rebound.
+    fn default() -> Self {
+        Self { friction: 1.0, restitution: 0.0 }
+    }
+}
+
+impl Surface {
+    /// With what a material gives in the place of its own.
+    pub fn with(self, material: &Material) -> Self {
+        Self {
+            friction: material.friction.unwrap_or(self.friction),
+            restitution: material.restitution.unwrap_or(self.restitution),
+        }
+    }
+
+    /// Of two surfaces that touch: the more slippery one's friction, as in Gazebo, and the
+    /// bouncier one's restitution.
+    pub fn against(self, other: Self) -> Self {
+        Self {
+            friction: self.friction.min(other.friction),
+            restitution: self.restitution.max(other.restitution),
+        }
+    }
+}

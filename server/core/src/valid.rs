@@ -1,0 +1,34 @@
+//! Checks of numbers that came from a file; what is wrong is a fragment of a sentence.
+
+use glamx::DPose3;
+
+/// Numbers that are neither NaN nor infinite.
+pub(crate) fn finite(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
+    match values.into_iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("{what} with {value} among them")),
+        None => Ok(()),
+    }
+}
+
+/// Finite numbers, none of them negative.
+pub(crate) fn sizes(what: &str, values: impl IntoIterator<Item = f64>) -> Result<(), String> {
+    match values.into_iter().find(|value| !(value.is_finite() && *value >= 0.0)) {
+        Some(value) => Err(format!("{what} with {value} among them")),
+        None => Ok(()),
+    }
+}
+
+/// A pose that is finite, with a rotation of unit length.
+pub(crate) fn pose(what: &str, pose: &DPose3) -> Result<(), String> {
+    finite(what, pose.translation.to_array())?;
+    unit(what, &pose.rotation.to_array())
+}
+
+pub(crate) fn unit(what: &str, quaternion: &[f64]) -> Result<(), String> {
+    let square: f64 = quaternion.iter().map(|part| part * part).sum();
+    if (square - 1.0).abs() < 1e-6 {
+        Ok(())
+    } else {
+        Err(format!("{what} with a quaternion that is not of unit length"))
+    }
+}
