@@ -171,7 +171,6 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
             refuse_beyond_limits: rng.bool(),
             claim: None,
             source: None,
-            ..SetTargets::default()
         }),
     }
 }

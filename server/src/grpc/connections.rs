@@ -144,7 +144,7 @@ impl Connections {
         let room = state.make_room(address, self.shares(), now, |_| true);
         // Those that were cut are there until their tasks have run.
         let is_crowded = state.open.len() >= self.limits.max + 2 * CLOSING;
-        if let Err(full) = room.and_then(|()| if is_crowded { Err(Full::All) } else { Ok(()) }) {
+        if let Err(full) = room.and(if is_crowded { Err(Full::All) } else { Ok(()) }) {
             state.log(full, now);
             return Err(full);
         }
