@@ -4,7 +4,7 @@
 
 FOLDER has the scripts: `examples/pybullet/examples` of Bullet's repository. Each runs in a process of its own in a copy of the
 folder, with a clock that `sleep` and steps move on, until its end or its 240th step. What needs a window has the answers
-of one that nobody touches. The last lines are a table for docs/pybullet.md.
+of one that is left alone. The last lines are a table for docs/pybullet.md.
 """
 
 # PyBullet has no types.

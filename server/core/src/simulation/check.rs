@@ -1,5 +1,5 @@
 //! Whether the numbers of a command can be. A refusal names the field by its path in the request, as a command has the
-//! fields of its request; it is nobody else's to check them.
+//! fields of its request; no other module checks them.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;

@@ -13,7 +13,7 @@ use super::published_state::WorldLayout;
 pub struct TargetSource {
     /// As the client calls itself; empty where it did not say.
     pub client: Arc<str>,
-    /// When, on a clock of whoever sends commands.
+    /// When, on the clock of the sender of commands.
     pub at: Duration,
 }
 
@@ -40,7 +40,7 @@ impl Simulation {
         }
     }
 
-    /// Targets were put back to where they were before anybody set them.
+    /// Targets were put back to where they were before they were set.
     pub(super) fn targets_were_put_back(&mut self) {
         self.target_sources = Arc::new(vec![RobotTargetSources::default(); self.entities.len()]);
     }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import uuid
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from simd_client.proto import (
     DeleteEntityRequest,
@@ -50,21 +50,10 @@ if TYPE_CHECKING:
 
     from .arguments import Pose, Vector
     from .constraints import Constraint
+    from .log import Log
     from .meshes import Vertices
     from .sliders import Sliders
     from .wire import Wire
-
-
-class Log(Protocol):
-    """Something that is called after each step."""
-
-    def __call__(self, world: World) -> None:
-        """Called after a step."""
-        ...
-
-    def close(self) -> None:
-        """Called after the last step."""
-        ...
 
 
 # How long stepSimulation waits for the next state of a world that plays, seconds.

@@ -2,6 +2,7 @@
 //! about y, 0.19992 kg, whose closed forms are known.
 
 mod commands;
+mod wrenches;
 
 use std::sync::Arc;
 
