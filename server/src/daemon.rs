@@ -192,15 +192,15 @@ impl Running {
         self.zenoh.as_ref().map(zenoh::Serving::replies)
     }
 
-    /// Returns when the daemon ends without having been told to, with the reason.
+    /// Returns when the daemon ends without a request to end, with the reason.
     pub async fn failed(&mut self) -> Error {
         let driver_ended = self.handle.driver_ended();
         tokio::select! {
             () = driver_ended.cancelled() => {
-                Error::Driver(self.handle.driver_failure().unwrap_or("nobody told it to").to_owned())
+                Error::Driver(self.handle.driver_failure().unwrap_or("it was not asked to").to_owned())
             }
             served = &mut self.server => Error::Server(match served {
-                Ok(()) => "nobody told it to".to_owned(),
+                Ok(()) => "it was not asked to".to_owned(),
                 Err(panicked) => panicked.to_string(),
             }),
         }
@@ -251,7 +251,7 @@ fn viewer(address: SocketAddr) -> String {
 }
 
 /// Writes to stdout on a thread of its own, which the process does not wait for: stdout may be a pipe
-/// that nobody reads, or a stopped terminal.
+/// that is not read, or a stopped terminal.
 fn announce(text: String) -> std::io::Result<()> {
     std::thread::Builder::new().name("simd-stdout".into()).spawn(move || {
         let mut stdout = std::io::stdout().lock();

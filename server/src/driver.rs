@@ -2,7 +2,7 @@
 //! the pace, and publishes what the world looks like.
 //!
 //! It is an OS thread and no task, it holds no lock across a step, and it waits
-//! for nobody but its mailbox and the clock.
+//! for nothing but its mailbox and the clock.
 
 mod board;
 mod call_budget;
@@ -120,7 +120,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     (driver, link)
 }
 
-/// Until it is told to end or fails. A fault in the world ends the world; it
+/// Until it is asked to end or fails. A fault in the world ends the world; it
 /// must not leave its clients hanging, whatever else fails on the way.
 fn run<W: World>(mut driver: Driver<W>) {
     // Last to be dropped.

@@ -49,7 +49,7 @@ use clients::Clients;
 use once::AnswerCache;
 use parameters::Parameters;
 
-/// How often what nobody needs any more is looked for.
+/// How often unused things are looked for.
 const TIDY: Duration = Duration::from_secs(10);
 
 /// The one way to the world. Clones are the same handle.
@@ -104,7 +104,7 @@ impl SimHandle {
         self.inner.draining.clone()
     }
 
-    /// Cancelled when the driver has ended, because it was told to or because it failed.
+    /// Cancelled when the driver has ended, because it was asked to or because it failed.
     pub(crate) fn driver_ended(&self) -> CancellationToken {
         self.inner.driver.mailbox.ended().clone()
     }
@@ -119,7 +119,7 @@ impl SimHandle {
         self.inner.driver.mailbox.close();
     }
 
-    /// Looks now and then for what nobody needs any more. Ends when the daemon drains.
+    /// Looks now and then for what is unused. Ends when the daemon drains.
     pub(crate) async fn keep_tidy(self) {
         let draining = self.draining();
         let mut ticks = tokio::time::interval(TIDY);
@@ -128,7 +128,7 @@ impl SimHandle {
         }
     }
 
-    /// Lets go of what nobody needs any more.
+    /// Drops what is unused.
     pub(crate) fn tidy(&self, now: Instant) {
         self.inner.answers.tidy(now);
         self.inner.loader.tidy(now);

@@ -9,7 +9,7 @@
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
 //! * `call_error`, `info`, `run_state`: types that all of these use.
-//! * [`log`]: lines on stderr, which hold nobody up.
+//! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
 
 mod call_error;

@@ -70,7 +70,7 @@ struct Shelf {
 }
 
 /// Where a model came from. Lives as long as the model does, be it in the world,
-/// in a kept saved state, or in somebody's hands: so a robot that a saved state brings
+/// in a kept saved state, or held by a call: so a robot that a saved state brings
 /// back still has its description and its meshes.
 #[derive(Debug)]
 pub(crate) struct Known {
@@ -131,7 +131,7 @@ impl Loader {
     ) -> Result<(), CallError> {
         let Used { description, urdf, files, uris } = used;
         let kept = |mut assets: BTreeMap<String, Sha256>, mut missing: BTreeMap<String, Vec<String>>| {
-            // What a client says of files that the description does not name is nobody's to keep.
+            // What a client says of files that the description does not name is not kept.
             assets.retain(|uri, _| uris.contains(uri));
             missing.retain(|uri, _| uris.contains(uri));
             Origin::Kept { description, assets, missing }
@@ -169,7 +169,7 @@ impl Loader {
         shelf.store.insert(sha256, bytes)
     }
 
-    /// Lets go of what nobody has come back for: uploads that were abandoned, files that no robot uses, and what
+    /// Drops what is unused: uploads that were abandoned, files that no robot uses, and what
     /// belonged to robots that are gone.
     pub(crate) fn tidy(&self, now: Instant) {
         let mut shelf = self.lock();

@@ -1,7 +1,7 @@
 //! The log: lines wait in a bounded buffer, and a thread of its own writes them to stderr.
 //!
 //! Whoever reads a log may be gone, its disk may be full, and a pipe or a stopped terminal takes
-//! nothing for as long as it likes. None of that may block, slow or fail whoever logs. So a line that
+//! nothing for as long as it likes. None of that may block, slow or fail the caller. So a line that
 //! finds no room, or that cannot be written, is counted and lost, and the count is written as soon as
 //! something can be written again.
 
@@ -47,8 +47,8 @@ struct State {
     is_writing: bool,
     /// Lines since the start.
     lost: u64,
-    /// How many of those a line told of.
-    told: u64,
+    /// How many of those a line reported.
+    reported: u64,
 }
 
 impl Log {
@@ -131,7 +131,7 @@ impl Shared {
         }
         if let Some(notice) = notice {
             state.waiting.extend_from_slice(notice.as_bytes());
-            state.told = state.lost;
+            state.reported = state.lost;
         }
         state.waiting.extend_from_slice(text);
         self.changed.notify_all();
@@ -157,7 +157,7 @@ impl Shared {
         }
     }
 
-    /// Waits for the next bytes. Where what came before was written, the loss of lines is told of
+    /// Waits for the next bytes. Where what came before was written, the loss of lines is reported
     /// without waiting for another line.
     fn next_chunk(&self, chunk: &mut Vec<u8>, is_well: bool) {
         chunk.clear();
@@ -166,7 +166,7 @@ impl Shared {
             && is_well
             && let Some(notice) = state.notice()
         {
-            state.told = state.lost;
+            state.reported = state.lost;
             state.waiting.extend_from_slice(notice.as_bytes());
         }
         if state.waiting.is_empty() {
@@ -181,10 +181,10 @@ impl Shared {
 }
 
 impl State {
-    /// A line about lines that were lost and not told of.
+    /// A line about lines that were lost and not reported.
     fn notice(&self) -> Option<String> {
         let lost = self.lost;
-        (lost != self.told).then(|| {
+        (lost != self.reported).then(|| {
             format!("{}lines of this log that could not be written since the start: {lost}\n", stamp("WARN"))
         })
     }
@@ -208,7 +208,7 @@ fn lines(text: &[u8]) -> u64 {
     text.iter().filter(|&&byte| byte == b'\n').count() as u64
 }
 
-/// Without what a terminal would obey or hide: strangers' names are in the log. Colours are begun by an
+/// Without what a terminal would obey or hide: untrusted names are in the log. Colours are begun by an
 /// escape, and `tracing-subscriber` lets none of a message through.
 fn shown(line: &[u8]) -> Cow<'_, [u8]> {
     let may_stay = |c: char| matches!(c, '\n' | '\t' | '\x1b') || text::is_printable(c);

@@ -24,7 +24,7 @@ use tracing_subscriber::EnvFilter;
 const BLOCKING_THREADS: usize = 16;
 /// What is left after a drain (a mesh that is being parsed) may take so long.
 const LEFTOVERS: Duration = Duration::from_millis(100);
-/// The last lines of the log may take so long, and are lost where nobody reads them.
+/// The last lines of the log may take so long, and are lost where they are not read.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
 fn main() -> ExitCode {

@@ -206,7 +206,7 @@ impl LimitsTable {
                 .map_err(|_| format!("limits.seconds is {seconds}; it must be 0 or more, and finite"))?;
         }
         reading.check()?;
-        // What a client is told that it may send.
+        // What a client may send, as the daemon says.
         if let Some(bytes) = self.urdf_bytes {
             limits.description_bytes = bytes as u64;
         }

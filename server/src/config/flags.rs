@@ -46,7 +46,7 @@ pub(super) struct Flags {
     /// Repeatable
     #[arg(long, value_name = "NAME")]
     allow_host: Vec<String>,
-    /// Does not play until it is told to
+    /// Starts paused
     #[arg(long)]
     paused: bool,
     /// Seconds that a step advances, 0.000001 to 0.1 [default: 0.001]

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 use simd_proto::keys::DEFAULT_LOCATOR;
 
-/// Messages above this are refused before they are read, so that a stranger cannot fill the memory.
+/// Messages above this are refused before they are read, so that an untrusted client cannot fill the memory.
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
 /// Whoever says nothing for so long is gone: then its queries and its token end.
 const LEASE_MS: u64 = 5_000;
-/// How long somebody who connects may take to open a session, and how many may be about to: more are closed at
+/// How long a client that connects may take to open a session, and how many may be about to: more are closed at
 /// once, so that silent connections keep others out for no longer than that. Zenoh takes all of them, from wherever
 /// they come, so the time is short and they are many.
 const ACCEPT_MS: u64 = 5_000;
@@ -21,7 +21,7 @@ const ACCEPT_PENDING: usize = 128;
 /// Sessions at one time. With the connections of gRPC and HTTP they are fewer than the 1024 files that a process may
 /// usually open.
 const MAX_SESSIONS: usize = 200;
-/// How long a start waits for the routers that it was told of.
+/// How long a start waits for the routers that it was given.
 const CONNECT_MS: i64 = 2_000;
 /// States a wall second, 0 to this.
 const MAX_STATE_RATE: f64 = 1_000.0;
@@ -80,7 +80,7 @@ impl Zenoh {
             .map_err(|error| format!("{whose} are refused: {}", one_line(&error.to_string())))
     }
 
-    /// Routers relay between clients, and not between peers: whoever joins one and listens
+    /// Routers relay between clients, and not between peers: a daemon that joins one and listens
     /// nowhere is a client of it, so that daemons see each other's names.
     fn ours(&self) -> Value {
         let is_client = !self.connect.is_empty() && self.listens_on().is_empty();

@@ -30,7 +30,7 @@ pub(crate) struct Board {
 #[derive(Debug)]
 pub(crate) struct Publisher {
     board: Arc<Board>,
-    /// Candidates for the next state: those that nobody reads any more.
+    /// Candidates for the next state: those without a reader.
     retired: Vec<Arc<Published>>,
     sequence: u64,
 }
@@ -121,7 +121,7 @@ impl Publisher {
         wall_time
     }
 
-    /// A state that nobody else holds: an old one, or a copy of the newest.
+    /// A state without another holder: an old one, or a copy of the newest.
     fn unread(&mut self) -> Arc<Published> {
         match self.retired.iter_mut().position(|old| Arc::get_mut(old).is_some()) {
             Some(place) => self.retired.swap_remove(place),

@@ -1,5 +1,5 @@
 //! How long calls may be served while a step is due: by time, since one call may take as long as a
-//! thousand others. Owns no clock: it is told the time.
+//! thousand others. Owns no clock: it is given the time.
 
 use std::time::{Duration, Instant};
 

@@ -15,7 +15,7 @@ const DOUBLINGS: u32 = 20;
 /// What is known of steps that take long.
 ///
 /// An interrupted step is put back and begins anew. Each time in a row that this happens, the step is left
-/// alone for twice as long as the time before: whoever interrupts without end makes the world slower by
+/// alone for twice as long as the time before: a client that interrupts without end makes the world slower by
 /// a factor, and does not stop it.
 #[derive(Debug)]
 pub(super) struct LongSteps {

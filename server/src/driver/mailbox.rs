@@ -176,7 +176,7 @@ impl Ending {
         let _ = self.0.failure.set(failure.to_owned());
     }
 
-    /// What still waits is to be dropped after this, so that whoever waited finds the reason.
+    /// What still waits is to be dropped after this, so that a waiting caller finds the reason.
     pub(crate) fn end(&self) {
         self.0.ended.cancel();
     }

@@ -46,7 +46,7 @@ pub(super) struct Driver<W> {
 }
 
 impl<W: World> Driver<W> {
-    /// Until it is told to end.
+    /// Until it is asked to end.
     pub(super) fn run(&mut self) {
         while self.turn().is_continue() {}
     }
@@ -250,7 +250,7 @@ impl<W: World> Driver<W> {
         self.log_events();
         let settings = self.world.settings();
         if self.pace != pace_before && settings == settings_before {
-            // The world knows nothing of a pace, so it told of nothing.
+            // The world knows nothing of a pace, so it reported nothing.
             self.log(Happened::PhysicsChanged { at, settings, pace: self.pace });
         }
         Ok((self.done(Applied { at, reply: Reply::Physics(settings) }), settings, self.pace))

@@ -1,4 +1,4 @@
-//! When the next step is due. Owns no clock: it is told the time, so that an
+//! When the next step is due. Owns no clock: it is given the time, so that an
 //! hour of pacing is a millisecond of test.
 
 use std::time::{Duration, Instant};

@@ -42,7 +42,7 @@ impl Bench {
         self.post(|reply| Event::Step { targets: None, steps, reply })
     }
 
-    /// With targets, which a toy refuses for `nobody`.
+    /// With targets, which a toy refuses for `missing`.
     fn steps_of(&self, robot: &str, steps: u64) -> Answer<Stepped> {
         let targets = RobotTargets { robot: robot.into(), ..RobotTargets::default() };
         let targets = Some(SetTargets { robots: vec![targets], ..SetTargets::default() });

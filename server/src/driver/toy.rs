@@ -59,7 +59,7 @@ pub(crate) fn nothing() -> Command {
 
 /// A command that the toy refuses.
 pub(crate) fn refused() -> Command {
-    Command::Delete { robot: "nobody".into() }
+    Command::Delete { robot: "missing".into() }
 }
 
 impl Drop for Toy {
@@ -74,8 +74,8 @@ impl World for Toy {
             Command::Delete { robot } => {
                 return Err(Error::RobotNotFound { robot: robot.clone(), known: Vec::new() });
             }
-            Command::SetTargets(targets) if targets.robots.iter().any(|it| it.robot == "nobody") => {
-                return Err(Error::RobotNotFound { robot: "nobody".into(), known: Vec::new() });
+            Command::SetTargets(targets) if targets.robots.iter().any(|it| it.robot == "missing") => {
+                return Err(Error::RobotNotFound { robot: "missing".into(), known: Vec::new() });
             }
             Command::SetPhysics(PhysicsChange { time_step: Some(time_step), .. }) => {
                 self.settings.time_step = *time_step;

@@ -1,5 +1,5 @@
 //! What the driver needs of a world. There is one world, [`Simulation`]; tests of
-//! the driver bring their own, which stalls and fails when it is told to.
+//! the driver bring their own, which stalls and fails when a test asks for it.
 
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Simulation};
 

@@ -28,10 +28,10 @@ const LOG: Duration = Duration::from_secs(1);
 /// Whoever has a share of the connections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Address {
-    /// 127.0.0.1 or ::1, for which some are reserved. Other loopback addresses are nobody's default.
+    /// 127.0.0.1 or ::1, for which some are reserved. Other loopback addresses are no program's default.
     Loopback,
     V4(Ipv4Addr),
-    /// The first 64 bits: whoever has one such address has them all.
+    /// The first 64 bits: who has one such address has them all.
     V6(u64),
 }
 
@@ -95,7 +95,7 @@ pub(super) struct Place {
     pub(super) cut: CancellationToken,
 }
 
-/// There is no room, and nobody is idle.
+/// There is no room, and no connection is idle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Full {
     #[error("its address has all the connections of its share")]
@@ -175,7 +175,7 @@ impl Connections {
         idle.map(|(number, _)| *number).collect()
     }
 
-    /// Closes whoever is idle for too long, for ever.
+    /// Closes connections that are idle for too long. Never returns.
     pub(super) async fn close_idle(&self) {
         // Within a quarter of the limit; an interval of zero would panic.
         let mut looks = tokio::time::interval((self.limits.idle / 4).clamp(Duration::from_millis(1), LOOK));

@@ -1,4 +1,4 @@
-//! The connections as they come: accepted, taken in or refused, and told apart by the HTTP that they speak.
+//! The connections as they come: accepted, taken in or refused, and distinguished by the HTTP that they speak.
 
 use std::io;
 use std::net::IpAddr;
@@ -22,14 +22,14 @@ use crate::handle::Peer;
 /// files, are still there at once.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// What each HTTP/2 client begins with (RFC 9113, 3.4). After it, it is for keepalive to
-/// find out whether somebody is there.
+/// find out whether the client is there.
 const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
 
 /// Connections that were accepted by this process.
 static ACCEPTED: AtomicU64 = AtomicU64::new(0);
 
 /// Accepts from `source`, for as long as it lasts, and serves what there is room for; the rest is closed. Accepting
-/// goes on where there is none, since somebody may come for whom a place is reserved. Errors of accepting are logged.
+/// goes on where there is none, since a client may come for which a place is reserved. Errors of accepting are logged.
 pub(super) async fn accept<S, T>(
     mut source: S,
     connections: &Arc<Connections>,
@@ -152,7 +152,7 @@ impl Speaks {
     fn check(&mut self, context: &mut Context<'_>) -> io::Result<()> {
         let (deadline, sentence) = match self {
             Self::Http2 => return Ok(()),
-            Self::Opening { deadline, .. } => (deadline, "nobody said which HTTP it is"),
+            Self::Opening { deadline, .. } => (deadline, "the client did not say which HTTP it speaks"),
             Self::Http1 { deadline, .. } => (deadline, "nothing came or went for too long"),
         };
         match deadline.as_mut().poll(context) {

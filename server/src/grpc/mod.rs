@@ -39,7 +39,7 @@ use crate::service::routes;
 
 /// How long streams and calls may take to end once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_secs(2);
-/// How often a silent connection is asked whether somebody is there, and how long it may take to answer.
+/// How often a silent connection gets a ping, and how long it may take to answer.
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// How many of the kernel's questions may stay without an answer: then the other side is gone.

@@ -1,4 +1,4 @@
-//! Claims on joints, what proves that somebody holds one, and the leases that end them: the world knows which
+//! Claims on joints, what proves that a caller holds one, and the leases that end them: the world knows which
 //! claim has which joints, and only the handle knows secrets and what time it is.
 
 use std::collections::HashMap;
@@ -99,7 +99,7 @@ impl Leases {
 /// Why a message does not act on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unproven {
-    /// There is no such claim, or whoever made the proof does not have its secret.
+    /// There is no such claim, or the proof was made without its secret.
     NotFound,
     /// A proof with this counter, or a larger one, was taken already.
     Replayed {
@@ -186,7 +186,7 @@ impl SimHandle {
         Ok(done)
     }
 
-    /// The claim that this is the secret of: for those whose words nobody else hears.
+    /// The claim that this is the secret of: for callers whose messages no other client can read.
     ///
     /// # Errors
     /// Where there is no such claim.

@@ -52,7 +52,7 @@ pub enum Peer {
 }
 
 impl Peer {
-    /// Whether nobody else can seem to be this one: Zenoh does not tell whose query it is, and an id can be
+    /// Whether no other client can seem to be this one: Zenoh does not tell whose query it is, and an id can be
     /// made up.
     pub(crate) fn is_certain(&self) -> bool {
         match self {

@@ -25,7 +25,7 @@ impl Default for HeavyWork {
     }
 }
 
-/// Whether nobody waits for some work any more.
+/// Whether no caller waits for some work any more.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cancelled(Arc<AtomicBool>);
 
@@ -50,7 +50,7 @@ impl HeavyWork {
         Self { permits: Arc::new(Semaphore::new(permits)), queue: Semaphore::new(waiting) }
     }
 
-    /// Does the work on a thread where it holds nobody up. The permit is held until the work ends, also where
+    /// Does the work on a thread where it blocks no other task. The permit is held until the work ends, also where
     /// its caller goes away before: there are never more such threads than permits.
     ///
     /// # Errors
@@ -79,14 +79,14 @@ impl HeavyWork {
         });
         match done.await {
             Ok(Some(done)) => Ok(done),
-            Ok(None) => Err(CallError::Internal { message: "nobody waits for this work".into() }),
+            Ok(None) => Err(CallError::Internal { message: "no caller waits for this work".into() }),
             Err(error) => Err(CallError::Internal { message: error.to_string() }),
         }
     }
 }
 
 impl SimHandle {
-    /// Does what may take milliseconds, and reads nothing but a published state, where it holds nobody up.
+    /// Does what may take milliseconds, and reads nothing but a published state, where it blocks no other task.
     ///
     /// # Errors
     /// At once where too many such calls wait.
@@ -111,7 +111,7 @@ mod tests {
         std::future::poll_fn(|context| Poll::Ready(future.as_mut().poll(context))).await
     }
 
-    /// Work that has begun when it says so and ends when it is told to, or else when it is cancelled.
+    /// Work that has begun when it says so and ends when it is asked to, or else when it is cancelled.
     fn held()
     -> (impl FnOnce(&Cancelled) -> bool + Send + 'static, Sender<()>, tokio::sync::oneshot::Receiver<()>)
     {

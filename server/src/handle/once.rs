@@ -42,7 +42,7 @@ pub(crate) struct IdentifiedRequest {
     pub(crate) id: String,
     /// Of all that is asked for.
     pub(crate) digest: Sha256,
-    /// By what way it came, where nobody else can say the same.
+    /// By what way it came, where no other caller can say the same.
     pub(crate) peer: Option<Peer>,
     /// The answer is given again by the way of the first request alone, whatever name the caller gives.
     pub(crate) is_secret: bool,
@@ -175,7 +175,7 @@ impl AnswerCache {
 
         let unanswered = Unanswered { cache: self.clone(), key };
         tokio::spawn(async move {
-            // In this order, so that where the work panics its request is forgotten before anybody learns of it.
+            // In this order, so that where the work panics its request is forgotten before a caller learns of it.
             let (sender, unanswered) = (sender, unanswered);
             let outcome = work.await;
             if outcome.is_transient {
@@ -188,7 +188,7 @@ impl AnswerCache {
         Ok(receiver)
     }
 
-    /// Forgets what nobody comes back for any more. Work that is under way is waited for.
+    /// Forgets answers that are too old. Work that is under way is waited for.
     pub(super) fn tidy(&self, now: Instant) {
         let mut entries = self.lock();
         let is_old = |(key, entry): (&Arc<Key>, &Entry)| {

@@ -84,7 +84,7 @@ pub enum ParameterChange {
 /// All parameters, for any number of readers and writers; newest wins.
 #[derive(Debug)]
 pub(super) struct Parameters {
-    /// Held for a look or a change, never while anybody waits.
+    /// Held for a look or a change, never across a wait.
     newest: Mutex<Arc<ParameterList>>,
     changed: Notify,
     limit: usize,

@@ -13,7 +13,7 @@ use simd_model::robot::Sha256;
 use super::meshes::Key;
 use super::{Page, caching, refused};
 
-/// For what a stranger sent: a browser shows it, if at all, as a document that can do nothing.
+/// For untrusted files: a browser shows it, if at all, as a document that can do nothing.
 pub(super) const SANDBOX: &str = "default-src 'none'; sandbox; frame-ancestors 'none'";
 
 /// `GET /meshes/SHA256.glb`: a mesh that a robot uses, as binary glTF.

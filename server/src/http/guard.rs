@@ -1,6 +1,6 @@
-//! Who may ask, and what browsers are told to keep to.
+//! Who may ask, and what browsers must keep to.
 //!
-//! A page of another site must not reach the daemon through the browser of somebody who can: not
+//! A page of another site must not reach the daemon through the browser of a user who can: not
 //! by a name that its owner points at 127.0.0.1 (DNS rebinding), which `Host` gives away, and not by
 //! asking across sites, which `Origin` gives away. Programs that speak gRPC are no browsers.
 
@@ -42,7 +42,7 @@ impl Hosts {
         Self(names.iter().map(|name| name.to_ascii_lowercase()).collect())
     }
 
-    /// Whether nobody else can make a browser believe that this is where their page comes from.
+    /// Whether no other site can make a browser believe that this is where their page comes from.
     fn allow(&self, host: &str) -> bool {
         let name = without_port(host);
         let address = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
@@ -77,7 +77,7 @@ pub(super) async fn guard(State(hosts): State<Hosts>, mut request: Request, next
         Err(sentence) => (StatusCode::FORBIDDEN, sentence).into_response(),
     };
     for (name, value) in headers() {
-        // A file that a stranger sent has a stricter one.
+        // An untrusted file has a stricter one.
         response.headers_mut().entry(name).or_insert(value);
     }
     response

@@ -124,7 +124,7 @@ impl Glb {
     }
 }
 
-/// Fast rather than small: somebody waits for it.
+/// Fast rather than small: a client waits for it.
 fn compressed(bytes: &[u8]) -> Option<Vec<u8>> {
     if bytes.len() < WORTH_IT {
         return None;

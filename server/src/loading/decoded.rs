@@ -14,7 +14,7 @@ use crate::call_error::CallError;
 /// A file's content, and what it was read as.
 type Key = (Sha256, String);
 
-/// What robots in the world, in saved states and in anybody's hands have in memory. Holds
+/// What robots in the world, in saved states and held by calls have in memory. Holds
 /// nothing itself.
 #[derive(Debug)]
 pub(super) struct Decoded {
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(reads.get(), 1);
         drop((first, second));
         get(&other, 1, &reads).unwrap();
-        assert_eq!(reads.get(), 2, "nothing is kept that nobody uses");
+        assert_eq!(reads.get(), 2, "nothing unused is kept");
     }
 
     #[test]

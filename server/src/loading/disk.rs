@@ -44,7 +44,7 @@ impl Roots {
     }
 
     /// The URDF that a client's path stands for. A relative path begins at a root.
-    /// Of what lies outside of the roots, nobody learns whether it exists.
+    /// What lies outside of the roots is reported alike whether it exists or not.
     ///
     /// # Errors
     /// Where it lies outside, also by a symbolic link, or is no robot.

@@ -1,4 +1,4 @@
-//! How far a robot is on its way into the world, for whoever waits for it.
+//! How far a robot is on its way into the world, for callers that wait for it.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -34,12 +34,12 @@ pub struct Progress {
     pub uri: String,
 }
 
-/// Says how far a robot is. The newest word wins: whoever listens slowly holds nothing up.
+/// Says how far a robot is. The newest report wins: a slow listener blocks nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reporter(Option<watch::Sender<Progress>>);
 
 impl Reporter {
-    /// To somebody who listens.
+    /// To a listener.
     pub(crate) fn to(listener: watch::Sender<Progress>) -> Self {
         Self(Some(listener))
     }

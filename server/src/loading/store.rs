@@ -14,7 +14,7 @@ use crate::call_error::CallError;
 /// What a file is charged beside its bytes, so that a million empty files are
 /// not free.
 const ENTRY_BYTES: u64 = 1024;
-/// How long a file is kept that no robot uses and nobody asks for: far longer than from an upload to its spawn.
+/// How long a file is kept that is unused: far longer than from an upload to its spawn.
 const UNUSED: Duration = Duration::from_secs(600);
 
 /// Files by hash, up to a number of bytes.
@@ -49,7 +49,7 @@ impl Store {
     }
 
     /// What to wait for where a file is here whose hash is being checked: another upload
-    /// of the same file must not be told that it is not under way.
+    /// of the same file must not get the answer that it is not under way.
     pub(super) fn checking(&self, sha256: &Sha256) -> Option<CancellationToken> {
         self.checking.get(sha256).cloned()
     }
@@ -136,7 +136,7 @@ impl Store {
         }
     }
 
-    /// Lets go of files that nobody used for long.
+    /// Drops files that were unused for long.
     pub(super) fn forget_unused(&mut self, now: Instant) {
         while let Some(first) = self.idle.first_entry() {
             let file = self.files.get(first.get());

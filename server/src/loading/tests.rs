@@ -198,8 +198,8 @@ async fn a_robot_from_disk_is_read_again_at_a_reload_and_keeps_its_scale() {
     let (_, entity) = newest.state.entity("arm").unwrap();
     assert_eq!(handle.loader().with_known(&entity.model, |known| known.scale), Some(2.0));
 
-    let nobody = handle.reload("nobody".into(), None, false).await.unwrap_err();
-    assert!(nobody.to_string().contains("\"arm\""), "{nobody}");
+    let missing = handle.reload("missing".into(), None, false).await.unwrap_err();
+    assert!(missing.to_string().contains("\"arm\""), "{missing}");
 }
 
 #[tokio::test]

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::*;
 
-/// A writer that asks the test before each write: it takes what it is told to, or fails.
+/// A writer that asks the test before each write: it takes what the test says, or fails.
 struct Puppet {
     asks: Sender<Vec<u8>>,
     answers: Receiver<io::Result<usize>>,
@@ -76,7 +76,7 @@ fn a_reader_that_reads_nothing_costs_bounded_memory_and_is_told_what_it_missed()
     let held = bench.log.0.lock().waiting.len();
     assert!(held <= CAPACITY, "{held} bytes");
     assert_eq!(bench.lost(), 10_000 - (held / line.len()) as u64);
-    assert!(!bench.log.flush(Duration::ZERO), "and nobody waits for it");
+    assert!(!bench.log.flush(Duration::ZERO), "and no caller waits for it");
     // There is room for the last sentence of a process.
     bench.log.say("simd: the end");
     bench.answers.send(Ok(first.len())).unwrap();
@@ -122,7 +122,7 @@ fn a_reader_that_is_gone_fails_nobody() {
     let Bench { log, writes, answers } = Bench::new();
     drop((writes, answers));
     for _ in 0..100 {
-        log.make_writer().write_all(b"nobody reads this\n").unwrap();
+        log.make_writer().write_all(b"a line without a reader\n").unwrap();
     }
     assert!(log.flush(Duration::from_secs(60)));
     assert_eq!(log.0.lock().lost, 100);

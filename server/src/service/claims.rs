@@ -1,5 +1,5 @@
-//! Which claim a call acts for. Over gRPC nobody else hears the call, and it has the claim's secret.
-//! Over Zenoh anybody may hear it: it has the claim's id, and the front-end saw whether it is proven.
+//! Which claim a call acts for. Over gRPC no other client can read the call, and it has the claim's secret.
+//! Over Zenoh any session may read it: it has the claim's id, and the front-end saw whether it is proven.
 
 use simd_core::simulation::command::ClaimId;
 use simd_proto::proof;

@@ -98,7 +98,7 @@ impl Control {
     }
 
     async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {
-        // Kept whatever becomes of the rest, so that no later answer has what nobody asked for.
+        // Kept whatever becomes of the rest, so that no later answer has what was not asked for.
         if !request.selections.is_empty() {
             self.selection = Selection::new(selections(request.selections)?);
         }

@@ -89,7 +89,7 @@ where
     answer(handle, request, false, allowed, work).await
 }
 
-/// The same of an answer that is for one caller alone, whoever else gives the same name.
+/// The same of an answer that is for one caller alone, also where another caller gives the same name.
 pub(super) async fn once_in_secret<M, A, W>(
     handle: &SimHandle,
     request: Request<M>,

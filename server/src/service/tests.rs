@@ -163,7 +163,7 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
     handle.driver_ended().cancelled().await;
 }
 
-/// Over Zenoh anybody can read a request and send it again under the same name, also before the one who made it.
+/// Over Zenoh any session can read a request and send it again under the same name, also before the one who made it.
 #[tokio::test]
 async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() {
     let config = Config { state: RunState::Paused, ..Config::default() };
@@ -194,7 +194,7 @@ async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() 
         assert!(service.set_joint_targets(named(unproven, message(id))).await.is_err());
         let set = service.set_joint_targets(named(Proven::Claim(claim), message(id))).await;
         let stamp = set.unwrap_or_else(|status| panic!("{unproven:?} was remembered: {status}")).into_inner();
-        // And the answer to it is given again, whoever proves what by then.
+        // And the answer to it is given again, whatever is proven by then.
         let again = service.set_joint_targets(named(unproven, message(id))).await.unwrap().into_inner();
         assert_eq!(again, stamp);
     }

@@ -89,7 +89,7 @@ pub fn with_reason(status: Status) -> Status {
             let message = because("this daemon has no such method, or reads no such encoding");
             Explained::new(ErrorReason::NotSupported, message).into()
         }
-        // The connection or the caller ended: nobody reads it.
+        // The connection or the caller ended: it is not read.
         Code::Ok
         | Code::Cancelled
         | Code::DeadlineExceeded

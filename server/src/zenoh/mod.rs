@@ -5,7 +5,7 @@
 //! * `queries`: a query becomes a call of the services.
 //! * `senders`: threads that replies leave on.
 //! * `publications`: what is published, and to whom.
-//! * `targets`: joint targets that nobody waits for an answer to.
+//! * `targets`: joint targets without an answer.
 //! * `proofs`: whether a message's sender holds the claim that it names.
 //! * `presence`: one daemon of a name on a network.
 //!
@@ -36,7 +36,7 @@ use crate::config;
 
 /// Queries under way may take so long to be answered once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_millis(1800);
-/// Whoever asks again within this time of a drain is told that the daemon shuts down,
+/// Whoever asks again within this time of a drain gets the answer that the daemon shuts down,
 /// and not that there is none.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 /// A session that does not close in this time is left behind.
@@ -48,7 +48,7 @@ pub enum Error {
     /// The settings are refused.
     #[error("{0}")]
     Settings(String),
-    /// The session cannot be opened: mostly, somebody else has the port.
+    /// The session cannot be opened: mostly, another process has the port.
     #[error(
         "cannot listen for Zenoh on {locators}: {reason}; choose another with --zenoh tcp/127.0.0.1:PORT (0 \
          takes a free one), or do without by --zenoh off"
@@ -129,7 +129,7 @@ pub async fn open(settings: &config::Zenoh, name: &str) -> Result<Opened, Error>
     let routers = session.info().routers_zid().await.count() + session.info().peers_zid().await.count();
     if !settings.connect.is_empty() && routers == 0 {
         let routers = settings.connect.join(", ");
-        tracing::warn!("nobody answers at {routers}; it is tried again and again (see --log zenoh=info)");
+        tracing::warn!("no router answers at {routers}; it is tried again and again (see --log zenoh=info)");
     }
     presence::check(&session, name).await?;
     let mut locators: Vec<String> = session.info().locators().await.iter().map(ToString::to_string).collect();

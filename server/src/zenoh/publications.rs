@@ -1,5 +1,5 @@
 //! What is published: states and poses of each robot, statistics, events, parameters. Each only
-//! while somebody subscribes to it, by a task of its own, and never by the physics thread.
+//! while it has a subscriber, by a task of its own, and never by the physics thread.
 //!
 //! A receiver that does not read loses publications: newest wins, and a gap in the
 //! events shows in their numbers.
@@ -31,7 +31,7 @@ const STATISTICS: Duration = Duration::from_millis(100);
 const UNCHANGED: Duration = Duration::from_secs(1);
 /// How long a playing world is waited for to do its next step.
 const FRESH: Duration = Duration::from_millis(2);
-/// How long a task waits for an event before it looks again; nobody learns of it.
+/// How long a task waits for an event before it looks again.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Publishes from now on. A kind of publication is one line here.
@@ -143,7 +143,7 @@ async fn publish_statistics(handle: SimHandle, mut demand: Demand) {
     }
 }
 
-/// Events from when somebody subscribes, each a message as `WatchEvents` sends it.
+/// Events from the first subscription on, each a message as `WatchEvents` sends it.
 async fn publish_events(handle: SimHandle, mut demand: Demand) {
     let mut after = 0;
     loop {
@@ -179,7 +179,7 @@ async fn publish_parameters(handle: SimHandle, mut demand: Demand) {
     }
 }
 
-/// Whether anybody subscribes to a key, which may have wildcards.
+/// Whether a key has a subscriber, which may have wildcards.
 struct Demand {
     publisher: Publisher<'static>,
     is_there: watch::Receiver<bool>,
@@ -200,11 +200,11 @@ impl Demand {
         Ok(Self { publisher, is_there })
     }
 
-    /// Waits until somebody subscribes; whether there was nobody before.
+    /// Waits for a subscriber; whether there was none before.
     async fn wait(&mut self) -> bool {
         let waited = !*self.is_there.borrow_and_update();
         if waited && self.is_there.wait_for(|is_there| *is_there).await.is_err() {
-            // The listener ends with the session, and nobody will come.
+            // The listener ends with the session, and no subscriber will come.
             std::future::pending::<()>().await;
         }
         waited

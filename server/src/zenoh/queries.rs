@@ -2,7 +2,7 @@
 //! method that gRPC has, with the same checks and the same refusals.
 //!
 //! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included, of which [`STREAMS`] streams, so that
-//! whoever streams leaves room for calls; and [`MESSAGES`] times the bytes that one may have. One more is refused with
+//! streams leave room for calls; and [`MESSAGES`] times the bytes that one may have. One more is refused with
 //! MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
 
 use std::sync::Arc;
@@ -50,7 +50,7 @@ const MESSAGES: usize = 16;
 /// Refusals that are on their way at one time.
 const REFUSALS: usize = 128;
 /// How long a stream goes on where the query does not say: as long as a query of
-/// Zenoh's lasts where nobody says.
+/// Zenoh's lasts where none is given.
 const STREAM: Duration = Duration::from_secs(10);
 /// And at the longest. Nobody tells a daemon that the asker is gone.
 const LONGEST_STREAM: Duration = Duration::from_secs(3600);
@@ -217,7 +217,7 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
     Ok(())
 }
 
-/// What a query is told: a method's answer, or why there is none.
+/// What a query gets: a method's answer, or why there is none.
 type Told = Result<(&'static Method, Bytes), Status>;
 
 impl Calls {

@@ -3,7 +3,7 @@
 //! Zenoh sends a reply on the thread that asks it to, and waits there for up to five seconds where the asker does not
 //! read; then it gives up that asker's connection. Who asks is not said with a query, so that one queue an asker
 //! cannot be. Instead each reply that waits has a thread, and there are as many threads as queries that
-//! are answered at one time: whoever does not read holds up its own replies and no others.
+//! are answered at one time: a client that does not read holds up its own replies and no others.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use std::time::Duration;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::Semaphore;
 
-/// A thread that nobody needs ends after this time.
+/// An idle thread ends after this time.
 const IDLE: Duration = Duration::from_secs(10);
 /// Sending goes through a few functions of Zenoh's, and needs no more.
 const STACK_BYTES: usize = 512 * 1024;

@@ -127,7 +127,7 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     targets.source = Some(handle.target_source(caller.as_ref()));
     handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;
     if let Some(caller) = caller {
-        // It is here, though nobody answers it.
+        // It is here, though it has no answer.
         drop(handle.begin_call(caller));
     }
     Ok(())

@@ -1,8 +1,8 @@
 //! Which session is the daemon of which name, as its token says, so that another's answers are not
 //! taken for the daemon's.
 //!
-//! A client stays with the session that it began with for as long as that one's token is there, whoever
-//! else says that it has the name. Once it is gone, the only one that has the name is the daemon, started again; and
+//! A client stays with the session that it began with for as long as that one's token is there, whichever other
+//! session says that it has the name. Once it is gone, the only one that has the name is the daemon, started again; and
 //! where there are several, none is taken.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -73,7 +73,7 @@ fn parsed<'w>(words: &[&'w str]) -> Result<Vec<f64>, &'w str> {
     words.iter().map(|word| word.parse().map_err(|_not_a_number| *word)).collect()
 }
 
-/// `$(optenv NAME 1 2 3)`: an environment variable of somebody else's machine,
+/// `$(optenv NAME 1 2 3)`: an environment variable of another machine,
 /// or a default.
 fn default_of_optenv(value: &str) -> Option<&str> {
     let inside = value.trim().strip_prefix("$(optenv")?.strip_suffix(')')?;

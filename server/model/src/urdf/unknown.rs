@@ -68,7 +68,7 @@ pub(super) fn attribute(
     if let Some(meant) = nearest(name, known) {
         return findings.warn(node, Ignored, format!("{message}; did you mean {meant}?"));
     }
-    // A name, type or value may be anybody's.
+    // A name, type or value may be untrusted.
     let is_common = ["name", "type", "value", "link", "joint"].contains(&name);
     let homes =
         if is_common { Vec::new() } else { homes(&|other| other.attributes.iter().any(|a| a.name == name)) };

@@ -69,6 +69,6 @@ fn names_are_looked_up_once_a_layout() {
     let mut selection = Selection::new(vec![select("left", &["slide"])]);
     selection.states(&publish(&simulation, 1)).unwrap();
     // Names that are there no longer: looking them up again would fail.
-    selection.wanted[0].robot = "nobody".into();
+    selection.wanted[0].robot = "missing".into();
     assert!(selection.states(&publish(&simulation, 2)).is_ok());
 }

@@ -1,4 +1,4 @@
-//! The pacer, told the time.
+//! The pacer, given the time.
 
 use super::*;
 

@@ -56,7 +56,7 @@ fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_orde
     let mut bench = with_long_steps(move |mailbox, interrupt| {
         attempts += 1;
         if attempts == 1 {
-            let calls = (0..100).map(|_| nothing()).chain([delete("nobody"), nothing()]);
+            let calls = (0..100).map(|_| nothing()).chain([delete("missing"), nothing()]);
             for command in calls {
                 let (reply, _answer) = oneshot::channel();
                 mailbox.post(Event::Command { command, reply }).unwrap();
@@ -79,7 +79,7 @@ fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_orde
 fn a_step_is_left_alone_for_a_time_before_it_is_interrupted() {
     let mut bench = with_long_steps(|mailbox, interrupt| {
         let (reply, _answer) = oneshot::channel();
-        mailbox.post(Event::Command { command: delete("nobody"), reply }).unwrap();
+        mailbox.post(Event::Command { command: delete("missing"), reply }).unwrap();
         !interrupt()
     });
     bench.turns(1);

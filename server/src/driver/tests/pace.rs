@@ -36,10 +36,10 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
     let (done, settings, in_force) = both.try_recv().unwrap().unwrap();
     assert_eq!((settings.time_step, in_force), (0.01, pace));
     assert!(done.sequence > 1);
-    let told: Vec<_> = bench.happened();
+    let seen: Vec<_> = bench.happened();
     let at = done.applied.at;
     assert_eq!(
-        told,
+        seen,
         [pace, free].map(|pace| Happened::PhysicsChanged { at, settings, pace }),
         "one event each, with the pace of its time"
     );

@@ -66,7 +66,7 @@ fn targets_that_come_with_steps_hold_before_the_first_and_are_answered_once() {
 #[test]
 fn steps_whose_targets_are_refused_are_not_done_nor_targets_whose_steps_are() {
     let mut bench = Bench::paused();
-    let answer = bench.steps_of("nobody", 2);
+    let answer = bench.steps_of("missing", 2);
     bench.turns(1);
     assert!(matches!(refusal(answer), CallError::World(_)));
     assert!(!bench.driver.steps.is_wanted());

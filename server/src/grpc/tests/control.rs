@@ -96,7 +96,7 @@ async fn a_reader_that_stalls_is_at_most_one_state_behind() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut controller = Controller::connect(&daemon).await;
     let first = controller.ask(credit()).await.states.unwrap();
-    // Its credit is answered with the first of these steps; then nobody reads.
+    // Its credit is answered with the first of these steps; then nothing is read.
     controller.send(credit()).await;
     daemon.handle.step(1000).await.unwrap();
     let stalled = controller.receive().await.states.unwrap();
@@ -136,10 +136,10 @@ async fn a_refusal_says_why_at_once_and_the_stream_goes_on() {
     assert!(refusal.message.starts_with("robots[0].joints[0].position.position (joint \"shoulder\") is NaN"));
     assert_eq!(target(&refused.states.unwrap()), 0.5, "the world is unchanged");
 
-    let nobody = v1::ControlRequest { robots: move_shoulder("nobody", 0.0), ..credit() };
-    let refusal = controller.ask(nobody).await.refusal.unwrap();
+    let missing = v1::ControlRequest { robots: move_shoulder("missing", 0.0), ..credit() };
+    let refusal = controller.ask(missing).await.refusal.unwrap();
     assert_eq!(refusal.reason(), v1::ErrorReason::RobotNotFound);
-    assert_eq!(refusal.metadata["robot"], "nobody");
+    assert_eq!(refusal.metadata["robot"], "missing");
 
     let beyond = v1::ControlRequest { limit_policy: v1::LimitPolicy::Refuse.into(), ..with_target(5.0) };
     let refusal = controller.ask(beyond).await.refusal.unwrap();

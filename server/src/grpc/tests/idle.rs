@@ -185,7 +185,7 @@ async fn a_client_that_reads_no_answer_is_idle_and_one_that_waits_for_it_is_not(
     drop(unread);
 }
 
-/// They are closed before anybody speaks.
+/// They are closed before either side sends.
 #[tokio::test]
 async fn connections_that_close_at_once_leave_nothing_behind() {
     let daemon = Daemon::start(RunState::Paused).await;

@@ -124,7 +124,7 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     assert!(left.into_inner().saved_states.is_empty());
 }
 
-/// A stranger knows the client's name, what it claims, and the id, which it may guess.
+/// An untrusted client knows the client's name, what it claims, and the id, which it may guess.
 #[tokio::test]
 async fn a_claims_secret_is_given_again_over_its_own_connection_alone() {
     let daemon = Daemon::start(RunState::Paused).await;
@@ -139,17 +139,17 @@ async fn a_claims_secret_is_given_again_over_its_own_connection_alone() {
     let again = joints.claim_joints(named("bench", request("x"))).await.unwrap().into_inner();
     assert_eq!(again, claimed);
     let endpoint = Endpoint::from_shared(format!("http://{}", daemon.address)).unwrap();
-    let mut stranger = JointServiceClient::new(endpoint.connect().await.unwrap());
-    let refused = stranger.claim_joints(named("bench", request("x"))).await.unwrap_err();
+    let mut untrusted = JointServiceClient::new(endpoint.connect().await.unwrap());
+    let refused = untrusted.claim_joints(named("bench", request("x"))).await.unwrap_err();
     assert_eq!(reason(&refused), "REQUEST_ID_REUSED");
     assert!(!format!("{refused:?}").contains(&claimed.claim));
-    let refused = stranger.claim_joints(Request::new(request("x"))).await.unwrap_err();
+    let refused = untrusted.claim_joints(Request::new(request("x"))).await.unwrap_err();
     assert_eq!(reason(&refused), "JOINT_CLAIMED");
     let refused = joints.claim_joints(named("bench", request("y"))).await.unwrap_err();
     assert_eq!(reason(&refused), "JOINT_CLAIMED");
 }
 
-/// Each refusal has a report of a megabyte or so, which nobody asks for again.
+/// Each refusal has a report of a megabyte or so, which is never asked for again.
 #[tokio::test]
 async fn refused_robots_are_remembered_by_their_refusal_and_not_by_their_report() {
     let daemon = Daemon::start(RunState::Paused).await;
@@ -158,7 +158,7 @@ async fn refused_robots_are_remembered_by_their_refusal_and_not_by_their_report(
     for number in 0..1000 {
         urdf += &format!("<visual><geometry><mesh filename='package://r/{number}.stl'/></geometry></visual>");
     }
-    urdf += "</link><joint name='j' type='fixed'><parent link='a'/><child link='nobody'/></joint></robot>";
+    urdf += "</link><joint name='j' type='fixed'><parent link='a'/><child link='missing'/></joint></robot>";
     for number in 0..20 {
         let source = v1::DescriptionSource {
             source: Some(v1::description_source::Source::Urdf(urdf.clone().into_bytes())),

@@ -54,8 +54,8 @@ async fn joints_can_be_listed_set_and_read() {
     assert_eq!(states.robots[0].mode, [v1::JointMode::Position as i32]);
     assert_eq!(states.robots[0].layout_version, layout.layout_version);
 
-    let nobody = v1::GetJointLayoutRequest { robot: "nobody".into() };
-    let refused = joints.get_joint_layout(nobody).await.unwrap_err();
+    let missing = v1::GetJointLayoutRequest { robot: "missing".into() };
+    let refused = joints.get_joint_layout(missing).await.unwrap_err();
     assert_eq!((refused.code(), reason(&refused).as_str()), (Code::NotFound, "ROBOT_NOT_FOUND"));
 }
 
@@ -142,8 +142,8 @@ async fn a_watcher_never_sees_a_state_twice() {
         states.take(20).map(|answer| sequence(&answer.unwrap().states.unwrap())).collect().await;
     assert!(seen.windows(2).all(|pair| pair[0] < pair[1]), "{seen:?}");
 
-    let nobody = v1::JointSelection { robot: "nobody".into(), joints: Vec::new() };
-    let request = v1::WatchJointStatesRequest { selections: vec![nobody], rate: 0.0 };
+    let missing = v1::JointSelection { robot: "missing".into(), joints: Vec::new() };
+    let request = v1::WatchJointStatesRequest { selections: vec![missing], rate: 0.0 };
     let refused = daemon.joints().watch_joint_states(request).await.unwrap_err();
     assert_eq!(reason(&refused), "ROBOT_NOT_FOUND");
 }
@@ -243,7 +243,7 @@ async fn health_and_schema_can_be_asked_for() {
         let answer = health.check(HealthCheckRequest { service: service.clone() }).await;
         assert_eq!(answer.unwrap().into_inner().status(), ServingStatus::Serving, "{service}");
     }
-    for service in ["nobody", "JointService", "simd.v1.", "simd.v1.Nobody"] {
+    for service in ["missing", "JointService", "simd.v1.", "simd.v1.Missing"] {
         let unknown = health.check(HealthCheckRequest { service: service.into() }).await.unwrap_err();
         assert_eq!(unknown.code(), Code::NotFound);
     }

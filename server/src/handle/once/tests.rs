@@ -116,7 +116,7 @@ async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_oth
         let other = IdentifiedRequest { peer, ..secret() };
         assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("secret"));
     }
-    // Where nobody can be told from another, nobody gets it.
+    // Where callers cannot be distinguished, none gets it.
     let answers = AnswerCache::default();
     let unknown = || IdentifiedRequest { peer: None, ..secret() };
     answers.give(unknown(), &count).await;

@@ -1,4 +1,4 @@
-//! Uploads in parts, told the time.
+//! Uploads in parts, given the time.
 
 use super::*;
 

@@ -171,9 +171,6 @@ fn a_free_root_falls_as_the_discrete_formula_says() {
     assert!((z + 9.81 * 1e-6 * 1000.0 * 1001.0 / 2.0).abs() < 1e-12, "{z}");
 }
 
-/// A step of 1 ms over the arm's inertia about its joint, kg m^2: that of its centre and Steiner's part.
-const GAIN: f64 = 1e-3 / (0.0032199 + 0.19992 * 0.16597 * 0.16597);
-
 /// Claims are agreements between clients: a restored state neither ends one nor brings one back.
 #[test]
 fn a_restored_state_leaves_claims_as_they_are() {
