@@ -19,7 +19,7 @@ const REFUSED: u8 = 64;
 /// Writes the error to stderr and gives the code to exit with.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     if is_closed_pipe(error) {
-        // Whoever read has read enough: `simctl joint watch arm | head`.
+        // The reader has read enough: `simctl joint watch arm | head`.
         return ExitCode::SUCCESS;
     }
     let mut stderr = io::stderr().lock();

@@ -87,7 +87,7 @@ pub enum ConfigError {
     File(String),
     /// Nothing: help or the version was asked for, and this is it.
     #[error("{0}")]
-    Shown(String),
+    HelpOrVersion(String),
 }
 
 impl Default for Config {

@@ -255,7 +255,7 @@ fn viewer(address: SocketAddr) -> String {
 fn announce(text: String) -> std::io::Result<()> {
     std::thread::Builder::new().name("simd-stdout".into()).spawn(move || {
         let mut stdout = std::io::stdout().lock();
-        // Whoever closed stdout does not want the lines.
+        // Where stdout is closed, the lines are not wanted.
         let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
     })?;
     Ok(())

@@ -134,7 +134,7 @@ fn run<W: World>(mut driver: Driver<W>) {
         ending.fail(&failure);
         tracing::error!(%failure, "the physics thread panicked; the daemon ends");
     }
-    // Whoever waits finds the reason.
+    // Waiting callers find the reason.
     ending.end();
     drop((inbox, steps));
 }

@@ -21,8 +21,6 @@ pub mod grpc;
 pub mod handle;
 pub mod http;
 mod info;
-#[cfg(test)]
-mod layers;
 pub mod loading;
 pub mod log;
 mod run_state;

@@ -34,7 +34,7 @@ use tokio::time::Instant;
 
 pub(crate) use progress::Reporter;
 pub use progress::{Phase, Progress};
-pub(crate) use reading::{Made, Making, Origin, summary};
+pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, summary};
 pub use source::{AssetState, Prepared, Source, Validated};
 
 use crate::call_error::CallError;
@@ -46,24 +46,24 @@ use reading::Used;
 use store::Store;
 
 /// Descriptions that are read at one time: the physics thread wants a core too.
-const TURNS: usize = 2;
+const CONCURRENT_READS: usize = 2;
 /// Descriptions that are read or wait for it.
-const SEATS: usize = 64;
+const QUEUED_READS: usize = 64;
 
 /// Keeps uploads and knows where robots came from.
 #[derive(Debug)]
 pub(crate) struct Loader {
     limits: DaemonLimits,
     roots: Roots,
-    turns: Arc<Semaphore>,
-    seats: Arc<Semaphore>,
+    read_permits: Arc<Semaphore>,
+    queue_slots: Arc<Semaphore>,
     decoded: Arc<Decoded>,
     /// Held for a look or a change, never while something is read or hashed.
-    shelf: Mutex<Shelf>,
+    cache: Mutex<Cache>,
 }
 
 #[derive(Debug)]
-struct Shelf {
+struct Cache {
     store: Store,
     partials: Partials,
     known: Vec<Known>,
@@ -90,7 +90,7 @@ impl Loader {
         limits: DaemonLimits,
         asset_roots: &[PathBuf],
     ) -> Result<Self, (PathBuf, std::io::Error)> {
-        let shelf = Shelf {
+        let cache = Cache {
             store: Store::new(limits.upload_store_bytes),
             partials: Partials::default(),
             known: Vec::new(),
@@ -98,19 +98,19 @@ impl Loader {
         Ok(Self {
             limits,
             roots: Roots::new(asset_roots)?,
-            turns: Arc::new(Semaphore::new(TURNS)),
-            seats: Arc::new(Semaphore::new(SEATS)),
+            read_permits: Arc::new(Semaphore::new(CONCURRENT_READS)),
+            queue_slots: Arc::new(Semaphore::new(QUEUED_READS)),
             decoded: Arc::new(Decoded::new(limits.decoded_bytes)),
-            shelf: Mutex::new(shelf),
+            cache: Mutex::new(cache),
         })
     }
 
-    fn lock(&self) -> MutexGuard<'_, Shelf> {
-        self.shelf.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Cache> {
+        self.cache.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn making(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> Making {
-        Making { options: ReadOptions { scale, strict, limits: self.limits.reading }, mesh_shapes }
+    pub(crate) fn load_options(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> LoadOptions {
+        LoadOptions { read: ReadOptions { scale, strict, limits: self.limits.reading }, mesh_shapes }
     }
 
     fn check_description(&self, bytes: usize) -> Result<(), CallError> {
@@ -127,7 +127,7 @@ impl Loader {
         model: &Arc<RobotModel>,
         used: Used,
         origin: Origin,
-        making: Making,
+        options: LoadOptions,
     ) -> Result<(), CallError> {
         let Used { description, urdf, files, uris } = used;
         let kept = |mut assets: BTreeMap<String, Sha256>, mut missing: BTreeMap<String, Vec<String>>| {
@@ -145,45 +145,45 @@ impl Loader {
             }
             Origin::BelowRoot(_) | Origin::Operator(_) => origin,
         };
-        let mut shelf = self.lock();
-        shelf.forget_the_dead();
+        let mut cache = self.lock();
+        cache.release_unused();
         let mut pinned = Vec::with_capacity(files.len() + 1);
         for (sha256, bytes) in std::iter::once((description, urdf)).chain(files) {
-            if let Err(full) = shelf.store.insert(sha256, bytes) {
-                shelf.store.unpin(&pinned);
+            if let Err(full) = cache.store.insert(sha256, bytes) {
+                cache.store.unpin(&pinned);
                 return Err(full);
             }
             // At once, lest the next one takes its room.
-            shelf.store.pin(&[sha256]);
+            cache.store.pin(&[sha256]);
             pinned.push(sha256);
         }
-        let Making { options: ReadOptions { scale, .. }, mesh_shapes } = making;
+        let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes } = options;
         let model = Arc::downgrade(model);
-        shelf.known.push(Known { model, origin, description, scale, mesh_shapes, pinned });
+        cache.known.push(Known { model, origin, description, scale, mesh_shapes, pinned });
         Ok(())
     }
 
     fn insert(&self, sha256: Sha256, bytes: Arc<[u8]>) -> Result<(), CallError> {
-        let mut shelf = self.lock();
-        shelf.forget_the_dead();
-        shelf.store.insert(sha256, bytes)
+        let mut cache = self.lock();
+        cache.release_unused();
+        cache.store.insert(sha256, bytes)
     }
 
     /// Drops what is unused: uploads that were abandoned, files that no robot uses, and what
     /// belonged to robots that are gone.
     pub(crate) fn tidy(&self, now: Instant) {
-        let mut shelf = self.lock();
-        shelf.forget_the_dead();
-        shelf.partials.forget_abandoned(now);
-        shelf.store.forget_unused(now);
-        drop(shelf);
+        let mut cache = self.lock();
+        cache.release_unused();
+        cache.partials.forget_abandoned(now);
+        cache.store.forget_unused(now);
+        drop(cache);
         self.decoded.tidy();
     }
 
     /// Bytes of all files and of what is kept with robots and uploads.
     #[cfg(test)]
     pub(crate) fn held(&self) -> usize {
-        let shelf = self.lock();
+        let cache = self.lock();
         let of_origin = |known: &Known| match &known.origin {
             Origin::Kept { assets, missing, .. } => {
                 let places = missing.values().flatten().map(String::len).sum::<usize>();
@@ -191,20 +191,20 @@ impl Loader {
             }
             _ => 0,
         };
-        let known: usize = shelf.known.iter().map(|it| size_of::<Known>() + of_origin(it)).sum();
-        shelf.store.bytes() as usize + shelf.partials.bytes() + known
+        let known: usize = cache.known.iter().map(|it| size_of::<Known>() + of_origin(it)).sum();
+        cache.store.bytes() as usize + cache.partials.bytes() + known
     }
 
     pub(crate) fn with_known<T>(&self, model: &Arc<RobotModel>, look: impl FnOnce(&Known) -> T) -> Option<T> {
-        let shelf = self.lock();
+        let cache = self.lock();
         let model = Arc::as_ptr(model);
-        shelf.known.iter().find(|known| std::ptr::eq(known.model.as_ptr(), model)).map(look)
+        cache.known.iter().find(|known| std::ptr::eq(known.model.as_ptr(), model)).map(look)
     }
 }
 
-impl Shelf {
-    /// Lets go of the files of models that are no more.
-    fn forget_the_dead(&mut self) {
+impl Cache {
+    /// Releases the files of models that are gone.
+    fn release_unused(&mut self) {
         let Self { store, known, .. } = self;
         known.retain(|known| {
             let lives = known.model.strong_count() > 0;

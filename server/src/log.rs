@@ -1,6 +1,6 @@
 //! The log: lines wait in a bounded buffer, and a thread of its own writes them to stderr.
 //!
-//! Whoever reads a log may be gone, its disk may be full, and a pipe or a stopped terminal takes
+//! The reader of a log may be gone, its disk may be full, and a pipe or a stopped terminal takes
 //! nothing for as long as it likes. None of that may block, slow or fail the caller. So a line that
 //! finds no room, or that cannot be written, is counted and lost, and the count is written as soon as
 //! something can be written again.

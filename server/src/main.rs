@@ -44,7 +44,7 @@ fn main() -> ExitCode {
 fn run(log: &Log) -> ExitCode {
     let config = match Config::from_args(std::env::args_os()) {
         Ok(config) => config,
-        Err(ConfigError::Shown(text)) => {
+        Err(ConfigError::HelpOrVersion(text)) => {
             let _ = write!(std::io::stdout(), "{text}");
             return ExitCode::SUCCESS;
         }

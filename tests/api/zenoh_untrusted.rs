@@ -60,6 +60,14 @@ impl Untrusted {
             asked.lock().unwrap().push(Heard { key, is_query: true, payload, attachment });
         });
         queryable.background().await.unwrap();
+        // What it declared takes its time to reach the others.
+        let is_asked = || heard.lock().unwrap().iter().any(|heard: &Heard| heard.is_query);
+        let ask = async {
+            while !is_asked() {
+                daemon.client.joint_layout("arm").await.unwrap();
+            }
+        };
+        soon("the first query that it hears", ask).await;
         Self { session, heard }
     }
 

@@ -1,6 +1,8 @@
 //! What the documents name must exist.
 #![cfg(test)]
 
+mod layers;
+
 use std::path::{Path, PathBuf};
 
 fn root() -> PathBuf {

@@ -1,4 +1,4 @@
-//! Robots and commands that nobody would write, from a seed.
+//! Robots and commands that no person would write, from a seed.
 
 use fastrand::Rng;
 use glamx::{DMat3, DPose3, DQuat, DVec3};
@@ -116,7 +116,7 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
         1 => f64::INFINITY,
         _ => wild(rng, 1e-3, 1e2),
     };
-    let robot = if rng.u8(0..12) == 0 { "nobody" } else { robot }.to_owned();
+    let robot = if rng.u8(0..12) == 0 { "missing" } else { robot }.to_owned();
     let gain = |rng: &mut Rng| rng.bool().then(|| wild(rng, 1e-2, 1e6).abs());
     let target = match rng.u8(0..5) {
         0 => Target::Position {

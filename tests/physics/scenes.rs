@@ -11,7 +11,7 @@ use serde::Deserialize;
 use simd_tests::contact_figures::Figures;
 use simd_tests::contact_scene::{Run, Scene, View};
 
-/// Less than this nobody would see, metres. simd itself leaves 0.02 mm of overlap alone.
+/// Less than this cannot be seen, metres. simd itself leaves 0.02 mm of overlap alone.
 const SEEN: f64 = 1e-4;
 
 /// Steps from view to view, as MuJoCo's figures were taken.

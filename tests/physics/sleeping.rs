@@ -161,7 +161,7 @@ fn a_joint_of_a_sleeping_robot_carries_what_hangs_on_it() {
     }
 }
 
-/// Forces are told of the last step, and it was as long as it was.
+/// Forces are those of the last step, with the length that it had.
 #[test]
 fn another_time_step_does_not_change_the_forces_of_the_last_step() {
     let mut world = sleeper(1e-3, 4);

@@ -38,7 +38,7 @@ pub(crate) async fn run(command: Server, client: &Client, output: Output) -> any
         Server::Ping { count, interval } => {
             tokio::select! {
                 done = ping(client, output, count, Duration::from_millis(interval)) => done,
-                // Whoever stops a ping has seen enough of it.
+                // A ping that is interrupted is no failure.
                 _ = tokio::signal::ctrl_c() => Ok(()),
             }
         }

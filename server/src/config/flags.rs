@@ -132,7 +132,9 @@ Exit codes:
 impl Flags {
     pub(super) fn read(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
         Self::try_parse_from(args).map_err(|error| match error.kind() {
-            ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => ConfigError::Shown(error.to_string()),
+            ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+                ConfigError::HelpOrVersion(error.to_string())
+            }
             _ => ConfigError::Usage(sentence(&error.to_string())),
         })
     }

@@ -150,7 +150,7 @@ fn a_file_that_is_not_there_is_a_mistake_of_the_file() {
 
 #[test]
 fn the_help_shows_the_file_and_the_exit_codes() {
-    let Err(ConfigError::Shown(help)) = args("--help") else { panic!() };
+    let Err(ConfigError::HelpOrVersion(help)) = args("--help") else { panic!() };
     assert!(help.contains("[[robots]]") && help.contains("Exit codes:"));
     let (_, example) = help.split_once("):\n").unwrap();
     let (example, _) = example.split_once("Exit codes").unwrap();

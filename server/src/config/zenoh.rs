@@ -11,7 +11,7 @@ use simd_proto::keys::DEFAULT_LOCATOR;
 
 /// Messages above this are refused before they are read, so that an untrusted client cannot fill the memory.
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
-/// Whoever says nothing for so long is gone: then its queries and its token end.
+/// A session that says nothing for so long is taken for gone: its queries and its token end.
 const LEASE_MS: u64 = 5_000;
 /// How long a client that connects may take to open a session, and how many may be about to: more are closed at
 /// once, so that silent connections keep others out for no longer than that. Zenoh takes all of them, from wherever

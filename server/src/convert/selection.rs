@@ -30,7 +30,7 @@ struct Found {
     values: Values,
 }
 
-/// Where values lie in the arrays of a snapshot.
+/// Where values lie in the arrays of a published state.
 #[derive(Debug)]
 enum Values {
     /// All of the robot's.

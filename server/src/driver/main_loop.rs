@@ -125,7 +125,7 @@ impl<W: World> Driver<W> {
             Command::RestoreState { .. } => self.steps.supersede("a restored state"),
             _ => {}
         }
-        // Whoever sent it and reads after its answer sees it. Where the world plays, the values of targets and
+        // Its sender sees it in what it reads after the answer. Where the world plays, the values of targets and
         // wrenches are shown by the next step, in which they act: they may come with every step.
         let is_shown_by_next_step = matches!(
             (command, &applied.reply),

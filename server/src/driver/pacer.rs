@@ -10,7 +10,7 @@ const REPORT_INTERVAL: Duration = Duration::from_secs(1);
 ///
 /// The deadline of step `n` is `anchor + n * period`: it does not depend on when
 /// the steps before it were done, so errors of single wake-ups do not add up.
-/// Whoever is late does the steps that are due without waiting, be it because a
+/// After a delay, the steps that are due are done without waiting, be it because a
 /// step took long or because the period is shorter than the system's timer can
 /// tell. Lag beyond a limit is dropped, counted, and never repaid.
 #[derive(Debug)]

@@ -57,7 +57,7 @@ impl Bench {
         self.post(|reply| Event::SetState { state, reply })
     }
 
-    fn turns(&mut self, count: u32) {
+    fn iterations(&mut self, count: u32) {
         for _ in 0..count {
             assert!(self.driver.turn().is_continue());
         }

@@ -25,7 +25,7 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Refusals are logged no more often.
 const LOG: Duration = Duration::from_secs(1);
 
-/// Whoever has a share of the connections.
+/// A peer that has a share of the connections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Address {
     /// 127.0.0.1 or ::1, for which some are reserved. Other loopback addresses are no program's default.
@@ -89,7 +89,7 @@ pub(super) struct Place {
     /// No other connection has it.
     pub(super) number: u64,
     pub(super) activity: Arc<Activity>,
-    /// Whoever serves the connection lets it end then.
+    /// The task that serves the connection ends it then.
     pub(super) end: CancellationToken,
     /// The connection ends at once then, and it is set when it has ended.
     pub(super) cut: CancellationToken,

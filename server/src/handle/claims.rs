@@ -33,7 +33,7 @@ pub(super) struct Leases {
 
 #[derive(Debug)]
 struct Lease {
-    /// Whoever has it may set the joints.
+    /// A caller that has it may set the joints.
     secret: Arc<str>,
     /// Of the last proof that was taken; another must have a larger one.
     counter: u64,

@@ -15,7 +15,9 @@ use tokio::sync::watch;
 
 use super::{CallError, SimHandle};
 use crate::driver::Done;
-use crate::loading::{Made, Making, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, summary};
+use crate::loading::{
+    LoadOptions, LoadedRobot, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, summary,
+};
 
 /// A robot to bring in.
 #[derive(Clone, Debug)]
@@ -148,8 +150,8 @@ impl SimHandle {
         reporter: Reporter,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, mesh_shapes, .. } = &request;
-        let making = self.loader().making(*scale, *strict, *mesh_shapes);
-        let Made { model, shapes, report } = self.make(origin, making, reporter.clone()).await?;
+        let options = self.loader().load_options(*scale, *strict, *mesh_shapes);
+        let LoadedRobot { model, shapes, report } = self.load(origin, options, reporter.clone()).await?;
         let summary = summary(&model, &report);
         let name = wire_name(if name.is_empty() { &model.name } else { name });
         let spawn = Spawn {
@@ -206,8 +208,8 @@ impl SimHandle {
                 }
             }
         };
-        let making = self.loader().making(scale, strict, mesh_shapes);
-        let Made { model, shapes, report } = self.make(origin, making, Reporter::default()).await?;
+        let options = self.loader().load_options(scale, strict, mesh_shapes);
+        let LoadedRobot { model, shapes, report } = self.load(origin, options, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
@@ -283,12 +285,12 @@ impl SimHandle {
     }
 
     /// See [`Loader::make`](crate::loading::Loader::make).
-    pub(crate) async fn make(
+    pub(crate) async fn load(
         &self,
         origin: Origin,
-        making: Making,
+        options: LoadOptions,
         reporter: Reporter,
-    ) -> Result<Made, CallError> {
-        self.loader().make(origin, making, reporter).await
+    ) -> Result<LoadedRobot, CallError> {
+        self.loader().load(origin, options, reporter).await
     }
 }

@@ -46,8 +46,8 @@ impl From<Source> for Origin {
 
 /// How a robot is made from its description.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Making {
-    pub(super) options: ReadOptions,
+pub(crate) struct LoadOptions {
+    pub(super) read: ReadOptions,
     pub(super) mesh_shapes: MeshShapes,
 }
 
@@ -56,12 +56,12 @@ pub(crate) struct Making {
 pub(super) struct Reading {
     pub(super) used: Used,
     /// The robot, or why there is none.
-    pub(super) outcome: Result<Made, Refused>,
+    pub(super) outcome: Result<LoadedRobot, Refused>,
 }
 
 /// A robot that can be spawned.
 #[derive(Debug)]
-pub(crate) struct Made {
+pub(crate) struct LoadedRobot {
     pub(crate) model: Arc<RobotModel>,
     /// Made here, because hulls of large meshes take long.
     pub(crate) shapes: Arc<Shapes>,
@@ -117,14 +117,14 @@ impl Loader {
     pub(super) async fn read(
         &self,
         origin: &Origin,
-        making: Making,
+        options: LoadOptions,
         reporter: Reporter,
     ) -> Result<Reading, CallError> {
         // Not written as two comparisons: NaN is outside too.
-        if !(f64::MIN_POSITIVE..=1000.0).contains(&making.options.scale) {
+        if !(f64::MIN_POSITIVE..=1000.0).contains(&options.read.scale) {
             return Err(CallError::InvalidValue {
                 element: "scale".into(),
-                value: making.options.scale.to_string(),
+                value: options.read.scale.to_string(),
                 expected: "it must be above 0 and at most 1000".into(),
             });
         }
@@ -160,14 +160,14 @@ impl Loader {
             };
             match material {
                 Material::Sent { urdf, files } => {
-                    let outcome = read(&urdf, &files, &making, &decoded, &reporter)?;
+                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
                     let (files, uris) = files.into_used();
                     Ok(Reading::new(urdf, files, uris, outcome))
                 }
                 Material::Disk(place) => {
                     let urdf = read_file(&place.urdf, limits.description_bytes)?;
                     let files = DiskAssets::new(&place, limits.asset_bytes);
-                    let outcome = read(&urdf, &files, &making, &decoded, &reporter)?;
+                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
                     Ok(Reading::new(urdf, files.into_files(), BTreeSet::new(), outcome))
                 }
             }
@@ -177,33 +177,33 @@ impl Loader {
 
     /// The kept files of an upload.
     fn gather(&self, assets: &BTreeMap<String, Sha256>) -> Result<BTreeMap<String, Asset>, CallError> {
-        let mut shelf = self.lock();
-        let found = assets.iter().map(|(uri, sha256)| match shelf.store.get(sha256) {
+        let mut cache = self.lock();
+        let found = assets.iter().map(|(uri, sha256)| match cache.store.get(sha256) {
             Some(bytes) => Ok((uri.clone(), Asset { sha256: *sha256, bytes })),
             None => Err(CallError::AssetNotUploaded { uri: uri.clone(), sha256: sha256.to_string() }),
         });
         found.collect()
     }
 
-    /// Does work that takes long, when it is its turn. Whoever waits too long is refused.
-    /// The work, which is bounded, ends all the same, and its turn with it.
+    /// Does work that takes long, when it is its turn. A caller that waits too long is refused.
+    /// The work, which is bounded, ends all the same, and its permit with it.
     pub(crate) async fn off_thread<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, CallError> {
-        let Ok(seat) = self.seats.clone().try_acquire_owned() else {
+        let Ok(slot) = self.queue_slots.clone().try_acquire_owned() else {
             return Err(CallError::LimitExceeded {
                 what: "the number of descriptions and files that wait to be read".into(),
-                value: super::SEATS as u64 + 1,
-                limit: super::SEATS as u64,
+                value: super::QUEUED_READS as u64 + 1,
+                limit: super::QUEUED_READS as u64,
             });
         };
-        let turns = self.turns.clone();
+        let read_permits = self.read_permits.clone();
         let done = async move {
-            let turn = turns.acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
+            let permit = read_permits.acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
             let done = tokio::task::spawn_blocking(move || {
                 let done = work();
-                drop((seat, turn));
+                drop((slot, permit));
                 done
             });
             done.await.map_err(|error| match error.try_into_panic() {
@@ -227,7 +227,7 @@ impl Reading {
         urdf: Arc<[u8]>,
         files: BTreeMap<Sha256, Arc<[u8]>>,
         uris: BTreeSet<String>,
-        outcome: Result<Made, Refused>,
+        outcome: Result<LoadedRobot, Refused>,
     ) -> Self {
         Self { used: Used { description: Sha256::of(&urdf), urdf, files, uris }, outcome }
     }
@@ -240,21 +240,21 @@ impl Reading {
 fn read(
     urdf: &[u8],
     files: &dyn Assets,
-    making: &Making,
+    options: &LoadOptions,
     decoded: &Decoded,
     reporter: &Reporter,
-) -> Result<Result<Made, Refused>, CallError> {
-    // Whoever does not listen does not pay for the count.
-    let described = reporter.is_heard().then(|| simd_model::describe(urdf, &making.options.limits));
+) -> Result<Result<LoadedRobot, Refused>, CallError> {
+    // The count is for those that listen for progress only.
+    let described = reporter.is_heard().then(|| simd_model::describe(urdf, &options.read.limits));
     let total = described.and_then(Result::ok).map_or(0, |described| described.asset_uris.len());
     let files = Decoding::new(decoded, files);
-    let outcome = simd_model::read(urdf, &reporter.counting(&files, total), &making.options);
+    let outcome = simd_model::read(urdf, &reporter.counting(&files, total), &options.read);
     files.check()?;
     Ok(outcome.map(|(model, report)| {
         reporter.say(Phase::Hulls);
-        let shapes = Arc::new(Shapes::reusing(&model, making.mesh_shapes, &decoded.shapes()));
+        let shapes = Arc::new(Shapes::reusing(&model, options.mesh_shapes, &decoded.shapes()));
         decoded.remember(&shapes);
-        Made { model: Arc::new(model), shapes, report }
+        LoadedRobot { model: Arc::new(model), shapes, report }
     }))
 }
 

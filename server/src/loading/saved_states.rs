@@ -11,7 +11,7 @@ use simd_model::{Asset, RobotModel};
 
 use super::Loader;
 use super::progress::Reporter;
-use super::reading::{Made, Origin};
+use super::reading::{LoadedRobot, Origin};
 use super::saved_state_file::{Content, Opened, Recipe, SavedRobot, invalid, open, seal};
 use crate::convert::field::Path;
 use crate::handle::{CallError, SimHandle};
@@ -60,7 +60,7 @@ impl SimHandle {
         for SavedRobot { recipe, state, .. } in &content.robots {
             let one = match known.get(recipe) {
                 Some(one) => one.clone(),
-                None => self.make_again(recipe, &files, &state.entity.name).await?,
+                None => self.load_again(recipe, &files, &state.entity.name).await?,
             };
             known.insert(recipe, one.clone());
             made.push(one);
@@ -76,7 +76,7 @@ impl SimHandle {
         }
     }
 
-    async fn make_again(&self, recipe: &Recipe, files: &Files, robot: &str) -> Result<RobotParts, CallError> {
+    async fn load_again(&self, recipe: &Recipe, files: &Files, robot: &str) -> Result<RobotParts, CallError> {
         let of_robot =
             || format!("robot {:?} of the saved state", robot.chars().take(80).collect::<String>());
         let find = |sha256: &Sha256| {
@@ -89,10 +89,10 @@ impl SimHandle {
             .iter()
             .map(|(uri, sha256)| Ok((uri.clone(), Asset { sha256: *sha256, bytes: find(sha256)? })));
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
-        let making = self.loader().making(f64::from_bits(recipe.scale), false, recipe.mesh_shapes);
-        let made = self.make(origin, making, Reporter::default()).await;
+        let options = self.loader().load_options(f64::from_bits(recipe.scale), false, recipe.mesh_shapes);
+        let made = self.load(origin, options, Reporter::default()).await;
         match made {
-            Ok(Made { model, shapes, report: _ }) => Ok((model, shapes)),
+            Ok(LoadedRobot { model, shapes, report: _ }) => Ok((model, shapes)),
             Err(error @ (CallError::InvalidDescription { .. } | CallError::InvalidValue { .. })) => {
                 Err(invalid(format!("{} cannot be read: {error}", of_robot())))
             }

@@ -12,7 +12,7 @@ use tokio::time::Instant;
 use super::Loader;
 use super::partial;
 use super::progress::Reporter;
-use super::reading::{Made, Making, Origin, Reading, summary};
+use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, summary};
 use super::source::{AssetState, Prepared, Source, Validated};
 use crate::call_error::CallError;
 
@@ -36,11 +36,11 @@ impl Loader {
             .await?;
         let described = described.map_err(refused)?;
         self.insert(description, urdf)?;
-        let shelf = self.lock();
+        let cache = self.lock();
         let state = |uri: String| {
             let state = match assets.get(&uri) {
                 None => AssetState::Unresolved,
-                Some(sha256) if shelf.store.contains(sha256) => AssetState::Present,
+                Some(sha256) if cache.store.contains(sha256) => AssetState::Present,
                 Some(_) => AssetState::Lacking,
             };
             (uri, state)
@@ -68,8 +68,8 @@ impl Loader {
         }
         let bytes = loop {
             let checked = {
-                let mut shelf = self.lock();
-                if let Some(kept) = shelf.store.get(&sha256) {
+                let mut cache = self.lock();
+                if let Some(kept) = cache.store.get(&sha256) {
                     let there = kept.len() as u64;
                     if there == total {
                         return Ok(there);
@@ -77,12 +77,12 @@ impl Loader {
                     let message = format!("the file {sha256} has {there} bytes, not {total}");
                     return Err(CallError::UploadMismatch { message });
                 }
-                match shelf.store.checking(&sha256) {
+                match cache.store.checking(&sha256) {
                     Some(checked) => checked,
-                    None => match shelf.partials.append(sha256, total, offset, &data, Instant::now())? {
+                    None => match cache.partials.append(sha256, total, offset, &data, Instant::now())? {
                         partial::Progress::Received(received) => return Ok(received),
                         partial::Progress::Complete(bytes) => {
-                            shelf.store.begin_check(sha256);
+                            cache.store.begin_check(sha256);
                             break bytes;
                         }
                     },
@@ -112,11 +112,11 @@ impl Loader {
     /// # Errors
     /// Where its bytes cannot be had.
     pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let making = self.making(scale, false, MeshShapes::Hull);
-        let reading = self.read(&source.into(), making, Reporter::default()).await?;
+        let options = self.load_options(scale, false, MeshShapes::Hull);
+        let reading = self.read(&source.into(), options, Reporter::default()).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {
-            Ok(Made { model, report, .. }) => {
+            Ok(LoadedRobot { model, report, .. }) => {
                 Validated { summary: summary(&model, &report), report, model: Some(model), description }
             }
             Err(refused) => Validated {
@@ -137,7 +137,7 @@ impl Loader {
     /// `None` where no robot uses it.
     ///
     /// # Errors
-    /// Where too much waits for its turn already.
+    /// Where too much waits for a permit already.
     pub(crate) async fn with_mesh<T: Send + 'static>(
         &self,
         sha256: &Sha256,
@@ -164,15 +164,15 @@ impl Loader {
     ///
     /// # Errors
     /// Where its bytes cannot be had, and where they are no robot.
-    pub(crate) async fn make(
+    pub(crate) async fn load(
         &self,
         origin: Origin,
-        making: Making,
+        options: LoadOptions,
         reporter: Reporter,
-    ) -> Result<Made, CallError> {
-        let Reading { used, outcome } = self.read(&origin, making, reporter).await?;
+    ) -> Result<LoadedRobot, CallError> {
+        let Reading { used, outcome } = self.read(&origin, options, reporter).await?;
         let made = outcome.map_err(refused)?;
-        self.keep(&made.model, used, origin, making)?;
+        self.keep(&made.model, used, origin, options)?;
         Ok(made)
     }
 }

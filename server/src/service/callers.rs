@@ -18,7 +18,7 @@ use crate::handle::{Caller, Peer, Transport, UnderWay};
 
 /// A service whose callers are noted.
 #[derive(Clone, Debug)]
-pub struct Noted<S> {
+pub struct RecordCaller<S> {
     /// What is called.
     pub service: S,
     /// Where it is noted.
@@ -27,11 +27,11 @@ pub struct Noted<S> {
     pub transport: Transport,
 }
 
-impl<S: NamedService> NamedService for Noted<S> {
+impl<S: NamedService> NamedService for RecordCaller<S> {
     const NAME: &'static str = S::NAME;
 }
 
-impl<S> Service<Request<Body>> for Noted<S>
+impl<S> Service<Request<Body>> for RecordCaller<S>
 where
     S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
     S::Future: Unpin,
@@ -58,7 +58,7 @@ where
     }
 }
 
-/// The answer of a [`Noted`] service.
+/// The answer of a [`RecordCaller`] service.
 #[derive(Debug)]
 pub struct Answer<F> {
     answer: F,

@@ -33,8 +33,8 @@ pub mod version;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use simd_core::simulation::joint_status::JointStatus;
 use simd_core::simulation::published_state::EntityLayout;
-use simd_core::simulation::robot_settings::JointStatus;
 use simd_proto::v1::client_service_server::ClientServiceServer;
 use simd_proto::v1::contact_service_server::ContactServiceServer;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
@@ -47,8 +47,8 @@ use tokio_stream::Stream;
 use tonic::Status;
 use tonic::service::Routes;
 
-use self::callers::Noted;
-use self::transport::Reasoned;
+use self::callers::RecordCaller;
+use self::transport::ExplainRefusals;
 use self::version::Versioned;
 use crate::SimHandle;
 use crate::handle::{CallError, Published, Transport};
@@ -91,8 +91,12 @@ struct Checked<'h> {
 
 impl Checked<'_> {
     /// For clients of a fitting version, which are noted, and with a reason for each refusal.
-    fn service<S>(&self, service: S) -> Versioned<Reasoned<Noted<S>>> {
-        Versioned(Reasoned(Noted { service, handle: self.handle.clone(), transport: self.transport }))
+    fn service<S>(&self, service: S) -> Versioned<ExplainRefusals<RecordCaller<S>>> {
+        Versioned(ExplainRefusals(RecordCaller {
+            service,
+            handle: self.handle.clone(),
+            transport: self.transport,
+        }))
     }
 }
 

@@ -17,13 +17,13 @@ use super::status::Explained;
 
 /// A service whose refusals all have a reason.
 #[derive(Clone, Debug)]
-pub struct Reasoned<S>(pub S);
+pub struct ExplainRefusals<S>(pub S);
 
-impl<S: NamedService> NamedService for Reasoned<S> {
+impl<S: NamedService> NamedService for ExplainRefusals<S> {
     const NAME: &'static str = S::NAME;
 }
 
-impl<S> Service<Request<Body>> for Reasoned<S>
+impl<S> Service<Request<Body>> for ExplainRefusals<S>
 where
     S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
     S::Future: Unpin,
@@ -41,7 +41,7 @@ where
     }
 }
 
-/// The answer of a [`Reasoned`] service.
+/// The answer of a [`ExplainRefusals`] service.
 #[derive(Debug)]
 pub struct Answer<F>(F);
 

@@ -36,7 +36,7 @@ use crate::config;
 
 /// Queries under way may take so long to be answered once the daemon drains.
 const DRAIN_GRACE: Duration = Duration::from_millis(1800);
-/// Whoever asks again within this time of a drain gets the answer that the daemon shuts down,
+/// A client that asks again within this time of a drain gets the answer that the daemon shuts down,
 /// and not that there is none.
 const LAST_WORDS: Duration = Duration::from_millis(100);
 /// A session that does not close in this time is left behind.

@@ -30,7 +30,7 @@ pub(super) fn proven(
     let Some(proof) = Proof::parse(said) else { return Proven::Refused(Unproven::NotFound) };
     let payload = payload.map(ZBytes::to_bytes).unwrap_or_default();
     if payload.len() as u64 > handle.info().limits.message_bytes {
-        // Whoever reads the message refuses it for its length.
+        // The reader of the message refuses it for its length.
         return Proven::Nothing;
     }
     match handle.claim_proven(&proof, key, &payload) {

@@ -162,10 +162,10 @@ impl Calls {
     }
 
     /// Tells a query the last that there is to tell. The end of its replies is sent too.
-    async fn end(&self, query: Query, last: Option<Told>) {
+    async fn end(&self, query: Query, last: Option<Outcome>) {
         let send = move || {
             if let Some(last) = last {
-                tell(&query, last);
+                reply(&query, last);
             }
             drop(query);
         };
@@ -218,7 +218,7 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
 }
 
 /// What a query gets: a method's answer, or why there is none.
-type Told = Result<(&'static Method, Bytes), Status>;
+type Outcome = Result<(&'static Method, Bytes), Status>;
 
 impl Calls {
     /// Answers of a stream, each a reply. How it ended is the last one, which is left to
@@ -229,7 +229,7 @@ impl Calls {
         query: &Query,
         method: &'static Method,
         mut answers: Streaming<Bytes>,
-    ) -> Option<Told> {
+    ) -> Option<Outcome> {
         let length = match stream_length(query) {
             Ok(length) => length,
             Err(status) => return Some(Err(status)),
@@ -247,7 +247,7 @@ impl Calls {
             match tokio::time::timeout_at(end, answers.message()).await {
                 Ok(Ok(Some(answer))) => {
                     let query = query.clone();
-                    self.senders.send(move || tell(&query, Ok((method, answer)))).await;
+                    self.senders.send(move || reply(&query, Ok((method, answer)))).await;
                 }
                 Ok(Ok(None)) if is_credit && is_answered => return None,
                 Ok(Ok(None)) => return Some(Err(Status::new(Code::Ok, "the stream ended"))),
@@ -276,8 +276,8 @@ fn stream_length(query: &Query) -> Result<Duration, Status> {
 }
 
 /// Waits where the asker does not read.
-fn tell(query: &Query, told: Told) {
-    let sent = match told {
+fn reply(query: &Query, outcome: Outcome) {
+    let sent = match outcome {
         Ok((method, answer)) => {
             let encoding = keys::encoding(&method.answer);
             query.reply(query.key_expr(), answer).encoding(encoding).express(true).wait()

@@ -26,7 +26,7 @@ use crate::{Client, ConnectOptions, Error};
 
 /// Answers larger than this are refused before they are read.
 const MAX_MESSAGE_BYTES: usize = 64 * 1024 * 1024;
-/// Whoever says nothing for so long is gone.
+/// A session that says nothing for so long is taken for gone.
 const LEASE: Duration = Duration::from_secs(5);
 
 /// The daemons that are reached from one Zenoh locator: that of a daemon, or of a

@@ -65,4 +65,14 @@ impl Surface {
             restitution: self.restitution.max(other.restitution),
         }
     }
+
+    /// Whether a surface can be so; or what is wrong with it, as a fragment of a sentence.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let Self { friction, restitution } = *self;
+        // A description may say more than a request may.
+        if friction >= 0.0 && friction.is_finite() && (0.0..=1.0).contains(&restitution) {
+            return Ok(());
+        }
+        Err(format!("a surface of friction {friction} and restitution {restitution}"))
+    }
 }

@@ -7,7 +7,6 @@ use std::ops::RangeInclusive;
 use glamx::{DPose3, DVec3};
 use simd_model::robot::JointLimits;
 
-use super::command::Target;
 use super::error::Error;
 
 /// The largest position or velocity that a joint can be put at: a joint that follows it may
@@ -82,37 +81,6 @@ pub(super) fn pose(field: &str, pose: &DPose3) -> Result<(), Error> {
         return Ok(());
     }
     Err(refuse(format!("{field}.orientation"), pose.rotation, "it must be a quaternion of unit length"))
-}
-
-/// Every number of a target.
-pub(super) fn target(target: &Target) -> Result<(), Error> {
-    match *target {
-        Target::Position {
-            position,
-            velocity,
-            stiffness,
-            damping,
-            feed_forward,
-            max_effort,
-            max_velocity,
-        } => {
-            finite("position.position", position)?;
-            finite("position.velocity", velocity)?;
-            optional_at_least_zero("position.stiffness", stiffness)?;
-            optional_at_least_zero("position.damping", damping)?;
-            optional_at_least_zero("position.max_effort", max_effort)?;
-            optional_at_least_zero("position.max_velocity", max_velocity)?;
-            finite("position.feed_forward_effort", feed_forward).map(drop)
-        }
-        Target::Velocity { velocity, damping, feed_forward, max_effort } => {
-            finite("velocity.velocity", velocity)?;
-            optional_at_least_zero("velocity.damping", damping)?;
-            optional_at_least_zero("velocity.max_effort", max_effort)?;
-            finite("velocity.feed_forward_effort", feed_forward).map(drop)
-        }
-        Target::Effort(effort) => finite("effort.effort", effort).map(drop),
-        Target::Passive | Target::Hold => Ok(()),
-    }
 }
 
 /// Ordered, finite, not negative where they bound a size.

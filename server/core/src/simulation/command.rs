@@ -5,16 +5,18 @@ mod target;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
-use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
-use simd_model::robot::{JointLimits, Material};
+use simd_model::robot::JointLimits;
 
-pub use self::target::{ClaimId, Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
-use super::PhysicsSettings;
-use super::published_state::Moment;
+pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
+pub use super::claim::ClaimId;
+pub use super::contact_settings::{ContactSettings, LinkProperties, MAX_LINK_PROPERTIES};
+use super::moment::Moment;
 use super::saved::Saved;
+pub use super::saved::SavedStateInfo;
+use super::settings::PhysicsSettings;
+pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::Shapes;
-use crate::plain::bounded_list;
 
 /// A change of the world. Applied between steps: whole or, where it is refused, not at all.
 #[derive(Clone, Debug)]
@@ -130,29 +132,6 @@ pub struct Spawn {
     pub loaded_at_start: bool,
 }
 
-/// Contact settings of a robot.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ContactSettings {
-    /// Links of the robot collide with each other, unless a joint connects them.
-    pub self_collision: bool,
-    /// Surfaces of links, which replace those of the description. A file has at most [`MAX_LINK_PROPERTIES`].
-    #[serde(deserialize_with = "bounded_list::deserialize::<MAX_LINK_PROPERTIES, _, _>")]
-    pub links: Vec<LinkProperties>,
-}
-
-/// Entries of [`ContactSettings::links`] that are read from a file for one robot. In memory one takes twenty times the
-/// bytes that it may have in a file.
-pub const MAX_LINK_PROPERTIES: usize = 65_536;
-
-/// New settings of a link.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LinkProperties {
-    /// Its name; none means all links of the robot.
-    pub link: String,
-    /// Of the link's colliders; `None` leaves a number as it is.
-    pub material: Material,
-}
-
 /// A new model for a robot that is in the world. Keeps its name, pose and base,
 /// and position, velocity and target of every joint that both models have by name.
 #[derive(Clone, Debug)]
@@ -232,23 +211,6 @@ pub struct LinkWrench {
     pub duration: WrenchDuration,
 }
 
-/// Simulated seconds that [`WrenchDuration::For`] may say.
-pub const MAX_WRENCH_DURATION: f64 = 3600.0;
-
-/// How long a wrench acts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum WrenchDuration {
-    /// For the next step, together with all others of it.
-    #[default]
-    NextStep,
-    /// For so many simulated seconds, to the nearest step and for one at least: in the place of
-    /// the last one of this kind on the link, and of what is there until it is cleared, which acts
-    /// again afterwards. A wrench of zero ends it at once.
-    For(f64),
-    /// Until replaced or, by a wrench of zero, cleared. Ends what is there for a time.
-    UntilCleared,
-}
-
 /// New physics settings; `None` leaves one as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhysicsChange {
@@ -313,15 +275,4 @@ pub enum Reply {
     Physics(PhysicsSettings),
     /// A kept state.
     SavedState(SavedStateInfo),
-}
-
-/// A state that is kept.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SavedStateInfo {
-    /// Its name.
-    pub name: String,
-    /// The moment that is kept.
-    pub at: Moment,
-    /// Robots in it.
-    pub robots: usize,
 }

@@ -4,9 +4,8 @@
 use glamx::DVec3;
 
 use super::entity::Entity;
-use super::links::check_surface;
-use super::published_state::ContactReport;
 use super::sleep::acts;
+use super::world_state::Pair;
 use crate::collision::{Broad, ContactPoint, FixedPair, MOST, Narrow, Side};
 use crate::dynamics::constraint::contact::Contact;
 use crate::valid::finite;
@@ -27,9 +26,6 @@ pub(super) struct Contacts {
     broad: Broad,
     narrow: Narrow,
 }
-
-/// Indices of two robots, the smaller first, and of a collider of each.
-pub type Pair = ([usize; 2], [usize; 2]);
 
 /// What orders contacts.
 fn key(contact: &Contact) -> Pair {
@@ -123,25 +119,6 @@ impl Contacts {
         self.fixed = ignored_overlaps.chunk_by(|a, b| a.0 == b.0).map(of).collect();
     }
 
-    /// What touches, as the last step of `time_step` seconds had it, whose parts took `h` seconds each.
-    pub(super) fn reports(&self, time_step: f64, h: f64) -> impl Iterator<Item = ContactReport> + '_ {
-        self.list.iter().map(move |contact| {
-            let point = &contact.point;
-            let force = contact.total / time_step;
-            let normal_force = force.dot(point.normal);
-            ContactReport {
-                robots: contact.robots,
-                links: point.links,
-                point: point.position,
-                normal: point.normal,
-                depth: -point.distance,
-                normal_force,
-                friction_force: force - point.normal * normal_force,
-                last_force: contact.impulse / h,
-            }
-        })
-    }
-
     /// Takes the contacts of a robot out.
     pub(super) fn forget(&mut self, robot: usize) {
         self.list.retain(|contact| !contact.robots.contains(&robot));
@@ -178,7 +155,7 @@ pub(super) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<()
         if (normal.length_squared() - 1.0).abs() > 1e-6 {
             return Err("a contact's normal is not of unit length".into());
         }
-        check_surface(surface)?;
+        surface.check()?;
         *index = match before {
             Some((known, _)) if known > pair => {
                 return Err("the contacts are not in the order of their robots and colliders".into());

@@ -1,6 +1,8 @@
 //! One robot in the world: its dynamics, what it was spawned with, who may drive it.
 
+mod colliders;
 mod joints;
+mod sleep;
 mod wrenches;
 
 use std::sync::Arc;
@@ -10,13 +12,12 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
 
 use self::joints::is_actuated;
-pub use self::wrenches::ActiveWrench;
-use super::command::{ClaimId, ContactSettings};
-use super::published_state::{Flags, Mode, PublishedState, RootState};
+use super::claim::Claim;
+use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};
 use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
-use crate::dynamics::{Articulation, Axis, Tree};
+use crate::dynamics::{Articulation, Axis, Mode, Tree};
 
 /// A robot in the world: what it is, its state, and the scratch of a step.
 #[derive(Debug)]
@@ -48,15 +49,6 @@ impl AsMut<Articulation> for Entity {
     fn as_mut(&mut self) -> &mut Articulation {
         &mut self.body
     }
-}
-
-/// Joints taken for one client.
-#[derive(Clone, Debug)]
-pub(super) struct Claim {
-    /// What targets must carry.
-    pub id: ClaimId,
-    /// Who claims, for people.
-    pub holder: Arc<str>,
 }
 
 impl Entity {
@@ -218,50 +210,6 @@ impl Entity {
         }
     }
 
-    /// Adds what it shows to a snapshot, after a step of so many seconds in parts of `h` seconds.
-    pub(super) fn observe(&self, state: &mut PublishedState, time_step: f64, h: f64) {
-        let tree = self.body.tree();
-        let root = tree.root_velocities();
-        let mut accelerations = self.body.last_accelerations(h);
-        let mut of_root = [0.0; 6];
-        of_root.iter_mut().zip(accelerations.by_ref().take(root)).for_each(|(of, value)| *of = value);
-        state.accelerations.extend(accelerations);
-        let (linear, angular) = self.body.root_twist();
-        state.roots.push(RootState {
-            pose: self.body.root_pose(),
-            linear,
-            angular,
-            disabled: self.state.disabled.clone(),
-            accelerations: of_root,
-        });
-        state.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);
-        state.velocities.extend_from_slice(&self.body.velocities()[root..]);
-        state.efforts.extend_from_slice(&self.body.efforts()[root..]);
-        for axis in &self.body.axes()[root..] {
-            state.targets.push(axis.actuator.target);
-            state.modes.push(axis.actuator.mode);
-            state.gains.push(axis.gains(time_step));
-        }
-        for body in tree.bodies.iter().filter(|body| body.joint.is_some()) {
-            match body.joint_type {
-                JointType::Free { .. } => state.flags.extend([Flags::default(); 6]),
-                _ => state.flags.push(self.flags(body.position, body.velocity)),
-            }
-        }
-    }
-
-    fn flags(&self, position: usize, velocity: usize) -> Flags {
-        /// A joint this near to a limit is at it, rad or m.
-        const AT_LIMIT: f64 = 1e-6;
-        let position = self.body.positions()[position];
-        let limits = &self.body.axes()[velocity].settings.limits;
-        Flags {
-            saturated: self.body.is_saturated(velocity),
-            at_lower: limits.lower.is_some_and(|lower| position <= lower + AT_LIMIT),
-            at_upper: limits.upper.is_some_and(|upper| position >= upper - AT_LIMIT),
-        }
-    }
-
     /// Names what is not finite.
     fn first_not_finite(&self) -> String {
         let tree = self.body.tree();
@@ -325,4 +273,9 @@ pub(super) fn apply_mimic_velocities(tree: &Tree, qd: &mut [f64]) {
             qd[tree.bodies[pair.follower].velocity] = pair.multiplier * leader;
         }
     }
+}
+
+/// Letters, digits, `_` and `-`, at least one.
+pub(super) fn is_robot_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }

@@ -1,7 +1,8 @@
 //! What happened in a world, for those who watch it.
 
 use super::command::ResetScope;
-use super::{Moment, PhysicsSettings};
+use super::moment::Moment;
+use super::settings::PhysicsSettings;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]

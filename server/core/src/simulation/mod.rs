@@ -1,58 +1,63 @@
 //! The world: commands that change it, the step, what it looks like.
 //!
-//! * [`command`]: what can be asked of it; [`error`]: why it refuses.
+//! From the bottom to the top; a file imports only from those above it in this list:
+//!
+//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`]: small types.
 //! * `check`: which numbers can be.
-//! * `robots`, `links`, `joints`, `targets`, `world`: how commands are applied.
-//! * `entity`: one robot. `contacts`, `sleep`: what it touches, and whether it rests.
-//! * `step`: how they move on.
-//! * [`saved`]: states that are kept; [`world_state`]: one of them as plain data.
-//! * [`published_state`], [`event`]: what it shows; [`robot_settings`], [`target_sources`], [`rays`], `reactions`: what follows from that
-//!   alone, on any thread.
+//! * [`world_state`]: the state as plain data.
+//! * `entity`: one robot. `sleep`, `contacts`: whether it rests, and what it touches.
+//! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
+//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], `reactions`: what follows from that alone, on any thread.
+//! * [`command`], [`event`]: what can be asked of it, and what happens.
+//! * [`Simulation`]: the world.
+//! * `operations`: what can be done with it.
 
 mod check;
+mod claim;
 pub mod command;
+pub mod contact_settings;
 mod contacts;
 mod entity;
 pub mod error;
 pub mod event;
-mod joints;
-pub mod links;
+pub mod joint_status;
+mod moment;
+mod operations;
 pub mod published_state;
 pub mod rays;
 mod reactions;
 pub mod robot_settings;
-mod robots;
 pub mod saved;
 pub mod settings;
 mod sleep;
-mod step;
 pub mod target_sources;
-mod targets;
 #[cfg(test)]
 mod tests;
-mod world;
 pub mod world_state;
+mod wrench;
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
-use command::ClaimId;
+use claim::{Claim, ClaimId};
 pub use command::{Applied, Command, Reply};
 use contacts::Contacts;
-use entity::{Claim, Entity};
+use entity::Entity;
 pub use error::Error;
 pub use event::{Event, EventKind};
-use published_state::{EntityLayout, WorldLayout};
-pub use published_state::{Moment, PublishedState};
+pub use moment::Moment;
+pub use published_state::PublishedState;
+use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
 use serde::Serialize;
 pub use settings::PhysicsSettings;
-use step::StepMemory;
+use sleep::Groups;
 use target_sources::RobotTargetSources;
 
 use crate::collision::ColliderPose;
+use crate::dynamics::island::Island;
 
 /// A world of robots.
 #[derive(Debug)]
@@ -78,6 +83,13 @@ pub struct Simulation {
     next_version: u64,
     layout: Arc<WorldLayout>,
     events: Vec<Event>,
+}
+
+/// The memory of a step, kept for the next one.
+#[derive(Debug, Default)]
+struct StepMemory {
+    island: Island,
+    groups: Groups,
 }
 
 /// What the world's owner allows.
@@ -177,32 +189,6 @@ impl Simulation {
         std::mem::take(&mut self.events)
     }
 
-    /// Writes the state of the world into a published state, reusing its memory.
-    pub fn observe(&self, state: &mut PublishedState) {
-        state.at = self.now;
-        share(&mut state.world, &self.layout);
-        state.roots.clear();
-        for values in [&mut state.positions, &mut state.velocities, &mut state.efforts, &mut state.targets] {
-            values.clear();
-        }
-        state.modes.clear();
-        state.gains.clear();
-        state.accelerations.clear();
-        state.flags.clear();
-        let PhysicsSettings { time_step, substeps, .. } = self.settings;
-        let h = time_step / f64::from(substeps);
-        for entity in &self.entities {
-            entity.observe(state, time_step, h);
-        }
-        state.contacts.clear();
-        state.contacts.extend(self.contacts.reports(time_step, h));
-        state.applied_wrenches.clear();
-        state.applied_wrenches.extend(self.applied_wrenches());
-        share(&mut state.settings, &self.robot_settings);
-        share(&mut state.target_sources, &self.target_sources);
-        share(&mut state.saved, &self.saved);
-    }
-
     /// Where the colliders of a robot are, in the order of its shapes: where its links are now.
     ///
     /// # Errors
@@ -244,56 +230,9 @@ impl Simulation {
         self.next_version += 1;
         self.next_version - 1
     }
-
-    /// To be called when robots came, went or changed their model.
-    fn lay_out(&mut self) {
-        let (mut position, mut velocity) = (0, 0);
-        let entities = self.entities.iter().enumerate().map(|(robot_index, entity)| {
-            let tree = entity.body.tree();
-            let (positions, velocities) =
-                (tree.position_count - tree.root_positions(), tree.velocity_count - tree.root_velocities());
-            let (first_position, first_velocity) = (position, velocity);
-            position += positions;
-            velocity += velocities;
-            // Of hundreds of robots one more leaves the others as they are. A version is of one robot and model.
-            let known = self.layout.entities.get(robot_index).filter(|known| {
-                known.version == entity.version
-                    && (known.positions.start, known.velocities.start) == (first_position, first_velocity)
-            });
-            if let Some(known) = known {
-                return Arc::clone(known);
-            }
-            let (joint_positions, joint_velocities) = entity.joint_ranges();
-            Arc::new(EntityLayout {
-                name: entity.state.name.clone(),
-                version: entity.version,
-                model: Arc::clone(&entity.model),
-                tree: Arc::clone(tree),
-                shapes: Arc::clone(entity.colliders.shapes()),
-                fixed_base: tree.fixed_base,
-                loaded_at_start: entity.state.loaded_at_start,
-                positions: first_position..position,
-                velocities: first_velocity..velocity,
-                joint_positions,
-                joint_velocities,
-            })
-        });
-        let layout = Arc::new(WorldLayout { entities: entities.collect() });
-        let before = std::mem::replace(&mut self.layout, layout);
-        self.keep_target_sources(&before);
-        let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
-        self.robot_settings = Arc::new(settings.collect());
-    }
 }
 
 /// As bytes. That fails for lists of unknown length only, and no state has one.
 fn encoded(value: &impl Serialize) -> Vec<u8> {
     postcard::to_allocvec(value).unwrap_or_default()
-}
-
-/// Makes one what the other is. Both mostly are already, and then no reference is counted.
-fn share<T>(one: &mut Arc<T>, other: &Arc<T>) {
-    if !Arc::ptr_eq(one, other) {
-        *one = Arc::clone(other);
-    }
 }

@@ -6,23 +6,14 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 
+use super::error::Error;
+pub use super::moment::Moment;
 use super::robot_settings::RobotSettings;
-use super::saved::Kept;
+use super::saved::{Kept, no_saved_state};
 use super::target_sources::RobotTargetSources;
 use crate::collision::Shapes;
 pub use crate::dynamics::Mode;
 use crate::dynamics::{Configuration, Tree};
-
-/// A moment of a world. Within an epoch, steps never fall.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
-    /// Counts resets of time and restored states.
-    pub epoch: u64,
-    /// Steps since the epoch began.
-    pub step: u64,
-    /// Seconds since the epoch began.
-    pub sim_time: f64,
-}
 
 /// All robots at a moment. Values of all robots lie in flat arrays;
 /// [`EntityLayout`] says where each robot's are.
@@ -164,6 +155,14 @@ pub struct Flags {
 }
 
 impl PublishedState {
+    /// A state that the world can go back to, by name.
+    ///
+    /// # Errors
+    /// Where there is no such state.
+    pub fn saved(&self, name: &str) -> Result<&Kept, Error> {
+        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| no_saved_state(&self.saved, name))
+    }
+
     /// A robot by name, with its index among the robots.
     pub fn entity(&self, name: &str) -> Option<(usize, &Arc<EntityLayout>)> {
         self.world.entities.iter().enumerate().find(|(_, entity)| entity.name == name)

@@ -2,8 +2,6 @@
 
 use glamx::DVec3;
 
-use super::Simulation;
-use super::entity::ActiveWrench;
 use super::published_state::{AppliedWrench, PublishedState};
 use crate::dynamics::reactions::{Motion, joint_reactions};
 use crate::dynamics::spatial::Spatial;
@@ -45,23 +43,5 @@ impl PublishedState {
         let motion = Motion { positions: &positions, velocities: &velocities, accelerations: &accelerations };
         let carried = joint_reactions(&entity.model, tree, motion, to_base * gravity, &wrenches);
         Some(carried.into_iter().map(|wrench| [wrench.linear, wrench.angular]).collect())
-    }
-}
-
-impl Simulation {
-    /// What acted on links over the last step or acts over the next one.
-    pub(super) fn applied_wrenches(&self) -> impl Iterator<Item = AppliedWrench> + '_ {
-        self.entities.iter().enumerate().flat_map(|(robot, entity)| {
-            let applied_wrenches = entity
-                .state
-                .applied_wrenches
-                .iter()
-                .filter(|wrench| !wrench.suspended)
-                .chain(&entity.state.expired_wrenches);
-            applied_wrenches.map(move |wrench| {
-                let ActiveWrench { link, force, torque, in_link_axes, point, .. } = *wrench;
-                AppliedWrench { robot, link, force, torque, in_link_axes, point }
-            })
-        })
     }
 }

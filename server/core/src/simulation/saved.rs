@@ -1,19 +1,17 @@
 //! States of the world that are kept: under a name, and from elsewhere, checked.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use simd_model::RobotModel;
 
-use super::command::{MAX_WRENCH_DURATION, SavedStateInfo, WrenchDuration};
-use super::entity::{Description, Entity};
+use super::entity::{Description, Entity, is_robot_name};
 use super::error::Error;
-use super::links::check_surface;
-use super::robots::is_robot_name;
-use super::world::{SUBSTEPS, TIME_STEP};
-use super::world_state::{ActiveWrench, EntityState, InvalidState, RobotState, WorldState};
-use super::{Moment, PhysicsSettings, PublishedState, Reply, Simulation};
-use crate::collision::{RestPose, Shapes};
+use super::moment::Moment;
+use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
+use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
+use super::wrench::{ActiveWrench, MAX_WRENCH_DURATION, WrenchDuration};
+use crate::collision::{RestPose, Shapes, Surface};
 use crate::dynamics::Tree;
 use crate::valid::{finite, pose, sizes};
 
@@ -34,11 +32,22 @@ pub type RobotParts = (Arc<RobotModel>, Arc<Shapes>);
 /// One that a world keeps, under a name. Cheap to copy.
 #[derive(Clone, Debug)]
 pub struct Kept {
-    name: String,
-    saved: Saved,
+    pub(super) name: String,
+    pub(super) saved: Saved,
     /// The first of the versions that its robots have here, where the state came from elsewhere: their
     /// versions there may be those of others here.
-    versions: Option<u64>,
+    pub(super) versions: Option<u64>,
+}
+
+/// A state that is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SavedStateInfo {
+    /// Its name.
+    pub name: String,
+    /// The moment that is kept.
+    pub at: Moment,
+    /// Robots in it.
+    pub robots: usize,
 }
 
 /// Steps of a world at the most, so that counting on from there does not end: half a million years of
@@ -51,118 +60,9 @@ impl PartialEq for Saved {
     }
 }
 
-impl Simulation {
-    pub(super) fn save(&mut self, name: &str) -> Result<Reply, Error> {
-        let (state, robots) = self.state();
-        self.keep(name, Saved(Arc::new(Inner { state, robots })), false)
-    }
-
-    /// A copy of the state, and what its robots are.
-    pub(super) fn state(&self) -> (WorldState, Vec<Description>) {
-        let state = WorldState {
-            step: self.now.step,
-            sim_time: self.now.sim_time,
-            time_base: self.time_base,
-            settings: self.settings,
-            robots: self.entities.iter().map(Entity::robot_state).collect(),
-            contacts: self.contacts.list.clone(),
-            ignored_overlaps: self.contacts.ignored_overlaps().collect(),
-        };
-        (state, self.entities.iter().map(Entity::description).collect())
-    }
-
-    /// Makes a state the present one. Robots that are there in the same version keep their claims and their scratch.
-    pub(super) fn go_back(&mut self, state: WorldState, robots: Vec<Description>) {
-        let WorldState { step, sim_time, time_base, settings, robots: states, contacts, ignored_overlaps } =
-            state;
-        (self.now.step, self.now.sim_time) = (step, sim_time);
-        (self.time_base, self.settings) = (time_base, settings);
-        let present = std::mem::take(&mut self.entities).into_iter();
-        let mut present: BTreeMap<u64, Entity> = present.map(|entity| (entity.version, entity)).collect();
-        let entity = |(state, robot): (RobotState, &Description)| match present.remove(&robot.version) {
-            Some(mut entity) => {
-                entity.set_robot_state(state);
-                entity
-            }
-            None => Entity::from_state(robot, state),
-        };
-        self.entities = states.into_iter().zip(&robots).map(entity).collect();
-        self.contacts.replace(contacts, &ignored_overlaps);
-    }
-
-    /// Keeps a state that came from elsewhere.
-    pub(super) fn import(&mut self, name: &str, saved: &Saved) -> Result<Reply, Error> {
-        let (robots, limit) = (saved.0.robots.len(), self.limits.robots);
-        if robots > limit {
-            let what = "the number of robots in the saved state".into();
-            return Err(Error::LimitExceeded { what, value: robots as u64, limit: limit as u64 });
-        }
-        self.keep(name, saved.clone(), true)
-    }
-
-    fn keep(&mut self, name: &str, saved: Saved, foreign: bool) -> Result<Reply, Error> {
-        let name = if name.is_empty() { self.unused_saved_state_name() } else { name.to_owned() };
-        let limit = self.limits.saved_states;
-        let replaces = self.saved.iter().any(|kept| kept.name == name);
-        if !replaces && self.saved.len() >= limit {
-            return Err(Error::LimitExceeded {
-                what: "the number of saved states".into(),
-                value: limit as u64 + 1,
-                limit: limit as u64,
-            });
-        }
-        let list = Arc::make_mut(&mut self.saved);
-        list.retain(|kept| kept.name != name);
-        let versions = foreign.then_some(self.next_version);
-        if foreign {
-            self.next_version += saved.0.robots.len() as u64;
-        }
-        let kept = Kept { name, saved, versions };
-        let info = kept.info();
-        list.push(kept);
-        Ok(Reply::SavedState(info))
-    }
-
-    pub(super) fn kept(&self, name: &str) -> Result<&Kept, Error> {
-        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| self.no_saved_state(name))
-    }
-
-    pub(super) fn forget(&mut self, name: &str) -> Result<Reply, Error> {
-        let index = self.saved.iter().position(|kept| kept.name == name);
-        let index = index.ok_or_else(|| self.no_saved_state(name))?;
-        Arc::make_mut(&mut self.saved).remove(index);
-        Ok(Reply::Done)
-    }
-
-    fn no_saved_state(&self, name: &str) -> Error {
-        no_saved_state(&self.saved, name)
-    }
-
-    fn unused_saved_state_name(&self) -> String {
-        let mut number = self.saved.len() + 1;
-        loop {
-            let name = format!("state-{number}");
-            if !self.saved.iter().any(|kept| kept.name == name) {
-                return name;
-            }
-            number += 1;
-        }
-    }
-}
-
-fn no_saved_state(saved: &[Kept], name: &str) -> Error {
+pub(super) fn no_saved_state(saved: &[Kept], name: &str) -> Error {
     let known = saved.iter().map(|kept| kept.name.clone()).collect();
     Error::SavedStateNotFound { name: name.to_owned(), known }
-}
-
-impl PublishedState {
-    /// A state that the world can go back to, by name.
-    ///
-    /// # Errors
-    /// Where there is no such state.
-    pub fn saved(&self, name: &str) -> Result<&Kept, Error> {
-        self.saved.iter().find(|kept| kept.name == name).ok_or_else(|| no_saved_state(&self.saved, name))
-    }
 }
 
 impl Kept {
@@ -190,6 +90,16 @@ impl Kept {
 }
 
 impl Saved {
+    /// The state of a world that is there.
+    pub(super) fn of_world(state: WorldState, robots: Vec<Description>) -> Self {
+        Self(Arc::new(Inner { state, robots }))
+    }
+
+    /// Robots in it.
+    pub(super) fn robot_count(&self) -> usize {
+        self.0.robots.len()
+    }
+
     /// The state.
     pub fn world_state(&self) -> &WorldState {
         &self.0.state
@@ -280,7 +190,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     sizes("a time of rest", [*still_for])?;
     body.check(&tree)?;
     spawned.check(&tree).map_err(|what| format!("{what}, in the state that it was spawned with"))?;
-    surfaces.iter().try_for_each(check_surface)?;
+    surfaces.iter().try_for_each(Surface::check)?;
     if let Some(reason) = disabled.as_ref().filter(|reason| reason.len() > MAX_REASON) {
         return Err(format!("a reason of {} bytes for which it is disabled, of {MAX_REASON}", reason.len()));
     }

@@ -5,6 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::plain::vector3;
 
+/// Seconds that a step may advance.
+pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
+
+/// Parts that a step may be done in.
+pub(super) const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
+
 /// How a world is stepped.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsSettings {

@@ -2,7 +2,6 @@
 
 use super::entity::Entity;
 use crate::dynamics::constraint::contact::Contact;
-use crate::dynamics::spatial::Spatial;
 
 /// A body slower than this may fall asleep, m/s.
 const STILL_LINEAR: f64 = 5e-4;
@@ -167,46 +166,5 @@ fn is_still(robot: &Entity) -> bool {
                 && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
         }
         _ => false,
-    }
-}
-
-impl Entity {
-    /// Whether it takes part in the simulation.
-    pub(super) fn is_active(&self) -> bool {
-        self.state.disabled.is_none()
-    }
-
-    /// Whether any of it can move.
-    pub(super) fn moves(&self) -> bool {
-        !self.body.tree().bodies.is_empty()
-    }
-
-    /// Whether a step changes it.
-    pub(super) fn is_awake(&self) -> bool {
-        self.is_active() && !self.state.asleep && self.moves()
-    }
-
-    /// A single free body that nothing pushes.
-    pub(super) fn may_sleep(&self) -> bool {
-        let tree = self.body.tree();
-        !tree.fixed_base
-            && tree.bodies.len() == 1
-            && self.body.external().iter().all(|push| *push == Spatial::ZERO)
-    }
-
-    fn fall_asleep(&mut self) {
-        self.state.asleep = true;
-        self.state.rest_poses.extend(self.colliders.save_poses());
-        self.body.velocities_mut().fill(0.0);
-    }
-
-    /// Makes a step look at it again.
-    pub(super) fn wake(&mut self) {
-        if self.state.asleep {
-            self.state.asleep = false;
-            self.state.rest_poses.clear();
-            self.state.still_for = 0.0;
-            self.body.update_kinematics();
-        }
     }
 }

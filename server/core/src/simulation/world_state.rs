@@ -7,10 +7,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::PhysicsSettings;
-use super::command::ContactSettings;
-pub use super::contacts::Pair;
-pub use super::entity::ActiveWrench;
+use super::contact_settings::ContactSettings;
+use super::settings::PhysicsSettings;
+pub use super::wrench::ActiveWrench;
 pub use crate::collision::{RestPose, Surface};
 pub use crate::dynamics::BodyState;
 pub use crate::dynamics::constraint::contact::Contact;
@@ -97,3 +96,6 @@ pub enum InvalidState {
     #[error("{0}")]
     World(String),
 }
+
+/// Indices of two robots, the smaller first, and of a collider of each.
+pub type Pair = ([usize; 2], [usize; 2]);

@@ -8,7 +8,7 @@ use simd_proto::v1;
 
 use super::geometry::vector;
 
-/// Those points of a snapshot where links touch of which `is_wanted`, by the places of the two robots.
+/// Those contact points of a published state of which `is_wanted`, by the indices of the two robots.
 pub fn contacts(state: &PublishedState, is_wanted: impl Fn([usize; 2]) -> bool) -> Vec<v1::Contact> {
     let wanted = state.contacts.iter().filter(|contact| is_wanted(contact.robots));
     wanted.map(|report| contact(state, report)).collect()

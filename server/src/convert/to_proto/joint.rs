@@ -1,15 +1,15 @@
 //! Answers about joints: what they are, and targets that were clamped.
 
 use simd_core::simulation::command::Clamped;
+use simd_core::simulation::joint_status::JointStatus;
 use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, PublishedState};
-use simd_core::simulation::robot_settings::JointStatus;
 use simd_model::robot::{Joint, JointKind, JointLimits};
 use simd_proto::v1;
 
 use super::geometry::{self, vector};
 use super::simulation::count;
 
-/// The joints of the robot at a place of a snapshot. `status` has one for each
+/// The joints of the robot at an index of a published state. `status` has one for each
 /// joint of the robot's model.
 pub fn layout(
     state: &PublishedState,

@@ -10,7 +10,7 @@ use simd_proto::v1;
 use super::geometry::pose_values;
 use super::simulation::count;
 
-/// Where the links of the robot at a place of a snapshot are and how they move.
+/// Where the links of the robot at an index of a published state are and how they move.
 pub fn link_states(state: &PublishedState, place: usize, entity: &EntityLayout) -> v1::RobotLinkStates {
     let poses = state.link_poses(place).unwrap_or_default();
     let twists = state.link_twists(place).unwrap_or_default();

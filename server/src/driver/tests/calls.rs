@@ -21,22 +21,22 @@ fn a_full_mailbox_refuses_at_once_and_counts() {
 #[test]
 fn a_flood_of_calls_does_not_stop_the_world() {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
-    bench.turns(2);
+    bench.iterations(2);
     let change = PhysicsChange { time_step: Some(0.0), ..PhysicsChange::default() };
     let _changed = bench.command(Command::SetPhysics(change));
-    bench.turns(2);
+    bench.iterations(2);
     let before = bench.step();
     let _answers: Vec<_> = (0..600).map(|_| bench.command(nothing())).collect();
-    bench.turns(2 * 600);
+    bench.iterations(2 * 600);
     assert_eq!(bench.step(), before + 600);
 }
 
 #[test]
 fn a_world_that_never_waits_serves_a_call_before_each_step() {
     let mut bench = Bench::new(RunState::Playing, Pace::AsFastAsPossible { factor: 1.0 });
-    bench.turns(10);
+    bench.iterations(10);
     let call = bench.command(nothing());
-    bench.turns(1);
+    bench.iterations(1);
     assert_eq!(done(call).applied.at.step, 10);
 }
 
@@ -45,7 +45,7 @@ fn a_paused_world_shows_a_command_before_it_is_answered() {
     let mut bench = Bench::paused();
     let before = bench.link.board.newest().sequence;
     let (applied, refused) = (bench.command(nothing()), bench.command(refused()));
-    bench.turns(2);
+    bench.iterations(2);
     assert_eq!(done(applied).sequence, before + 1);
     refusal(refused);
     assert_eq!(bench.link.board.newest().sequence, before + 1, "a refusal changes nothing");
@@ -60,7 +60,7 @@ fn a_playing_world_shows_values_of_targets_with_the_next_step_and_all_else_at_on
     let law = bench.command(Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
     let claim = bench.command(Command::Claim { claim: ClaimId(1), holder: "me".into(), joints: Vec::new() });
     let reset = bench.command(Command::Reset(ResetScope { time: true, ..ResetScope::default() }));
-    bench.turns(4);
+    bench.iterations(4);
     assert_eq!(done(targets).sequence, before);
     assert_eq!(done(law).sequence, before + 1);
     assert_eq!(done(claim).sequence, before + 2);
@@ -72,9 +72,9 @@ fn what_reaches_the_world_is_recorded_in_order_with_its_step() {
     let mut bench = Bench::paused();
     let recording = bench.driver.world.applied.clone();
     let _answers = (bench.command(nothing()), bench.steps(2));
-    bench.turns(2 + 2);
+    bench.iterations(2 + 2);
     let _answers = (bench.command(refused()), bench.state(RunState::Stopped));
-    bench.turns(2);
+    bench.iterations(2);
     let steps: Vec<_> = recording.lock().unwrap().iter().map(|(step, _)| *step).collect();
     assert_eq!(steps, [0, 0], "the stop is a reset, and a reset ends the time before it");
     assert!(matches!(recording.lock().unwrap()[1].1, Command::Reset(_)));
@@ -84,7 +84,7 @@ fn what_reaches_the_world_is_recorded_in_order_with_its_step() {
 fn a_full_mailbox_does_not_keep_the_driver_from_ending() {
     let mut bench = Bench::paused();
     let mut answers: Vec<_> = (0..600).map(|_| bench.command(nothing())).collect();
-    bench.turns(1);
+    bench.iterations(1);
     bench.link.mailbox.close();
     assert!(bench.driver.turn().is_break());
     let Driver { inbox, .. } = bench.driver;

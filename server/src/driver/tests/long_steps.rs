@@ -27,7 +27,7 @@ fn a_pause_in_the_midst_of_a_step_puts_the_step_back() {
         answered.send(pause).unwrap();
         !interrupt()
     });
-    bench.turns(2);
+    bench.iterations(2);
     let at = done(answer.recv().unwrap()).applied.at;
     assert_eq!((at.step, bench.driver.iterations), (0, 0));
     let statistics = bench.link.board.newest().statistics;
@@ -46,7 +46,7 @@ fn calls_that_end_nothing_wait_for_the_step() {
         mailbox.post(Event::SetState { state: RunState::Playing, reply }).unwrap();
         !interrupt()
     });
-    bench.turns(1);
+    bench.iterations(1);
     assert_eq!(bench.step(), 1);
 }
 
@@ -69,9 +69,9 @@ fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_orde
     // A period of nothing leaves no time for calls.
     let change = PhysicsChange { time_step: Some(0.0), ..PhysicsChange::default() };
     bench.driver.world.apply(&Command::SetPhysics(change)).unwrap();
-    bench.turns(1 + 101);
+    bench.iterations(1 + 101);
     assert_eq!(bench.step(), 0);
-    bench.turns(2);
+    bench.iterations(2);
     assert_eq!((bench.step(), bench.driver.world.applied.lock().unwrap().len()), (1, 1 + 101));
 }
 
@@ -82,11 +82,11 @@ fn a_step_is_left_alone_for_a_time_before_it_is_interrupted() {
         mailbox.post(Event::Command { command: delete("missing"), reply }).unwrap();
         !interrupt()
     });
-    bench.turns(1);
+    bench.iterations(1);
     assert_eq!(bench.step(), 0);
     // Left alone for a time that is not over.
     bench.driver.long_steps = LongSteps::default();
-    bench.turns(2);
+    bench.iterations(2);
     assert_eq!(bench.step(), 1);
 }
 
@@ -97,7 +97,7 @@ fn ending_interrupts_a_step() {
         !interrupt()
     });
     bench.driver.long_steps = LongSteps::default();
-    bench.turns(1);
+    bench.iterations(1);
     assert!(bench.driver.turn().is_break());
     assert_eq!(bench.step(), 0);
 }
@@ -110,7 +110,7 @@ fn a_step_shows_how_long_it_has_been_going_on() {
     let look = move || board.present_step(Instant::now() + Duration::from_secs(17));
     assert_eq!(look(), Duration::ZERO);
     bench.driver.world.midst = Some(Midst(Box::new(move |_| sender.send(look()).is_ok())));
-    bench.turns(1);
+    bench.iterations(1);
     assert!(seen.recv().unwrap() >= Duration::from_secs(17));
     assert_eq!(bench.link.board.present_step(Instant::now()), Duration::ZERO);
 }

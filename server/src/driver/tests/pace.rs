@@ -6,15 +6,15 @@ use super::*;
 fn stop_is_a_pause_at_the_start_and_the_first_step_leaves_it() {
     let mut bench = Bench::paused();
     let steps = bench.steps(3);
-    bench.turns(4);
+    bench.iterations(4);
     done(steps);
     let stopped = bench.state(RunState::Stopped);
-    bench.turns(1);
+    bench.iterations(1);
     let at = done(stopped).applied.at;
     assert_eq!((at.epoch, at.step), (1, 0));
     assert_eq!(bench.link.board.newest().statistics.state, RunState::Stopped);
     let _steps = bench.steps(1);
-    bench.turns(2);
+    bench.iterations(2);
     assert_eq!(bench.link.board.newest().statistics.state, RunState::Paused);
     let states = bench.happened().into_iter().filter_map(|event| match event {
         Happened::StateChanged { state, .. } => Some(state),
@@ -32,7 +32,7 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
     let change = PhysicsChange::default();
     let free = Pace::AsFastAsPossible { factor: 2.0 };
     let _pace = bench.post(|reply| Event::SetPhysics { change, pace: free.into(), reply });
-    bench.turns(2);
+    bench.iterations(2);
     let (done, settings, in_force) = both.try_recv().unwrap().unwrap();
     assert_eq!((settings.time_step, in_force), (0.01, pace));
     assert!(done.sequence > 1);
@@ -55,7 +55,7 @@ fn halves_of_a_pace_from_two_callers_make_a_whole() {
     };
     let _first = half(PaceChange { as_fast_as_possible: Some(true), factor: None });
     let _second = half(PaceChange { as_fast_as_possible: None, factor: Some(3.0) });
-    bench.turns(2);
+    bench.iterations(2);
     let pace = bench.link.board.newest().statistics.pace;
     assert_eq!(pace, Pace::AsFastAsPossible { factor: 3.0 });
 }
@@ -65,7 +65,7 @@ fn dropped_lag_is_counted_and_told_of() {
     let mut bench = Bench::new(RunState::Playing, Pace::default());
     let long_ago = Instant::now() - Duration::from_secs(5);
     bench.driver.pacer = Pacer::new(Some(1e-3), Duration::from_millis(200), long_ago);
-    bench.turns(1);
+    bench.iterations(1);
     let statistics = bench.link.board.newest().statistics;
     assert_eq!(statistics.overruns, 1);
     assert!(statistics.dropped_lag > 4.9);
@@ -78,7 +78,7 @@ fn playing_after_a_pause_owes_no_steps() {
     let mut bench = Bench::paused();
     bench.driver.pacer.restart(Instant::now() - Duration::from_secs(5));
     let _played = bench.state(RunState::Playing);
-    bench.turns(1);
+    bench.iterations(1);
     assert!(matches!(bench.driver.pacer.next(Instant::now() - Duration::from_secs(1)), pacer::Due::At(_)));
     assert_eq!(bench.link.board.newest().statistics.overruns, 0);
 }

@@ -128,7 +128,7 @@ async fn browsers_leave_room_for_programs() {
     assert!(refused.contains("all connections are in use"), "{refused}");
 }
 
-/// Whoever is cut learns of it, whether it was read from or written to.
+/// A client whose connection is cut learns of it, whether it was read from or written to.
 #[tokio::test]
 async fn a_connection_that_is_cut_fails_also_where_its_client_does_not_read() {
     let (_client, mut connection) = connection().await;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::simulation::claim::ClaimId;
 use crate::simulation::target_sources::TargetSource;
 
 /// New targets for joints of one or several robots, all or none.
@@ -16,10 +17,6 @@ pub struct SetTargets {
     /// Who sets them. Nothing is allowed or refused by it.
     pub source: Option<Arc<TargetSource>>,
 }
-
-/// Which claim on joints. It is no secret: that a caller holds the claim is proven before a command is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ClaimId(pub u64);
 
 /// Targets for one robot.
 #[derive(Clone, Debug, Default)]

@@ -3,41 +3,10 @@
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
-use serde::{Deserialize, Serialize};
 
 use super::Entity;
 use crate::dynamics::spatial::{Placement, Spatial};
-use crate::plain::vector3;
-use crate::simulation::command::WrenchDuration;
-
-/// A force and a torque on a link.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ActiveWrench {
-    /// Index of the link.
-    pub link: usize,
-    /// Newtons, at `point`.
-    #[serde(with = "vector3")]
-    pub force: DVec3,
-    /// Newton metres.
-    #[serde(with = "vector3")]
-    pub torque: DVec3,
-    /// In the link's axes, not the world's.
-    pub in_link_axes: bool,
-    /// In the link's frame, metres.
-    #[serde(with = "vector3")]
-    pub point: DVec3,
-    /// How long it still acts.
-    pub duration: WrenchDuration,
-    /// Suspended until a wrench with a duration on the same link has expired.
-    pub suspended: bool,
-}
-
-impl ActiveWrench {
-    /// Whether it has a duration.
-    fn is_timed(&self) -> bool {
-        matches!(self.duration, WrenchDuration::For(_))
-    }
-}
+use crate::simulation::wrench::{ActiveWrench, WrenchDuration};
 
 impl Entity {
     /// Writes the wrenches into the dynamics, each body's sum in its own frame.

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::check;
-use super::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
-use super::entity::{Claim, Entity};
-use super::error::Error;
-use super::{Reply, Simulation};
 use crate::dynamics::{Actuator, Axis, Mode};
+use crate::simulation::claim::Claim;
+use crate::simulation::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
+use crate::simulation::entity::Entity;
+use crate::simulation::error::Error;
+use crate::simulation::{Reply, Simulation, check};
 
 /// A target that was found good: which robot, which degree of freedom, what it does there.
 struct Accepted {
@@ -18,7 +18,7 @@ struct Accepted {
 }
 
 impl Simulation {
-    pub(super) fn set_targets(&mut self, request: &SetTargets) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn set_targets(&mut self, request: &SetTargets) -> Result<Reply, Error> {
         if let Some(claim) = &request.claim
             && !self.claims.contains_key(claim)
         {
@@ -69,7 +69,7 @@ impl Check<'_> {
                 |error: Error| error.within(|| format!("joints[{index}]")).of(|| format!("joint {name:?}"));
             let joint = entity.joint(name)?;
             let body = entity.actuated_body(joint, *axis).map_err(within)?;
-            check::target(target).map_err(within)?;
+            check_target(target).map_err(within)?;
             self.joint(robot_index, entity, joint, body, target)?;
         }
         Ok(())
@@ -203,4 +203,35 @@ impl Check<'_> {
 /// The damping that goes with a stiffness without overshoot: 2 sqrt(k M_ii).
 fn critical(stiffness: f64, axis: &Axis) -> f64 {
     2.0 * (stiffness * axis.settings.composite_inertia).sqrt()
+}
+
+/// Every number of a target.
+fn check_target(target: &Target) -> Result<(), Error> {
+    match *target {
+        Target::Position {
+            position,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } => {
+            check::finite("position.position", position)?;
+            check::finite("position.velocity", velocity)?;
+            check::optional_at_least_zero("position.stiffness", stiffness)?;
+            check::optional_at_least_zero("position.damping", damping)?;
+            check::optional_at_least_zero("position.max_effort", max_effort)?;
+            check::optional_at_least_zero("position.max_velocity", max_velocity)?;
+            check::finite("position.feed_forward_effort", feed_forward).map(drop)
+        }
+        Target::Velocity { velocity, damping, feed_forward, max_effort } => {
+            check::finite("velocity.velocity", velocity)?;
+            check::optional_at_least_zero("velocity.damping", damping)?;
+            check::optional_at_least_zero("velocity.max_effort", max_effort)?;
+            check::finite("velocity.feed_forward_effort", feed_forward).map(drop)
+        }
+        Target::Effort(effort) => check::finite("effort.effort", effort).map(drop),
+        Target::Passive | Target::Hold => Ok(()),
+    }
 }

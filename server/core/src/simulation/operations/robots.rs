@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
 
-use super::check;
-use super::command::{ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration};
-use super::entity::{ActiveWrench, Entity, apply_mimics};
-use super::error::Error;
-use super::{EventKind, Reply, Simulation};
 use crate::dynamics::{Actuator, Mode};
+use crate::simulation::command::{
+    ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration,
+};
+use crate::simulation::entity::{Entity, apply_mimics, is_robot_name};
+use crate::simulation::error::Error;
+use crate::simulation::wrench::ActiveWrench;
+use crate::simulation::{EventKind, Reply, Simulation, check};
 
 impl Simulation {
-    pub(super) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
         let limit = self.limits.robots;
         if self.entities.len() >= limit {
             return Err(Error::LimitExceeded {
@@ -58,7 +60,7 @@ impl Simulation {
         Ok(Reply::Spawned { name })
     }
 
-    pub(super) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
         let robot_index = self.robot_index(&reload.robot)?;
         let version = self.take_version();
         let old = &self.entities[robot_index];
@@ -123,7 +125,7 @@ impl Simulation {
         Ok(Reply::Reloaded { added, removed })
     }
 
-    pub(super) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
         let robot_index = self.robot_index(robot)?;
         self.wake_around(robot_index);
         self.contacts.remove(robot_index);
@@ -133,7 +135,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn set_entity_state(
+    pub(in crate::simulation) fn set_entity_state(
         &mut self,
         robot: &str,
         pose: Option<DPose3>,
@@ -174,7 +176,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn apply_wrench(&mut self, wrench: &LinkWrench) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn apply_wrench(&mut self, wrench: &LinkWrench) -> Result<Reply, Error> {
         let entity = self.entity_mut(&wrench.robot)?;
         let link = entity.link(&wrench.link)?;
         let LinkWrench { force, torque, in_link_axes, point, duration, .. } = *wrench;
@@ -221,9 +223,4 @@ impl Simulation {
             number += 1;
         }
     }
-}
-
-/// Letters, digits, `_` and `-`, at least one.
-pub(super) fn is_robot_name(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }

@@ -3,21 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::check;
-use super::command::{PhysicsChange, ResetScope};
-use super::entity::Entity;
-use super::error::Error;
-use super::{EventKind, Moment, Reply, Simulation};
 use crate::dynamics::BodyState;
-
-/// Seconds that a step may advance.
-pub(super) const TIME_STEP: std::ops::RangeInclusive<f64> = 1e-6..=0.1;
-
-/// Parts that a step may be done in.
-pub(super) const SUBSTEPS: std::ops::RangeInclusive<u32> = 1..=1000;
+use crate::simulation::command::{PhysicsChange, ResetScope};
+use crate::simulation::entity::Entity;
+use crate::simulation::error::Error;
+use crate::simulation::settings::{SUBSTEPS, TIME_STEP};
+use crate::simulation::{EventKind, Moment, Reply, Simulation, check};
 
 impl Simulation {
-    pub(super) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
         let PhysicsChange { gravity, time_step, substeps } = *change;
         if let Some(gravity) = gravity {
             check::vector("gravity", gravity)?;
@@ -46,7 +40,7 @@ impl Simulation {
         Ok(Reply::Physics(self.settings))
     }
 
-    pub(super) fn reset(&mut self, scope: ResetScope) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn reset(&mut self, scope: ResetScope) -> Result<Reply, Error> {
         // In the words of `simulation_interfaces`, no scope given is all but `spawned`.
         let none = scope == ResetScope::default();
         let scope = if none { ResetScope { time: true, state: true, spawned: false } } else { scope };
@@ -84,7 +78,7 @@ impl Simulation {
         Ok(Reply::Reset { deleted })
     }
 
-    pub(super) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn restore(&mut self, name: &str) -> Result<Reply, Error> {
         let (state, robots) = self.kept(name)?.state();
         let (at, time_base) =
             (Moment { epoch: 0, step: state.step, sim_time: state.sim_time }, state.time_base);

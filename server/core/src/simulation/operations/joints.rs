@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use super::check;
-use super::command::{ClaimId, JointProperties, JointSelection, RobotReset};
-use super::entity::{Claim, Entity, apply_mimic_velocities, apply_mimics};
-use super::error::Error;
-use super::published_state::Mode;
-use super::{EventKind, Reply, Simulation};
-use crate::dynamics::Actuator;
+use crate::dynamics::{Actuator, Mode};
+use crate::simulation::claim::{Claim, ClaimId};
+use crate::simulation::command::{JointProperties, JointSelection, RobotReset};
+use crate::simulation::entity::{Entity, apply_mimic_velocities, apply_mimics};
+use crate::simulation::error::Error;
+use crate::simulation::{EventKind, Reply, Simulation, check};
 
 impl Simulation {
-    pub(super) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
         /// A robot, a position, a velocity, and the values for them.
         type Put = (usize, (usize, f64), (usize, f64));
         let mut puts: Vec<Put> = Vec::new();
@@ -59,7 +58,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn set_joint_properties(
+    pub(in crate::simulation) fn set_joint_properties(
         &mut self,
         robot: &str,
         joints: &[JointProperties],
@@ -86,7 +85,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn claim(
+    pub(in crate::simulation) fn claim(
         &mut self,
         claim: ClaimId,
         holder: &str,
@@ -133,7 +132,7 @@ impl Simulation {
         Ok(Reply::Done)
     }
 
-    pub(super) fn release(&mut self, claim: ClaimId, lapsed: bool) -> Result<Reply, Error> {
+    pub(in crate::simulation) fn release(&mut self, claim: ClaimId, lapsed: bool) -> Result<Reply, Error> {
         let record = self.claims.remove(&claim).ok_or(Error::ClaimNotFound)?;
         let mut joints = Vec::new();
         for robot_index in 0..self.entities.len() {
@@ -162,7 +161,7 @@ impl Simulation {
 impl Entity {
     /// After positions were set by hand: followers follow, joints that hold hold the
     /// new place, and the next step starts from nothing old.
-    pub(super) fn settle_after_reset(&mut self) {
+    pub(in crate::simulation) fn settle_after_reset(&mut self) {
         let tree = Arc::clone(self.body.tree());
         apply_mimics(&tree, self.body.positions_mut());
         apply_mimic_velocities(&tree, self.body.velocities_mut());

@@ -2,21 +2,12 @@
 
 use glamx::DVec3;
 
-use super::contacts::Contacts;
-use super::entity::Entity;
-use super::sleep::Groups;
-use super::{EventKind, PhysicsSettings, Simulation};
-use crate::dynamics::island::Island;
+use crate::simulation::contacts::Contacts;
+use crate::simulation::entity::Entity;
+use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
 /// Contacts are looked for at least this far from what moves, metres.
 const NEAR: f64 = 1e-3;
-
-/// The memory of a step, kept for the next one.
-#[derive(Debug, Default)]
-pub(super) struct StepMemory {
-    island: Island,
-    groups: Groups,
-}
 
 impl Simulation {
     /// Advances the world by one time step, in as many equal parts as the settings say.

@@ -1,0 +1,45 @@
+//! Whether a robot is looked at by a step.
+
+use super::Entity;
+use crate::dynamics::spatial::Spatial;
+
+impl Entity {
+    /// Whether it takes part in the simulation.
+    pub(in crate::simulation) fn is_active(&self) -> bool {
+        self.state.disabled.is_none()
+    }
+
+    /// Whether any of it can move.
+    pub(in crate::simulation) fn moves(&self) -> bool {
+        !self.body.tree().bodies.is_empty()
+    }
+
+    /// Whether a step changes it.
+    pub(in crate::simulation) fn is_awake(&self) -> bool {
+        self.is_active() && !self.state.asleep && self.moves()
+    }
+
+    /// A single free body that nothing pushes.
+    pub(in crate::simulation) fn may_sleep(&self) -> bool {
+        let tree = self.body.tree();
+        !tree.fixed_base
+            && tree.bodies.len() == 1
+            && self.body.external().iter().all(|push| *push == Spatial::ZERO)
+    }
+
+    pub(in crate::simulation) fn fall_asleep(&mut self) {
+        self.state.asleep = true;
+        self.state.rest_poses.extend(self.colliders.save_poses());
+        self.body.velocities_mut().fill(0.0);
+    }
+
+    /// Makes a step look at it again.
+    pub(in crate::simulation) fn wake(&mut self) {
+        if self.state.asleep {
+            self.state.asleep = false;
+            self.state.rest_poses.clear();
+            self.state.still_for = 0.0;
+            self.body.update_kinematics();
+        }
+    }
+}

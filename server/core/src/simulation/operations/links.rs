@@ -1,0 +1,24 @@
+//! Links: what their surfaces are like.
+
+use crate::simulation::command::LinkProperties;
+use crate::simulation::error::Error;
+use crate::simulation::{Reply, Simulation};
+
+impl Simulation {
+    pub(in crate::simulation) fn set_link_properties(
+        &mut self,
+        robot: &str,
+        links: &[LinkProperties],
+    ) -> Result<Reply, Error> {
+        let robot_index = self.robot_index(robot)?;
+        let entity = &mut self.entities[robot_index];
+        let found = entity.check_links(links, "links")?;
+        for (link, properties) in found.into_iter().zip(links) {
+            entity.colliders.set_material(link, &properties.material);
+        }
+        entity.state.surfaces = entity.colliders.surfaces().collect();
+        self.settings_changed(robot_index);
+        self.wake_around(robot_index);
+        Ok(Reply::Done)
+    }
+}

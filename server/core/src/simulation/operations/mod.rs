@@ -1,0 +1,12 @@
+//! What can be done with a world: commands, the step, publishing. All of it is methods of
+//! [`Simulation`](super::Simulation), and nothing below imports it.
+
+mod joints;
+mod links;
+mod observe;
+mod robots;
+mod saved_states;
+mod step;
+mod target_sources;
+mod targets;
+mod world;

@@ -1,0 +1,179 @@
+//! What a world publishes of itself.
+
+use std::sync::Arc;
+
+use crate::dynamics::tree::JointType;
+use crate::simulation::Simulation;
+use crate::simulation::contacts::Contacts;
+use crate::simulation::entity::Entity;
+use crate::simulation::published_state::{
+    AppliedWrench, ContactReport, EntityLayout, Flags, PublishedState, RootState, WorldLayout,
+};
+use crate::simulation::settings::PhysicsSettings;
+use crate::simulation::wrench::ActiveWrench;
+
+impl Simulation {
+    /// Writes the state of the world into a published state, reusing its memory.
+    pub fn observe(&self, state: &mut PublishedState) {
+        state.at = self.now;
+        share(&mut state.world, &self.layout);
+        state.roots.clear();
+        for values in [&mut state.positions, &mut state.velocities, &mut state.efforts, &mut state.targets] {
+            values.clear();
+        }
+        state.modes.clear();
+        state.gains.clear();
+        state.accelerations.clear();
+        state.flags.clear();
+        let PhysicsSettings { time_step, substeps, .. } = self.settings;
+        let h = time_step / f64::from(substeps);
+        for entity in &self.entities {
+            entity.observe(state, time_step, h);
+        }
+        state.contacts.clear();
+        state.contacts.extend(self.contacts.reports(time_step, h));
+        state.applied_wrenches.clear();
+        state.applied_wrenches.extend(self.applied_wrenches());
+        share(&mut state.settings, &self.robot_settings);
+        share(&mut state.target_sources, &self.target_sources);
+        share(&mut state.saved, &self.saved);
+    }
+
+    /// What acted on links over the last step or acts over the next one.
+    pub(in crate::simulation) fn applied_wrenches(&self) -> impl Iterator<Item = AppliedWrench> + '_ {
+        self.entities.iter().enumerate().flat_map(|(robot, entity)| {
+            let applied_wrenches = entity
+                .state
+                .applied_wrenches
+                .iter()
+                .filter(|wrench| !wrench.suspended)
+                .chain(&entity.state.expired_wrenches);
+            applied_wrenches.map(move |wrench| {
+                let ActiveWrench { link, force, torque, in_link_axes, point, .. } = *wrench;
+                AppliedWrench { robot, link, force, torque, in_link_axes, point }
+            })
+        })
+    }
+
+    /// To be called when a command changed settings of the robot at this index.
+    pub(in crate::simulation) fn settings_changed(&mut self, robot: usize) {
+        let settings = Arc::new(self.entities[robot].robot_settings());
+        if let Some(shared) = Arc::make_mut(&mut self.robot_settings).get_mut(robot) {
+            *shared = settings;
+        }
+    }
+
+    /// To be called when robots came, went or changed their model.
+    pub(in crate::simulation) fn lay_out(&mut self) {
+        let (mut position, mut velocity) = (0, 0);
+        let entities = self.entities.iter().enumerate().map(|(robot_index, entity)| {
+            let tree = entity.body.tree();
+            let (positions, velocities) =
+                (tree.position_count - tree.root_positions(), tree.velocity_count - tree.root_velocities());
+            let (first_position, first_velocity) = (position, velocity);
+            position += positions;
+            velocity += velocities;
+            // Of hundreds of robots one more leaves the others as they are. A version is of one robot and model.
+            let known = self.layout.entities.get(robot_index).filter(|known| {
+                known.version == entity.version
+                    && (known.positions.start, known.velocities.start) == (first_position, first_velocity)
+            });
+            if let Some(known) = known {
+                return Arc::clone(known);
+            }
+            let (joint_positions, joint_velocities) = entity.joint_ranges();
+            Arc::new(EntityLayout {
+                name: entity.state.name.clone(),
+                version: entity.version,
+                model: Arc::clone(&entity.model),
+                tree: Arc::clone(tree),
+                shapes: Arc::clone(entity.colliders.shapes()),
+                fixed_base: tree.fixed_base,
+                loaded_at_start: entity.state.loaded_at_start,
+                positions: first_position..position,
+                velocities: first_velocity..velocity,
+                joint_positions,
+                joint_velocities,
+            })
+        });
+        let layout = Arc::new(WorldLayout { entities: entities.collect() });
+        let before = std::mem::replace(&mut self.layout, layout);
+        self.keep_target_sources(&before);
+        let settings = self.entities.iter().map(|entity| Arc::new(entity.robot_settings()));
+        self.robot_settings = Arc::new(settings.collect());
+    }
+}
+
+impl Contacts {
+    /// What touches, as the last step of `time_step` seconds had it, whose parts took `h` seconds each.
+    fn reports(&self, time_step: f64, h: f64) -> impl Iterator<Item = ContactReport> + '_ {
+        self.list.iter().map(move |contact| {
+            let point = &contact.point;
+            let force = contact.total / time_step;
+            let normal_force = force.dot(point.normal);
+            ContactReport {
+                robots: contact.robots,
+                links: point.links,
+                point: point.position,
+                normal: point.normal,
+                depth: -point.distance,
+                normal_force,
+                friction_force: force - point.normal * normal_force,
+                last_force: contact.impulse / h,
+            }
+        })
+    }
+}
+
+impl Entity {
+    /// Adds what it shows to a published state, after a step of so many seconds in parts of `h` seconds.
+    fn observe(&self, state: &mut PublishedState, time_step: f64, h: f64) {
+        let tree = self.body.tree();
+        let root = tree.root_velocities();
+        let mut accelerations = self.body.last_accelerations(h);
+        let mut of_root = [0.0; 6];
+        of_root.iter_mut().zip(accelerations.by_ref().take(root)).for_each(|(of, value)| *of = value);
+        state.accelerations.extend(accelerations);
+        let (linear, angular) = self.body.root_twist();
+        state.roots.push(RootState {
+            pose: self.body.root_pose(),
+            linear,
+            angular,
+            disabled: self.state.disabled.clone(),
+            accelerations: of_root,
+        });
+        state.positions.extend_from_slice(&self.body.positions()[tree.root_positions()..]);
+        state.velocities.extend_from_slice(&self.body.velocities()[root..]);
+        state.efforts.extend_from_slice(&self.body.efforts()[root..]);
+        for axis in &self.body.axes()[root..] {
+            state.targets.push(axis.actuator.target);
+            state.modes.push(axis.actuator.mode);
+            state.gains.push(axis.gains(time_step));
+        }
+        for body in tree.bodies.iter().filter(|body| body.joint.is_some()) {
+            match body.joint_type {
+                JointType::Free { .. } => state.flags.extend([Flags::default(); 6]),
+                _ => state.flags.push(self.flags(body.position, body.velocity)),
+            }
+        }
+    }
+
+    fn flags(&self, position: usize, velocity: usize) -> Flags {
+        /// A joint this near to a limit is at it, rad or m.
+        const AT_LIMIT: f64 = 1e-6;
+        let position = self.body.positions()[position];
+        let limits = &self.body.axes()[velocity].settings.limits;
+        Flags {
+            saturated: self.body.is_saturated(velocity),
+            at_lower: limits.lower.is_some_and(|lower| position <= lower + AT_LIMIT),
+            at_upper: limits.upper.is_some_and(|upper| position >= upper - AT_LIMIT),
+        }
+    }
+}
+
+/// Makes one what the other is. Both mostly are already, and then no reference is counted.
+fn share<T>(one: &mut Arc<T>, other: &Arc<T>) {
+    if !Arc::ptr_eq(one, other) {
+        *one = Arc::clone(other);
+    }
+}

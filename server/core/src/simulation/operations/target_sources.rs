@@ -1,0 +1,42 @@
+//! Keeps who set which target, while commands come and robots come and go.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::simulation::Simulation;
+use crate::simulation::published_state::WorldLayout;
+use crate::simulation::target_sources::{RobotTargetSources, TargetSource};
+
+impl Simulation {
+    /// Targets of these joints, each by its robot's index and its own in the model, were set.
+    pub(in crate::simulation) fn targets_were_set(
+        &mut self,
+        joints: impl IntoIterator<Item = (usize, usize)>,
+        source: Option<&Arc<TargetSource>>,
+    ) {
+        let sources = Arc::make_mut(&mut self.target_sources);
+        for (robot, joint) in joints {
+            let (Some(sources), Some(entity)) = (sources.get_mut(robot), self.entities.get(robot)) else {
+                continue;
+            };
+            let sources = Arc::make_mut(sources);
+            sources.resize(entity.model.joints.len(), None);
+            if let Some(slot) = sources.get_mut(joint) {
+                *slot = source.cloned();
+            }
+        }
+    }
+
+    /// Targets were put back to where they were before they were set.
+    pub(in crate::simulation) fn targets_were_put_back(&mut self) {
+        self.target_sources = Arc::new(vec![RobotTargetSources::default(); self.entities.len()]);
+    }
+
+    /// Robots came, went or changed their model, which makes other robots of them.
+    pub(in crate::simulation) fn keep_target_sources(&mut self, before: &WorldLayout) {
+        let versions = before.entities.iter().map(|entity| entity.version);
+        let mut known: BTreeMap<u64, _> = versions.zip(self.target_sources.iter().cloned()).collect();
+        let sources = self.entities.iter().map(|entity| known.remove(&entity.version).unwrap_or_default());
+        self.target_sources = Arc::new(sources.collect());
+    }
+}

@@ -1,0 +1,137 @@
+//! Modules import downwards only, in the order that `ARCHITECTURE.md` gives.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::root;
+
+/// A folder of sources and the modules in it, from the top to the bottom. Those of one line do not import each other.
+struct Layers {
+    folder: &'static str,
+    /// How its modules are named in an import, beside `super`.
+    prefix: &'static str,
+    lines: &'static [&'static [&'static str]],
+    /// Files whose imports upwards are left.
+    exceptions: &'static [&'static str],
+}
+
+const SERVER: Layers = Layers {
+    folder: "server/src",
+    prefix: "crate::",
+    lines: &[
+        &["daemon"],
+        &["grpc"],
+        &["http", "zenoh"],
+        &["config", "service"],
+        &["convert"],
+        &["handle"],
+        &["loading"],
+        &["driver"],
+        &["call_error"],
+        &["info", "log", "run_state"],
+    ],
+    // States of the world out to files and in from them.
+    exceptions: &["loading/saved_state_file.rs", "loading/saved_states.rs"],
+};
+
+const CORE: Layers = Layers {
+    folder: "server/core/src",
+    prefix: "crate::",
+    lines: &[&["simulation"], &["collision"], &["dynamics"], &["plain", "valid"]],
+    exceptions: &[],
+};
+
+const SIMULATION: Layers = Layers {
+    folder: "server/core/src/simulation",
+    prefix: "crate::simulation::",
+    lines: &[
+        &["operations"],
+        &["event"],
+        &["command"],
+        &["joint_status", "rays", "reactions"],
+        &["published_state"],
+        &["robot_settings", "saved"],
+        &["contacts"],
+        &["sleep"],
+        &["entity"],
+        &["world_state"],
+        &["check", "claim", "contact_settings", "target_sources", "wrench"],
+        &["error", "moment", "settings"],
+    ],
+    exceptions: &[],
+};
+
+impl Layers {
+    /// The number of a module's line.
+    fn of(&self, module: &str) -> Option<usize> {
+        self.lines.iter().position(|line| line.contains(&module))
+    }
+
+    /// Imports upwards, each as a line for people.
+    fn wrong(&self) -> Vec<String> {
+        let folder = root().join(self.folder);
+        let mut files = Vec::new();
+        sources(&folder, &mut files);
+        let mut wrong = Vec::new();
+        let mut imports = 0;
+        for file in files {
+            let name = file.strip_prefix(&folder).unwrap().to_str().unwrap().replace('\\', "/");
+            let module = name.split('/').next().unwrap().trim_end_matches(".rs");
+            // Tests may put together what they test.
+            let is_test = name.contains("tests") || name.contains("test_world");
+            if is_test || ["lib", "main", "mod"].contains(&module) || self.exceptions.contains(&name.as_str())
+            {
+                continue;
+            }
+            let own = self.of(module).unwrap_or_else(|| panic!("{name} is in no layer"));
+            let text = fs::read_to_string(&file).unwrap();
+            let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+            for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+                // `super` of a file beside the module's root is that root; of one further down it is the module.
+                let outside = if name.contains('/') { None } else { Some("super::") };
+                for other in
+                    [Some(self.prefix), outside].into_iter().flatten().flat_map(|it| imported(line, it))
+                {
+                    let other = if other == "SimHandle" { "handle" } else { other };
+                    imports += 1;
+                    if other != module && self.of(other).is_some_and(|other| other <= own) {
+                        wrong.push(format!("{}/{name} imports {other}", self.folder));
+                    }
+                    if self.folder.ends_with("simulation") && other == "Simulation" && module != "operations"
+                    {
+                        wrong.push(format!("{}/{name} imports the world", self.folder));
+                    }
+                }
+            }
+        }
+        assert!(imports > 20, "{} has {imports} imports", self.folder);
+        wrong
+    }
+}
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Names of modules in `use PREFIXa::b;`, in `PREFIX{a, b}` and in `PREFIXa::b` within a line.
+fn imported<'a>(line: &'a str, prefix: &str) -> impl Iterator<Item = &'a str> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    line.split(prefix).skip(1).flat_map(move |rest| {
+        let list = rest.strip_prefix('{').map(|list| list.split('}').next().unwrap_or(list));
+        let names: Vec<&str> = list.map_or_else(|| vec![rest], |list| list.split(", ").collect());
+        names.into_iter().map(move |name| name.split(|c| !is_word(c)).next().unwrap_or(name))
+    })
+}
+
+#[test]
+fn modules_import_downwards_only() {
+    let wrong: Vec<String> = [SERVER, CORE, SIMULATION].iter().flat_map(Layers::wrong).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
