@@ -19,6 +19,7 @@ use simd_model::Severity;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
+use crate::blocking_threads::BlockingThreads;
 use crate::config::{Config, Robot};
 use crate::driver;
 use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
@@ -107,7 +108,8 @@ pub struct Running {
 /// # Errors
 /// Where an address, a folder or a robot is not as the configuration has it.
 pub async fn start(config: Config) -> Result<Running, Error> {
-    let loader = Loader::new(config.limits, &config.asset_roots)
+    let threads = BlockingThreads::computing().map_err(Error::System)?;
+    let loader = Loader::new(config.limits, &config.asset_roots, threads)
         .map_err(|(folder, source)| Error::AssetRoot { folder, source })?;
     let listen = |source| Error::Listen { address: config.listen, source };
     let listener = TcpListener::bind(config.listen).await.map_err(listen)?;

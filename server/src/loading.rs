@@ -37,6 +37,7 @@ pub use progress::{Phase, Progress};
 pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, summary};
 pub use source::{AssetState, Prepared, Source, Validated};
 
+use crate::blocking_threads::BlockingThreads;
 use crate::call_error::CallError;
 use crate::info::DaemonLimits;
 use decoded::Decoded;
@@ -55,6 +56,7 @@ const QUEUED_READS: usize = 64;
 pub(crate) struct Loader {
     limits: DaemonLimits,
     roots: Roots,
+    threads: Arc<BlockingThreads>,
     read_permits: Arc<Semaphore>,
     queue_slots: Arc<Semaphore>,
     decoded: Arc<Decoded>,
@@ -89,6 +91,7 @@ impl Loader {
     pub(crate) fn new(
         limits: DaemonLimits,
         asset_roots: &[PathBuf],
+        threads: BlockingThreads,
     ) -> Result<Self, (PathBuf, std::io::Error)> {
         let cache = Cache {
             store: Store::new(limits.upload_store_bytes),
@@ -98,6 +101,7 @@ impl Loader {
         Ok(Self {
             limits,
             roots: Roots::new(asset_roots)?,
+            threads: Arc::new(threads),
             read_permits: Arc::new(Semaphore::new(CONCURRENT_READS)),
             queue_slots: Arc::new(Semaphore::new(QUEUED_READS)),
             decoded: Arc::new(Decoded::new(limits.decoded_bytes)),
@@ -107,6 +111,11 @@ impl Loader {
 
     fn lock(&self) -> MutexGuard<'_, Cache> {
         self.cache.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Threads for work that takes long.
+    pub(crate) fn threads(&self) -> &BlockingThreads {
+        &self.threads
     }
 
     pub(crate) fn load_options(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> LoadOptions {

@@ -1,5 +1,5 @@
 //! When a step can be interrupted, so that pausing, stopping, deleting, resetting and ending work however long
-//! a step takes. Told the time.
+//! a step takes. Owns no clock: it is given the time.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! How fast the world really goes, over about the last second. Told the time.
+//! How fast the world really goes, over about the last second. Owns no clock: it is given the time.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};

@@ -26,6 +26,7 @@ use tonic_types::StatusExt as _;
 
 use super::connections::Connections;
 use crate::SimHandle;
+use crate::blocking_threads::BlockingThreads;
 use crate::config;
 use crate::convert::test_world::spawn;
 use crate::driver;
@@ -51,7 +52,11 @@ impl Daemon {
         let world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
         let driver = driver::start(world, driver::Config { state, ..Default::default() }).unwrap();
         let info = DaemonInfo { name: "test".into(), version: "0.0.0", limits };
-        let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+        let handle = SimHandle::new(
+            driver,
+            Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap(),
+            info,
+        );
         handle.command(spawn("arm", &[])).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();

@@ -1,5 +1,5 @@
-//! Reads that take milliseconds: inverse kinematics, mass matrices, rays. They run on threads of their own,
-//! few at a time, so that the physics thread finds a processor free.
+//! Reads that take milliseconds: inverse kinematics, mass matrices, rays. They run on threads that give way to the
+//! physics thread, few at a time.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::Semaphore;
 
 use super::{CallError, SimHandle};
+use crate::blocking_threads::BlockingThreads;
 
 /// How many may wait for a permit. Each holds its request in memory, at most a message's size.
 const WAITING: usize = 64;
@@ -57,6 +58,7 @@ impl HeavyWork {
     /// At once where too many wait already.
     pub(super) async fn run<T: Send + 'static>(
         &self,
+        threads: &BlockingThreads,
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
     ) -> Result<T, CallError> {
         let permit = match Arc::clone(&self.permits).try_acquire_owned() {
@@ -73,7 +75,7 @@ impl HeavyWork {
         };
         let on_drop = SetOnDrop(Cancelled::default());
         let cancelled = on_drop.0.clone();
-        let done = tokio::task::spawn_blocking(move || {
+        let done = threads.run(move || {
             let _permit = permit;
             (!cancelled.is_set()).then(|| work(&cancelled))
         });
@@ -94,7 +96,7 @@ impl SimHandle {
         &self,
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
     ) -> Result<T, CallError> {
-        self.inner.heavy.run(work).await
+        self.inner.heavy.run(self.loader().threads(), work).await
     }
 }
 
@@ -127,15 +129,16 @@ mod tests {
 
     #[tokio::test]
     async fn a_permit_is_held_until_the_work_ends_and_not_until_its_caller_leaves() {
+        let threads = BlockingThreads::computing().unwrap();
         let heavy = HeavyWork::new(1, 1);
         let (work, end, has_begun) = held();
         {
-            let mut call = Box::pin(heavy.run(work));
+            let mut call = Box::pin(heavy.run(&threads, work));
             assert!(poll_once(call.as_mut()).await.is_pending());
             has_begun.await.unwrap();
         }
         assert_eq!(heavy.permits.available_permits(), 0, "its caller is gone, and it runs");
-        let mut next = Box::pin(heavy.run(|_| 7));
+        let mut next = Box::pin(heavy.run(&threads, |_| 7));
         assert!(poll_once(next.as_mut()).await.is_pending());
         end.send(()).unwrap();
         assert_eq!(next.await.unwrap(), 7);
@@ -143,14 +146,15 @@ mod tests {
 
     #[tokio::test]
     async fn one_more_than_may_wait_is_refused_at_once() {
+        let threads = BlockingThreads::computing().unwrap();
         let heavy = HeavyWork::new(1, 1);
         let (work, end, has_begun) = held();
-        let mut running = Box::pin(heavy.run(work));
+        let mut running = Box::pin(heavy.run(&threads, work));
         assert!(poll_once(running.as_mut()).await.is_pending());
         has_begun.await.unwrap();
-        let mut waiting = Box::pin(heavy.run(|_| ()));
+        let mut waiting = Box::pin(heavy.run(&threads, |_| ()));
         assert!(poll_once(waiting.as_mut()).await.is_pending());
-        assert!(matches!(heavy.run(|_| ()).await, Err(CallError::LimitExceeded { .. })));
+        assert!(matches!(heavy.run(&threads, |_| ()).await, Err(CallError::LimitExceeded { .. })));
         end.send(()).unwrap();
         assert!(!running.await.unwrap(), "its caller waits for it");
         waiting.await.unwrap();
@@ -159,11 +163,12 @@ mod tests {
 
     #[tokio::test]
     async fn work_whose_caller_left_is_told_so_and_what_only_waits_is_not_begun() {
+        let threads = BlockingThreads::computing().unwrap();
         let heavy = HeavyWork::new(1, 2);
         let (begun, has_begun) = tokio::sync::oneshot::channel();
         let (ended, has_ended) = tokio::sync::oneshot::channel();
         {
-            let mut call = Box::pin(heavy.run(move |cancelled: &Cancelled| {
+            let mut call = Box::pin(heavy.run(&threads, move |cancelled: &Cancelled| {
                 begun.send(()).unwrap();
                 while !cancelled.is_set() {
                     std::thread::yield_now();
@@ -172,10 +177,10 @@ mod tests {
             }));
             assert!(poll_once(call.as_mut()).await.is_pending());
             has_begun.await.unwrap();
-            let mut waiting = Box::pin(heavy.run(|_| panic!("it has no caller")));
+            let mut waiting = Box::pin(heavy.run(&threads, |_| panic!("it has no caller")));
             assert!(poll_once(waiting.as_mut()).await.is_pending());
         }
         has_ended.await.unwrap();
-        heavy.run(|_| ()).await.unwrap();
+        heavy.run(&threads, |_| ()).await.unwrap();
     }
 }

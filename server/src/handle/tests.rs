@@ -7,6 +7,7 @@ use simd_core::simulation::command::PhysicsChange;
 use tokio::time::Instant;
 
 use super::*;
+use crate::blocking_threads::BlockingThreads;
 use crate::driver::toy::{Toy, nothing};
 
 type Applied = Arc<Mutex<Vec<(u64, Command)>>>;
@@ -17,7 +18,14 @@ fn handle(toy: Toy, state: RunState) -> (SimHandle, Applied) {
     let driver = driver::start(toy, driver::Config { state, ..Default::default() }).unwrap();
     let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
-    (SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info), applied)
+    (
+        SimHandle::new(
+            driver,
+            Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap(),
+            info,
+        ),
+        applied,
+    )
 }
 
 pub(super) fn paused() -> SimHandle {

@@ -13,6 +13,7 @@ use tonic::codegen::Service as _;
 use tonic::service::Routes;
 
 use super::*;
+use crate::blocking_threads::BlockingThreads;
 use crate::convert::test_world::spawn;
 use crate::convert::to_proto;
 use crate::driver;
@@ -30,7 +31,11 @@ async fn beside_a_world(spawn: Command) -> (Router, SimHandle) {
     let driver =
         driver::start(world, driver::Config { state: RunState::Paused, ..Default::default() }).unwrap();
     let info = DaemonInfo { name: "test".into(), version: "0.0.0", limits };
-    let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+    let handle = SimHandle::new(
+        driver,
+        Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap(),
+        info,
+    );
     handle.command(spawn).await.unwrap();
     let services: Routes = crate::service::routes(&handle, Transport::Grpc);
     let settings = Settings { bundle: Bundle::fallback(), hosts: Hosts::default() };

@@ -1,5 +1,5 @@
 //! Uploads that are not complete yet: bounded in number and bytes, and forgotten
-//! when nothing more comes. Told the time.
+//! when nothing more comes. Owns no clock: it is given the time.
 
 use std::collections::HashMap;
 use std::time::Duration;

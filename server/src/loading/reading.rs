@@ -185,7 +185,7 @@ impl Loader {
         found.collect()
     }
 
-    /// Does work that takes long, when it is its turn. A caller that waits too long is refused.
+    /// Does work that takes long, when a permit is free. A caller that waits too long is refused.
     /// The work, which is bounded, ends all the same, and its permit with it.
     pub(crate) async fn off_thread<T: Send + 'static>(
         &self,
@@ -198,10 +198,10 @@ impl Loader {
                 limit: super::QUEUED_READS as u64,
             });
         };
-        let read_permits = self.read_permits.clone();
+        let (read_permits, threads) = (self.read_permits.clone(), Arc::clone(&self.threads));
         let done = async move {
             let permit = read_permits.acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
-            let done = tokio::task::spawn_blocking(move || {
+            let done = threads.run(move || {
                 let done = work();
                 drop((slot, permit));
                 done

@@ -10,6 +10,7 @@ use simd_core::simulation::WorldLimits;
 use simd_core::{Command, PhysicsSettings, Simulation};
 
 use super::*;
+use crate::blocking_threads::BlockingThreads;
 use crate::driver;
 use crate::handle::{AssetState, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
 
@@ -47,7 +48,7 @@ fn daemon(limits: DaemonLimits, roots: &[PathBuf]) -> SimHandle {
     let config = driver::Config { state: RunState::Paused, ..Default::default() };
     let link = driver::start(world, config).unwrap();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
-    SimHandle::new(link, Loader::new(limits, roots).unwrap(), info)
+    SimHandle::new(link, Loader::new(limits, roots, BlockingThreads::computing().unwrap()).unwrap(), info)
 }
 
 fn request(source: Source) -> SpawnRequest {
@@ -242,7 +243,7 @@ fn missing() -> BTreeMap<String, Vec<String>> {
     [URI, "package://arm/meshes/nobody_asks.stl"].into_iter().map(places).collect()
 }
 
-#[tokio::test(start_paused = true)]
+#[tokio::test]
 async fn deleting_robots_frees_what_they_held_also_in_a_paused_world() {
     let handle = daemon(DaemonLimits::default(), &[]);
     let names: Vec<String> = (0..10).map(|n| format!("arm{n}")).collect();
@@ -261,17 +262,19 @@ async fn deleting_robots_frees_what_they_held_also_in_a_paused_world() {
     handle.tidy(Instant::now());
     let files = handle.loader().held();
     assert!(files < 10 * 3000, "{files} bytes");
+    tokio::time::pause();
     tokio::time::advance(std::time::Duration::from_secs(600)).await;
     handle.tidy(Instant::now());
     assert_eq!(handle.loader().held(), 0);
 }
 
-#[tokio::test(start_paused = true)]
+#[tokio::test]
 async fn abandoned_uploads_are_dropped_although_no_other_comes() {
     let handle = daemon(DaemonLimits::default(), &[]);
     handle.upload(Sha256::of(b"a"), 1 << 20, 0, vec![0; 1000].into()).await.unwrap();
     handle.tidy(Instant::now());
     assert!(handle.loader().held() >= 1000);
+    tokio::time::pause();
     tokio::time::advance(std::time::Duration::from_secs(60)).await;
     handle.tidy(Instant::now());
     assert_eq!(handle.loader().held(), 0);

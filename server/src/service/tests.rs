@@ -20,6 +20,7 @@ use tonic::{Code, Request};
 use super::claims::Proven;
 use super::{joint, routes};
 use crate::SimHandle;
+use crate::blocking_threads::BlockingThreads;
 use crate::convert::test_world;
 use crate::driver::toy::Stuck;
 use crate::driver::{self, Config};
@@ -124,7 +125,11 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
     let driver = driver::start(world, Config::default()).unwrap();
     let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
-    let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+    let handle = SimHandle::new(
+        driver,
+        Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap(),
+        info,
+    );
     tokio::task::spawn_blocking(move || has_begun.recv().unwrap()).await.unwrap();
     assert!(handle.statistics().step_duration > 0.0, "the step that is going on shows");
 
@@ -170,7 +175,11 @@ async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() 
     let driver = driver::start(test_world::simulation(), config).unwrap();
     let limits = DaemonLimits::default();
     let info = DaemonInfo { name: "test".into(), version: "0", limits };
-    let handle = SimHandle::new(driver, Loader::new(limits, &[]).unwrap(), info);
+    let handle = SimHandle::new(
+        driver,
+        Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap(),
+        info,
+    );
     let service = joint::Service::new(handle.clone());
     let (secret, _done) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(60)).await.unwrap();
     let claim = handle.claim_of(&secret).unwrap();

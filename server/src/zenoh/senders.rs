@@ -6,13 +6,11 @@
 //! are answered at one time: a client that does not read holds up its own replies and no others.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::Duration;
 
-use tokio::runtime::{Builder, Runtime};
 use tokio::sync::Semaphore;
 
-/// An idle thread ends after this time.
-const IDLE: Duration = Duration::from_secs(10);
+use crate::blocking_threads::BlockingThreads;
+
 /// Sending goes through a few functions of Zenoh's, and needs no more.
 const STACK_BYTES: usize = 512 * 1024;
 
@@ -31,8 +29,7 @@ pub(super) struct Senders {
     /// One reply is sent where it was made, which saves the way to another thread: nearly always there
     /// is no more than one.
     in_place: Semaphore,
-    /// Used for its threads that may wait alone. Taken when it ends.
-    threads: Option<Runtime>,
+    threads: BlockingThreads,
     waiting: AtomicUsize,
     sent: AtomicU64,
 }
@@ -41,15 +38,9 @@ impl Senders {
     /// # Errors
     /// Where the system gives no threads.
     pub(super) fn new(threads: usize) -> std::io::Result<Self> {
-        let threads = Builder::new_multi_thread()
-            .worker_threads(1)
-            .max_blocking_threads(threads)
-            .thread_keep_alive(IDLE)
-            .thread_stack_size(STACK_BYTES)
-            .thread_name("zenoh-reply")
-            .build()?;
+        let threads = BlockingThreads::waiting("zenoh-reply", threads, STACK_BYTES)?;
         let (waiting, sent) = (AtomicUsize::new(0), AtomicU64::new(0));
-        Ok(Self { in_place: Semaphore::new(1), threads: Some(threads), waiting, sent })
+        Ok(Self { in_place: Semaphore::new(1), threads, waiting, sent })
     }
 
     /// Sends, while other tasks go on: it may wait for a receiver that does not read.
@@ -58,9 +49,7 @@ impl Senders {
         if let Ok(_place) = self.in_place.try_acquire() {
             return tokio::task::block_in_place(send);
         }
-        if let Some(threads) = &self.threads
-            && let Err(error) = threads.spawn_blocking(send).await
-        {
+        if let Err(error) = self.threads.run(send).await {
             tracing::warn!("a reply is not sent: {error}");
         }
     }
@@ -69,15 +58,6 @@ impl Senders {
     pub(super) fn replies(&self) -> Replies {
         let (waiting, sent) = (self.waiting.load(Ordering::Relaxed), self.sent.load(Ordering::Relaxed));
         Replies { waiting, sent }
-    }
-}
-
-impl Drop for Senders {
-    fn drop(&mut self) {
-        // A runtime waits for its threads where it is dropped otherwise.
-        if let Some(threads) = self.threads.take() {
-            threads.shutdown_background();
-        }
     }
 }
 

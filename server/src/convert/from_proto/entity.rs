@@ -1,4 +1,4 @@
-//! Requests of the entity service: descriptions, robots, where they are, pushes.
+//! Requests of the entity service: descriptions, robots, where they are, wrenches on links.
 
 use std::collections::BTreeMap;
 
