@@ -182,7 +182,7 @@ impl PublishedState {
         Some(entity.tree.link_twists(&self.configuration(index)?))
     }
 
-    /// Where the robot at this place is and how it moves.
+    /// Where the robot at this index is and how it moves.
     pub fn configuration(&self, index: usize) -> Option<Configuration> {
         let entity = self.world.entities.get(index)?;
         let root = self.roots.get(index)?;

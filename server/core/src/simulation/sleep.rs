@@ -17,9 +17,9 @@ const STILL_FOR: f64 = 1.0;
 pub(super) struct Groups {
     /// Of each robot: one on the way to its group's first.
     above: Vec<usize>,
-    /// Robots by group, then place.
+    /// Robots by group, then index.
     members: Vec<usize>,
-    /// Contacts by group, then place.
+    /// Contacts by group, then index.
     contacts: Vec<usize>,
     /// Ends of each group in the two lists.
     ends: Vec<(usize, usize)>,
