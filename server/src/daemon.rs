@@ -173,6 +173,8 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         strict: robot.strict,
         mesh_shapes: Default::default(),
         contact_settings: Default::default(),
+        srdf: Default::default(),
+        collision_pairs: Vec::new(),
     };
     let loaded = handle.spawn_at_start(path.clone(), request).await;
     let loaded = loaded.map_err(|source| Error::Robot { path, source })?;

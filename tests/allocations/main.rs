@@ -33,6 +33,7 @@ fn spawn(world: &mut Simulation, name: &str, model: &Arc<RobotModel>, fixed: boo
         joint_positions: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     };
     apply(world, Command::Spawn(Box::new(spawn)));

@@ -5,6 +5,7 @@
 #![cfg(test)]
 
 mod clients;
+mod collision_filters;
 mod connections;
 mod control;
 mod hostile;

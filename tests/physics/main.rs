@@ -4,6 +4,7 @@
 
 mod chains;
 mod closed_forms;
+mod collision_filters;
 mod contact_runs;
 mod contacts;
 mod energy;

@@ -104,6 +104,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
         joint_positions: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     }
 }

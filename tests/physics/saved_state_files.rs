@@ -106,7 +106,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
     let joint = rng.choice(&model.joints).map_or("none".into(), |joint| joint.name.clone());
     let link = rng.choice(&model.links).map_or("none".into(), |link| link.name.clone());
     let number = 2.0 * rng.f64() - 1.0;
-    match rng.u8(0..9) {
+    match rng.u8(0..11) {
         0 | 1 => {
             let target = match rng.u8(0..5) {
                 0 => Target::velocity(number),
@@ -145,7 +145,17 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
         }
         3 => {
             let material = Material { friction: Some(number.abs()), restitution: None };
-            Command::SetLinkProperties { robot, links: vec![LinkProperties { link, material }] }
+            let collision_mask = rng.bool().then(|| rng.u32(..));
+            let properties = LinkProperties { link, material, collision_mask, ..Default::default() };
+            Command::SetLinkProperties { robot, links: vec![properties] }
+        }
+        9 => {
+            let other = &seen.world.entities[rng.usize(..seen.world.entities.len())];
+            let other_link = rng.choice(&other.model.links).map_or("none".into(), |link| link.name.clone());
+            let enabled = [None, Some(false), Some(true)][rng.usize(0..3)];
+            let pair = CollisionPair { link, other_robot: other.name.clone(), other_link, enabled };
+            let self_collision = (rng.u8(0..3) == 0).then(|| rng.bool());
+            Command::SetCollisionFilter(CollisionFilterChange { robot, self_collision, pairs: vec![pair] })
         }
         4 => Command::ApplyWrench(LinkWrench {
             robot,

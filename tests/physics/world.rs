@@ -26,6 +26,7 @@ pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) ->
         joint_positions: moving.map(|joint| joint.name.clone()).zip(positions.iter().copied()).collect(),
         shapes: Default::default(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     }
 }

@@ -94,6 +94,7 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
         passive: true,
         joint_positions: Vec::new(),
         contact_settings: ContactSettings::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     }
 }
@@ -101,7 +102,10 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
 /// Friction and restitution of all of a robot's links.
 pub fn surface(friction: f64, restitution: f64) -> ContactSettings {
     let material = Material { friction: Some(friction), restitution: Some(restitution) };
-    ContactSettings { self_collision: false, links: vec![LinkProperties { link: String::new(), material }] }
+    ContactSettings {
+        self_collision: false,
+        links: vec![LinkProperties { material, ..LinkProperties::default() }],
+    }
 }
 
 /// Applies a command that must be accepted.

@@ -161,6 +161,7 @@ impl Case {
             joint_positions: Vec::new(),
             shapes: Default::default(),
             contact_settings: Default::default(),
+            collision_pairs: Vec::new(),
             loaded_at_start: false,
         }
     }

@@ -63,7 +63,12 @@ impl Surface {
     pub(crate) fn of(self, link: Option<String>) -> Option<LinkProperties> {
         let Self { friction, restitution } = self;
         let is_given = friction.is_some() || restitution.is_some();
-        is_given.then(|| LinkProperties { link: link.unwrap_or_default(), friction, restitution })
+        is_given.then(|| LinkProperties {
+            link: link.unwrap_or_default(),
+            friction,
+            restitution,
+            ..LinkProperties::default()
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! `simctl robot`: robots in the world, in and out.
 
+mod filter;
 mod kinematics;
 mod progress;
 mod shape;
@@ -8,6 +9,7 @@ mod view;
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use simd_client::{
     Client, Error, OpenOptions, Package,
@@ -45,6 +47,8 @@ pub(crate) enum Robot {
         /// The robot's name
         robot: String,
     },
+    /// Changes what a robot touches: itself, groups of links, pairs of links
+    Filter(filter::Filter),
     /// Shows where a robot's links are and how they move
     Links {
         /// The robot's name
@@ -95,6 +99,9 @@ pub(crate) struct Load {
     /// Links of the robot touch each other, except those that a joint connects
     #[arg(long)]
     self_collision: bool,
+    /// An SRDF file, whose `disable_collisions` switch pairs of links off
+    #[arg(long, value_name = "FILE")]
+    srdf: Option<PathBuf>,
     /// Collision meshes become several convex parts, not one hull each
     #[arg(long)]
     convex_parts: bool,
@@ -142,8 +149,10 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
         Robot::Info { robot } => {
             let entity = client.robot_info(&robot).await?;
             let state = client.robot_state(&robot).await?;
-            output.one(&InfoView::new(entity, state)?)
+            let filter = filter::FilterView::of(client, &robot).await?;
+            output.one(&InfoView::new(entity, state, filter)?)
         }
+        Robot::Filter(arguments) => filter::run(arguments, client, output).await,
         Robot::Links { robot } => kinematics::links(&robot, client, output).await,
         Robot::Ik(arguments) => kinematics::ik(arguments, client, output).await,
         Robot::Delete { robot } => {
@@ -157,6 +166,13 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
     let path = &arguments.path;
     let options = options(&arguments.packages, &arguments.xacro_arguments);
     let (source, package) = source(client, path, arguments.on_daemon, &options).await?;
+    let srdf = match &arguments.srdf {
+        Some(file) => std::fs::read(file).with_context(|| file.display().to_string())?,
+        None => Vec::new(),
+    };
+    if !srdf.is_empty() && !arguments.self_collision {
+        hint("its links do not touch each other, whatever the SRDF says; --self-collision makes them");
+    }
     let is_base_given = arguments.fixed || arguments.free;
     let request = SpawnEntityRequest {
         source: Some(source),
@@ -175,6 +191,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         strict: arguments.strict,
         link_properties: arguments.surface.of(None).into_iter().collect(),
         self_collision: arguments.self_collision,
+        srdf,
         mesh_shapes: if arguments.convex_parts { MeshShapes::Decomposition } else { MeshShapes::Hull }.into(),
         ..Default::default()
     };

@@ -1,7 +1,8 @@
 //! What touches what, what rays hit, and what surfaces are like.
 
 use simd_proto::v1::{
-    CastRaysRequest, Contact, GetContactsRequest, GetLinkPropertiesRequest, LinkProperties, Ray, RayHit,
+    CastRaysRequest, Contact, GetCollisionFilterRequest, GetCollisionFilterResponse, GetContactsRequest,
+    GetLinkPropertiesRequest, LinkProperties, Ray, RayHit, SetCollisionFilterRequest,
     SetLinkPropertiesRequest, Stamp, Vector3,
 };
 
@@ -54,5 +55,22 @@ impl Client {
         let links = links.into_iter().collect();
         let request = SetLinkPropertiesRequest { robot: robot.to_owned(), links, ..Default::default() };
         present(self.unary(self.entity().set_link_properties(request)).await?.stamp, "stamp")
+    }
+
+    /// What a robot touches: itself or not, and which pairs of links are switched off or on.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn collision_filter(&self, robot: &str) -> Result<GetCollisionFilterResponse, Error> {
+        let request = GetCollisionFilterRequest { robot: robot.to_owned() };
+        self.unary(self.entity().get_collision_filter(request)).await
+    }
+
+    /// Changes that.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    pub async fn set_collision_filter(&self, request: SetCollisionFilterRequest) -> Result<Stamp, Error> {
+        present(self.unary(self.entity().set_collision_filter(request)).await?.stamp, "stamp")
     }
 }

@@ -83,6 +83,19 @@ pub(crate) mod optional_text {
     }
 }
 
+/// A shared list with at most so many entries.
+pub(crate) mod shared_list {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer};
+
+    pub(crate) fn deserialize<'de, const MAX: usize, T: Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Arc<Vec<T>>, D::Error> {
+        super::bounded_list::deserialize::<MAX, T, D>(deserializer).map(Arc::new)
+    }
+}
+
 /// A list with at most so many entries.
 pub(crate) mod bounded_list {
     use std::fmt;

@@ -22,5 +22,6 @@ pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
 pub use urdf::{
-    Asset, Assets, Description, ReadOptions, Refused, describe, first_places, other_case, read, readdress,
+    Asset, Assets, Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case,
+    read, read_srdf, readdress,
 };

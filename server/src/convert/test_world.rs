@@ -71,6 +71,7 @@ pub(crate) fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
         joint_positions: joint_positions.iter().map(|(name, at)| ((*name).to_owned(), *at)).collect(),
         shapes: Default::default(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     }))
 }

@@ -89,6 +89,7 @@ fn may_make_steps_long(command: &Command) -> bool {
         Command::SetTargets(_)
         | Command::SetJointProperties { .. }
         | Command::SetLinkProperties { .. }
+        | Command::SetCollisionFilter(_)
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::ApplyWrench(_)

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
-use simd_core::simulation::command::{ContactSettings, Reload, Spawn};
+use simd_core::simulation::command::{CollisionPair, ContactSettings, Reload, Spawn};
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
 use simd_model::{LoadReport, RobotModel, wire_name};
@@ -44,6 +44,10 @@ pub struct SpawnRequest {
     pub mesh_shapes: MeshShapes,
     /// How it touches others and itself.
     pub contact_settings: ContactSettings,
+    /// An SRDF, which says what of it touches what; empty is none.
+    pub srdf: Bytes,
+    /// Pairs of its own links that are switched off or on, after those of the SRDF.
+    pub collision_pairs: Vec<CollisionPair>,
 }
 
 /// A robot that is in the world now.
@@ -151,11 +155,24 @@ impl SimHandle {
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, mesh_shapes, .. } = &request;
         let options = self.loader().load_options(*scale, *strict, *mesh_shapes);
-        let LoadedRobot { model, shapes, report } = self.load(origin, options, reporter.clone()).await?;
+        let LoadedRobot { model, shapes, mut report } = self.load(origin, options, reporter.clone()).await?;
+        let mut collision_pairs = Vec::new();
+        if !request.srdf.is_empty() {
+            let found = self.loader().read_srdf(request.srdf.clone(), Arc::clone(&model), *strict).await?;
+            collision_pairs.extend(found.pairs.into_iter().map(|pair| CollisionPair {
+                link: pair.links[0].clone(),
+                other_link: pair.links[1].clone(),
+                enabled: Some(pair.enabled),
+                ..CollisionPair::default()
+            }));
+            report.findings.extend(found.report.findings);
+        }
+        collision_pairs.extend_from_slice(&request.collision_pairs);
         let summary = summary(&model, &report);
         let name = wire_name(if name.is_empty() { &model.name } else { name });
         let spawn = Spawn {
             contact_settings: request.contact_settings,
+            collision_pairs,
             name,
             allow_renaming: request.allow_renaming,
             model,

@@ -34,7 +34,7 @@ use crate::handle::CallError;
 const MAGIC: &[u8; 8] = b"simdsave";
 
 /// The format that is read and written. It grows with every change of what a state is.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Entries of lists that take more memory than bytes of the file, of all robots together: some fifty bytes for
 /// each, and in a file three. Far above a thousand robots with a hundred meshes each.
@@ -95,9 +95,8 @@ type Head = (String, usize, usize);
 impl Content {
     /// Of a saved state; the recipes and robots are aligned, and the files are for all of them.
     pub fn new(name: &str, saved: &Saved, recipes: Vec<Recipe>, files: Vec<Arc<[u8]>>) -> Self {
-        let WorldState { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps } =
-            saved.world_state();
-        let robots = recipes.into_iter().zip(saved.models()).zip(robots);
+        let world = saved.world_state();
+        let robots = recipes.into_iter().zip(saved.models()).zip(&world.robots);
         let robot = |((recipe, model), state): ((Recipe, &Arc<RobotModel>), &RobotState)| SavedRobot {
             recipe,
             layout: layout(model),
@@ -107,13 +106,11 @@ impl Content {
             name: name.to_owned(),
             robots: robots.map(robot).collect(),
             world: WorldState {
-                step: *step,
-                sim_time: *sim_time,
-                time_base: *time_base,
-                settings: *settings,
                 robots: Vec::new(),
-                contacts: contacts.clone(),
-                ignored_overlaps: ignored_overlaps.clone(),
+                contacts: world.contacts.clone(),
+                ignored_overlaps: world.ignored_overlaps.clone(),
+                collision_pairs: Arc::clone(&world.collision_pairs),
+                ..*world
             },
             files,
         }
@@ -292,6 +289,7 @@ mod tests {
             robots: Vec::new(),
             contacts: Vec::new(),
             ignored_overlaps: vec![([0, 1], [2, 3])],
+            collision_pairs: Arc::default(),
         };
         Content { name: "a".into(), robots: Vec::new(), world, files: vec![vec![7; 100].into()] }
     }
@@ -313,12 +311,12 @@ mod tests {
     #[test]
     fn another_format_is_refused_and_says_who_is_older() {
         let mut file = seal(&content());
-        file[8] = 3;
+        file[8] = 4;
         let newer = refusal(&file);
-        assert!(newer.contains("format 3") && newer.contains("the daemon is older"), "{newer}");
+        assert!(newer.contains("format 4") && newer.contains("the daemon is older"), "{newer}");
         file[8] = 1;
         let older = refusal(&file);
-        assert!(older.contains("format 1, and this daemon reads only 2"), "{older}");
+        assert!(older.contains("format 1, and this daemon reads only 3"), "{older}");
     }
 
     #[test]

@@ -53,6 +53,8 @@ fn daemon(limits: DaemonLimits, roots: &[PathBuf]) -> SimHandle {
 
 fn request(source: Source) -> SpawnRequest {
     SpawnRequest {
+        srdf: Bytes::new(),
+        collision_pairs: Vec::new(),
         source,
         name: String::new(),
         allow_renaming: false,

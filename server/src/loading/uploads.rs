@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use simd_core::collision::MeshShapes;
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::wire_name;
+use simd_model::{RobotModel, Srdf, wire_name};
 use tokio::time::Instant;
 
 use super::Loader;
@@ -158,6 +158,21 @@ impl Loader {
     ) -> Result<String, CallError> {
         let limits = self.limits.reading;
         self.off_thread(move || simd_model::readdress(&urdf, &limits, &address)).await?.map_err(refused)
+    }
+
+    /// Reads what an SRDF says of what a robot touches.
+    ///
+    /// # Errors
+    /// Where it is none, and where `strict` refuses what it was found to have.
+    pub(crate) async fn read_srdf(
+        &self,
+        srdf: Bytes,
+        model: Arc<RobotModel>,
+        strict: bool,
+    ) -> Result<Srdf, CallError> {
+        let limits = self.limits.reading;
+        let read = move || simd_model::read_srdf(&srdf, &model, strict, &limits);
+        self.off_thread(read).await?.map_err(refused)
     }
 
     /// Reads a robot, and keeps what it was made from for as long as its model lives.

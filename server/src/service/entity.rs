@@ -14,7 +14,7 @@ use super::spawning::spawning;
 use crate::SimHandle;
 use crate::convert::field::Path;
 use crate::convert::from_proto::entity as from_proto;
-use crate::convert::to_proto::contact::link_properties;
+use crate::convert::to_proto::contact::{collision_filter, link_properties};
 use crate::convert::to_proto::{self, stamp};
 use crate::handle::{CallError, Loaded, Published, Reloaded};
 use crate::loading::Progress;
@@ -303,10 +303,14 @@ impl EntityService for Service {
         let robot = from_proto::robot(request.into_inner().robot)?;
         let state = self.handle.newest();
         let (place, entity) = find(&state, &robot)?;
-        let surfaces = state.state.settings.get(place).map_or(&[][..], |settings| &settings.surfaces);
-        let links = entity.model.links.iter().zip(surfaces);
+        let settings = state.state.settings.get(place);
+        let of_links =
+            settings.into_iter().flat_map(|settings| settings.surfaces.iter().zip(&settings.groups));
+        let links = entity.model.links.iter().zip(of_links);
         Ok(Response::new(v1::GetLinkPropertiesResponse {
-            links: links.map(|(link, surface)| link_properties(&link.name, *surface)).collect(),
+            links: links
+                .map(|(link, (surface, groups))| link_properties(&link.name, *surface, *groups))
+                .collect(),
             stamp: Some(stamp::published(&state)),
         }))
     }
@@ -318,6 +322,28 @@ impl EntityService for Service {
         once(&self.handle, request, |handle, request| async move {
             let done = handle.command(from_proto::set_link_properties(request)?).await?;
             Ok(v1::SetLinkPropertiesResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
+    }
+
+    async fn get_collision_filter(
+        &self,
+        request: Request<v1::GetCollisionFilterRequest>,
+    ) -> Result<Response<v1::GetCollisionFilterResponse>, Status> {
+        let robot = from_proto::robot(request.into_inner().robot)?;
+        let state = self.handle.newest();
+        let (place, _entity) = find(&state, &robot)?;
+        let stamp = Some(stamp::published(&state));
+        Ok(Response::new(v1::GetCollisionFilterResponse { stamp, ..collision_filter(&state.state, place) }))
+    }
+
+    async fn set_collision_filter(
+        &self,
+        request: Request<v1::SetCollisionFilterRequest>,
+    ) -> Result<Response<v1::SetCollisionFilterResponse>, Status> {
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::set_collision_filter(request)?).await?;
+            Ok(v1::SetCollisionFilterResponse { stamp: Some(stamp::done(&done)) })
         })
         .await
     }

@@ -28,7 +28,7 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 27] = [
+const WRITES: [&str; 28] = [
     "AddParameter",
     "ApplyLinkWrench",
     "ClaimJoints",
@@ -43,6 +43,7 @@ const WRITES: [&str; 27] = [
     "ResetSimulation",
     "RestoreState",
     "SaveState",
+    "SetCollisionFilter",
     "SetEntityState",
     "SetJointProperties",
     "SetJointTargets",
@@ -85,6 +86,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ),
         ("ExportSavedState", v1::ExportSavedStateRequest { name: "here".into() }.encode_to_vec()),
         ("GetAsset", v1::GetAssetRequest { sha256: "0".repeat(64), ..Default::default() }.encode_to_vec()),
+        ("GetCollisionFilter", v1::GetCollisionFilterRequest { robot: robot() }.encode_to_vec()),
         ("GetContacts", Vec::new()),
         ("GetEntityInfo", v1::GetEntityInfoRequest { robot: robot() }.encode_to_vec()),
         ("GetEntityState", v1::GetEntityStateRequest { robot: robot() }.encode_to_vec()),

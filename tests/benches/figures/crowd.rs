@@ -64,6 +64,7 @@ fn spawn(world: &mut Simulation, i: usize, model: &Arc<RobotModel>, shapes: &Arc
         joint_positions: Vec::new(),
         shapes: Arc::clone(shapes),
         contact_settings: ContactSettings::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     };
     assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());

@@ -60,6 +60,7 @@ fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
             joint_positions: moving.map(|j| j.name.clone()).zip(bent).collect(),
             shapes: Default::default(),
             contact_settings: Default::default(),
+            collision_pairs: Vec::new(),
             loaded_at_start: false,
         };
         assert!(world.apply(&Command::Spawn(Box::new(spawn))).is_ok());

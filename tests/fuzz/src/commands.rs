@@ -86,7 +86,7 @@ enum Asked {
 
 /// What a message asks for; none where its bytes are no message, or it is refused.
 fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
-    let command = match kind % 18 {
+    let command = match kind % 19 {
         0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(|it| Command::SetTargets(it.targets))),
         1 => taken(bytes, joint::reset_joints),
         2 => taken(bytes, joint::set_joint_properties),
@@ -131,6 +131,7 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
             let meshes = if meshes % 2 == 0 { MeshShapes::Hull } else { MeshShapes::Decomposition };
             read_with(MESH.as_bytes(), "mesh", 0.0, &super::only(mesh), meshes).map(spawn)
         }
+        18 => taken(bytes, entity::set_collision_filter),
         _ => {
             let asked = v1::CastRaysRequest::decode(bytes).ok()?;
             return contact::rays(asked).ok().map(Asked::Rays);
@@ -182,6 +183,7 @@ fn read_with(urdf: &[u8], name: &str, x: f64, assets: &super::Only, meshes: Mesh
         passive: false,
         joint_positions: Vec::new(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     })
 }

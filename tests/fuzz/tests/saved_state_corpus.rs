@@ -10,7 +10,8 @@ use glamx::{DPose3, DVec3};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
-    ContactSettings, JointTarget, LinkWrench, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
+    CollisionFilterChange, CollisionPair, ContactSettings, JointTarget, LinkWrench, RobotTargets, SetTargets,
+    Spawn, Target, WrenchDuration,
 };
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_fuzz_targets::saved_states;
@@ -101,6 +102,7 @@ impl Scene {
             passive: false,
             joint_positions: Vec::new(),
             contact_settings: ContactSettings { self_collision: true, links: Vec::new() },
+            collision_pairs: Vec::new(),
             loaded_at_start: fixed,
         })));
     }
@@ -158,6 +160,22 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
     overlapping.add("kinds", &every_kind(), 0.0, true);
     overlapping.add("second", &every_kind(), 0.01, true);
     overlapping.add("ball", BALL, 0.5, false);
+    let pair = |link: &str, other_robot: &str, other_link: &str, enabled| CollisionPair {
+        link: link.into(),
+        other_robot: other_robot.into(),
+        other_link: other_link.into(),
+        enabled: Some(enabled),
+    };
+    overlapping.apply(Command::SetCollisionFilter(CollisionFilterChange {
+        robot: "second".into(),
+        self_collision: None,
+        pairs: vec![
+            pair("l1", "", "l3", false),
+            pair("l2", "", "l3", true),
+            pair("l1", "kinds", "l2", false),
+            pair("l5", "ball", "a", true),
+        ],
+    }));
     let free = |steps| {
         let mut free = Scene::new();
         free.add("ground", PLANE, 0.0, true);

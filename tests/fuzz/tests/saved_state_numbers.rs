@@ -163,14 +163,15 @@ fn indices(file: &mut Content) -> Vec<&mut usize> {
 fn resize(rng: &mut Rng, file: &mut Content) {
     let robots = file.robots.len();
     if robots == 0 || rng.u8(0..4) == 0 {
-        return match rng.bool() {
-            true => cut(rng, &mut file.world.contacts),
-            false => cut(rng, &mut file.world.ignored_overlaps),
+        return match rng.u8(0..3) {
+            0 => cut(rng, &mut file.world.contacts),
+            1 => cut(rng, &mut file.world.ignored_overlaps),
+            _ => cut(rng, Arc::make_mut(&mut file.world.collision_pairs)),
         };
     }
     let RobotState { entity, body } = &mut file.robots[rng.usize(..robots)].state;
     let body = if rng.bool() { body } else { Arc::make_mut(&mut entity.spawned) };
-    match rng.u8(0..15) {
+    match rng.u8(0..17) {
         0 => cut(rng, &mut body.positions),
         1 => cut(rng, &mut body.velocities),
         2 => cut(rng, &mut body.velocities_before),
@@ -185,6 +186,8 @@ fn resize(rng: &mut Rng, file: &mut Content) {
         11 => cut(rng, &mut entity.rest_poses),
         12 => cut(rng, &mut entity.last_good.0),
         13 => cut(rng, &mut entity.applied_wrenches),
+        14 => cut(rng, &mut entity.groups),
+        15 => cut(rng, Arc::make_mut(&mut entity.collision_pairs)),
         _ => cut(rng, &mut entity.expired_wrenches),
     }
 }

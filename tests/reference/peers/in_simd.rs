@@ -30,6 +30,7 @@ impl Simd {
                 joint_positions: positions.clone(),
                 shapes: Default::default(),
                 contact_settings: Default::default(),
+                collision_pairs: Vec::new(),
                 loaded_at_start: false,
             };
             let spawned = world.apply(&Command::Spawn(Box::new(spawn)));

@@ -123,7 +123,7 @@ pub(super) struct SurfaceView {
 
 impl From<LinkProperties> for SurfaceView {
     fn from(properties: LinkProperties) -> Self {
-        let LinkProperties { link, friction, restitution } = properties;
+        let LinkProperties { link, friction, restitution, .. } = properties;
         Self { link, friction, restitution }
     }
 }

@@ -6,6 +6,7 @@ use simd_client::{
     proto::{EntityInfo, Finding, GetEntityStateResponse, LinkInfo, LoadReport, Twist},
 };
 
+use super::filter::FilterView;
 use crate::{
     commands::present,
     output::{
@@ -204,6 +205,8 @@ pub(super) struct InfoView {
     pose: PoseView,
     /// Of the root link's origin, world axes.
     twist: TwistView,
+    /// What it touches.
+    collision_filter: FilterView,
     #[serde(skip)]
     roll_pitch_yaw: [f64; 3],
 }
@@ -267,7 +270,11 @@ impl From<Twist> for TwistView {
 }
 
 impl InfoView {
-    pub(super) fn new(mut entity: EntityInfo, state: GetEntityStateResponse) -> anyhow::Result<Self> {
+    pub(super) fn new(
+        mut entity: EntityInfo,
+        state: GetEntityStateResponse,
+        collision_filter: FilterView,
+    ) -> anyhow::Result<Self> {
         let links = std::mem::take(&mut entity.links).into_iter().map(LinkView::from).collect();
         let robot = RobotView::from(entity);
         let pose = present(state.pose, "pose")?;
@@ -285,6 +292,7 @@ impl InfoView {
                 loaded_at_start: robot.loaded_at_start,
                 disabled_reason: robot.disabled_reason,
             },
+            collision_filter,
             stamp: present(state.stamp, "stamp")?.into(),
             pose: PoseView::from(&pose),
             twist: state.twist.map(TwistView::from).unwrap_or_default(),
@@ -306,6 +314,7 @@ impl View for InfoView {
             ("roll pitch yaw", format!("{} rad", several(&self.roll_pitch_yaw, 4))),
             ("linear velocity", format!("{} m/s", several(&self.twist.linear, 4))),
             ("angular velocity", format!("{} rad/s", several(&self.twist.angular, 4))),
+            ("touches", self.collision_filter.in_short()),
         ];
         if let Some(reason) = &robot.disabled_reason {
             pairs.push(("disabled", reason.clone()));

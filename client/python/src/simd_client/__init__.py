@@ -21,6 +21,7 @@ from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.blocking.watch import EventWatch, Watch
+from simd_client.collision_filter import CollisionFilter, CollisionPair
 from simd_client.contact import Contact, RayHits
 from simd_client.description import Disposition, Finding, LinkInfo, LoadReport, Reloaded, RobotInfo, Severity
 from simd_client.endpoint import DEFAULT_ENDPOINT, Endpoint
@@ -84,6 +85,8 @@ __all__ = [
     "Claim",
     "ClaimNotFound",
     "Clamped",
+    "CollisionFilter",
+    "CollisionPair",
     "Configuration",
     "Contact",
     "DEFAULT_ENDPOINT",

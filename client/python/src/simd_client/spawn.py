@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.description_files import AnyPath
 from simd_client.geometry import Pose, pose_to_proto, vector
 from simd_client.surface import Surface, Surfaces, surfaces_to_proto
 
@@ -31,6 +33,7 @@ class SpawnOptions:
     strict: bool = False
     surfaces: Surfaces | None = None
     self_collision: bool = False
+    srdf: bytes = b""
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
         """The request that spawns a description."""
@@ -47,7 +50,13 @@ class SpawnOptions:
             strict=self.strict,
             link_properties=surfaces_to_proto(self.surfaces),
             self_collision=self.self_collision,
+            srdf=self.srdf,
         )
+
+
+def srdf_bytes(path: AnyPath | None) -> bytes:
+    """The file's bytes, or none."""
+    return b"" if path is None else Path(path).read_bytes()
 
 
 def shape_options(

@@ -1,4 +1,4 @@
-"""Friction and restitution of links."""
+"""Friction, restitution and collision groups of links."""
 
 from __future__ import annotations
 
@@ -11,13 +11,19 @@ from simd_client import proto
 
 @dataclass(frozen=True)
 class Surface:
-    """Friction and restitution of a link. In a contact the smaller friction and the larger restitution apply."""
+    """Friction, restitution and collision groups of a link. In a contact the smaller friction and the larger
+    restitution apply."""
 
     friction: float | None = None
     """Coefficient of dry friction, at least 0. `None` does not change it; in a reading it means that the link has no
     collision shape."""
     restitution: float | None = None
     """From 0 (does not bounce) to 1 (loses no speed). `None` as for friction."""
+    collision_group: int | None = None
+    """The groups that the link is in: 32 bits, by default 1. `None` as for friction."""
+    collision_mask: int | None = None
+    """The groups that it touches: 32 bits, by default all. Two links touch if one of them is in a group that the other
+    one touches. `None` as for friction."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]
@@ -30,7 +36,13 @@ def surfaces_to_proto(surfaces: Surfaces | None) -> list[proto.LinkProperties]:
         return []
     named = {"": surfaces} if isinstance(surfaces, Surface) else surfaces
     return [
-        proto.LinkProperties(link=link, friction=each.friction, restitution=each.restitution)
+        proto.LinkProperties(
+            link=link,
+            friction=each.friction,
+            restitution=each.restitution,
+            collision_group=each.collision_group,
+            collision_mask=each.collision_mask,
+        )
         for link, each in named.items()
     ]
 
@@ -40,4 +52,6 @@ def surface_from_proto(message: proto.LinkProperties) -> Surface:
     return Surface(
         message.friction if message.HasField("friction") else None,
         message.restitution if message.HasField("restitution") else None,
+        message.collision_group if message.HasField("collision_group") else None,
+        message.collision_mask if message.HasField("collision_mask") else None,
     )

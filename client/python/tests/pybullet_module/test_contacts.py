@@ -8,8 +8,6 @@ from typing import Any
 
 import pytest
 
-from .conftest import SEVEN_ARM
-
 
 @pytest.fixture
 def resting(script: ModuleType) -> "tuple[int, int]":
@@ -112,17 +110,3 @@ def test_links_touch_each_other_where_a_script_asks_for_it(script: ModuleType, t
     assert script.getContactPoints(apart) == ()
     (point, *_) = script.getContactPoints(touching, touching)
     assert {point[3], point[4]} == {-1, 1}
-
-
-def test_a_filter_is_taken_where_it_asks_for_what_is_so(script: ModuleType) -> None:
-    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
-    other = script.loadURDF(str(SEVEN_ARM), [2, 0, 0], useFixedBase=1, flags=script.URDF_USE_SELF_COLLISION)
-    script.setCollisionFilterPair(arm, arm, 0, 3, 0)
-    script.setCollisionFilterPair(other, other, 0, 3, 1)
-    script.setCollisionFilterPair(arm, other, -1, 3, 1)
-    for asked in ((arm, arm, 0, 3, 1), (other, other, 0, 3, 0), (arm, other, -1, 3, 0)):
-        with pytest.raises(NotImplementedError, match="setCollisionFilterPair"):
-            script.setCollisionFilterPair(*asked)
-    for lost in ((arm, 9, 0, 0, 1), (arm, other, 0, 99, 1)):
-        with pytest.raises(script.error):
-            script.setCollisionFilterPair(*lost)

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
 
 use super::Shapes;
+use super::filter::Groups;
 use super::separation::Inner;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::Surface;
@@ -85,6 +86,7 @@ pub(super) struct Placed {
     /// Around the shape and its margin.
     pub(super) bounds: Bounds,
     pub(super) surface: Surface,
+    pub(super) groups: Groups,
 }
 
 impl Placed {
@@ -161,9 +163,9 @@ impl fmt::Debug for RobotColliders {
 
 impl RobotColliders {
     /// Those of a robot whose surfaces are `surface` where its description gives nothing else.
-    /// They have no pose until [`RobotColliders::update_poses`] puts them. A plane that could move
-    /// touches nothing.
-    pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface, self_collision: bool) -> Self {
+    /// They have no pose until [`RobotColliders::update_poses`] puts them, and do not touch each other until
+    /// [`RobotColliders::set_filter`] says so. A plane that could move touches nothing.
+    pub fn new(tree: &Tree, shapes: &Arc<Shapes>, surface: Surface) -> Self {
         let make = |(part, of): (usize, &super::shapes::Part)| {
             let frame = tree.links.get(of.link).filter(|_| of.is_used(tree))?;
             let sphere = of.shape.compute_local_bounding_sphere();
@@ -178,21 +180,12 @@ impl RobotColliders {
                 margin: 0.0,
                 bounds: Bounds::default(),
                 surface: surface.with(&of.material),
+                groups: Groups::default(),
             })
         };
-        let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(make).collect();
-        let mut own_pairs = Vec::new();
-        if self_collision {
-            for (i, a) in placed.iter().enumerate() {
-                for (j, b) in placed.iter().enumerate().skip(i + 1) {
-                    if may_collide(tree, a.body, b.body) {
-                        own_pairs.push([i, j]);
-                    }
-                }
-            }
-        }
+        let placed = shapes.parts.iter().enumerate().filter_map(make).collect();
         let shapes = Arc::clone(shapes);
-        Self { shapes, placed, bounds: Bounds::default(), own_pairs, base: None, path: 0.0, reach: 0.0 }
+        Self { shapes, placed, ..Self::default() }
     }
 
     /// How many there are.
@@ -318,19 +311,4 @@ impl RobotColliders {
     pub(super) fn inner(&self, placed: &Placed) -> &Inner {
         &self.shapes.parts[placed.part].inner
     }
-}
-
-/// Whether two bodies of a robot differ and are not connected by a joint. The bodies of
-/// a planar joint are one link.
-fn may_collide(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
-    let above = |body: Option<usize>| {
-        let mut at = body?;
-        let joint = tree.bodies[at].joint;
-        while let Some(parent) = tree.bodies[at].parent.filter(|&up| tree.bodies[up].joint == joint) {
-            at = parent;
-        }
-        // A free root hangs on nothing that it could touch.
-        Some(tree.bodies[at].parent)
-    };
-    a != b && above(a) != Some(b) && above(b) != Some(a)
 }

@@ -2,6 +2,7 @@
 //! the world. Initial overlaps between them are ignored.
 
 use super::colliders::RobotColliders;
+use super::filter::Filter;
 use super::narrow::Narrow;
 use super::separation::{Solid, overlap_by, separation};
 use crate::dynamics::contact_point::ContactPoint;
@@ -41,12 +42,19 @@ impl FixedPair {
     pub fn new(robots: [usize; 2], ignored: Vec<[usize; 2]>) -> Self {
         Self { robots, ignored, separated_until: f64::NEG_INFINITY, overlapping_until: f64::NEG_INFINITY }
     }
+
+    /// To be called when other pairs of colliders may touch than before: what is known of distances is forgotten.
+    pub fn forget_distances(&mut self) {
+        (self.separated_until, self.overlapping_until) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    }
 }
 
 /// One query of two robots.
 #[derive(Clone, Copy)]
 struct Query<'a> {
     robots: [&'a RobotColliders; 2],
+    /// What may touch, of two.
+    filter: Filter<'a>,
     /// They are one.
     own: bool,
     /// One of them was teleported since the last query.
@@ -80,6 +88,7 @@ impl Narrow {
     pub fn between_fixed(
         &mut self,
         robots @ [a, b]: [&RobotColliders; 2],
+        filter: Filter<'_>,
         (teleported, slack): (bool, f64),
         known: &mut FixedPair,
         found: impl FnMut(ContactPoint),
@@ -89,7 +98,7 @@ impl Narrow {
             return;
         }
         let own = known.robots[0] == known.robots[1];
-        let query = Query { robots, own, teleported, slack, path };
+        let query = Query { robots, filter, own, teleported, slack, path };
         let mut scratch = std::mem::take(&mut self.fixed_pairs);
         let FixedPairScratch { before, points, stuck } = &mut scratch;
         std::mem::swap(before, &mut known.ignored);
@@ -124,11 +133,11 @@ impl Narrow {
         known: &mut FixedPair,
         scratch: &mut FixedPairScratch,
     ) {
-        let Query { robots: [a, b], own, teleported, slack, path } = *query;
+        let Query { robots: [a, b], filter, own, teleported, slack, path } = *query;
         let [first, second] = [&a.placed[pair[0]], &b.placed[pair[1]]];
         let moving = [first, second].into_iter().filter(|placed| placed.body.is_some()).count();
         let within = first.margin + second.margin;
-        if moving == 0 && (own || !teleported) {
+        if (moving == 0 && (own || !teleported)) || (!own && !filter.allows(first, second)) {
             return;
         }
         if !first.bounds.meets(&second.bounds) {

@@ -3,6 +3,7 @@
 //! * [`Shapes`]: the shapes of a robot, made once, away from the physics thread.
 //! * [`RobotColliders`]: those of one robot in the world, and where they are.
 //! * [`Collider`]: one of them as plain data, for those who draw it.
+//! * [`Filter`], [`Groups`]: what of two robots, and of one, touches what.
 //! * [`Broad`]: which robots are near each other.
 //! * [`Narrow`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
 //! * [`rays`]: what a ray hits.
@@ -14,6 +15,7 @@
 
 mod broad;
 mod colliders;
+mod filter;
 mod fixed_pair;
 mod geometry;
 mod narrow;
@@ -28,6 +30,7 @@ mod tests;
 pub use crate::dynamics::contact_point::{ContactPoint, Surface};
 pub use broad::Broad;
 pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
+pub use filter::{Filter, Groups, LinkPair, RobotLinkPair};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::Narrow;

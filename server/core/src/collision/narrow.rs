@@ -7,6 +7,7 @@ use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQuer
 use parry3d_f64::shape::Shape;
 
 use super::colliders::{Placed, RobotColliders};
+use super::filter::Filter;
 use super::fixed_pair::FixedPairScratch;
 use super::plane::outermost;
 use super::reduce::{MOST, reduce};
@@ -32,7 +33,12 @@ impl fmt::Debug for Narrow {
 
 impl Narrow {
     /// Calls `found` with each point where two robots touch or are about to, in a fixed order.
-    pub fn between(&mut self, [a, b]: [&RobotColliders; 2], mut found: impl FnMut(ContactPoint)) {
+    pub fn between(
+        &mut self,
+        [a, b]: [&RobotColliders; 2],
+        filter: Filter<'_>,
+        mut found: impl FnMut(ContactPoint),
+    ) {
         // Of the second robot only what is near the first is looked at with each of the first's.
         let mut near = std::mem::take(&mut self.near);
         near.clear();
@@ -44,7 +50,7 @@ impl Narrow {
             for &j in &near {
                 let second = &b.placed[j];
                 let moves = first.body.is_some() || second.body.is_some();
-                if moves && first.bounds.meets(&second.bounds) {
+                if moves && first.bounds.meets(&second.bounds) && filter.allows(first, second) {
                     self.pair([i, j], [a, b], [first, second], &mut found);
                 }
             }

@@ -91,6 +91,7 @@ fn world(fixed: bool) -> Simulation {
         passive: true,
         joint_positions: Vec::new(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     };
     world.apply(&Command::Spawn(Box::new(spawn))).unwrap();

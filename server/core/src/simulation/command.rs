@@ -10,7 +10,9 @@ use simd_model::robot::JointLimits;
 
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
-pub use super::contact_settings::{ContactSettings, LinkProperties, MAX_LINK_PROPERTIES};
+pub use super::contact_settings::{
+    ContactSettings, LinkProperties, MAX_COLLISION_PAIRS, MAX_LINK_PROPERTIES,
+};
 use super::moment::Moment;
 use super::saved::Saved;
 pub use super::saved::SavedStateInfo;
@@ -51,6 +53,8 @@ pub enum Command {
         /// Which, and what; the later ones win.
         links: Vec<LinkProperties>,
     },
+    /// Changes what a robot touches; see [`CollisionFilterChange`].
+    SetCollisionFilter(CollisionFilterChange),
     /// Takes joints for one client.
     Claim {
         /// What targets must carry from now on. Unique; the caller makes it.
@@ -128,8 +132,34 @@ pub struct Spawn {
     pub joint_positions: Vec<(String, f64)>,
     /// How its contacts are configured.
     pub contact_settings: ContactSettings,
+    /// Pairs of its own links that are switched off or on.
+    pub collision_pairs: Vec<CollisionPair>,
     /// Stays at a reset of scope `spawned`.
     pub loaded_at_start: bool,
+}
+
+/// What a robot touches from now on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CollisionFilterChange {
+    /// Its name.
+    pub robot: String,
+    /// Whether its links touch each other; `None` leaves it.
+    pub self_collision: Option<bool>,
+    /// Pairs of links, the later ones win.
+    pub pairs: Vec<CollisionPair>,
+}
+
+/// A pair of links that is switched off or on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CollisionPair {
+    /// Name of a link of the robot.
+    pub link: String,
+    /// The other one's robot; empty is the same one.
+    pub other_robot: String,
+    /// Name of the other link.
+    pub other_link: String,
+    /// Whether the two touch; `None`: as groups, masks and joints say.
+    pub enabled: Option<bool>,
 }
 
 /// A new model for a robot that is in the world. Keeps its name, pose and base,

@@ -26,4 +26,11 @@ pub struct LinkProperties {
     pub link: String,
     /// Of the link's colliders; `None` leaves a number as it is.
     pub material: Material,
+    /// The groups that the link is in, a bit each; `None` leaves them.
+    pub collision_group: Option<u32>,
+    /// The groups that it touches, a bit each; `None` leaves them.
+    pub collision_mask: Option<u32>,
 }
+
+/// Pairs that one robot has of its own links, and that a world has of links of different robots.
+pub const MAX_COLLISION_PAIRS: usize = 65_536;

@@ -1,12 +1,14 @@
 //! The contacts of a world: found anew in each part of a step, and given the impulses that
 //! they had in the one before.
 
+use std::sync::Arc;
+
 use glamx::DVec3;
 
 use super::entity::Entity;
 use super::sleep::acts;
 use super::world_state::Pair;
-use crate::collision::{Broad, ContactPoint, FixedPair, MOST, Narrow, Side};
+use crate::collision::{Broad, ContactPoint, Filter, FixedPair, MOST, Narrow, RobotLinkPair, Side};
 use crate::dynamics::constraint::contact::Contact;
 use crate::valid::finite;
 
@@ -18,6 +20,8 @@ const SAME_POINT: f64 = 0.01;
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
     pub(super) list: Vec<Contact>,
+    /// Links of different robots that were switched off or on, in order.
+    pub(super) collision_pairs: Arc<Vec<RobotLinkPair>>,
     before: Vec<Contact>,
     /// Robots that are near each other and that nothing is sure to separate, in order, with the initial overlaps of their
     /// colliders that are ignored until they have separated.
@@ -58,7 +62,7 @@ impl Contacts {
     pub(super) fn find(&mut self, robots: &[Entity], slack: f64, interrupt: &dyn Fn() -> bool) -> bool {
         std::mem::swap(&mut self.list, &mut self.before);
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
-        let Self { list, before, fixed, fixed_before, broad, narrow } = self;
+        let Self { list, collision_pairs, before, fixed, fixed_before, broad, narrow } = self;
         list.clear();
         fixed.clear();
         let present =
@@ -70,6 +74,7 @@ impl Contacts {
             }
             let [a, b] = pair.map(|robot| &robots[robot]);
             let colliders = [&a.colliders, &b.colliders];
+            let filter = Filter::between(pair, collision_pairs);
             let found = |point| {
                 list.push(Contact {
                     robots: pair,
@@ -80,7 +85,7 @@ impl Contacts {
                 });
             };
             if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
-                narrow.between(colliders, found);
+                narrow.between(colliders, filter, found);
                 continue;
             }
             // Pairs that are no longer near each other have separated.
@@ -89,6 +94,7 @@ impl Contacts {
             let mut known = known.unwrap_or_else(|| FixedPair::new(pair, Vec::new()));
             narrow.between_fixed(
                 colliders,
+                filter,
                 (a.state.teleported || b.state.teleported, slack),
                 &mut known,
                 found,
@@ -112,6 +118,21 @@ impl Contacts {
         self.fixed.iter().flat_map(|fixed| fixed.ignored.iter().map(|&colliders| (fixed.robots, colliders)))
     }
 
+    /// To be called when it changed what touches what: contacts of what may no longer touch are dropped.
+    pub(super) fn filter_changed(&mut self, robots: &[Entity]) {
+        let pairs = &self.collision_pairs;
+        self.list.retain(|contact| {
+            let ([a, b], [i, j]) = key(contact);
+            let [first, second] = [&robots[a].colliders, &robots[b].colliders];
+            if a == b {
+                first.may_touch_itself([i, j])
+            } else {
+                first.may_touch(i, second, j, Filter::between([a, b], pairs))
+            }
+        });
+        self.fixed.iter_mut().for_each(FixedPair::forget_distances);
+    }
+
     /// Takes over the contacts and the ignored overlaps of another state.
     pub(super) fn replace(&mut self, list: Vec<Contact>, ignored_overlaps: &[Pair]) {
         self.list = list;
@@ -132,6 +153,21 @@ impl Contacts {
         for index in touching.chain(self.fixed.iter_mut().flat_map(|fixed| &mut fixed.robots)) {
             *index -= usize::from(*index > robot);
         }
+        self.keep_pairs(|index| (index != robot).then_some(index - usize::from(index > robot)));
+    }
+
+    /// Gives the robots of collision pairs other indices; pairs of those that have none are dropped. The order stays.
+    pub(super) fn keep_pairs(&mut self, index: impl Fn(usize) -> Option<usize>) {
+        if self.collision_pairs.is_empty() {
+            return;
+        }
+        Arc::make_mut(&mut self.collision_pairs).retain_mut(|pair| {
+            let [a, b] = pair.robots.map(&index);
+            a.zip(b).is_some_and(|(a, b)| {
+                pair.robots = [a, b];
+                true
+            })
+        });
     }
 }
 
@@ -177,6 +213,26 @@ pub(super) fn check_ignored_overlaps(robots: &[Entity], ignored_overlaps: &[Pair
         return Err("the initial overlaps that are ignored are not in order".into());
     }
     ignored_overlaps.iter().try_for_each(|pair| sides(robots, *pair).map(|_sides| ()))
+}
+
+/// Whether switched pairs are links of these robots, in order and each once.
+pub(super) fn check_pairs(robots: &[Entity], pairs: &[RobotLinkPair]) -> Result<(), String> {
+    let key = |of: &RobotLinkPair| (of.robots, of.pair.links);
+    if !pairs.is_sorted_by(|a, b| key(a) < key(b)) {
+        return Err("the collision pairs are not in order".into());
+    }
+    let is_there =
+        |robot: usize, link: usize| robots.get(robot).is_some_and(|robot| link < robot.model.links.len());
+    let sound = |of: &RobotLinkPair| {
+        let ([a, b], [i, j]) = key(of);
+        a < b && is_there(a, i) && is_there(b, j)
+    };
+    match pairs.iter().find(|of| !sound(of)) {
+        Some(of) => {
+            Err(format!("there is no pair of links {:?} of the robots at {:?}", of.pair.links, of.robots))
+        }
+        None => Ok(()),
+    }
 }
 
 /// What the two sides of a pair are.

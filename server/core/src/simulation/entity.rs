@@ -15,7 +15,7 @@ use self::joints::is_actuated;
 use super::claim::Claim;
 use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};
-use crate::collision::{RobotColliders, Shapes, Surface};
+use crate::collision::{Groups, RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Axis, Mode, Tree};
 
@@ -82,6 +82,8 @@ impl Entity {
             fixed_base,
             contact_settings: ContactSettings::default(),
             surfaces: Vec::new(),
+            groups: vec![Groups::default(); model.links.len()],
+            collision_pairs: Arc::default(),
             asleep: false,
             rest_poses: Vec::new(),
             teleported: true,
@@ -98,8 +100,7 @@ impl Entity {
     /// A robot in a state that was saved of one with this description.
     pub(super) fn from_state(description: &Description, RobotState { entity, body }: RobotState) -> Self {
         let Description { version, model, tree, shapes } = description;
-        let self_collision = entity.contact_settings.self_collision;
-        let colliders = RobotColliders::new(tree, shapes, Surface::default(), self_collision);
+        let colliders = RobotColliders::new(tree, shapes, Surface::default());
         let mut new = Self {
             version: *version,
             model: Arc::clone(model),
@@ -122,6 +123,7 @@ impl Entity {
     /// Brings colliders in line with the state.
     fn follow_state(&mut self) {
         self.colliders.set_surfaces(&self.state.surfaces);
+        self.filter_colliders();
         if self.state.asleep {
             self.colliders.restore_poses(&self.state.rest_poses);
         }

@@ -139,6 +139,7 @@ impl Simulation {
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
             Command::SetLinkProperties { robot, links } => self.set_link_properties(robot, links),
+            Command::SetCollisionFilter(change) => self.set_collision_filter(change),
             Command::Claim { claim, holder, joints } => self.claim(*claim, holder, joints),
             Command::Release { claim, lapsed } => self.release(*claim, *lapsed),
             Command::SetEntityState { robot, pose, twist } => self.set_entity_state(robot, *pose, *twist),
@@ -169,6 +170,7 @@ impl Simulation {
         }
         bytes.extend(encoded(&self.contacts.list));
         bytes.extend(encoded(&self.contacts.ignored_overlaps().collect::<Vec<_>>()));
+        bytes.extend(encoded(&*self.contacts.collision_pairs));
         let mut hasher = DefaultHasher::new();
         hasher.write(&bytes);
         hasher.finish()

@@ -11,7 +11,7 @@ pub use super::moment::Moment;
 use super::robot_settings::RobotSettings;
 use super::saved::{Kept, no_saved_state};
 use super::target_sources::RobotTargetSources;
-use crate::collision::Shapes;
+use crate::collision::{RobotLinkPair, Shapes};
 pub use crate::dynamics::Mode;
 use crate::dynamics::{Configuration, Tree};
 
@@ -49,6 +49,8 @@ pub struct PublishedState {
     pub applied_wrenches: Vec<AppliedWrench>,
     /// What commands set, one a robot. A state shares it with those before as long as nothing changed.
     pub settings: Arc<Vec<Arc<RobotSettings>>>,
+    /// Links of different robots that were switched off or on. Shared like `settings`.
+    pub collision_pairs: Arc<Vec<RobotLinkPair>>,
     /// Who set the targets of each robot's joints. Shared like `settings`.
     pub target_sources: Arc<Vec<RobotTargetSources>>,
     /// The states that the world can go back to, oldest first. Shared like `settings`.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use simd_model::robot::JointLimits;
 
 use super::entity::Entity;
-use crate::collision::Surface;
+use crate::collision::{Groups, LinkPair, Surface};
 
 /// Settings of one robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,12 @@ pub struct RobotSettings {
     pub joints: Vec<JointSettings>,
     /// One for each link of the model, in its order; `None` where it has no collider.
     pub surfaces: Vec<Option<Surface>>,
+    /// Its links touch each other.
+    pub self_collision: bool,
+    /// One for each link of the model, in its order.
+    pub groups: Vec<Groups>,
+    /// Its own links that were switched off or on, in order.
+    pub collision_pairs: Arc<Vec<LinkPair>>,
 }
 
 /// Settings of a joint; of a planar joint's three axes those of the first.
@@ -40,6 +46,9 @@ impl Entity {
         RobotSettings {
             joints: (0..self.model.joints.len()).map(|joint| self.joint_settings(joint)).collect(),
             surfaces: (0..self.model.links.len()).map(|link| self.colliders.surface(link)).collect(),
+            self_collision: self.state.contact_settings.self_collision,
+            groups: self.state.groups.clone(),
+            collision_pairs: Arc::clone(&self.state.collision_pairs),
         }
     }
 

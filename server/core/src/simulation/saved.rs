@@ -11,7 +11,7 @@ use super::moment::Moment;
 use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
 use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
 use super::wrench::{ActiveWrench, MAX_WRENCH_DURATION, WrenchDuration};
-use crate::collision::{RestPose, Shapes, Surface};
+use crate::collision::{Groups, LinkPair, RestPose, Shapes, Surface};
 use crate::dynamics::Tree;
 use crate::valid::{finite, pose, sizes};
 
@@ -145,14 +145,14 @@ impl Saved {
         super::contacts::complete(&entities, &mut state.contacts).map_err(InvalidState::World)?;
         super::contacts::check_ignored_overlaps(&entities, &state.ignored_overlaps)
             .map_err(InvalidState::World)?;
+        super::contacts::check_pairs(&entities, &state.collision_pairs).map_err(InvalidState::World)?;
         let robots = entities.iter().map(Entity::description).collect();
         Ok(Self(Arc::new(Inner { state, robots })))
     }
 }
 
 fn check_world(state: &WorldState) -> Result<(), String> {
-    let WorldState { step, sim_time, time_base, settings, robots: _, contacts: _, ignored_overlaps: _ } =
-        *state;
+    let WorldState { step, sim_time, time_base, settings, .. } = *state;
     let PhysicsSettings { gravity, time_step, substeps } = settings;
     if step > MOST_STEPS || time_base.0 > step {
         return Err(format!("it is at step {step}, with time counted from step {}", time_base.0));
@@ -174,6 +174,8 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
         fixed_base,
         contact_settings: _,
         surfaces,
+        groups,
+        collision_pairs,
         asleep,
         rest_poses,
         teleported: _,
@@ -191,6 +193,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     body.check(&tree)?;
     spawned.check(&tree).map_err(|what| format!("{what}, in the state that it was spawned with"))?;
     surfaces.iter().try_for_each(Surface::check)?;
+    check_filter(model.links.len(), groups, collision_pairs)?;
     if let Some(reason) = disabled.as_ref().filter(|reason| reason.len() > MAX_REASON) {
         return Err(format!("a reason of {} bytes for which it is disabled, of {MAX_REASON}", reason.len()));
     }
@@ -219,6 +222,17 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
         return Err("a sleep that only a single free body can be in".into());
     }
     Ok(entity)
+}
+
+fn check_filter(links: usize, groups: &[Groups], pairs: &[LinkPair]) -> Result<(), String> {
+    if groups.len() != links {
+        return Err(format!("collision groups of {} links, where its model has {links}", groups.len()));
+    }
+    let sound = pairs.iter().all(|pair| pair.links[0] < pair.links[1] && pair.links[1] < links);
+    if sound && pairs.is_sorted_by(|a, b| a.links < b.links) {
+        return Ok(());
+    }
+    Err("collision pairs that are not of its links, or not in order".into())
 }
 
 /// Bytes of why a robot is disabled at the most: it is in what clients see.

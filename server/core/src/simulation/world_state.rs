@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::contact_settings::ContactSettings;
+use super::contact_settings::{ContactSettings, MAX_COLLISION_PAIRS};
 use super::settings::PhysicsSettings;
 pub use super::wrench::ActiveWrench;
-pub use crate::collision::{RestPose, Surface};
+pub use crate::collision::{Groups, LinkPair, RestPose, RobotLinkPair, Surface};
 pub use crate::dynamics::BodyState;
 pub use crate::dynamics::constraint::contact::Contact;
-use crate::plain::{optional_text, shared};
+use crate::plain::{optional_text, shared, shared_list};
 
 /// Everything that a world is at a moment: a world in an equal state runs on equal to the bit, on
 /// the same build and machine.
@@ -34,6 +34,13 @@ pub struct WorldState {
     pub contacts: Vec<Contact>,
     /// Initial overlaps that are ignored until the colliders have separated, in order.
     pub ignored_overlaps: Vec<Pair>,
+    /// Links of different robots that were switched off or on, in order. Shared, since copies of the state are made
+    /// while the world plays.
+    #[serde(
+        serialize_with = "shared::serialize",
+        deserialize_with = "shared_list::deserialize::<MAX_COLLISION_PAIRS, _, _>"
+    )]
+    pub collision_pairs: Arc<Vec<RobotLinkPair>>,
 }
 
 /// One robot.
@@ -58,6 +65,14 @@ pub struct EntityState {
     pub contact_settings: ContactSettings,
     /// Of each collider, as it was set since.
     pub surfaces: Vec<Surface>,
+    /// Of each link.
+    pub groups: Vec<Groups>,
+    /// Its own links that were switched off or on, in order. Shared like the state that it was spawned with.
+    #[serde(
+        serialize_with = "shared::serialize",
+        deserialize_with = "shared_list::deserialize::<MAX_COLLISION_PAIRS, _, _>"
+    )]
+    pub collision_pairs: Arc<Vec<LinkPair>>,
     /// It rests, and no step looks at it.
     pub asleep: bool,
     /// Where each collider of one that sleeps rests; else empty.

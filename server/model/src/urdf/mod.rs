@@ -21,6 +21,7 @@ mod numbers;
 mod prescan;
 mod rewrite;
 mod scale;
+mod srdf;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -40,6 +41,7 @@ use findings::{Findings, Refusal};
 
 pub use meshes::{first_places, other_case};
 pub use rewrite::readdress;
+pub use srdf::{Srdf, SrdfPair, read_srdf};
 
 /// A file that a description names.
 #[derive(Clone, Debug)]

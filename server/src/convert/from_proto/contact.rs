@@ -32,10 +32,12 @@ pub fn link_properties(
 ) -> Result<Vec<LinkProperties>, BadField> {
     let read = |(index, given): (usize, v1::LinkProperties)| {
         let at = at.item(list, index);
-        let v1::LinkProperties { friction, restitution, .. } = given;
+        let v1::LinkProperties { link, friction, restitution, collision_group, collision_mask } = given;
         Ok(LinkProperties {
-            link: at.field("link").short(given.link)?,
+            link: at.field("link").short(link)?,
             material: Material { friction, restitution },
+            collision_group,
+            collision_mask,
         })
     };
     given.into_iter().enumerate().map(read).collect()

@@ -6,7 +6,9 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::Command;
 use simd_core::collision::MeshShapes;
-use simd_core::simulation::command::{ContactSettings, LinkWrench, WrenchDuration};
+use simd_core::simulation::command::{
+    CollisionFilterChange, CollisionPair, ContactSettings, LinkWrench, WrenchDuration,
+};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
 
@@ -128,6 +130,8 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
             v1::MeshShapes::Unspecified | v1::MeshShapes::Hull => MeshShapes::Hull,
             v1::MeshShapes::Decomposition => MeshShapes::Decomposition,
         },
+        srdf: request.srdf.into(),
+        collision_pairs: own_pairs(request.collision_pairs)?,
         contact_settings: ContactSettings {
             self_collision: request.self_collision,
             links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,
@@ -205,6 +209,48 @@ pub fn set_link_properties(request: v1::SetLinkPropertiesRequest) -> Result<Comm
     let links = link_properties(&Path::ROOT, "links", request.links)?;
     Path::ROOT.each_once("links", links.iter().map(|properties| &properties.link))?;
     Ok(Command::SetLinkProperties { robot, links })
+}
+
+/// What a robot touches from now on.
+pub fn set_collision_filter(request: v1::SetCollisionFilterRequest) -> Result<Command, BadField> {
+    let v1::SetCollisionFilterRequest { robot, self_collision, pairs, request_id: _ } = request;
+    Ok(Command::SetCollisionFilter(CollisionFilterChange {
+        robot: self::robot(robot)?,
+        self_collision,
+        pairs: collision_pairs("pairs", pairs)?,
+    }))
+}
+
+/// Pairs of links that are switched off or on.
+fn collision_pairs(list: &str, given: Vec<v1::CollisionPair>) -> Result<Vec<CollisionPair>, BadField> {
+    let read = |(index, given): (usize, v1::CollisionPair)| {
+        let at = Path::ROOT.item(list, index);
+        let v1::CollisionPair { link, other_robot, other_link, collision } = given;
+        let field = at.field("collision");
+        Ok(CollisionPair {
+            link: at.field("link").name(link)?,
+            other_robot: at.field("other_robot").short(other_robot)?,
+            other_link: at.field("other_link").name(other_link)?,
+            enabled: match field.known(collision)? {
+                v1::PairCollision::Unspecified => return Err(field.refuse("not given", "it must be given")),
+                v1::PairCollision::Default => None,
+                v1::PairCollision::Disabled => Some(false),
+                v1::PairCollision::Enabled => Some(true),
+            },
+        })
+    };
+    given.into_iter().enumerate().map(read).collect()
+}
+
+/// Those of a robot that is not in the world yet.
+fn own_pairs(given: Vec<v1::CollisionPair>) -> Result<Vec<CollisionPair>, BadField> {
+    let pairs = collision_pairs("collision_pairs", given)?;
+    for (index, pair) in pairs.iter().enumerate().filter(|(_, pair)| !pair.other_robot.is_empty()) {
+        let at = Path::ROOT.item("collision_pairs", index);
+        let expected = "it must be empty: pairs with other robots are set once the robot is there";
+        return Err(at.field("other_robot").refuse(format_args!("{:?}", pair.other_robot), expected));
+    }
+    Ok(pairs)
 }
 
 /// A file that a client asks for.

@@ -366,7 +366,7 @@ fn numbers_of_robots_and_physics_are_refused_by_the_world_under_the_path_of_thei
     }
 
     let surface = |friction, restitution| {
-        let links = vec![v1::LinkProperties { link: String::new(), friction, restitution }];
+        let links = vec![v1::LinkProperties { friction, restitution, ..Default::default() }];
         let request = v1::SetLinkPropertiesRequest { robot: "left".into(), links, ..Default::default() };
         judged(entity::set_link_properties(request).unwrap())
     };

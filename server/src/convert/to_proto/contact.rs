@@ -1,7 +1,7 @@
 //! Answers of the contact service, and surfaces of links.
 
 use simd_core::PublishedState;
-use simd_core::collision::Surface;
+use simd_core::collision::{Groups, Surface};
 use simd_core::simulation::published_state::ContactReport;
 use simd_core::simulation::rays::RayReport;
 use simd_proto::v1;
@@ -43,11 +43,49 @@ pub fn hit(report: Option<RayReport>) -> v1::RayHit {
     v1::RayHit { hit: true, robot, link, fraction, point: Some(vector(point)), normal: Some(vector(normal)) }
 }
 
-/// A link's surface; none where it touches nothing.
-pub fn link_properties(link: &str, surface: Option<Surface>) -> v1::LinkProperties {
+/// A link's surface and groups; no numbers where it touches nothing.
+pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> v1::LinkProperties {
     v1::LinkProperties {
         link: link.to_owned(),
         friction: surface.map(|surface| surface.friction),
         restitution: surface.map(|surface| surface.restitution),
+        collision_group: surface.map(|_| groups.group),
+        collision_mask: surface.map(|_| groups.mask),
+    }
+}
+
+/// What a robot touches: its own pairs that are switched off or on, then those with others.
+pub fn collision_filter(state: &PublishedState, place: usize) -> v1::GetCollisionFilterResponse {
+    let link = |robot: usize, link: usize| {
+        let entity = state.world.entities.get(robot)?;
+        Some(entity.model.links.get(link)?.name.clone())
+    };
+    let collision = |enabled| match enabled {
+        true => v1::PairCollision::Enabled,
+        false => v1::PairCollision::Disabled,
+    };
+    let settings = state.settings.get(place);
+    let own = settings.into_iter().flat_map(|settings| &*settings.collision_pairs).filter_map(|pair| {
+        Some(v1::CollisionPair {
+            link: link(place, pair.links[0])?,
+            other_robot: String::new(),
+            other_link: link(place, pair.links[1])?,
+            collision: collision(pair.enabled).into(),
+        })
+    });
+    let others = state.collision_pairs.iter().filter_map(|of| {
+        let side = of.robots.iter().position(|robot| *robot == place)?;
+        let other = of.robots[1 - side];
+        Some(v1::CollisionPair {
+            link: link(place, of.pair.links[side])?,
+            other_robot: state.world.entities.get(other)?.name.clone(),
+            other_link: link(other, of.pair.links[1 - side])?,
+            collision: collision(of.pair.enabled).into(),
+        })
+    });
+    v1::GetCollisionFilterResponse {
+        self_collision: settings.is_some_and(|settings| settings.self_collision),
+        pairs: own.chain(others).collect(),
+        stamp: None,
     }
 }

@@ -14,7 +14,7 @@ from simd_client.description import LoadReport, report_from_proto, robot_info_fr
 from simd_client.description_files import AnyPath, Packages
 from simd_client.geometry import Pose
 from simd_client.proto import methods
-from simd_client.spawn import UPRIGHT, SpawnOptions
+from simd_client.spawn import UPRIGHT, SpawnOptions, srdf_bytes
 from simd_client.surface import Surfaces
 
 
@@ -36,6 +36,7 @@ class Loading(Connection):
         allow_renaming: bool = False,
         surfaces: Surfaces | None = None,
         self_collision: bool = False,
+        srdf: AnyPath | None = None,
         packages: Packages | None = None,
     ) -> Robot:
         """Loads a robot from this disk: a URDF file, or a package folder that contains one. The files that it
@@ -45,11 +46,12 @@ class Loading(Connection):
         world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`.
         `scale` multiplies lengths. `packages` are searched for ROS packages first.
         `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
-        With `self_collision` its links collide with each other, except those that a joint connects.
+        With `self_collision` its links collide with each other, except those that a joint connects and those that
+        the file `srdf` switches off by its `disable_collisions`.
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision,
+            surfaces, self_collision, srdf_bytes(srdf),
         )  # fmt: skip
         return await self._spawn(await upload(self, path, packages), options)
 
@@ -68,11 +70,12 @@ class Loading(Connection):
         allow_renaming: bool = False,
         surfaces: Surfaces | None = None,
         self_collision: bool = False,
+        srdf: AnyPath | None = None,
     ) -> Robot:
         """The same for the text of a URDF that refers to no files."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision,
+            surfaces, self_collision, srdf_bytes(srdf),
         )  # fmt: skip
         source = proto.DescriptionSource(urdf=urdf.encode() if isinstance(urdf, str) else urdf)
         return await self._spawn(source, options)
@@ -92,11 +95,12 @@ class Loading(Connection):
         allow_renaming: bool = False,
         surfaces: Surfaces | None = None,
         self_collision: bool = False,
+        srdf: AnyPath | None = None,
     ) -> Robot:
         """The same for a path on the daemon's own disk, below one of its asset roots."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision,
+            surfaces, self_collision, srdf_bytes(srdf),
         )  # fmt: skip
         return await self._spawn(proto.DescriptionSource(path=path), options)
 

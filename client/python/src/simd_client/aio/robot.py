@@ -13,6 +13,12 @@ from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.kinematics import Kinematics
 from simd_client.aio.upload import upload
 from simd_client.aio.watch import Watch
+from simd_client.collision_filter import (
+    CollisionFilter,
+    CollisionPair,
+    collision_filter_from_proto,
+    collision_pair_to_proto,
+)
 from simd_client.contact import Contact, contacts_from_proto
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
@@ -34,7 +40,7 @@ from simd_client.layout import JointInfo, Layout
 from simd_client.method import decoded
 from simd_client.proto import methods
 from simd_client.quantity import Quantity, number
-from simd_client.state import Applied, RobotState
+from simd_client.state import Applied, Named, RobotState, name_of
 from simd_client.surface import Surface, surface_from_proto, surfaces_to_proto
 from simd_client.table import Table
 from simd_client.target import BeyondLimit, RobotTargets, Whole
@@ -271,6 +277,38 @@ class Robot(Kinematics):
         links = surfaces_to_proto({link or "": Surface(friction, restitution)})
         request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
         return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
+
+    async def set_collision_groups(
+        self, group: int | None = None, mask: int | None = None, *, link: str | None = None
+    ) -> Stamp:
+        """Changes the groups that one link or all of them are in (`group`) and touch (`mask`), 32 bits each. Two links
+        touch if one of them is in a group that the other one touches."""
+        links = surfaces_to_proto({link or "": Surface(collision_group=group, collision_mask=mask)})
+        request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
+        return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
+
+    async def collision_filter(self) -> CollisionFilter:
+        """Whether its links touch each other, and which pairs of links are switched off or on."""
+        request = proto.GetCollisionFilterRequest(robot=self.name)
+        return collision_filter_from_proto(await self._connection.call(methods.GetCollisionFilter, request))
+
+    async def set_collision(
+        self, link: str, other_link: str, enabled: bool | None, *, other: str | Named | None = None
+    ) -> Stamp:
+        """Switches a pair of links off or on, whatever groups, masks and joints say; `None` leaves it to those. The
+        second link is of `other`, or of this robot."""
+        named = "" if other is None else name_of(other)
+        return await self.set_collision_filter([CollisionPair(link, other_link, enabled, named)])
+
+    async def set_collision_filter(
+        self, pairs: Iterable[CollisionPair] = (), *, self_collision: bool | None = None
+    ) -> Stamp:
+        """Switches pairs of links, and whether its links touch each other."""
+        given = [collision_pair_to_proto(pair) for pair in pairs]
+        request = proto.SetCollisionFilterRequest(robot=self.name, pairs=given)
+        if self_collision is not None:
+            request.self_collision = self_collision
+        return stamp_from_proto((await self._connection.call(methods.SetCollisionFilter, request)).stamp)
 
     # Description.
 

@@ -13,6 +13,7 @@ from . import (
     contacts,
     dynamics,
     files,
+    filters,
     headless,
     joints,
     kinematics,
@@ -38,6 +39,7 @@ from .contacts import *
 from .dynamics import *
 from .errors import error
 from .files import *
+from .filters import *
 from .headless import *
 from .joints import *
 from .kinematics import *
@@ -64,6 +66,7 @@ __all__ += constraints.__all__
 __all__ += contacts.__all__
 __all__ += dynamics.__all__
 __all__ += files.__all__
+__all__ += filters.__all__
 __all__ += headless.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__

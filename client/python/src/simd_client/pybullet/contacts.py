@@ -10,7 +10,7 @@ from simd_client.proto import CastRaysRequest, Contact, GetContactsRequest, RayH
 from .arguments import ORIGIN, Pose, Vector, vector
 from .bodies import Body
 from .connections import connected
-from .errors import error, unsupported
+from .errors import error
 from .kinematics import link_pose
 from .rotations import compose, cross
 from .world import World
@@ -92,27 +92,6 @@ def _numbers(world: World) -> dict[tuple[str, str], tuple[int, int]]:
     }
 
 
-def setCollisionFilterPair(
-    bodyUniqueIdA: int,
-    bodyUniqueIdB: int,
-    linkIndexA: int,
-    linkIndexB: int,
-    enableCollision: int,
-    physicsClientId: int = 0,
-) -> None:
-    """Accepts what is so already: bodies touch each other, and links of one body only if it was loaded so. Raises for
-    all else."""
-    world = connected(physicsClientId)
-    refusal = "setCollisionFilterPair failed."
-    a, b = world.body(bodyUniqueIdA, refusal), world.body(bodyUniqueIdB, refusal)
-    if a.link_name(linkIndexA) is None or b.link_name(linkIndexB) is None:
-        raise error(refusal)
-    if bool(enableCollision) != (a is not b or a.self_collision):
-        raise unsupported(
-            "setCollisionFilterPair", "the daemon filters no pairs; links of one body touch with URDF_USE_SELF_COLLISION"
-        )
-
-
 def performCollisionDetection(physicsClientId: int = 0) -> None:
     """Does nothing: contacts are those of the last step."""
     connected(physicsClientId)
@@ -183,4 +162,4 @@ def _hit(hit: RayHit, numbers: dict[tuple[str, str], tuple[int, int]]) -> tuple[
     return (body, link, hit.fraction, (place.x, place.y, place.z), (normal.x, normal.y, normal.z))
 
 
-__all__ = ["getContactPoints", "performCollisionDetection", "rayTest", "rayTestBatch", "setCollisionFilterPair"]
+__all__ = ["getContactPoints", "performCollisionDetection", "rayTest", "rayTestBatch"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from typing import Any
 
 from simd_client.proto import (
@@ -156,9 +157,10 @@ def _set_surface(
 ) -> None:
     link = body.link_name(index) or ""
     before = body.surfaces.get(link, Surface())
-    wanted = Surface(
-        before.friction if friction is None else float(friction),
-        before.restitution if restitution is None else float(restitution),
+    wanted = replace(
+        before,
+        friction=before.friction if friction is None else float(friction),
+        restitution=before.restitution if restitution is None else float(restitution),
     )
     world.set_surfaces(body, {link: wanted})
 

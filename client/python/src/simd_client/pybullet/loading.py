@@ -9,7 +9,7 @@ from typing import Any, cast
 from simd_client.proto import EntityInfo
 from simd_client.surface import Surface
 
-from . import constants, data, descriptions
+from . import constants, data, descriptions, filters
 from .arguments import UPRIGHT, Function, quaternion, vector
 from .connections import connected, search_paths
 from .descriptions import Description
@@ -30,6 +30,8 @@ _GRANTED = (
     | constants.URDF_PRINT_URDF_INFO
     | constants.URDF_USE_SELF_COLLISION
     | constants.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
+    | constants.URDF_USE_SELF_COLLISION_EXCLUDE_ALL_PARENTS
+    | constants.URDF_USE_SELF_COLLISION_INCLUDE_PARENT
 )
 # For links without friction in their description.
 _FRICTION = 0.5
@@ -85,6 +87,7 @@ def loadURDF(
     number = settled(world, entity, description, urdf, files, globalScaling)
     body = world.bodies[number]
     body.self_collision, body.paths, body.file = spawn.self_collision, paths, str(fileName)
+    filters.set_parents(world, body, flags)
     return number
 
 
@@ -100,7 +103,10 @@ def settled(
     body = world.add(entity, description.frames, own=True, urdf=urdf)
     body.files, body.scale = files, scale
     smooth = [link.name for link in entity.links if link.name not in description.rough]
-    world.set_surfaces(body, {link: Surface(friction=_FRICTION) for link in smooth})
+    surfaces = {link: Surface(friction=_FRICTION) for link in smooth}
+    if body.fixed:
+        surfaces[body.base_link] = filters.of_the_world(surfaces.get(body.base_link, Surface()))
+    world.set_surfaces(body, surfaces)
     for index, joint in enumerate(body.joints):
         if joint.driven:
             world.drive(body, index)

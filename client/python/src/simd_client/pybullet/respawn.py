@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from simd_client.proto import DeleteEntityRequest, DescriptionSource, ResetJointsRequest, methods
 
+from . import filters
 from .arguments import Pose
 from .bodies import Body
 from .errors import unsupported
@@ -33,6 +34,7 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
     )
     entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
     world.replaced(body, entity, body.frames, text)
+    filters.put(world, body.unique_id)
     if any(velocities.values()):
         request = ResetJointsRequest()
         robot = request.robots.add(robot=body.robot)

@@ -31,7 +31,6 @@ getTetraMeshData = _raises("getTetraMeshData", _SOFT)
 loadSoftBody = _raises("loadSoftBody", _SOFT)
 renderImage = _raises("renderImage", _IMAGES)
 resetMeshData = _raises("resetMeshData", _SOFT)
-setCollisionFilterGroupMask = _raises("setCollisionFilterGroupMask", _CONTACTS)
 unsupportedChangeScaling = _raises("unsupportedChangeScaling", _SHAPES)
 vhacd = _raises("vhacd", "the daemon divides meshes itself: GEOM_FORCE_CONCAVE_TRIMESH of createCollisionShape")
 
@@ -44,7 +43,6 @@ __all__ = [
     "loadSoftBody",
     "renderImage",
     "resetMeshData",
-    "setCollisionFilterGroupMask",
     "unsupportedChangeScaling",
     "vhacd",
 ]

@@ -86,6 +86,8 @@ class World(Readings):
         self.substeps = 0
         self.bodies: dict[int, Body] = {}
         self._waiting: dict[tuple[int, int], None] = {}
+        # Pairs of body and link that the script switched off or on, the smaller first.
+        self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.camera = Camera()
@@ -154,6 +156,7 @@ class World(Readings):
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
         made.paths, made.file = body.paths, body.file
         made.self_collision, made.divided = body.self_collision, body.divided
+        made.parent_flags = body.parent_flags
         self.set_surfaces(made, body.surfaces)
         for joint in made.joints:
             place = body.by_joint.get(joint.name)
@@ -178,6 +181,7 @@ class World(Readings):
     def _drop(self, number: int) -> None:
         robot = self.bodies.pop(number).robot
         self.notes.forget(number)
+        self.pairs = {key: on for key, on in self.pairs.items() if number not in (key[0][0], key[1][0])}
         self.scenes.pop(robot, None)
         self.constraints = {n: c for n, c in self.constraints.items() if c.body != number}
         for waiting in [key for key in self._waiting if key[0] == number]:

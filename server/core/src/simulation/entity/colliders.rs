@@ -19,15 +19,34 @@ impl Entity {
     pub(in crate::simulation) fn make_colliders(&mut self, shapes: &Arc<Shapes>) -> Result<(), Error> {
         let found = self.check_links(&self.state.contact_settings.links, "link_properties")?;
         let tree = self.body.tree();
-        self.colliders =
-            RobotColliders::new(tree, shapes, Surface::default(), self.state.contact_settings.self_collision);
-        for (link, properties) in found.into_iter().zip(&self.state.contact_settings.links) {
+        self.colliders = RobotColliders::new(tree, shapes, Surface::default());
+        let settings = std::mem::take(&mut self.state.contact_settings);
+        for (link, properties) in found.into_iter().zip(&settings.links) {
             self.colliders.set_material(link, &properties.material);
+            self.set_groups(link, properties);
         }
+        self.state.contact_settings = settings;
+        self.filter_colliders();
         self.state.surfaces = self.colliders.surfaces().collect();
         // A step allocates nothing, also not where a robot falls asleep.
         self.state.rest_poses.reserve(self.colliders.len());
         Ok(())
+    }
+
+    /// Puts its links into groups, or one of them.
+    pub(in crate::simulation) fn set_groups(&mut self, link: Option<usize>, properties: &LinkProperties) {
+        let all = 0..self.state.groups.len();
+        for groups in &mut self.state.groups[link.map_or(all, |link| link..link + 1)] {
+            groups.group = properties.collision_group.unwrap_or(groups.group);
+            groups.mask = properties.collision_mask.unwrap_or(groups.mask);
+        }
+    }
+
+    /// Brings its colliders in line with what its state says of what it touches.
+    pub(in crate::simulation) fn filter_colliders(&mut self) {
+        let Self { state, body, colliders, .. } = self;
+        let self_collision = state.contact_settings.self_collision;
+        colliders.set_filter(body.tree(), self_collision, &state.groups, &state.collision_pairs);
     }
 
     /// Whether it can have these contact settings.
@@ -42,7 +61,7 @@ impl Entity {
         list: &str,
     ) -> Result<Vec<Option<usize>>, Error> {
         let check = |(index, properties): (usize, &LinkProperties)| {
-            let LinkProperties { link, material: Material { friction, restitution } } = properties;
+            let LinkProperties { link, material: Material { friction, restitution }, .. } = properties;
             for (field, value, most) in
                 [("friction", friction, MOST_FRICTION), ("restitution", restitution, 1.0)]
             {
@@ -59,9 +78,8 @@ impl Entity {
     /// Its colliders where it is now.
     pub(in crate::simulation) fn placed_colliders(&self) -> RobotColliders {
         let tree = self.body.tree();
-        let self_collision = self.state.contact_settings.self_collision;
         let shapes = self.colliders.shapes();
-        let mut colliders = RobotColliders::new(tree, shapes, Surface::default(), self_collision);
+        let mut colliders = RobotColliders::new(tree, shapes, Surface::default());
         let mut body = Articulation::with_state(Arc::clone(tree), self.body.state().clone());
         body.update_kinematics();
         colliders.update_poses(body.base(), 0.0, 0.0, |body_index| body.body_motion(body_index));

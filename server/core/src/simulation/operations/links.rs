@@ -15,8 +15,12 @@ impl Simulation {
         let found = entity.check_links(links, "links")?;
         for (link, properties) in found.into_iter().zip(links) {
             entity.colliders.set_material(link, &properties.material);
+            entity.set_groups(link, properties);
         }
         entity.state.surfaces = entity.colliders.surfaces().collect();
+        if links.iter().any(|link| link.collision_group.is_some() || link.collision_mask.is_some()) {
+            self.filter_changed(&[robot_index]);
+        }
         self.settings_changed(robot_index);
         self.wake_around(robot_index);
         Ok(Reply::Done)

@@ -35,6 +35,7 @@ impl Simulation {
         state.applied_wrenches.clear();
         state.applied_wrenches.extend(self.applied_wrenches());
         share(&mut state.settings, &self.robot_settings);
+        share(&mut state.collision_pairs, &self.contacts.collision_pairs);
         share(&mut state.target_sources, &self.target_sources);
         share(&mut state.saved, &self.saved);
     }

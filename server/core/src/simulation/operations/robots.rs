@@ -48,6 +48,7 @@ impl Simulation {
         entity.body.set_default_gains();
         entity.state.spawned = std::sync::Arc::new(entity.body.state().clone());
         entity.state.contact_settings = spawn.contact_settings.clone();
+        entity.switch_pairs(&spawn.collision_pairs, "collision_pairs")?;
         entity.make_colliders(&spawn.shapes)?;
         // What sleeps is not looked for by what cannot move.
         if tree.fixed_base {
@@ -116,8 +117,10 @@ impl Simulation {
             old.state.contact_settings.links.iter().filter(|asked| known(&asked.link)).cloned().collect();
         new.state.contact_settings = ContactSettings { links, ..old.state.contact_settings };
         new.make_colliders(&reload.shapes)?;
+        let link = new.take_filter(old);
         self.wake_around(robot_index);
         self.contacts.forget(robot_index);
+        self.contacts.reload_pairs(robot_index, &link);
         let robot = reload.robot.clone();
         self.entities[robot_index] = new;
         self.lay_out();

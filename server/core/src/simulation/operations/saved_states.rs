@@ -25,14 +25,23 @@ impl Simulation {
             robots: self.entities.iter().map(Entity::robot_state).collect(),
             contacts: self.contacts.list.clone(),
             ignored_overlaps: self.contacts.ignored_overlaps().collect(),
+            collision_pairs: Arc::clone(&self.contacts.collision_pairs),
         };
         (state, self.entities.iter().map(Entity::description).collect())
     }
 
     /// Makes a state the present one. Robots that are there in the same version keep their claims and their scratch.
     pub(in crate::simulation) fn go_back(&mut self, state: WorldState, robots: Vec<Description>) {
-        let WorldState { step, sim_time, time_base, settings, robots: states, contacts, ignored_overlaps } =
-            state;
+        let WorldState {
+            step,
+            sim_time,
+            time_base,
+            settings,
+            robots: states,
+            contacts,
+            ignored_overlaps,
+            collision_pairs,
+        } = state;
         (self.now.step, self.now.sim_time) = (step, sim_time);
         (self.time_base, self.settings) = (time_base, settings);
         let present = std::mem::take(&mut self.entities).into_iter();
@@ -46,6 +55,7 @@ impl Simulation {
         };
         self.entities = states.into_iter().zip(&robots).map(entity).collect();
         self.contacts.replace(contacts, &ignored_overlaps);
+        self.contacts.collision_pairs = collision_pairs;
     }
 
     /// Keeps a state that came from elsewhere.

@@ -46,6 +46,7 @@ impl Simulation {
         let scope = if none { ResetScope { time: true, state: true, spawned: false } } else { scope };
         let mut deleted = Vec::new();
         if scope.spawned {
+            self.forget_pairs_of_spawned();
             self.entities.retain(|entity| {
                 if !entity.state.loaded_at_start {
                     deleted.push(entity.state.name.clone());

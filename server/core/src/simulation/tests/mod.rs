@@ -71,6 +71,7 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
         joint_positions: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
+        collision_pairs: Vec::new(),
         loaded_at_start: false,
     }
 }

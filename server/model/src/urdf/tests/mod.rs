@@ -8,6 +8,7 @@ mod mimics;
 mod rewriting;
 mod robots;
 mod shapes;
+mod srdf;
 
 use std::collections::HashMap;
 

@@ -1,0 +1,283 @@
+//! `simctl contact distance`, `overlaps`, `cast` and `bounds`: where things are, and how far apart.
+
+use anyhow::Context as _;
+use clap::Args;
+use serde::Serialize;
+use simd_client::{
+    Client, every_joint,
+    proto::{
+        CastShapeRequest, ClosestPoints, Configuration, FindOverlapsRequest, GetClosestPointsRequest, LinkBounds,
+        LinkName, Pose, QueryBody, QueryShape, Vector3, primitive, query_shape,
+    },
+};
+
+use super::view::{HitView, array};
+use crate::{
+    commands::robot::shape::geometry,
+    output::{
+        Output,
+        number::{fixed, several},
+        table::{Column, Page, Table},
+    },
+    pose::{self, parse_vector},
+    target::{Placement, placement},
+};
+
+#[derive(Args, Debug)]
+pub(crate) struct Distance {
+    /// The robot, or one of its links
+    #[arg(value_name = "ROBOT[/LINK]")]
+    a: String,
+    /// The other one, or the same; every other robot where it is left out
+    #[arg(value_name = "ROBOT[/LINK]")]
+    b: Option<String>,
+    /// Leaves out links that are farther apart, metres
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    within: Option<f64>,
+    /// Only the nearest pair of links
+    #[arg(long)]
+    nearest: bool,
+    /// Leaves out links that may not touch each other
+    #[arg(long)]
+    filtered: bool,
+    /// Where a joint of the first robot would be; the others are where they are. May be given again
+    #[arg(long = "position", value_name = "JOINT=POSITION", value_parser = placement)]
+    positions: Vec<Placement>,
+    /// Where the root link of the first robot would be
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
+    pose: Option<Pose>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Overlaps {
+    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres
+    #[arg(value_parser = shape)]
+    shape: query_shape::Geometry,
+    /// Where it is: metres, and radians about the fixed axes
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
+    pose: Option<Pose>,
+    /// Compares boxes along the world's axes, and not what is in them
+    #[arg(long)]
+    bounds: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Cast {
+    /// box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres
+    #[arg(value_parser = shape)]
+    shape: query_shape::Geometry,
+    /// The way that it goes, metres
+    #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    way: Vector3,
+    /// Where it begins: metres, and radians about the fixed axes
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
+    pose: Option<Pose>,
+}
+
+pub(super) async fn distance(arguments: Distance, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Distance { a, b, within, nearest, filtered, positions, pose } = arguments;
+    let mut a = body(&a);
+    if !positions.is_empty() || pose.is_some() {
+        a.configuration = Some(configuration(client, &a.robot, positions, pose).await?);
+    }
+    let request = GetClosestPointsRequest {
+        a: Some(a),
+        b: b.as_deref().map(body),
+        max_distance: within,
+        nearest_only: nearest,
+        filtered,
+    };
+    let pairs = client.closest_points(request).await?;
+    let pairs: Vec<_> = pairs.into_iter().map(DistanceView::from).collect();
+    output.list(&pairs, distances)
+}
+
+/// The positions of all joints, some of which are replaced.
+async fn configuration(
+    client: &Client,
+    robot: &str,
+    given: Vec<Placement>,
+    root: Option<Pose>,
+) -> anyhow::Result<Configuration> {
+    let layout = client.joint_layout(robot).await?;
+    let states = client.joint_states(vec![every_joint(robot)]).await?;
+    let mut positions =
+        states.robots.into_iter().next().map(|robot| robot.position).context("the robot is gone")?;
+    for Placement { joint, position, .. } in given {
+        let mut at = 0;
+        let found = layout.joints.iter().find(|known| {
+            let here = known.name == joint;
+            at += if here { 0 } else { known.position_count as usize };
+            here
+        });
+        match found {
+            Some(known) if known.position_count == 1 => {
+                *positions.get_mut(at).context("the robot has changed")? = position;
+            }
+            Some(_) => anyhow::bail!("joint {joint:?} is not of one number"),
+            None => anyhow::bail!("robot {robot:?} has no joint {joint:?}"),
+        }
+    }
+    Ok(Configuration { positions, root, ..Configuration::default() })
+}
+
+pub(super) async fn overlaps(arguments: Overlaps, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Overlaps { shape, pose, bounds } = arguments;
+    let shape = Some(QueryShape { geometry: Some(shape) });
+    let links = client.overlaps(FindOverlapsRequest { shape, pose, bounds_only: bounds }).await?;
+    let links: Vec<_> = links.into_iter().map(LinkView::from).collect();
+    output.list(&links, link_table)
+}
+
+pub(super) async fn cast(arguments: Cast, client: &Client, output: Output) -> anyhow::Result<()> {
+    let Cast { shape, way, pose } = arguments;
+    let shape = Some(QueryShape { geometry: Some(shape) });
+    let hit = client.cast_shape(CastShapeRequest { shape, pose, translation: Some(way) }).await?;
+    output.one(&HitView::from(hit))
+}
+
+pub(super) async fn bounds(robot: Option<&str>, client: &Client, output: Output) -> anyhow::Result<()> {
+    let links = client.link_bounds(robot.as_slice()).await?;
+    let links: Vec<_> = links.into_iter().map(BoundsView::from).collect();
+    output.list(&links, bounds_table)
+}
+
+/// Reads `ROBOT` or `ROBOT/LINK`; the names of robots have no slash.
+fn body(text: &str) -> QueryBody {
+    let (robot, link) = text.split_once('/').unwrap_or((text, ""));
+    QueryBody { robot: robot.to_owned(), link: link.to_owned(), configuration: None }
+}
+
+/// Reads a shape that has an end.
+fn shape(text: &str) -> Result<query_shape::Geometry, String> {
+    match geometry(text)? {
+        primitive::Geometry::Box(shape) => Ok(query_shape::Geometry::Box(shape)),
+        primitive::Geometry::Sphere(shape) => Ok(query_shape::Geometry::Sphere(shape)),
+        primitive::Geometry::Cylinder(shape) => Ok(query_shape::Geometry::Cylinder(shape)),
+        primitive::Geometry::Capsule(shape) => Ok(query_shape::Geometry::Capsule(shape)),
+        primitive::Geometry::Plane(_) | primitive::Geometry::Mesh(_) => {
+            Err("must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH".to_owned())
+        }
+    }
+}
+
+/// An item of `contact distance`.
+#[derive(Serialize)]
+struct DistanceView {
+    robot_a: String,
+    link_a: String,
+    robot_b: String,
+    link_b: String,
+    /// Metres; negative where the two overlap.
+    distance: f64,
+    /// World, metres.
+    point_a: [f64; 3],
+    point_b: [f64; 3],
+    /// From a to b.
+    normal: [f64; 3],
+}
+
+impl From<ClosestPoints> for DistanceView {
+    fn from(closest: ClosestPoints) -> Self {
+        Self {
+            robot_a: closest.robot_a,
+            link_a: closest.link_a,
+            robot_b: closest.robot_b,
+            link_b: closest.link_b,
+            distance: closest.distance,
+            point_a: array(closest.point_a),
+            point_b: array(closest.point_b),
+            normal: array(closest.normal),
+        }
+    }
+}
+
+fn distances(pairs: &[DistanceView]) -> Page {
+    if pairs.is_empty() {
+        return Page::of_line("nothing is that near");
+    }
+    let columns = vec![
+        Column::left("A"),
+        Column::left("B"),
+        Column::right("DISTANCE m"),
+        Column::left("POINT ON A m"),
+        Column::left("POINT ON B m"),
+    ];
+    let row = |pair: &DistanceView| {
+        vec![
+            format!("{}/{}", pair.robot_a, pair.link_a),
+            format!("{}/{}", pair.robot_b, pair.link_b),
+            fixed(pair.distance, 6),
+            several(&pair.point_a, 4),
+            several(&pair.point_b, 4),
+        ]
+    };
+    Page::new().table(Table::new(columns, pairs.iter().map(row).collect()))
+}
+
+/// An item of `contact overlaps`.
+#[derive(Serialize)]
+struct LinkView {
+    robot: String,
+    link: String,
+}
+
+impl From<LinkName> for LinkView {
+    fn from(LinkName { robot, link }: LinkName) -> Self {
+        Self { robot, link }
+    }
+}
+
+fn link_table(links: &[LinkView]) -> Page {
+    if links.is_empty() {
+        return Page::of_line("the shape overlaps nothing");
+    }
+    let row = |link: &LinkView| vec![link.robot.clone(), link.link.clone()];
+    let columns = vec![Column::left("ROBOT"), Column::left("LINK")];
+    Page::new().table(Table::new(columns, links.iter().map(row).collect()))
+}
+
+/// An item of `contact bounds`.
+#[derive(Serialize)]
+struct BoundsView {
+    robot: String,
+    link: String,
+    /// World, metres.
+    lower: [f64; 3],
+    upper: [f64; 3],
+}
+
+impl From<LinkBounds> for BoundsView {
+    fn from(LinkBounds { robot, link, lower, upper }: LinkBounds) -> Self {
+        Self { robot, link, lower: array(lower), upper: array(upper) }
+    }
+}
+
+fn bounds_table(links: &[BoundsView]) -> Page {
+    if links.is_empty() {
+        return Page::of_line("there are no shapes with bounds");
+    }
+    let columns =
+        vec![Column::left("ROBOT"), Column::left("LINK"), Column::left("LOWER m"), Column::left("UPPER m")];
+    let row = |of: &BoundsView| {
+        vec![of.robot.clone(), of.link.clone(), several(&of.lower, 4), several(&of.upper, 4)]
+    };
+    Page::new().table(Table::new(columns, links.iter().map(row).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_and_shapes_are_read_as_people_write_them() {
+        let named = |text| {
+            let QueryBody { robot, link, .. } = body(text);
+            (robot, link)
+        };
+        assert_eq!(named("arm"), ("arm".to_owned(), String::new()));
+        assert_eq!(named("arm/tool 0/tip"), ("arm".to_owned(), "tool 0/tip".to_owned()));
+        assert!(shape("sphere:5cm").is_ok());
+        assert!(shape("plane").unwrap_err().contains("must be box"));
+    }
+}

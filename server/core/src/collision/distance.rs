@@ -1,0 +1,121 @@
+//! The nearest points of shapes: how far links are apart, or by how much they overlap.
+
+use std::collections::BTreeMap;
+
+use glamx::DVec3;
+use parry3d_f64::query::contact;
+
+use super::scene::PlacedShape;
+
+/// Pairs of shapes whose bounds are looked at in one question.
+pub const MOST_BOUNDS: usize = 10_000_000;
+
+/// Pairs of shapes whose distance is computed in one question.
+pub const MOST_DISTANCES: usize = 100_000;
+
+/// The nearest points of two links.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// As they were given to [`place`](super::scene::place).
+    pub robots: [usize; 2],
+    /// Indices of the links.
+    pub links: [usize; 2],
+    /// On each one's surface, world.
+    pub points: [DVec3; 2],
+    /// From the first to the second, of unit length, world.
+    pub normal: DVec3,
+    /// Between the surfaces, metres. Where they overlap: minus the length of the shortest move that parts them.
+    pub distance: f64,
+}
+
+/// Which pairs are wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// Pairs that are farther apart are left out, metres; may be infinite.
+    pub within: f64,
+    /// Only the nearest of all.
+    pub nearest_only: bool,
+}
+
+/// Too many pairs of shapes: how many, and how many there may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooMany(pub usize, pub usize);
+
+/// Two shapes, and how far their bounds are apart at the least.
+type Pair<'a> = (f64, &'a PlacedShape, &'a PlacedShape);
+
+/// The nearest points of each pair of links of which `is_wanted`, in the order of robots and links. By GJK, and EPA
+/// where they overlap (van den Bergen, "Collision Detection in Interactive 3D Environments", 2003). Gives up as soon as
+/// `is_cancelled`.
+///
+/// # Errors
+/// Where there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other.
+pub fn closest_points(
+    [a, b]: [&[PlacedShape]; 2],
+    wanted: Wanted,
+    is_wanted: impl Fn(&PlacedShape, &PlacedShape) -> bool,
+    is_cancelled: impl Fn() -> bool,
+) -> Result<Vec<Closest>, TooMany> {
+    let count = a.len().saturating_mul(b.len());
+    if count > MOST_BOUNDS {
+        return Err(TooMany(count, MOST_BOUNDS));
+    }
+    let mut pairs: Vec<Pair<'_>> = Vec::new();
+    for first in a {
+        if is_cancelled() {
+            return Ok(Vec::new());
+        }
+        let near = b.iter().map(|second| (gap(first, second), first, second));
+        pairs.extend(near.filter(|(gap, one, other)| *gap <= wanted.within && is_wanted(one, other)));
+        if pairs.len() > MOST_DISTANCES {
+            return Err(TooMany(pairs.len(), MOST_DISTANCES));
+        }
+    }
+    // What is likely to be nearest comes first, so that the rest needs no distance.
+    pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1.key(), x.2.key()).cmp(&(y.1.key(), y.2.key()))));
+    let mut found: BTreeMap<([usize; 2], [usize; 2]), Closest> = BTreeMap::new();
+    let mut nearest = wanted.within;
+    for (gap, first, second) in pairs.into_iter().take_while(|_| !is_cancelled()) {
+        let key = ([first.robot, second.robot], [first.link, second.link]);
+        let known = found.get(&key).map_or(wanted.within, |known| known.distance);
+        let within = if wanted.nearest_only { nearest } else { known };
+        if gap > within {
+            continue;
+        }
+        let Some(closest) = closest(first, second, within) else { continue };
+        if closest.distance < known || !found.contains_key(&key) {
+            nearest = nearest.min(closest.distance);
+            found.insert(key, closest);
+        }
+    }
+    let mut found: Vec<Closest> = found.into_values().collect();
+    if wanted.nearest_only {
+        let nearest = found.iter().copied().min_by(|x, y| x.distance.total_cmp(&y.distance));
+        found = nearest.into_iter().collect();
+    }
+    Ok(found)
+}
+
+/// How far the bounds of two shapes are apart; those of a plane are all of space.
+fn gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
+    if a.is_plane() || b.is_plane() {
+        return f64::NEG_INFINITY;
+    }
+    let apart = (b.bounds.mins - a.bounds.maxs).max(a.bounds.mins - b.bounds.maxs).max(DVec3::ZERO);
+    apart.length()
+}
+
+/// The nearest points of two shapes, where they are within a distance.
+fn closest(a: &PlacedShape, b: &PlacedShape, within: f64) -> Option<Closest> {
+    // A little more, so that one at the very distance is found.
+    let margin = within.max(0.0) * (1.0 + 1e-9) + 1e-9;
+    let found = contact(&a.world_from_shape, &*a.shape, &b.world_from_shape, &*b.shape, margin).ok()??;
+    let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
+    (is_sound && found.dist <= within && found.normal1.is_finite()).then_some(Closest {
+        robots: [a.robot, b.robot],
+        links: [a.link, b.link],
+        points: [found.point1, found.point2],
+        normal: found.normal1,
+        distance: found.dist,
+    })
+}

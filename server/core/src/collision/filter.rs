@@ -1,0 +1,174 @@
+//! Who touches whom: groups and masks of links, pairs of links that are switched off or on, and self-collision.
+//!
+//! The rule, in the order in which it is asked:
+//!
+//! 1. Shapes of one body never touch; those of one robot only where it has self-collision.
+//! 2. A pair that was switched off does not touch, and one that was switched on does.
+//! 3. Links of one robot that a joint connects do not touch.
+//! 4. The others touch where one of the two is in a group that the other one touches: MuJoCo's rule for `contype` and
+//!    `conaffinity`, and PyBullet's for groups and masks.
+
+use serde::{Deserialize, Serialize};
+
+use super::colliders::{Placed, RobotColliders};
+use crate::dynamics::Tree;
+
+/// The groups that a link is in and those that it touches, a bit each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Groups {
+    /// What it is in.
+    pub group: u32,
+    /// What it touches.
+    pub mask: u32,
+}
+
+impl Default for Groups {
+    /// In the first group, and touches all.
+    fn default() -> Self {
+        Self { group: 1, mask: u32::MAX }
+    }
+}
+
+impl Groups {
+    /// Whether one is in a group that the other one touches.
+    pub fn allow(self, other: Self) -> bool {
+        self.group & other.mask != 0 || other.group & self.mask != 0
+    }
+}
+
+/// Two links that were switched off or on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct LinkPair {
+    /// Indices of the links; of one robot the smaller first.
+    pub links: [usize; 2],
+    /// They touch, whatever groups and joints say; else they do not.
+    pub enabled: bool,
+}
+
+/// The same of two robots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct RobotLinkPair {
+    /// Indices of the robots, the smaller first.
+    pub robots: [usize; 2],
+    /// A link of each.
+    pub pair: LinkPair,
+}
+
+/// What of one robot touches what of another one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Filter<'a> {
+    /// Of the two robots, in order.
+    pairs: &'a [RobotLinkPair],
+}
+
+impl<'a> Filter<'a> {
+    /// For two robots, the smaller index first, of all pairs of a world, which are in order.
+    pub fn between(robots: [usize; 2], pairs: &'a [RobotLinkPair]) -> Self {
+        if pairs.is_empty() {
+            return Self::default();
+        }
+        let start = pairs.partition_point(|pair| pair.robots < robots);
+        let length = pairs[start..].partition_point(|pair| pair.robots == robots);
+        Self { pairs: &pairs[start..start + length] }
+    }
+
+    /// Whether two links were switched on or off.
+    fn switched(&self, links: [usize; 2]) -> Option<bool> {
+        let place = self.pairs.binary_search_by_key(&links, |of| of.pair.links).ok()?;
+        Some(self.pairs[place].pair.enabled)
+    }
+
+    pub(super) fn allows(&self, a: &Placed, b: &Placed) -> bool {
+        self.switched([a.link, b.link]).unwrap_or_else(|| a.groups.allow(b.groups))
+    }
+}
+
+impl RobotColliders {
+    /// Says what touches what: whether the robot touches itself, the groups of each of its links (those left out
+    /// are as they are by default), and its own pairs that were switched off or on, in order.
+    pub fn set_filter(&mut self, tree: &Tree, self_collision: bool, groups: &[Groups], pairs: &[LinkPair]) {
+        for placed in &mut self.placed {
+            placed.groups = groups.get(placed.link).copied().unwrap_or_default();
+        }
+        self.own_pairs.clear();
+        if !self_collision {
+            return;
+        }
+        for (i, a) in self.placed.iter().enumerate() {
+            for (j, b) in self.placed.iter().enumerate().skip(i + 1) {
+                let links = [a.link.min(b.link), a.link.max(b.link)];
+                let switched = pairs.binary_search_by_key(&links, |pair| pair.links).ok();
+                let allowed = match switched {
+                    Some(place) => pairs[place].enabled,
+                    None => !is_joined(tree, a.body, b.body) && a.groups.allow(b.groups),
+                };
+                if allowed && a.body != b.body {
+                    self.own_pairs.push([i, j]);
+                }
+            }
+        }
+    }
+
+    /// Whether two colliders, of this robot and of another one, may touch.
+    pub fn may_touch(
+        &self,
+        collider: usize,
+        other: &Self,
+        other_collider: usize,
+        filter: Filter<'_>,
+    ) -> bool {
+        match (self.placed.get(collider), other.placed.get(other_collider)) {
+            (Some(a), Some(b)) => filter.allows(a, b),
+            _ => false,
+        }
+    }
+
+    /// Whether two colliders of this robot may touch; the smaller index comes first.
+    pub fn may_touch_itself(&self, colliders: [usize; 2]) -> bool {
+        self.own_pairs.binary_search(&colliders).is_ok()
+    }
+}
+
+/// Whether a joint connects two bodies of a robot. The bodies of a planar joint are one link.
+fn is_joined(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
+    let above = |body: Option<usize>| {
+        let mut at = body?;
+        let joint = tree.bodies[at].joint;
+        while let Some(parent) = tree.bodies[at].parent.filter(|&up| tree.bodies[up].joint == joint) {
+            at = parent;
+        }
+        // A free root hangs on nothing that it could touch.
+        Some(tree.bodies[at].parent)
+    };
+    above(a) == Some(b) || above(b) == Some(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_must_be_in_a_group_that_the_other_touches() {
+        let groups = |group, mask| Groups { group, mask };
+        assert!(Groups::default().allow(Groups::default()));
+        assert!(groups(1, 2).allow(groups(2, 1)));
+        assert!(groups(1, 2).allow(groups(2, 2)), "the first touches the second");
+        assert!(!groups(1, 1).allow(groups(2, 2)));
+        assert!(groups(1, 0).allow(Groups::default()) && groups(0, 1).allow(Groups::default()));
+        assert!(!groups(0, 0).allow(Groups::default()), "what is in no group and touches none");
+    }
+
+    #[test]
+    fn pairs_are_found_among_those_of_many_robots() {
+        let pair = |robots, links, enabled| RobotLinkPair { robots, pair: LinkPair { links, enabled } };
+        let mut pairs =
+            vec![pair([0, 2], [1, 1], false), pair([0, 1], [3, 0], true), pair([0, 1], [2, 9], false)];
+        pairs.sort_unstable();
+        let filter = Filter::between([0, 1], &pairs);
+        assert_eq!(filter.switched([2, 9]), Some(false));
+        assert_eq!(filter.switched([3, 0]), Some(true));
+        assert_eq!(filter.switched([1, 1]), None);
+        assert_eq!(Filter::between([1, 2], &pairs).switched([1, 1]), None);
+        assert_eq!(Filter::between([0, 2], &pairs).switched([1, 1]), Some(false));
+    }
+}

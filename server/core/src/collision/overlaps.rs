@@ -1,0 +1,74 @@
+//! What a shape overlaps, and what it meets on a straight way.
+
+use std::collections::BTreeSet;
+
+use glamx::{DPose3, DVec3};
+use parry3d_f64::bounding_volume::{Aabb, BoundingVolume as _};
+use parry3d_f64::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes, intersection_test};
+
+use super::rays::RayHit;
+use super::scene::{QueryShape, Scene};
+
+impl Scene {
+    /// Robots and links that overlap a shape, in order; with `bounds_only` those whose boxes along the world's axes
+    /// meet that of the shape. Gives up as soon as `is_cancelled`.
+    pub fn overlaps(
+        &self,
+        shape: &QueryShape,
+        pose: DPose3,
+        bounds_only: bool,
+        is_cancelled: impl Fn() -> bool,
+    ) -> BTreeSet<(usize, usize)> {
+        let pose = pose * shape.own_from_shape;
+        let bounds = shape.shape.compute_aabb(&pose);
+        let near = self.near(&bounds).take_while(|_| !is_cancelled());
+        let overlapping = near.filter(|placed| {
+            let exact = || intersection_test(&pose, &*shape.shape, &placed.world_from_shape, &*placed.shape);
+            (bounds_only && !placed.is_plane()) || exact().unwrap_or(false)
+        });
+        overlapping.map(|placed| (placed.robot, placed.link)).collect()
+    }
+
+    /// The first that a shape meets that goes by `way` from a pose, without turning. One that overlaps something at
+    /// the start meets it there. Of several at the same place the first robot and its first shape.
+    pub fn cast_shape(
+        &self,
+        shape: &QueryShape,
+        pose: DPose3,
+        way: DVec3,
+        is_cancelled: impl Fn() -> bool,
+    ) -> Option<RayHit> {
+        let pose = pose * shape.own_from_shape;
+        let start = shape.shape.compute_aabb(&pose);
+        let swept = start.merged(&Aabb::new(start.mins + way, start.maxs + way));
+        let options = ShapeCastOptions {
+            max_time_of_impact: 1.0,
+            target_distance: 0.0,
+            stop_at_penetration: true,
+            compute_impact_geometry_on_penetration: true,
+        };
+        let mut first: Option<((f64, (usize, usize)), RayHit)> = None;
+        for placed in self.near(&swept).take_while(|_| !is_cancelled()) {
+            let theirs = &placed.world_from_shape;
+            let hit = cast_shapes(&pose, way, &*shape.shape, theirs, DVec3::ZERO, &*placed.shape, options);
+            let Ok(Some(hit)) = hit else { continue };
+            if hit.status == ShapeCastStatus::Failed || !hit.time_of_impact.is_finite() {
+                continue;
+            }
+            let key = (hit.time_of_impact, placed.key());
+            if first.as_ref().is_some_and(|(known, _)| *known <= key) {
+                continue;
+            }
+            let normal = theirs.rotation * hit.normal2;
+            let found = RayHit {
+                robot: placed.robot,
+                link: placed.link,
+                fraction: hit.time_of_impact.clamp(0.0, 1.0),
+                point: theirs.transform_point(hit.witness2),
+                normal: if normal.is_finite() { normal } else { -way.normalize_or_zero() },
+            };
+            first = Some((key, found));
+        }
+        first.map(|(_, hit)| hit)
+    }
+}

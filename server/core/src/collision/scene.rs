@@ -1,0 +1,119 @@
+//! The shapes of robots at one moment, for questions: placed where their links are. A scene is made for some questions
+//! and then forgotten: no step reads it.
+
+use glamx::{DPose3, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry3d_f64::shape::{ShapeType, SharedShape};
+use simd_model::robot::Geometry;
+
+use super::Shapes;
+use super::shapes::own_shape;
+use crate::dynamics::Tree;
+
+/// A shape that a question is about, which is of no robot.
+pub struct QueryShape {
+    pub(super) shape: SharedShape,
+    pub(super) own_from_shape: DPose3,
+}
+
+impl QueryShape {
+    /// `None` for a mesh that has no hull.
+    pub fn new(geometry: &Geometry) -> Option<Self> {
+        own_shape(geometry).map(|(shape, own_from_shape)| Self { shape, own_from_shape })
+    }
+}
+
+/// A shape of a robot's link, in the world.
+#[derive(Clone)]
+pub struct PlacedShape {
+    /// As it was given to [`place`].
+    pub robot: usize,
+    /// Index of the link.
+    pub link: usize,
+    /// Index of the link's body; `None` is the base.
+    pub body: Option<usize>,
+    /// The number of the shape among those of the robot.
+    pub(super) collider: usize,
+    pub(super) shape: SharedShape,
+    pub(super) world_from_shape: DPose3,
+    pub(super) bounds: Aabb,
+}
+
+impl PlacedShape {
+    /// What orders them.
+    pub(super) fn key(&self) -> (usize, usize) {
+        (self.robot, self.collider)
+    }
+
+    pub(super) fn is_plane(&self) -> bool {
+        self.shape.shape_type() == ShapeType::HalfSpace
+    }
+}
+
+/// The shapes of a robot, of all its links or of one, with `world_from_link` of each link. A plane that could move
+/// touches nothing, and is left out.
+pub fn place(
+    robot: usize,
+    tree: &Tree,
+    shapes: &Shapes,
+    poses: &[DPose3],
+    link: Option<usize>,
+) -> Vec<PlacedShape> {
+    let wanted = shapes.parts.iter().enumerate().filter(|(_, part)| link.is_none_or(|link| link == part.link));
+    let placed = wanted.filter_map(|(collider, part)| {
+        let (pose, frame) = (poses.get(part.link)?, tree.links.get(part.link)?);
+        let world_from_shape = *pose * part.link_from_shape;
+        let placed = PlacedShape {
+            robot,
+            link: part.link,
+            body: frame.body,
+            collider,
+            bounds: part.shape.compute_aabb(&world_from_shape),
+            shape: part.shape.clone(),
+            world_from_shape,
+        };
+        (frame.body.is_none() || !placed.is_plane()).then_some(placed)
+    });
+    placed.collect()
+}
+
+/// Lower and upper corner of the box along the world's axes around each link that has shapes, planes left out.
+pub fn link_bounds(shapes: &[PlacedShape], links: usize) -> Vec<Option<[DVec3; 2]>> {
+    let mut bounds: Vec<Option<[DVec3; 2]>> = vec![None; links];
+    for placed in shapes.iter().filter(|placed| !placed.is_plane()) {
+        if let Some(of_link) = bounds.get_mut(placed.link) {
+            let Aabb { mins, maxs } = placed.bounds;
+            let [least, most] = of_link.unwrap_or([mins, maxs]);
+            *of_link = Some([least.min(mins), most.max(maxs)]);
+        }
+    }
+    bounds
+}
+
+/// The shapes of robots at one moment.
+pub struct Scene {
+    /// Those with bounds, in the order of the tree's leaves, and after them the planes.
+    pub(super) shapes: Vec<PlacedShape>,
+    pub(super) bounded: usize,
+    pub(super) tree: Bvh,
+}
+
+impl Scene {
+    /// Of shapes that were placed.
+    pub fn new(shapes: Vec<PlacedShape>) -> Self {
+        let (mut planes, mut shapes): (Vec<_>, Vec<_>) =
+            shapes.into_iter().partition(|placed| placed.is_plane());
+        let bounds: Vec<Aabb> = shapes.iter().map(|placed| placed.bounds).collect();
+        let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds);
+        let bounded = shapes.len();
+        shapes.append(&mut planes);
+        Self { shapes, bounded, tree }
+    }
+
+    /// Those whose bounds meet a box, and the planes.
+    pub(super) fn near<'a>(&'a self, bounds: &'a Aabb) -> impl Iterator<Item = &'a PlacedShape> {
+        let near = self.tree.intersect_aabb(bounds).map(|leaf| leaf as usize);
+        near.chain(self.bounded..self.shapes.len()).filter_map(|index| self.shapes.get(index))
+    }
+}

@@ -1,0 +1,202 @@
+//! What robots touch, as commands change it: self-collision, groups and masks of links, and pairs of links.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::collision::{LinkPair, RobotLinkPair};
+use crate::simulation::command::{CollisionFilterChange, CollisionPair, MAX_COLLISION_PAIRS};
+use crate::simulation::contacts::Contacts;
+use crate::simulation::entity::Entity;
+use crate::simulation::error::Error;
+use crate::simulation::{Reply, Simulation, check};
+
+/// Indices of two robots, the smaller first, and of a link of each.
+type PairKey = ([usize; 2], [usize; 2]);
+
+/// Pairs by their key, and whether they are switched off or on.
+type Pairs<K> = BTreeMap<K, bool>;
+
+impl Simulation {
+    pub(in crate::simulation) fn set_collision_filter(
+        &mut self,
+        change: &CollisionFilterChange,
+    ) -> Result<Reply, Error> {
+        let CollisionFilterChange { robot, self_collision, pairs } = change;
+        let robot_index = self.robot_index(robot)?;
+        let (own, others): (Vec<_>, Vec<_>) = pairs
+            .iter()
+            .enumerate()
+            .partition(|(_, pair)| pair.other_robot.is_empty() || pair.other_robot == *robot);
+        let own = self.entities[robot_index].switched(own.into_iter(), "pairs")?;
+        let mut changed = vec![robot_index];
+        let others = self.switched(robot_index, others.into_iter(), &mut changed)?;
+        // Nothing is refused from here on.
+        let entity = &mut self.entities[robot_index];
+        if let Some(own) = own {
+            entity.state.collision_pairs = Arc::new(own);
+        }
+        if let Some(others) = others {
+            self.contacts.collision_pairs = Arc::new(others);
+        }
+        let settings = &mut entity.state.contact_settings;
+        settings.self_collision = self_collision.unwrap_or(settings.self_collision);
+        self.filter_changed(&changed);
+        self.settings_changed(robot_index);
+        Ok(Reply::Done)
+    }
+
+    /// All pairs of links of different robots with those of a command; `None` where it has none. Robots that they
+    /// are with are added to `changed`.
+    fn switched<'a>(
+        &self,
+        robot_index: usize,
+        asked: impl Iterator<Item = (usize, &'a CollisionPair)>,
+        changed: &mut Vec<usize>,
+    ) -> Result<Option<Vec<RobotLinkPair>>, Error> {
+        let mut asked = asked.peekable();
+        if asked.peek().is_none() {
+            return Ok(None);
+        }
+        let known = self.contacts.collision_pairs.iter();
+        let mut pairs: Pairs<PairKey> =
+            known.map(|of| ((of.robots, of.pair.links), of.pair.enabled)).collect();
+        for (index, CollisionPair { link, other_robot, other_link, enabled }) in asked {
+            let other_index = self.robot_index(other_robot)?;
+            let link = self.entities[robot_index].link(link)?;
+            let other = self.entities[other_index].link(other_link)?;
+            let mut sides = [(robot_index, link), (other_index, other)];
+            sides.sort_unstable();
+            switch(&mut pairs, (sides.map(|side| side.0), sides.map(|side| side.1)), *enabled, index)?;
+            changed.push(other_index);
+        }
+        let pair = |((robots, links), enabled)| RobotLinkPair { robots, pair: LinkPair { links, enabled } };
+        Ok(Some(pairs.into_iter().map(pair).collect()))
+    }
+
+    /// To be called when it changed what these robots touch. What rests on something or beside it is looked at
+    /// again, contacts of what may no longer touch are dropped, and what overlaps now and did not touch before is an
+    /// initial overlap, as after a teleport.
+    pub(in crate::simulation) fn filter_changed(&mut self, robots: &[usize]) {
+        for &robot_index in robots {
+            self.wake_around(robot_index);
+            let entity = &mut self.entities[robot_index];
+            entity.filter_colliders();
+            entity.state.teleported = true;
+            if !entity.moves() {
+                // What cannot move does not look for what sleeps on it.
+                self.entities.iter_mut().for_each(Entity::wake);
+            }
+        }
+        self.contacts.filter_changed(&self.entities);
+    }
+
+    /// Drops pairs of robots that a reset of scope `spawned` takes out, before it does.
+    pub(in crate::simulation) fn forget_pairs_of_spawned(&mut self) {
+        let mut left = 0;
+        let index = |entity: &Entity| {
+            entity.state.loaded_at_start.then(|| {
+                left += 1;
+                left - 1
+            })
+        };
+        let indices: Vec<Option<usize>> = self.entities.iter().map(index).collect();
+        self.contacts.keep_pairs(|robot| indices.get(robot).copied().flatten());
+    }
+}
+
+impl Contacts {
+    /// Gives the pairs of a robot that was reloaded the indices that its links have now; those of links that are
+    /// gone are dropped.
+    pub(in crate::simulation) fn reload_pairs(&mut self, robot: usize, link: &[Option<usize>]) {
+        if !self.collision_pairs.iter().any(|pair| pair.robots.contains(&robot)) {
+            return;
+        }
+        let pairs = Arc::make_mut(&mut self.collision_pairs);
+        pairs.retain_mut(|of| {
+            let Some(side) = of.robots.iter().position(|&index| index == robot) else { return true };
+            let now = link.get(of.pair.links[side]).copied().flatten();
+            of.pair.links[side] = now.unwrap_or_default();
+            now.is_some()
+        });
+        pairs.sort_unstable();
+    }
+}
+
+impl Entity {
+    /// Switches pairs of its own links, which the field `list` has.
+    pub(in crate::simulation) fn switch_pairs(
+        &mut self,
+        asked: &[CollisionPair],
+        list: &str,
+    ) -> Result<(), Error> {
+        if let Some(pairs) = self.switched(asked.iter().enumerate(), list)? {
+            self.state.collision_pairs = Arc::new(pairs);
+        }
+        Ok(())
+    }
+
+    /// Its own pairs with those of a command; `None` where it has none.
+    fn switched<'a>(
+        &self,
+        asked: impl Iterator<Item = (usize, &'a CollisionPair)>,
+        list: &str,
+    ) -> Result<Option<Vec<LinkPair>>, Error> {
+        let mut asked = asked.peekable();
+        if asked.peek().is_none() {
+            return Ok(None);
+        }
+        let known = self.state.collision_pairs.iter();
+        let mut pairs: Pairs<[usize; 2]> = known.map(|pair| (pair.links, pair.enabled)).collect();
+        for (index, CollisionPair { link, other_link, enabled, .. }) in asked {
+            let mut links = [self.link(link)?, self.link(other_link)?];
+            links.sort_unstable();
+            if links[0] == links[1] {
+                let refused =
+                    check::refuse("other_link", format!("{other_link:?}"), "it must be another link");
+                return Err(refused.within(|| format!("{list}[{index}]")));
+            }
+            switch(&mut pairs, links, *enabled, index)?;
+        }
+        Ok(Some(pairs.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect()))
+    }
+
+    /// Takes over what the robot touched before it was reloaded, link by link of the same name. For each link of
+    /// before the index of now.
+    pub(in crate::simulation) fn take_filter(&mut self, old: &Self) -> Vec<Option<usize>> {
+        let names = self.model.links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index));
+        let names: BTreeMap<&str, usize> = names.collect();
+        let now: Vec<Option<usize>> =
+            old.model.links.iter().map(|link| names.get(link.name.as_str()).copied()).collect();
+        drop(names);
+        for (groups, link) in old.state.groups.iter().zip(&now) {
+            if let Some(slot) = link.and_then(|link| self.state.groups.get_mut(link)) {
+                *slot = *groups;
+            }
+        }
+        let pair = |pair: &LinkPair| {
+            let [a, b] = pair.links.map(|link| now.get(link).copied().flatten());
+            a.zip(b).map(|(a, b)| LinkPair { links: [a.min(b), a.max(b)], ..*pair })
+        };
+        let mut pairs: Vec<LinkPair> = old.state.collision_pairs.iter().filter_map(pair).collect();
+        pairs.sort_unstable();
+        self.state.collision_pairs = Arc::new(pairs);
+        self.filter_colliders();
+        now
+    }
+}
+
+/// Switches a pair, or leaves it to groups; the entry at `index` of the list asks for it.
+fn switch<K: Ord>(pairs: &mut Pairs<K>, key: K, enabled: Option<bool>, index: usize) -> Result<(), Error> {
+    match enabled {
+        Some(enabled) => pairs.insert(key, enabled),
+        None => pairs.remove(&key),
+    };
+    if pairs.len() <= MAX_COLLISION_PAIRS {
+        return Ok(());
+    }
+    Err(Error::LimitExceeded {
+        what: format!("the number of collision pairs, from pairs[{index}] on,"),
+        value: pairs.len() as u64,
+        limit: MAX_COLLISION_PAIRS as u64,
+    })
+}

@@ -1,0 +1,223 @@
+//! Distances, overlaps, bounds and casts of shapes, found from a published state alone.
+
+use glamx::{DPose3, DVec3};
+use simd_model::robot::Geometry;
+
+use super::check;
+use super::error::Error;
+use super::published_state::PublishedState;
+use super::rays::RayReport;
+use crate::collision::distance::{Closest, TooMany, Wanted, closest_points};
+use crate::collision::filter::{Filter, is_joined};
+use crate::collision::scene::{PlacedShape, QueryShape, Scene, link_bounds, place};
+use crate::dynamics::Configuration;
+
+/// One side of a distance: a robot or a link of it, where it is or would be.
+#[derive(Clone, Debug)]
+pub struct QueryBody {
+    /// Index of the robot.
+    pub robot: usize,
+    /// Index of its link; `None` is all of them.
+    pub link: Option<usize>,
+    /// `None` is where it is.
+    pub configuration: Option<Configuration>,
+}
+
+/// What is asked of a distance.
+#[derive(Clone, Debug)]
+pub struct DistanceQuery {
+    /// The first side.
+    pub a: QueryBody,
+    /// The second; `None` is every other robot, where it is.
+    pub b: Option<QueryBody>,
+    /// Pairs of links that are farther apart are left out, metres.
+    pub within: f64,
+    /// Only the nearest pair.
+    pub nearest_only: bool,
+    /// Leaves out what the collision filter lets not touch.
+    pub filtered: bool,
+}
+
+/// The nearest points of two links.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistanceReport {
+    /// Names of the robots.
+    pub robots: [String; 2],
+    /// Names of the links.
+    pub links: [String; 2],
+    /// On each one's surface, world, metres.
+    pub points: [DVec3; 2],
+    /// From the first to the second, of unit length, world.
+    pub normal: DVec3,
+    /// Between the surfaces, metres; negative where they overlap.
+    pub distance: f64,
+}
+
+/// A link and the corners of the box around its shapes, along the world's axes, metres.
+pub type LinkBounds = (String, [DVec3; 2]);
+
+impl PublishedState {
+    /// The shapes of a robot where it is.
+    fn placed(&self, robot: usize, link: Option<usize>) -> Vec<PlacedShape> {
+        let Some(entity) = self.world.entities.get(robot).filter(|entity| !entity.shapes.is_empty()) else {
+            return Vec::new();
+        };
+        let poses = self.link_poses(robot).unwrap_or_default();
+        place(robot, &entity.tree, &entity.shapes, &poses, link)
+    }
+
+    /// The same where it is asked for.
+    fn placed_as(&self, body: &QueryBody) -> Vec<PlacedShape> {
+        let QueryBody { robot, link, configuration } = body;
+        let (Some(entity), Some(at)) = (self.world.entities.get(*robot), configuration) else {
+            return self.placed(*robot, *link);
+        };
+        let poses = entity.tree.link_poses(at.root, &at.positions);
+        place(*robot, &entity.tree, &entity.shapes, &poses, *link)
+    }
+
+    /// All shapes of the world; empty once `is_cancelled`.
+    pub(super) fn scene(&self, is_cancelled: impl Fn() -> bool) -> Scene {
+        let robots = (0..self.world.entities.len()).take_while(|_| !is_cancelled());
+        Scene::new(robots.flat_map(|robot| self.placed(robot, None)).collect())
+    }
+
+    /// The nearest points of links, a pair each, in the order of robots and links. Shapes of one body are never a pair,
+    /// nor is a link with itself.
+    ///
+    /// # Errors
+    /// Where the distance is NaN, and where there are too many pairs.
+    pub fn distances(
+        &self,
+        query: &DistanceQuery,
+        is_cancelled: impl Fn() -> bool,
+    ) -> Result<Vec<DistanceReport>, Error> {
+        let DistanceQuery { a, b, within, nearest_only, filtered } = query;
+        if within.is_nan() {
+            return Err(check::refuse("max_distance", within, "it must be a number"));
+        }
+        let first = self.placed_as(a);
+        let second = match b {
+            Some(b) => self.placed_as(b),
+            None => {
+                let others = (0..self.world.entities.len()).filter(|robot| *robot != a.robot);
+                others.take_while(|_| !is_cancelled()).flat_map(|robot| self.placed(robot, None)).collect()
+            }
+        };
+        // Two places of one robot are as two robots; of one place each pair comes once.
+        let same_place = b.as_ref().is_some_and(|b| {
+            b.robot == a.robot && a.configuration.is_none() && b.configuration.is_none() && a.link == b.link
+        });
+        let one_state = b.as_ref().is_none_or(|b| {
+            b.robot != a.robot || (a.configuration.is_none() && b.configuration.is_none())
+        });
+        let is_wanted = |x: &PlacedShape, y: &PlacedShape| {
+            let apart = x.robot != y.robot || !one_state || (x.body != y.body && x.link != y.link);
+            apart
+                && (!same_place || x.link < y.link)
+                && (!filtered || self.may_touch(x, y))
+        };
+        let wanted = Wanted { within: *within, nearest_only: *nearest_only };
+        let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
+        let found = found.map_err(|TooMany(value, limit)| Error::LimitExceeded {
+            what: "the number of pairs of shapes of one query".into(),
+            value: value as u64,
+            limit: limit as u64,
+        })?;
+        Ok(found.into_iter().filter_map(|closest| self.distance_report(closest)).collect())
+    }
+
+    /// What the collision filter says of two shapes, whether or not their robot touches itself.
+    fn may_touch(&self, a: &PlacedShape, b: &PlacedShape) -> bool {
+        let mut sides = [a, b];
+        sides.sort_unstable_by_key(|side| (side.robot, side.link));
+        let [robots, links] = [sides.map(|side| side.robot), sides.map(|side| side.link)];
+        let of = |side: usize| self.settings.get(robots[side]);
+        let (Some(first), Some(second)) = (of(0), of(1)) else { return true };
+        let groups = || {
+            let of_link = |settings: &super::robot_settings::RobotSettings, link: usize| {
+                settings.groups.get(link).copied().unwrap_or_default()
+            };
+            of_link(first, links[0]).allow(of_link(second, links[1]))
+        };
+        if robots[0] != robots[1] {
+            return Filter::between(robots, &self.collision_pairs).switched(links).unwrap_or_else(groups);
+        }
+        match first.collision_pairs.binary_search_by_key(&links, |pair| pair.links) {
+            Ok(place) => first.collision_pairs[place].enabled,
+            Err(_) => {
+                let tree = self.world.entities.get(robots[0]).map(|entity| &entity.tree);
+                groups() && !tree.is_some_and(|tree| is_joined(tree, a.body, b.body))
+            }
+        }
+    }
+
+    fn distance_report(&self, closest: Closest) -> Option<DistanceReport> {
+        let Closest { robots, links, points, normal, distance } = closest;
+        let [(robot_a, link_a), (robot_b, link_b)] =
+            [self.link_name(robots[0], links[0])?, self.link_name(robots[1], links[1])?];
+        Some(DistanceReport { robots: [robot_a, robot_b], links: [link_a, link_b], points, normal, distance })
+    }
+
+    /// The names of a robot and a link of it.
+    fn link_name(&self, robot: usize, link: usize) -> Option<(String, String)> {
+        let entity = self.world.entities.get(robot)?;
+        Some((entity.name.clone(), entity.model.links.get(link)?.name.clone()))
+    }
+
+    /// Robots and links that overlap a shape at a pose, in order; with `bounds_only` those whose boxes along the
+    /// world's axes meet that of the shape.
+    ///
+    /// # Errors
+    /// Where the pose has numbers that are not finite, and where the shape is a mesh without a hull.
+    pub fn overlaps(
+        &self,
+        geometry: &Geometry,
+        pose: DPose3,
+        bounds_only: bool,
+        is_cancelled: impl Fn() -> bool,
+    ) -> Result<Vec<(String, String)>, Error> {
+        let shape = shape(geometry)?;
+        check::pose("pose", &pose)?;
+        let found = self.scene(&is_cancelled).overlaps(&shape, pose, bounds_only, is_cancelled);
+        Ok(found.into_iter().filter_map(|(robot, link)| self.link_name(robot, link)).collect())
+    }
+
+    /// The box around the shapes of each link of the robot at this index, along the world's axes. Links without
+    /// shapes and planes have none.
+    pub fn link_bounds(&self, robot: usize) -> Vec<LinkBounds> {
+        let Some(entity) = self.world.entities.get(robot) else { return Vec::new() };
+        let bounds = link_bounds(&self.placed(robot, None), entity.model.links.len());
+        let named = entity.model.links.iter().zip(bounds);
+        named.filter_map(|(link, bounds)| Some((link.name.clone(), bounds?))).collect()
+    }
+
+    /// What a shape that goes from a pose by a way, without turning, meets first.
+    ///
+    /// # Errors
+    /// Where numbers are not finite, and where the shape is a mesh without a hull.
+    pub fn cast_shape(
+        &self,
+        geometry: &Geometry,
+        pose: DPose3,
+        way: DVec3,
+        is_cancelled: impl Fn() -> bool,
+    ) -> Result<Option<RayReport>, Error> {
+        let shape = shape(geometry)?;
+        check::pose("pose", &pose)?;
+        check::vector("translation", way)?;
+        let hit = self.scene(&is_cancelled).cast_shape(&shape, pose, way, is_cancelled);
+        Ok(hit.and_then(|hit| self.ray_report(hit)))
+    }
+
+    /// A hit, by names.
+    pub(super) fn ray_report(&self, hit: crate::collision::rays::RayHit) -> Option<RayReport> {
+        let (robot, link) = self.link_name(hit.robot, hit.link)?;
+        Some(RayReport { robot, link, point: hit.point, normal: hit.normal, fraction: hit.fraction })
+    }
+}
+
+fn shape(geometry: &Geometry) -> Result<QueryShape, Error> {
+    QueryShape::new(geometry)
+        .ok_or_else(|| check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder or a capsule"))
+}
