@@ -118,8 +118,18 @@ impl Loader {
         &self.threads
     }
 
-    pub(crate) fn load_options(&self, scale: f64, strict: bool, mesh_shapes: MeshShapes) -> LoadOptions {
-        LoadOptions { read: ReadOptions { scale, strict, limits: self.limits.reading }, mesh_shapes }
+    pub(crate) fn load_options(
+        &self,
+        scale: f64,
+        strict: bool,
+        mesh_shapes: MeshShapes,
+        fixed_base: Option<bool>,
+    ) -> LoadOptions {
+        LoadOptions {
+            read: ReadOptions { scale, strict, limits: self.limits.reading },
+            mesh_shapes,
+            fixed_base,
+        }
     }
 
     fn check_description(&self, bytes: usize) -> Result<(), CallError> {
@@ -166,7 +176,7 @@ impl Loader {
             cache.store.pin(&[sha256]);
             pinned.push(sha256);
         }
-        let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes } = options;
+        let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes, fixed_base: _ } = options;
         let model = Arc::downgrade(model);
         cache.known.push(Known { model, origin, description, scale, mesh_shapes, pinned });
         Ok(())

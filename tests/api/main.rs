@@ -20,6 +20,7 @@ mod retries;
 mod robots;
 mod saved_state_files;
 mod streams;
+mod terrain;
 mod viewing;
 mod world;
 mod zenoh;

@@ -214,8 +214,13 @@ fn a_hull_with_a_round_sole_stands() {
         DVec3::new(0.1 * turn.cos(), 0.1 * turn.sin(), if i < 12 { -0.1 } else { 0.1 })
     };
     let vertices = (0..24).map(corner).collect();
-    let asset =
-        MeshAsset { sha256: Sha256([7; 32]), vertices, triangles: vec![[0, 1, 2]], paints: Vec::new() };
+    let asset = MeshAsset {
+        sha256: Sha256([7; 32]),
+        vertices,
+        triangles: vec![[0, 1, 2]],
+        paints: Vec::new(),
+        grid: None,
+    };
     let mesh = Geometry::Mesh { uri: "prism.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) };
     let model = solid(&[(DPose3::IDENTITY, mesh)], 0.05);
     for ground in [plane(DVec3::Z), cuboid(DVec3::new(1.0, 1.0, 0.2), 1.0)] {

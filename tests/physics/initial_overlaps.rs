@@ -154,8 +154,13 @@ fn any_shape(rng: &mut Rng) -> Geometry {
         _ => {
             let vertices = (0..30).map(|_| any_vector(rng, 0.15)).collect();
             let triangles = vec![[0, 1, 2]];
-            let asset =
-                MeshAsset { sha256: Sha256([rng.u8(..); 32]), vertices, triangles, paints: Vec::new() };
+            let asset = MeshAsset {
+                sha256: Sha256([rng.u8(..); 32]),
+                vertices,
+                triangles,
+                paints: Vec::new(),
+                grid: None,
+            };
             Geometry::Mesh { uri: "any.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) }
         }
     }

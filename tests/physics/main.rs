@@ -23,5 +23,6 @@ mod saved_state_files;
 mod scenes;
 mod seven_arm;
 mod sleeping;
+mod terrain;
 mod truth;
 mod world;

@@ -31,6 +31,7 @@ pub(crate) fn through_a_file(world: &Simulation, name: &str) -> Saved {
         assets: BTreeMap::new(),
         scale: 1f64.to_bits(),
         mesh_shapes: MeshShapes::Hull,
+        fixed_base: true,
     };
     let recipes = vec![recipe; saved.models().count()];
     let file = seal(&Content::new(name, saved, recipes.clone(), Vec::new()));

@@ -10,7 +10,7 @@ mod view;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use simd_client::{
     Client, Error, OpenOptions, Package,
     proto::{
@@ -102,8 +102,11 @@ pub(crate) struct Load {
     /// An SRDF file, whose `disable_collisions` switch pairs of links off
     #[arg(long, value_name = "FILE")]
     srdf: Option<PathBuf>,
-    /// Collision meshes become several convex parts, not one hull each
-    #[arg(long)]
+    /// What collision meshes become: mesh, the triangles that they are where a link cannot move and elsewhere their convex hull; hull, their convex hull; parts, several convex parts
+    #[arg(long, value_enum, default_value_t)]
+    collision: Collision,
+    /// The same as --collision parts
+    #[arg(long, conflicts_with = "collision")]
     convex_parts: bool,
     /// PATH is on the daemon's own disk
     #[arg(long, conflicts_with_all = ["packages", "xacro_arguments"])]
@@ -114,6 +117,15 @@ pub(crate) struct Load {
     /// An argument of a xacro file; may be given again
     #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
     xacro_arguments: Vec<(String, String)>,
+}
+
+/// What collision meshes become.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Collision {
+    #[default]
+    Mesh,
+    Hull,
+    Parts,
 }
 
 #[derive(Args, Debug)]
@@ -192,7 +204,13 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         link_properties: arguments.surface.of(None).into_iter().collect(),
         self_collision: arguments.self_collision,
         srdf,
-        mesh_shapes: if arguments.convex_parts { MeshShapes::Decomposition } else { MeshShapes::Hull }.into(),
+        mesh_shapes: match arguments.collision {
+            _ if arguments.convex_parts => MeshShapes::Decomposition,
+            Collision::Mesh => MeshShapes::Mesh,
+            Collision::Hull => MeshShapes::Hull,
+            Collision::Parts => MeshShapes::Decomposition,
+        }
+        .into(),
         ..Default::default()
     };
     let mut line = Progress::default();

@@ -10,7 +10,7 @@ use std::{
 use sha2::{Digest as _, Sha256};
 use simd_proto::v1::{
     AssetSearch, AssetState, DescriptionSource, PrepareDescriptionRequest, PrepareDescriptionResponse,
-    ReloadEntityRequest, SpawnEntityRequest, UploadAssetRequest, description_source::Source,
+    Primitive, ReloadEntityRequest, SpawnEntityRequest, UploadAssetRequest, description_source::Source,
 };
 
 use crate::{Client, Error, NotFound, Package, Reloaded, Spawned};
@@ -72,6 +72,27 @@ impl Client {
             source: Some(Source::Description(prepared.description)),
             assets: files.hashes,
             missing: files.missing,
+        })
+    }
+
+    /// Sends a mesh or a height field, for a primitive that names it. What comes back is the source of the primitive,
+    /// `uri` being how it names the file.
+    ///
+    /// # Errors
+    /// `LIMIT_EXCEEDED`, [`Error::File`] where the file cannot be read.
+    pub async fn upload_primitive(
+        &self,
+        path: &Path,
+        uri: &str,
+        primitive: Primitive,
+    ) -> Result<DescriptionSource, Error> {
+        let hash = hash_of(path).await;
+        let hash = hash.map_err(|reason| Error::File { path: path.to_path_buf(), reason })?;
+        self.send(path, &hash).await?;
+        Ok(DescriptionSource {
+            source: Some(Source::Primitive(primitive)),
+            assets: BTreeMap::from([(uri.to_owned(), hash)]),
+            missing: BTreeMap::new(),
         })
     }
 

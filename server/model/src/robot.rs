@@ -132,6 +132,19 @@ pub struct MeshAsset {
     pub triangles: Vec<[u32; 3]>,
     /// Where the file gives colours: in order, each up to the next. The physics knows none.
     pub paints: Vec<Paint>,
+    /// Set where the corners are heights above a grid.
+    pub grid: Option<Grid>,
+}
+
+/// How the corners of a height field lie: row by row, and in each from the least x to the greatest. x and y go from
+/// -0.5 to 0.5, evenly; the first row is that of the greatest y, as a picture is looked at. Of each cell the triangles
+/// share the edge from the corner with the least x and y to the one with the greatest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// At least 2.
+    pub rows: usize,
+    /// At least 2.
+    pub columns: usize,
 }
 
 /// The colour of some triangles of a mesh.

@@ -153,8 +153,8 @@ impl SimHandle {
         loaded_at_start: bool,
         reporter: Reporter,
     ) -> Result<Loaded, CallError> {
-        let SpawnRequest { name, scale, strict, mesh_shapes, .. } = &request;
-        let options = self.loader().load_options(*scale, *strict, *mesh_shapes);
+        let SpawnRequest { name, scale, strict, mesh_shapes, fixed_base, .. } = &request;
+        let options = self.loader().load_options(*scale, *strict, *mesh_shapes, *fixed_base);
         let LoadedRobot { model, shapes, mut report } = self.load(origin, options, reporter.clone()).await?;
         let mut collision_pairs = Vec::new();
         if !request.srdf.is_empty() {
@@ -203,7 +203,7 @@ impl SimHandle {
         source: Option<Source>,
         strict: bool,
     ) -> Result<Reloaded, CallError> {
-        let (origin, scale, mesh_shapes) = {
+        let (origin, scale, mesh_shapes, fixed_base) = {
             let newest = self.newest();
             let Some((_, entity)) = newest.state.entity(&robot) else {
                 let entities = newest.state.world.entities.iter();
@@ -213,9 +213,9 @@ impl SimHandle {
             let known = self
                 .loader()
                 .with_known(&entity.model, |known| (known.origin.clone(), known.scale, known.mesh_shapes));
-            match (source, known) {
+            let (origin, scale, mesh_shapes) = match (source, known) {
                 (Some(source), known) => {
-                    let (scale, mesh_shapes) = known.map_or((1.0, MeshShapes::Hull), |(_, s, m)| (s, m));
+                    let (scale, mesh_shapes) = known.map_or((1.0, MeshShapes::default()), |(_, s, m)| (s, m));
                     (source.into(), scale, mesh_shapes)
                 }
                 (None, Some(known)) => known,
@@ -223,9 +223,10 @@ impl SimHandle {
                     let message = format!("it is not known where robot {robot:?} came from");
                     return Err(CallError::Internal { message });
                 }
-            }
+            };
+            (origin, scale, mesh_shapes, entity.fixed_base)
         };
-        let options = self.loader().load_options(scale, strict, mesh_shapes);
+        let options = self.loader().load_options(scale, strict, mesh_shapes, Some(fixed_base));
         let LoadedRobot { model, shapes, report } = self.load(origin, options, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");

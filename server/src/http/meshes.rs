@@ -92,7 +92,7 @@ impl Meshes {
 }
 
 fn written(sha256: Sha256, ConvexMesh { vertices, triangles }: ConvexMesh) -> Glb {
-    Glb::of(glb::write(&MeshAsset { sha256, vertices, triangles, paints: Vec::new() }))
+    Glb::of(glb::write(&MeshAsset { sha256, vertices, triangles, paints: Vec::new(), grid: None }))
 }
 
 impl Cache {

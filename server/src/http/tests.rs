@@ -99,6 +99,7 @@ fn two_boxes() -> Arc<MeshAsset> {
         vertices: vertices.collect(),
         triangles,
         paints: Vec::new(),
+        grid: None,
     })
 }
 
@@ -111,7 +112,7 @@ fn spawn_with_a_mesh(meshes: MeshShapes) -> Command {
         geometry: Geometry::Mesh { uri: "boxes.stl".into(), scale: DVec3::ONE, asset: Some(two_boxes()) },
         material: Material::default(),
     }];
-    spawn.shapes = Arc::new(Shapes::reusing(&model, meshes, &[]));
+    spawn.shapes = Arc::new(Shapes::reusing(&model, false, meshes, &[]));
     spawn.model = Arc::new(model);
     Command::Spawn(spawn)
 }

@@ -160,6 +160,7 @@ mod tests {
             vertices: vec![DVec3::ZERO; 40],
             triangles: vec![[0, 1, 2]; 20],
             paints: Vec::new(),
+            grid: None,
         }
     }
 

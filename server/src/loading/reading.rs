@@ -8,9 +8,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use simd_core::collision::{MeshShapes, Shapes};
+use simd_core::collision::{MeshShapes, Shapes, StandIn, StandInShape};
+use simd_core::simulation::command::Spawn;
 use simd_model::robot::{JointKind, Sha256};
-use simd_model::{Asset, Assets, LoadReport, ReadOptions, Refused, RobotModel, Severity};
+use simd_model::{
+    Asset, Assets, Disposition, Finding, LoadReport, ReadOptions, Refused, RobotModel, Severity,
+};
 
 use super::Loader;
 use super::decoded::{Decoded, Decoding};
@@ -49,6 +52,8 @@ impl From<Source> for Origin {
 pub(crate) struct LoadOptions {
     pub(super) read: ReadOptions,
     pub(super) mesh_shapes: MeshShapes,
+    /// Whether the root link cannot move; `None` fixes a root link called `world`.
+    pub(super) fixed_base: Option<bool>,
 }
 
 /// A description that was read.
@@ -250,12 +255,51 @@ fn read(
     let files = Decoding::new(decoded, files);
     let outcome = simd_model::read(urdf, &reporter.counting(&files, total), &options.read);
     files.check()?;
-    Ok(outcome.map(|(model, report)| {
+    Ok(outcome.map(|(model, mut report)| {
         reporter.say(Phase::Hulls);
-        let shapes = Arc::new(Shapes::reusing(&model, options.mesh_shapes, &decoded.shapes()));
+        let fixed_base = Spawn::is_base_fixed(&model, options.fixed_base);
+        let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
         decoded.remember(&shapes);
+        report_stand_ins(&shapes, options.read.limits.findings, &mut report);
         LoadedRobot { model: Arc::new(model), shapes, report }
     }))
+}
+
+/// Adds what the collision meshes became, with at most `most` findings of a severity.
+fn report_stand_ins(shapes: &Shapes, most: usize, report: &mut LoadReport) {
+    for stand_in in shapes.stand_ins() {
+        let StandIn { uri, triangles, shape, asked, distance } = stand_in;
+        let mesh = format!("the collision mesh of {}", counted(*triangles, "triangle"));
+        let error = format!("the largest distance found between the two is {distance:.4} m");
+        let divided = *asked == MeshShapes::Decomposition;
+        let (severity, disposition, message) = match shape {
+            StandInShape::Mesh => {
+                (Severity::Info, Disposition::Used, format!("{mesh} touches as it is: its link cannot move"))
+            }
+            StandInShape::Hull if divided => (
+                Severity::Warning,
+                Disposition::Ignored,
+                format!(
+                    "{mesh} is not taken apart, because it is flat or has more than 100000 triangles: its convex \
+                     hull stands for it; {error}"
+                ),
+            ),
+            StandInShape::Hull => (
+                Severity::Info,
+                Disposition::Used,
+                format!("the convex hull of {mesh} stands for it; {error}"),
+            ),
+            StandInShape::Parts(count) => (
+                Severity::Info,
+                Disposition::Used,
+                format!("{} of {mesh} stand for it; {error}", counted(*count, "convex part")),
+            ),
+        };
+        if report.at_least(severity).filter(|finding| finding.severity == severity).count() < most {
+            let (element, file) = ("collision".to_owned(), Some(uri.clone()));
+            report.findings.push(Finding { severity, disposition, element, file, line: None, message });
+        }
+    }
 }
 
 /// A report in one line, for instance "arm: 2 links, 1 moving joint; 1 warning".

@@ -87,6 +87,8 @@ pub struct Recipe {
     pub scale: u64,
     /// What its collision meshes became.
     pub mesh_shapes: MeshShapes,
+    /// Whether its root link cannot move.
+    pub fixed_base: bool,
 }
 
 /// How a content begins: the name, and how many robots and files there are.

@@ -89,7 +89,8 @@ impl SimHandle {
             .iter()
             .map(|(uri, sha256)| Ok((uri.clone(), Asset { sha256: *sha256, bytes: find(sha256)? })));
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
-        let options = self.loader().load_options(f64::from_bits(recipe.scale), false, recipe.mesh_shapes);
+        let Recipe { scale, mesh_shapes, fixed_base, .. } = *recipe;
+        let options = self.loader().load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
         let made = self.load(origin, options, Reporter::default()).await;
         match made {
             Ok(LoadedRobot { model, shapes, report: _ }) => Ok((model, shapes)),
@@ -106,12 +107,13 @@ impl Loader {
     fn ingredients(&self, saved: &Saved) -> Result<(Vec<Recipe>, Files), CallError> {
         let mut recipes = Vec::new();
         let mut used = BTreeSet::new();
-        for model in saved.models() {
+        for (model, robot) in saved.models().zip(&saved.world_state().robots) {
             let recipe = self.with_known(model, |known| Recipe {
                 description: known.description,
                 assets: mesh_files(model),
                 scale: known.scale.to_bits(),
                 mesh_shapes: known.mesh_shapes,
+                fixed_base: robot.entity.fixed_base,
             });
             let unknown = || format!("it is not known where robot model {:?} came from", model.name);
             let recipe = recipe.ok_or_else(|| CallError::Internal { message: unknown() })?;

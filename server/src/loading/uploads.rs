@@ -112,7 +112,7 @@ impl Loader {
     /// # Errors
     /// Where its bytes cannot be had.
     pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
-        let options = self.load_options(scale, false, MeshShapes::Hull);
+        let options = self.load_options(scale, false, MeshShapes::default(), None);
         let reading = self.read(&source.into(), options, Reporter::default()).await?;
         let description = reading.used.description;
         Ok(match reading.outcome {

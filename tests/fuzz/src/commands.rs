@@ -176,7 +176,7 @@ fn read_with(urdf: &[u8], name: &str, x: f64, assets: &super::Only, meshes: Mesh
     Some(Spawn {
         name: wire_name(name),
         allow_renaming: true,
-        shapes: Arc::new(Shapes::reusing(&model, meshes, &[])),
+        shapes: Arc::new(Shapes::reusing(&model, false, meshes, &[])),
         model: Arc::new(model),
         pose: DPose3::from_translation(DVec3::X * x),
         fixed_base: Some(name == "arm"),

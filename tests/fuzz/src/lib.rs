@@ -19,7 +19,7 @@ pub use requests::requests_of_strangers;
 #[cfg(feature = "commands")]
 pub use saved_states::saved_states;
 use simd_assets::Locator;
-use simd_model::robot::{Geometry, Inertial, MeshAsset, RobotModel, Sha256};
+use simd_model::robot::{Geometry, Grid, Inertial, MeshAsset, RobotModel, Sha256};
 use simd_model::{Asset, Assets, LoadLimits, LoadReport, ReadOptions, Refused};
 
 /// A target: its name, which is that of its corpus and of its fuzzer, and the function.
@@ -31,6 +31,8 @@ pub const TARGETS: &[Target] = &[
     ("stl", stl),
     ("obj", obj),
     ("collada", collada),
+    ("heights_png", heights_png),
+    ("heights_csv", heights_csv),
     ("paths", paths),
     ("xacro", xacro),
     #[cfg(feature = "commands")]
@@ -105,6 +107,10 @@ fn check_mesh(mesh: &MeshAsset) {
     assert!(mesh.vertices.iter().all(|vertex| vertex.is_finite()), "a corner is somewhere");
     let in_range = |corner: &u32| (*corner as usize) < mesh.vertices.len();
     assert!(mesh.triangles.iter().flatten().all(in_range), "a triangle's corners are there");
+    if let Some(Grid { rows, columns }) = mesh.grid {
+        assert!(rows > 1 && columns > 1 && rows * columns == mesh.vertices.len(), "a grid has its corners");
+        assert_eq!(mesh.triangles.len(), 2 * (rows - 1) * (columns - 1), "and two triangles a cell");
+    }
 }
 
 /// A mesh is refused in a warning, or has corners that are there.
@@ -131,6 +137,16 @@ pub fn obj(bytes: &[u8]) {
 /// COLLADA.
 pub fn collada(bytes: &[u8]) {
     mesh("dae", bytes);
+}
+
+/// The picture of a height field.
+pub fn heights_png(bytes: &[u8]) {
+    mesh("png", bytes);
+}
+
+/// A height field as rows of numbers.
+pub fn heights_csv(bytes: &[u8]) {
+    mesh("csv", bytes);
 }
 
 /// Whatever a URI says, what is found lies in the root, or nothing is.

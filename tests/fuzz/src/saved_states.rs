@@ -78,7 +78,7 @@ fn make(recipe: &Recipe, files: &BTreeMap<Sha256, Arc<[u8]>>) -> Option<RobotPar
     let sent = Sent(recipe.assets.iter().filter_map(find).collect());
     let options = ReadOptions { scale: f64::from_bits(recipe.scale), ..ReadOptions::default() };
     let (model, _) = simd_model::read(files.get(&recipe.description)?, &sent, &options).ok()?;
-    let shapes = Shapes::reusing(&model, recipe.mesh_shapes, &[]);
+    let shapes = Shapes::reusing(&model, recipe.fixed_base, recipe.mesh_shapes, &[]);
     Some((Arc::new(model), Arc::new(shapes)))
 }
 

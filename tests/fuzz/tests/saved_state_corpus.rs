@@ -91,7 +91,13 @@ impl Scene {
             self.files.insert(Sha256::of(PYRAMID), PYRAMID.into());
         }
         let mesh_shapes = MeshShapes::Hull;
-        self.recipes.push(Recipe { description, assets, scale: options.scale.to_bits(), mesh_shapes });
+        self.recipes.push(Recipe {
+            description,
+            assets,
+            scale: options.scale.to_bits(),
+            mesh_shapes,
+            fixed_base: fixed,
+        });
         self.apply(Command::Spawn(Box::new(Spawn {
             name: name.into(),
             allow_renaming: false,

@@ -1,11 +1,14 @@
 //! `simctl robot shape`: single shapes, such as the ground or a box to push.
 
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
 use clap::Args;
 use simd_client::{
     Client,
     proto::{
-        Base, BoxGeometry, CapsuleGeometry, CylinderGeometry, DescriptionSource, PlaneGeometry, Pose,
-        Primitive, SpawnEntityRequest, SphereGeometry, Vector3, description_source::Source,
+        Base, BoxGeometry, CapsuleGeometry, CylinderGeometry, DescriptionSource, MeshGeometry, PlaneGeometry,
+        Pose, Primitive, SpawnEntityRequest, SphereGeometry, Vector3, description_source::Source,
         primitive::Geometry,
     },
 };
@@ -20,9 +23,9 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Shape {
-    /// plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres
-    #[arg(value_parser = geometry)]
-    shape: Geometry,
+    /// plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH; metres. mesh:FILE,FACTOR is an STL, OBJ or COLLADA file. heightfield:FILE,X,Y,HEIGHT is ground of this size: a grey PNG, white being HEIGHT above black, or a CSV file of heights, which HEIGHT multiplies
+    #[arg(value_parser = wanted)]
+    shape: Wanted,
     /// Its name; that of the shape where it is left out
     #[arg(long)]
     name: Option<String>,
@@ -32,7 +35,7 @@ pub(crate) struct Shape {
     /// Where it is: metres, and radians about the fixed axes
     #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Option<Pose>,
-    /// It does not move; a plane never does
+    /// It does not move; a plane and a height field never do
     #[arg(long)]
     fixed: bool,
     /// Adds _1, _2, ... to a name that is taken
@@ -44,21 +47,79 @@ pub(crate) struct Shape {
 
 pub(super) async fn run(arguments: Shape, client: &Client, output: Output) -> anyhow::Result<()> {
     let Shape { shape, name, mass, pose, fixed, rename, surface } = arguments;
-    let is_plane = matches!(shape, Geometry::Plane(_));
-    let primitive = Primitive { geometry: Some(shape), mass, color: None };
+    let (is_ground, source) = match shape {
+        Wanted::Shape(geometry) => {
+            let is_plane = matches!(geometry, Geometry::Plane(_));
+            let primitive = Primitive { geometry: Some(geometry), mass, color: None };
+            let source = Source::Primitive(primitive);
+            (is_plane, DescriptionSource { source: Some(source), ..DescriptionSource::default() })
+        }
+        Wanted::File { path, scale, is_ground } => {
+            let uri = path.file_name().context("the file of a shape has a name")?;
+            let uri = uri.to_string_lossy().into_owned();
+            let mesh = MeshGeometry { uri: uri.clone(), scale: Some(scale), ..MeshGeometry::default() };
+            let primitive = Primitive { geometry: Some(Geometry::Mesh(mesh)), mass, color: None };
+            (is_ground, client.upload_primitive(&path, &uri, primitive).await?)
+        }
+    };
     let request = SpawnEntityRequest {
-        source: Some(DescriptionSource {
-            source: Some(Source::Primitive(primitive)),
-            ..DescriptionSource::default()
-        }),
+        source: Some(source),
         name: name.unwrap_or_default(),
         allow_renaming: rename,
         pose,
-        base: if fixed || is_plane { Base::Fixed } else { Base::Free }.into(),
+        base: if fixed || is_ground { Base::Fixed } else { Base::Free }.into(),
         link_properties: surface.of(None).into_iter().collect(),
         ..SpawnEntityRequest::default()
     };
-    output.one(&Loaded::from(client.spawn(request).await?))
+    let spawned = client.spawn(request).await?;
+    super::warn_of(&spawned.report, None);
+    output.one(&Loaded::from(spawned))
+}
+
+/// What is to be spawned.
+#[derive(Clone, Debug, PartialEq)]
+enum Wanted {
+    Shape(Geometry),
+    /// A mesh, or ground.
+    File {
+        path: PathBuf,
+        scale: Vector3,
+        is_ground: bool,
+    },
+}
+
+/// Reads `plane`, `KIND:LENGTHS`, `mesh:FILE,FACTOR` or `heightfield:FILE,X,Y,HEIGHT`.
+fn wanted(text: &str) -> Result<Wanted, String> {
+    let numbers = |text: &str, kind| -> Result<Vec<f64>, String> {
+        text.split(',').map(|number| parse(number, kind).map(|quantity| quantity.value)).collect()
+    };
+    let extension = |path: &str| Path::new(path).extension().map(|it| it.to_ascii_lowercase());
+    if let Some(rest) = text.strip_prefix("heightfield:") {
+        let mut parts = rest.rsplitn(4, ',').collect::<Vec<_>>();
+        parts.reverse();
+        let [path, x, y, height] = parts[..] else {
+            return Err("a height field is written heightfield:FILE,X,Y,HEIGHT".to_owned());
+        };
+        let is_known = extension(path).is_some_and(|it| it == "png" || it == "csv");
+        let size = numbers(&format!("{x},{y},{height}"), Kind::Position)?;
+        return match size[..] {
+            _ if !is_known => Err(format!("{path} is neither a .png nor a .csv file")),
+            [x, y, z] if x > 0.0 && y > 0.0 && z > 0.0 => {
+                Ok(Wanted::File { path: path.into(), scale: Vector3 { x, y, z }, is_ground: true })
+            }
+            _ => Err("the size of a height field must be above 0".to_owned()),
+        };
+    }
+    if let Some(rest) = text.strip_prefix("mesh:") {
+        let factor = rest.rsplit_once(',').and_then(|(path, factor)| Some((path, factor.parse().ok()?)));
+        let (path, factor): (&str, f64) = factor.unwrap_or((rest, 1.0));
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err("the factor of a mesh must be above 0".to_owned());
+        }
+        let scale = Vector3 { x: factor, y: factor, z: factor };
+        return Ok(Wanted::File { path: path.into(), scale, is_ground: false });
+    }
+    geometry(text).map(Wanted::Shape)
 }
 
 /// Reads `plane` or `KIND:LENGTHS`.
@@ -77,7 +138,8 @@ fn geometry(text: &str) -> Result<Geometry, String> {
         ("plane" | "box" | "sphere" | "cylinder" | "capsule", _) => {
             Err(format!("a {kind} is written {}", written(kind)))
         }
-        _ => Err("must be plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH"
+        _ => Err("must be plane, box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH, capsule:RADIUS,LENGTH, \
+                  mesh:FILE,FACTOR or heightfield:FILE,X,Y,HEIGHT"
             .to_owned()),
     }
 }
@@ -95,6 +157,29 @@ fn written(kind: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_is_named_with_its_size() {
+        let scale = Vector3 { x: 4.0, y: 3.0, z: 0.5 };
+        let hills = Wanted::File { path: "a,b/hills.png".into(), scale, is_ground: true };
+        assert_eq!(wanted("heightfield:a,b/hills.png,4,3,50cm").unwrap(), hills);
+        let scale = Vector3 { x: 2.0, y: 2.0, z: 2.0 };
+        assert_eq!(
+            wanted("mesh:room.stl,2").unwrap(),
+            Wanted::File { path: "room.stl".into(), scale, is_ground: false }
+        );
+        assert!(matches!(wanted("mesh:room.stl").unwrap(), Wanted::File { .. }));
+        for (text, phrase) in [
+            ("heightfield:hills.png", "heightfield:FILE,X,Y,HEIGHT"),
+            ("heightfield:hills.stl,1,1,1", "neither"),
+            ("heightfield:hills.png,1,0,1", "above 0"),
+            ("heightfield:hills.png,1,nan,1", "nan"),
+            ("mesh:room.stl,-1", "above 0"),
+        ] {
+            let refused = wanted(text).unwrap_err();
+            assert!(refused.contains(phrase), "{text}: {refused}");
+        }
+    }
 
     #[test]
     fn a_shape_is_a_word_and_its_lengths() {

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
@@ -85,3 +86,19 @@ def shape_source(
         red, green, blue, alpha = vector([*color, 1.0][:4], 4, "a color").tolist()
         shape.color.CopyFrom(proto.Color(red=red, green=green, blue=blue, alpha=alpha))
     return proto.DescriptionSource(primitive=shape)
+
+
+def height_field_file(
+    heights: npt.ArrayLike, size: npt.ArrayLike
+) -> tuple[bytes, tuple[float, float, float]]:
+    """The file of a height field of one by one metre, and the scale that makes it as large as it is. Raises
+    `ValueError` for what is no height field."""
+    table = np.asarray(heights, dtype=np.float64)
+    if table.ndim != 2 or min(table.shape) < 2 or not np.isfinite(table).all():
+        raise ValueError(f"heights are numbers in at least 2 rows and 2 columns; these have the shape {table.shape}")
+    x, y = vector(size, 2, "the size of a height field").tolist()
+    if not (x > 0.0 and y > 0.0):
+        raise ValueError("the size of a height field is above 0 m along x and y")
+    # The file has the greatest y first, as a picture is looked at.
+    lines = [",".join(map(repr, row)) for row in table[::-1].tolist()]
+    return ("\n".join(lines) + "\n").encode(), (x, y, 1.0)

@@ -180,8 +180,37 @@ def test_meshes_that_cannot_be_are_told(script: ModuleType, tmp_path: Path) -> N
     (tmp_path / "mesh.ply").write_text("ply")
     with pytest.raises(script.error, match="none of .obj, .stl, .dae"):
         script.createCollisionShape(script.GEOM_MESH, fileName=str(tmp_path / "mesh.ply"))
-    with pytest.raises(NotImplementedError, match="no height fields"):
-        script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=[0.0] * 4)
+    with pytest.raises(NotImplementedError, match="heightfieldData"):
+        script.createCollisionShape(script.GEOM_HEIGHTFIELD, fileName="x.png")
+    for bad in ({"numHeightfieldRows": 3, "numHeightfieldColumns": 2}, {}):
+        with pytest.raises(script.error, match="has 4 numbers"):
+            script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=[0.0] * 4, **bad)
+
+
+def test_a_ball_rests_on_a_height_field_where_its_arrays_say(script: ModuleType) -> None:
+    """A slope along x of 5 by 4 samples, half a metre a cell, flat along y: as in PyBullet its middle height is at the
+    origin. The ball starts above x = 0.5, whose height is 0.1 * (0.5 / 0.5) above that."""
+    rows, columns = 5, 4
+    data = [0.1 * i for _ in range(columns) for i in range(rows)]
+    ground = script.createCollisionShape(
+        script.GEOM_HEIGHTFIELD,
+        meshScale=[0.5, 0.5, 1.0],
+        heightfieldData=data,
+        numHeightfieldRows=rows,
+        numHeightfieldColumns=columns,
+    )
+    script.createMultiBody(0.0, ground)
+    ball = script.createMultiBody(
+        1.0, script.createCollisionShape(script.GEOM_SPHERE, radius=0.05), basePosition=[0.5, 0.3, 0.2]
+    )
+    script.setGravity(0, 0, -10)
+    lowest = 1.0
+    for _ in range(40):
+        script.stepSimulation()
+        (x, _, z), _ = script.getBasePositionAndOrientation(ball)
+        lowest = min(lowest, z - 0.2 * x)
+    # Across the slope the ball's middle is r / cos above it: 0.051.
+    assert 0.0505 < lowest < 0.0512
 
 
 def test_a_body_of_parts_keeps_them_where_it_is_fixed_and_freed(script: ModuleType) -> None:

@@ -1,13 +1,20 @@
-//! Which robots are near each other: their bounds sorted along one axis, and swept.
+//! Which robots are near each other: of those that can move the bounds sorted along one axis, and swept; the others in a
+//! tree.
 
 use super::RobotColliders;
 use super::colliders::Bounds;
+use super::still::Still;
 
 /// Finds robots whose bounds overlap. Keeps its memory from step to step, and no more.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Broad {
     bounds: Vec<Entry>,
     pairs: Vec<[usize; 2]>,
+    /// Robots that cannot move, in order, and the tree of them. Made anew when one of them is elsewhere.
+    still: Vec<(usize, Bounds)>,
+    still_before: Vec<(usize, Bounds)>,
+    tree: Still,
+    near: Vec<usize>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +25,12 @@ struct Entry {
     /// It may touch itself.
     own: bool,
     bounds: Bounds,
+}
+
+impl std::fmt::Debug for Broad {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("broad phase")
+    }
 }
 
 impl Broad {
@@ -31,45 +44,69 @@ impl Broad {
         &mut self,
         robots: impl Iterator<Item = Option<(&'a RobotColliders, bool)>>,
     ) -> &[[usize; 2]] {
-        self.pairs.clear();
-        self.bounds.clear();
-        self.bounds.extend(robots.enumerate().filter_map(|(robot, present)| {
-            let (colliders, awake) = present.filter(|(colliders, _)| !colliders.is_empty())?;
-            Some(Entry { robot, awake, own: colliders.has_self_collision(), bounds: colliders.bounds })
-        }));
-        let axis = self.widest_axis();
-        self.bounds.sort_unstable_by(|a, b| {
+        let Self { bounds: moving, pairs, still, still_before, tree, near } = self;
+        pairs.clear();
+        moving.clear();
+        std::mem::swap(still, still_before);
+        still.clear();
+        for (robot, present) in robots.enumerate() {
+            let Some((colliders, awake)) = present.filter(|(colliders, _)| !colliders.is_empty()) else {
+                continue;
+            };
+            let bounds = colliders.bounds;
+            if awake || !colliders.is_still() {
+                moving.push(Entry { robot, awake, own: colliders.has_self_collision(), bounds });
+            } else {
+                still.push((robot, bounds));
+            }
+        }
+        if still != still_before {
+            tree.replace(still.iter().copied());
+        }
+        let axis = widest_axis(moving);
+        moving.sort_unstable_by(|a, b| {
             a.bounds.least[axis].total_cmp(&b.bounds.least[axis]).then(a.robot.cmp(&b.robot))
         });
-        for (i, a) in self.bounds.iter().enumerate() {
+        for (i, a) in moving.iter().enumerate() {
             if a.awake && a.own {
-                self.pairs.push([a.robot; 2]);
+                pairs.push([a.robot; 2]);
             }
             let end = a.bounds.most[axis];
-            for b in self.bounds[i + 1..].iter().take_while(|b| b.bounds.least[axis] <= end) {
+            for b in moving[i + 1..].iter().take_while(|b| b.bounds.least[axis] <= end) {
                 if (a.awake || b.awake) && a.bounds.meets(&b.bounds) {
-                    self.pairs.push([a.robot.min(b.robot), a.robot.max(b.robot)]);
+                    pairs.push([a.robot.min(b.robot), a.robot.max(b.robot)]);
                 }
             }
         }
-        self.pairs.sort_unstable();
-        &self.pairs
+        for a in moving.iter().filter(|a| a.awake) {
+            near.clear();
+            tree.candidates(&a.bounds, near);
+            for &other in &*near {
+                let place = still.binary_search_by_key(&other, |(robot, _)| *robot);
+                let meets = place.is_ok_and(|place| still[place].1.meets(&a.bounds));
+                if meets {
+                    pairs.push([a.robot.min(other), a.robot.max(other)]);
+                }
+            }
+        }
+        pairs.sort_unstable();
+        pairs
     }
+}
 
-    /// The axis along which the middles of bounded robots vary the most.
-    fn widest_axis(&self) -> usize {
-        let (mut sum, mut squares, mut count) = ([0.0; 3], [0.0; 3], 0.0);
-        for Entry { bounds, .. } in &self.bounds {
-            let middle = ((bounds.least + bounds.most) / 2.0).to_array();
-            if (bounds.most - bounds.least).max_element() < 1e6 {
-                count += 1.0;
-                for i in 0..3 {
-                    sum[i] += middle[i];
-                    squares[i] += middle[i] * middle[i];
-                }
+/// The axis along which the middles of bounded robots vary the most.
+fn widest_axis(entries: &[Entry]) -> usize {
+    let (mut sum, mut squares, mut count) = ([0.0; 3], [0.0; 3], 0.0);
+    for Entry { bounds, .. } in entries {
+        let middle = ((bounds.least + bounds.most) / 2.0).to_array();
+        if (bounds.most - bounds.least).max_element() < 1e6 {
+            count += 1.0;
+            for i in 0..3 {
+                sum[i] += middle[i];
+                squares[i] += middle[i] * middle[i];
             }
         }
-        let spread = |i: &usize| squares[*i] * count - sum[*i] * sum[*i];
-        (0..3).max_by(|a, b| spread(a).total_cmp(&spread(b))).unwrap_or(0)
     }
+    let spread = |i: &usize| squares[*i] * count - sum[*i] * sum[*i];
+    (0..3).max_by(|a, b| spread(a).total_cmp(&spread(b))).unwrap_or(0)
 }

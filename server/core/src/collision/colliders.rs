@@ -5,14 +5,17 @@ use std::fmt;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::bounding_volume::BoundingVolume as _;
-use parry3d_f64::shape::Shape;
+use rapier3d_f64::parry::bounding_volume::BoundingVolume as _;
+use rapier3d_f64::parry::shape::Shape;
 use serde::{Deserialize, Serialize};
 use simd_model::robot::Material;
 
 use super::Shapes;
+use super::facets::{self, Facets};
 use super::filter::Groups;
+use super::hull::Graph;
 use super::separation::Inner;
+use super::still::Still;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::kinematics::BodyMotion;
@@ -67,6 +70,10 @@ pub struct RobotColliders {
     pub(super) path: f64,
     /// The largest margin among them.
     pub(super) reach: f64,
+    /// Those of the base.
+    still: Still,
+    /// The others, in order.
+    moving: Vec<usize>,
 }
 
 /// A shape in the world.
@@ -100,6 +107,11 @@ impl Placed {
         self.world_middle().distance(middle) + turned * self.radius
     }
 
+    /// The middle of the shape, in its axes.
+    pub(super) fn middle(&self) -> DVec3 {
+        self.middle
+    }
+
     /// The middle of the shape, world.
     pub(super) fn world_middle(&self) -> DVec3 {
         self.world_from_shape.transform_point(self.middle)
@@ -107,13 +119,16 @@ impl Placed {
 
     /// Finds its bounds anew.
     fn bound(&mut self, shapes: &Shapes) {
-        let shape = &*shapes.parts[self.part].shape;
-        self.bounds = Bounds::of(shape, &self.world_from_shape, self.margin);
+        let part = &shapes.parts[self.part];
+        self.bounds = match part.hull_box {
+            Some(hull_box) => Bounds::of_box(hull_box, &self.world_from_shape, self.margin),
+            None => Bounds::of(&*part.shape, &self.world_from_shape, self.margin),
+        };
     }
 }
 
 /// A box along the world's axes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     pub(super) least: DVec3,
     pub(super) most: DVec3,
@@ -126,6 +141,16 @@ impl Default for Bounds {
 }
 
 impl Bounds {
+    /// Around a box, given by its middle and half lengths, and this far from it.
+    fn of_box([middle, half]: [DVec3; 2], world_from_box: &DPose3, margin: f64) -> Self {
+        let DPose3 { rotation, .. } = *world_from_box;
+        let sides = [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z];
+        let half =
+            sides.map(|side| (rotation * side).abs()).into_iter().sum::<DVec3>() + DVec3::splat(margin);
+        let middle = world_from_box.transform_point(middle);
+        Self { least: middle - half, most: middle + half }
+    }
+
     /// Around a shape and this far from it.
     fn of(shape: &dyn Shape, world_from_shape: &DPose3, margin: f64) -> Self {
         if let Some(cylinder) = shape.as_cylinder() {
@@ -136,8 +161,17 @@ impl Bounds {
             let middle = world_from_shape.translation;
             return Self { least: middle - half, most: middle + half };
         }
-        let aabb = shape.compute_aabb(world_from_shape).loosened(margin);
+        let aabb = match shape.as_heightfield() {
+            Some(field) => facets::ground(field).transform_by(world_from_shape),
+            None => shape.compute_aabb(world_from_shape),
+        };
+        let aabb = aabb.loosened(margin);
         Self { least: aabb.mins, most: aabb.maxs }
+    }
+
+    /// With so much more on each side.
+    pub(super) fn loosened(&self, by: f64) -> Self {
+        Self { least: self.least - DVec3::splat(by), most: self.most + DVec3::splat(by) }
     }
 
     fn around(self, other: Self) -> Self {
@@ -183,9 +217,14 @@ impl RobotColliders {
                 groups: Groups::default(),
             })
         };
-        let placed = shapes.parts.iter().enumerate().filter_map(make).collect();
-        let shapes = Arc::clone(shapes);
-        Self { shapes, placed, ..Self::default() }
+        let placed: Vec<Placed> = shapes.parts.iter().enumerate().filter_map(make).collect();
+        let moving = placed.iter().enumerate().filter(|(_, placed)| placed.body.is_some());
+        Self {
+            shapes: Arc::clone(shapes),
+            moving: moving.map(|(index, _)| index).collect(),
+            placed,
+            ..Self::default()
+        }
     }
 
     /// How many there are.
@@ -196,6 +235,20 @@ impl RobotColliders {
     /// Whether the robot touches nothing.
     pub fn is_empty(&self) -> bool {
         self.placed.is_empty()
+    }
+
+    /// Whether none of them is of a body that moves against the base.
+    pub(super) fn is_still(&self) -> bool {
+        self.moving.is_empty()
+    }
+
+    /// Fills in those whose bounds meet others, in order.
+    pub(super) fn near(&self, bounds: &Bounds, found: &mut Vec<usize>) {
+        found.clear();
+        self.still.candidates(bounds, found);
+        found.extend_from_slice(&self.moving);
+        found.retain(|&index| self.placed[index].bounds.meets(bounds));
+        found.sort_unstable();
     }
 
     /// Whether some of them may touch others of the same robot.
@@ -224,7 +277,7 @@ impl RobotColliders {
     /// twice what a step of `h` seconds moves them.
     pub fn update_poses(&mut self, base: DPose3, slack: f64, h: f64, body: impl Fn(usize) -> BodyMotion) {
         let still = self.base == Some(base);
-        if still && self.placed.iter().all(|placed| placed.body.is_none()) {
+        if still && self.is_still() {
             return;
         }
         self.base = Some(base);
@@ -254,6 +307,10 @@ impl RobotColliders {
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
             self.reach = self.reach.max(placed.margin);
+        }
+        if !still {
+            let base = self.placed.iter().enumerate().filter(|(_, placed)| placed.body.is_none());
+            self.still.replace(base.map(|(index, placed)| (index, placed.bounds)));
         }
         // Upwards, so that ways too small to be added to a long one are not lost.
         self.path = (self.path + farthest).next_up();
@@ -305,6 +362,18 @@ impl RobotColliders {
     /// The shape of a collider.
     pub(super) fn shape(&self, placed: &Placed) -> &dyn Shape {
         &*self.shapes.parts[placed.part].shape
+    }
+
+    /// The shape of a collider and, of a hull of many corners, its edges.
+    pub(super) fn shape_and_graph(&self, placed: &Placed) -> (&dyn Shape, Option<&Graph>) {
+        let part = &self.shapes.parts[placed.part];
+        (&*part.shape, part.graph.as_deref())
+    }
+
+    /// The triangles of a collider that is made of them.
+    pub(super) fn facets(&self, placed: &Placed) -> Option<Facets<'_>> {
+        let part = &self.shapes.parts[placed.part];
+        Facets::of(&*part.shape, part.neighbours.as_ref())
     }
 
     /// A ball inside the shape of a collider.

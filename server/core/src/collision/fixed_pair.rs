@@ -14,6 +14,9 @@ const DEEP: f64 = 1e-3;
 /// The same at the least.
 const LEAST_DEEP: f64 = 1e-4;
 
+/// Colliders with a larger gap between them than this are not looked at one by one, metres.
+const NEAR: f64 = 0.1;
+
 /// The fraction of a distance that is relied on: GJK ends within 1e-7 of it.
 const EXACT: f64 = 0.999;
 
@@ -71,6 +74,8 @@ pub(super) struct FixedPairScratch {
     /// Pairs that were ignored before it.
     before: Vec<[usize; 2]>,
     points: Vec<ContactPoint>,
+    /// Colliders of the first robot that are near the second, and of the second that are near one of the first.
+    near: [Vec<usize>; 2],
     /// Robots, 0 or 1, and their bodies that deeply overlap the other one initially.
     stuck: Vec<(usize, Option<usize>)>,
 }
@@ -100,7 +105,7 @@ impl Narrow {
         let own = known.robots[0] == known.robots[1];
         let query = Query { robots, filter, own, teleported, slack, path };
         let mut scratch = std::mem::take(&mut self.fixed_pairs);
-        let FixedPairScratch { before, points, stuck } = &mut scratch;
+        let FixedPairScratch { before, points, stuck, .. } = &mut scratch;
         std::mem::swap(before, &mut known.ignored);
         known.ignored.clear();
         points.clear();
@@ -109,13 +114,26 @@ impl Narrow {
         if own {
             a.own_pairs.iter().for_each(|&pair| self.classify(&query, pair, known, &mut scratch));
         } else {
-            for (i, first) in a.placed.iter().enumerate() {
+            let mut near = std::mem::take(&mut scratch.near);
+            let [near_b, near_first] = &mut near;
+            // What is not near has a gap of `NEAR` at the least.
+            a.near(&b.bounds.loosened(NEAR), near_b);
+            let mut far = near_b.len() < a.placed.len();
+            for &i in &*near_b {
+                let first = &a.placed[i];
                 if first.bounds.meets(&b.bounds) {
-                    (0..b.placed.len()).for_each(|j| self.classify(&query, [i, j], known, &mut scratch));
+                    b.near(&first.bounds.loosened(NEAR), near_first);
+                    self.compared += near_first.len() as u64;
+                    near_first.iter().for_each(|&j| self.classify(&query, [i, j], known, &mut scratch));
+                    far |= near_first.len() < b.placed.len();
                 } else {
                     known.note_separation(&query, first.bounds.gap(&b.bounds) + first.margin);
                 }
             }
+            if far {
+                known.note_separation(&query, NEAR);
+            }
+            scratch.near = near;
         }
         if teleported && !own {
             ignore_near(&query, known, &scratch);

@@ -1,7 +1,7 @@
 //! Colliders as plain data, for those who draw them: read back from the shapes that the physics touches with.
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::shape::{ConvexPolyhedron, ShapeType, TypedShape};
+use rapier3d_f64::parry::shape::{Shape, ShapeType, TypedShape};
 use simd_model::robot::Sha256;
 
 use super::Shapes;
@@ -51,14 +51,14 @@ pub enum ColliderGeometry {
         /// Of unit length.
         normal: DVec3,
     },
-    /// The convex hull of a mesh, or one of its convex parts, with the mesh's scale applied.
+    /// The convex hull of a mesh, one of its convex parts, or its triangles themselves, with the mesh's scale applied.
     Convex {
         /// By which [`Shapes::convex_mesh`] finds it.
         sha256: Sha256,
     },
 }
 
-/// The surface of a convex collider, in the shape's frame.
+/// The surface of a collider that is convex or of triangles, in the shape's frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvexMesh {
     /// Metres.
@@ -68,10 +68,16 @@ pub struct ConvexMesh {
 }
 
 impl ConvexMesh {
-    /// The surface of parry's polyhedron, whose faces become fans of triangles.
-    pub(super) fn of(hull: &ConvexPolyhedron) -> Self {
-        let (vertices, triangles) = hull.to_trimesh();
-        Self { vertices, triangles }
+    /// The surface of parry's polyhedron, whose faces become fans of triangles, and of what is of triangles; `None` of
+    /// other shapes.
+    pub(super) fn of(shape: &dyn Shape) -> Option<Self> {
+        let (vertices, triangles) = match shape.as_typed_shape() {
+            TypedShape::ConvexPolyhedron(hull) => hull.to_trimesh(),
+            TypedShape::TriMesh(mesh) => (mesh.vertices().to_vec(), mesh.indices().to_vec()),
+            TypedShape::HeightField(field) => field.to_trimesh(),
+            _ => return None,
+        };
+        Some(Self { vertices, triangles })
     }
 
     /// The hash of the numbers, little-endian.
@@ -104,7 +110,7 @@ impl Part {
             }
             TypedShape::HalfSpace(plane) => ColliderGeometry::Plane { normal: plane.normal },
             // `shapes` makes no other.
-            _ => ColliderGeometry::Convex { sha256: self.convex? },
+            _ => ColliderGeometry::Convex { sha256: self.surface? },
         };
         Some(Collider { link: self.link, link_from_shape, geometry })
     }
@@ -116,9 +122,9 @@ impl Shapes {
         self.parts.iter().filter(|part| part.is_used(tree)).filter_map(Part::collider)
     }
 
-    /// The convex collider of this hash; `None` where the robot has none.
+    /// The collider of this hash; `None` where the robot has none.
     pub fn convex_mesh(&self, sha256: &Sha256) -> Option<ConvexMesh> {
-        let part = self.parts.iter().find(|part| part.convex.as_ref() == Some(sha256))?;
-        part.shape.as_convex_polyhedron().map(ConvexMesh::of)
+        let part = self.parts.iter().find(|part| part.surface.as_ref() == Some(sha256))?;
+        ConvexMesh::of(&*part.shape)
     }
 }

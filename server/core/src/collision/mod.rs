@@ -1,4 +1,4 @@
-//! What robots touch with, and where. parry's types do not leave this module.
+//! What robots touch with, and where. The types of rapier and parry do not leave this module.
 //!
 //! * [`Shapes`]: the shapes of a robot, made once, away from the physics thread.
 //! * [`RobotColliders`]: those of one robot in the world, and where they are.
@@ -15,24 +15,30 @@
 
 mod broad;
 mod colliders;
+mod facet_contact;
+mod facets;
 mod filter;
 mod fixed_pair;
 mod geometry;
+mod hull;
 mod narrow;
 mod plane;
 pub mod rays;
 mod reduce;
 mod separation;
 mod shapes;
+mod stand_in;
+mod still;
 #[cfg(test)]
 mod tests;
 
 pub use crate::dynamics::contact_point::{ContactPoint, Surface};
 pub use broad::Broad;
 pub use colliders::{ColliderPose, RestPose, RobotColliders, Side};
+pub use facet_contact::MOST_OF_PAIR;
 pub use filter::{Filter, Groups, LinkPair, RobotLinkPair};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::Narrow;
-pub use reduce::MOST;
 pub use shapes::{MeshShapes, Shapes};
+pub use stand_in::{StandIn, StandInShape};

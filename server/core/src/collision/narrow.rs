@@ -3,15 +3,21 @@
 use std::fmt;
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
-use parry3d_f64::shape::Shape;
+use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
+use rapier3d_f64::parry::shape::Shape;
 
 use super::colliders::{Placed, RobotColliders};
+use super::facet_contact::FacetContact;
+use super::facets::{Facets, relative};
 use super::filter::Filter;
 use super::fixed_pair::FixedPairScratch;
-use super::plane::outermost;
+use super::hull::Graph;
+use super::plane::outermost_beyond;
 use super::reduce::{MOST, reduce};
 use crate::dynamics::contact_point::ContactPoint;
+
+/// Corners of a hull are looked for so much farther from a plane than they are taken, metres.
+const ROUNDING: f64 = 1e-9;
 
 /// Finds touching points. Keeps its memory from step to step, and no more.
 #[derive(Default)]
@@ -21,7 +27,11 @@ pub struct Narrow {
     points: Vec<(DVec3, f64)>,
     /// The same points on the second shape, in its axes.
     opposite: Vec<DVec3>,
-    near: Vec<usize>,
+    /// Colliders of the first robot that are near the second, and the other way round.
+    near: [Vec<usize>; 2],
+    /// Pairs of colliders whose bounds were compared, since it was set to 0.
+    pub compared: u64,
+    facets: FacetContact,
     pub(super) fixed_pairs: FixedPairScratch,
 }
 
@@ -39,15 +49,15 @@ impl Narrow {
         filter: Filter<'_>,
         mut found: impl FnMut(ContactPoint),
     ) {
-        // Of the second robot only what is near the first is looked at with each of the first's.
+        // Only what is near the other robot is looked at, each with each.
         let mut near = std::mem::take(&mut self.near);
-        near.clear();
-        near.extend((0..b.placed.len()).filter(|&j| b.placed[j].bounds.meets(&a.bounds)));
-        for (i, first) in a.placed.iter().enumerate() {
-            if !first.bounds.meets(&b.bounds) {
-                continue;
-            }
-            for &j in &near {
+        let [near_b, near_a] = &mut near;
+        a.near(&b.bounds, near_b);
+        b.near(&a.bounds, near_a);
+        self.compared += (near_b.len() * near_a.len()) as u64;
+        for &i in &*near_b {
+            let first = &a.placed[i];
+            for &j in &*near_a {
                 let second = &b.placed[j];
                 let moves = first.body.is_some() || second.body.is_some();
                 if moves && first.bounds.meets(&second.bounds) && filter.allows(first, second) {
@@ -70,8 +80,14 @@ impl Narrow {
         if far_above(shape_a, a, b, within) || far_above(shape_b, b, a, within) {
             return;
         }
+        let facets = [robots[0].facets(a), robots[1].facets(b)];
+        if facets.iter().any(Option::is_some) {
+            self.touch_facets(colliders, (facets, [shape_a, shape_b]), [a, b], found);
+            return;
+        }
         let a_from_b = a.world_from_shape.inverse() * b.world_from_shape;
-        let Some(normal) = self.find(shape_a, shape_b, &a_from_b, within) else { return };
+        let hulls = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
+        let Some(normal) = self.find(hulls, &a_from_b, within) else { return };
         let mut kept = [0; MOST];
         let count = reduce(&self.points, normal, &mut kept);
         let world_normal = a.world_from_shape.rotation * normal;
@@ -91,13 +107,52 @@ impl Narrow {
         }
     }
 
+    /// The same where one of the two is of triangles. Two of them touch nothing: what moves is convex.
+    fn touch_facets(
+        &mut self,
+        colliders: [usize; 2],
+        (facets, shapes): ([Option<Facets<'_>>; 2], [&dyn Shape; 2]),
+        sides @ [a, b]: [&Placed; 2],
+        found: &mut impl FnMut(ContactPoint),
+    ) {
+        let (first, surface) = match facets {
+            [Some(surface), None] => (0, surface),
+            [None, Some(surface)] => (1, surface),
+            _ => return,
+        };
+        let (fixed, other) = (sides[first], sides[1 - first]);
+        let surface_from_shape = relative(&fixed.world_from_shape, &other.world_from_shape);
+        let shape = (shapes[1 - first], other.middle());
+        for point in self.facets.find(surface, shape, &surface_from_shape, a.margin + b.margin) {
+            let out = fixed.world_from_shape.rotation * point.normal;
+            let on = [point.on_surface, point.on_shape];
+            let middle = point.on_surface + point.normal * (point.distance / 2.0);
+            found(ContactPoint {
+                colliders,
+                links: [a.link, b.link],
+                bodies: [a.body, b.body],
+                on: [on[first], on[1 - first]],
+                position: fixed.world_from_shape.transform_point(middle),
+                normal: if first == 0 { out } else { -out },
+                distance: point.distance,
+                surface: a.surface.against(b.surface),
+            });
+        }
+    }
+
     /// Fills in the points and gives the normal, in the first shape's axes.
-    fn find(&mut self, a: &dyn Shape, b: &dyn Shape, a_from_b: &DPose3, within: f64) -> Option<DVec3> {
+    fn find(
+        &mut self,
+        [(a, graph_a), (b, graph_b)]: [(&dyn Shape, Option<&Graph>); 2],
+        a_from_b: &DPose3,
+        within: f64,
+    ) -> Option<DVec3> {
         self.points.clear();
         self.opposite.clear();
         if let Some(plane) = a.as_halfspace() {
             let inward = a_from_b.rotation.inverse() * -plane.normal;
-            outermost(b, inward, |point, radius| {
+            let least = a_from_b.translation.dot(plane.normal) - within - ROUNDING;
+            outermost_beyond((b, graph_b), inward, least, |point, radius| {
                 let height = a_from_b.transform_point(point).dot(plane.normal);
                 if height - radius < within {
                     let above = a_from_b.transform_point(point);
@@ -109,7 +164,8 @@ impl Narrow {
         }
         if let Some(plane) = b.as_halfspace() {
             let normal = a_from_b.rotation * plane.normal;
-            outermost(a, -normal, |point, radius| {
+            let least = -a_from_b.translation.dot(normal) - within - ROUNDING;
+            outermost_beyond((a, graph_a), -normal, least, |point, radius| {
                 let height = (point - a_from_b.translation).dot(normal);
                 if height - radius < within {
                     self.points.push((point - normal * radius, height - radius));

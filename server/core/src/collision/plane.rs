@@ -3,7 +3,25 @@
 //! parry looks at one face of at most four corners, which a foot with a round sole rolls off.
 
 use glamx::DVec3;
-use parry3d_f64::shape::{Shape, TypedShape};
+use rapier3d_f64::parry::shape::{Shape, TypedShape};
+
+use super::hull::Graph;
+
+/// As [`outermost`], of a shape that may be a hull with a graph, without corners that lie less than `least` along the
+/// direction.
+pub(super) fn outermost_beyond(
+    (shape, graph): (&dyn Shape, Option<&Graph>),
+    direction: DVec3,
+    least: f64,
+    mut found: impl FnMut(DVec3, f64),
+) {
+    match (graph, shape.as_convex_polyhedron()) {
+        (Some(graph), Some(hull)) => {
+            graph.beyond(hull.points(), direction, least, |point| found(point, 0.0));
+        }
+        _ => outermost(shape, direction, found),
+    }
+}
 
 /// Calls `found` with each point of a shape, in its own axes, that may touch what lies in
 /// `direction`, and with a radius around the point.

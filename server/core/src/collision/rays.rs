@@ -1,10 +1,10 @@
 //! What a ray hits: the shapes of robots, placed where their links are.
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
-use parry3d_f64::query::Ray;
-use parry3d_f64::shape::{ShapeType, SharedShape};
+use rapier3d_f64::parry::bounding_volume::Aabb;
+use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
+use rapier3d_f64::parry::query::Ray;
+use rapier3d_f64::parry::shape::{ShapeType, SharedShape};
 
 use super::Shapes;
 use crate::dynamics::Tree;

@@ -3,7 +3,7 @@
 use glamx::DVec3;
 
 /// Points of one contact at the most.
-pub const MOST: usize = 4;
+pub(super) const MOST: usize = 4;
 
 /// Depth counts this many times what distance along the surface does when points are chosen:
 /// of a tilted box the edge that touches, of one that lies flat the corners.

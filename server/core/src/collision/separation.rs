@@ -2,11 +2,11 @@
 //! of the time that EPA takes for a depth.
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::query::ClosestPoints;
-use parry3d_f64::query::details::{
+use rapier3d_f64::parry::query::details::{
     closest_points_support_map_support_map, intersection_test_support_map_support_map,
 };
-use parry3d_f64::shape::{Shape, SupportMap, TypedShape};
+use rapier3d_f64::parry::query::{ClosestPoints, DefaultQueryDispatcher, QueryDispatcher as _};
+use rapier3d_f64::parry::shape::{Shape, SupportMap, TypedShape};
 
 use super::plane::outermost;
 
@@ -83,6 +83,12 @@ impl SupportMap for Shrunk<'_> {
 pub(super) fn separation(a: Solid<'_>, b: Solid<'_>, a_from_b: &DPose3) -> f64 {
     if let Some(height) = plane_separation(a.shape, b.shape, a_from_b) {
         return height;
+    }
+    if [a.shape, b.shape].iter().any(|shape| shape.as_composite_shape().is_some()) {
+        // Of triangles, which have no inside: where they overlap, by nothing that is known.
+        return DefaultQueryDispatcher
+            .distance(a_from_b, a.shape, b.shape)
+            .map_or(0.0, |found| found.distance);
     }
     let radii = a.inner.radius + b.inner.radius;
     let middles = (a_from_b.transform_point(b.inner.middle)).distance(a.inner.middle);

@@ -1,5 +1,5 @@
-//! The shapes of a robot: primitives as they are, meshes as their convex hulls or, where
-//! that is asked for, as several convex parts.
+//! The shapes of a robot: primitives as they are; meshes of links that cannot move as the triangles that they are,
+//! those of other links as their convex hulls or, where that is asked for, as several convex parts.
 //! Planes are half-spaces: all below them is inside.
 
 use std::collections::BTreeMap;
@@ -8,15 +8,18 @@ use std::fmt;
 use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
-use parry3d_f64::shape::SharedShape;
-use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
-use parry3d_f64::transformation::voxelization::FillMode;
+use rapier3d_f64::parry::shape::SharedShape;
+use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
+use rapier3d_f64::parry::transformation::voxelization::FillMode;
 use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, Material, MeshAsset, Sha256};
+use simd_model::robot::{Geometry, JointKind, Material, MeshAsset, Sha256};
 
+use super::facets::{self, Neighbours};
 use super::geometry::ConvexMesh;
+use super::hull::Graph;
 use super::separation::Inner;
+use super::stand_in::{StandIn, StandInShape, largest_distance};
 
 /// A plate this thin still has a volume, metres.
 const THINNEST: f64 = 1e-6;
@@ -29,7 +32,11 @@ const MOST_POINTS: usize = 1_000;
 const DIRECTIONS: usize = 256;
 
 /// A mesh with more triangles than this is not taken apart: its hull stands for it.
-const MOST_TRIANGLES: usize = 100_000;
+const MOST_DIVIDED: usize = 100_000;
+
+/// Meshes of one robot with more triangles than this in all, height fields apart, are not collided with as they are: from
+/// there on hulls stand for them. A triangle takes some 300 bytes.
+const MOST_FACETS: usize = 1_000_000;
 
 /// How finely a mesh is taken apart, and into how many parts at the most.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
@@ -47,8 +54,10 @@ const DECOMPOSITION: VHACDParameters = VHACDParameters {
 /// What collision meshes become.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum MeshShapes {
-    /// Their convex hull.
+    /// Of links that cannot move the triangles that they are, of other links their convex hull.
     #[default]
+    Mesh,
+    /// Their convex hull.
     Hull,
     /// At most 32 convex parts, by hierarchical approximate decomposition on 64 voxels a side
     /// (Mamou, "Volumetric Hierarchical Approximate Convex Decomposition", 2016). What is
@@ -62,7 +71,8 @@ pub enum MeshShapes {
 pub struct Shapes {
     pub(super) parts: Vec<Part>,
     /// Of its meshes, for other robots with the same.
-    hulls: Hulls,
+    meshes: MadeMeshes,
+    stand_ins: Vec<StandIn>,
 }
 
 /// A shape of a link.
@@ -74,8 +84,14 @@ pub(super) struct Part {
     pub(super) link_from_shape: DPose3,
     pub(super) shape: SharedShape,
     pub(super) inner: Inner,
-    /// Of a convex hull or part of a mesh: the hash of its vertices and triangles.
-    pub(super) convex: Option<Sha256>,
+    /// Of triangles: which are next to each other.
+    pub(super) neighbours: Option<Arc<Neighbours>>,
+    /// Of a convex hull of many corners: its edges.
+    pub(super) graph: Option<Arc<Graph>>,
+    /// Of a convex hull: its box, as middle and half lengths in its axes.
+    pub(super) hull_box: Option<[DVec3; 2]>,
+    /// Of what a mesh became: the hash of its vertices and triangles.
+    pub(super) surface: Option<Sha256>,
     /// As the description gives it.
     pub(super) material: Material,
 }
@@ -87,28 +103,70 @@ impl fmt::Debug for Shapes {
 }
 
 impl Shapes {
-    /// Those of a robot. A mesh that is missing touches nothing; the load report said so.
+    /// Those of a robot, its meshes as their hulls. A mesh that is missing touches nothing; the load report said so.
     pub fn new(model: &RobotModel) -> Self {
-        Self::reusing(model, MeshShapes::Hull, &[])
+        Self::reusing(model, false, MeshShapes::Hull, &[])
     }
 
-    /// The same, with the hulls that other robots have of the same meshes in the same
-    /// scale: they are what would be made here.
-    pub fn reusing(model: &RobotModel, meshes: MeshShapes, others: &[Arc<Self>]) -> Self {
-        // A mesh that is used many times has its hull made once.
-        let mut hulls = Hulls::new();
+    /// Those of a robot whose root link can move or, with `fixed_base`, not. What other robots have of the same meshes
+    /// in the same scale is taken from them: it is what would be made here.
+    pub fn reusing(
+        model: &RobotModel,
+        fixed_base: bool,
+        mesh_shapes: MeshShapes,
+        others: &[Arc<Self>],
+    ) -> Self {
+        // A mesh that is used many times is made once.
+        let mut meshes = MadeMeshes::new();
         let mut parts = Vec::new();
-        for (link, of) in model.links.iter().enumerate() {
+        let mut stand_ins: Vec<StandIn> = Vec::new();
+        let welded = welded_to_world(model, fixed_base);
+        let mut facets = 0usize;
+        for ((link, of), is_welded) in model.links.iter().enumerate().zip(welded) {
+            let way = Way::of(mesh_shapes, is_welded);
             for collision in &of.collisions {
-                for made in shapes(&collision.geometry, meshes, &mut hulls, others) {
-                    let Made { shape, own_from_shape, convex } = made;
+                let made = shapes(&collision.geometry, way, &mut facets, &mut meshes, others);
+                if let (Geometry::Mesh { uri, asset: Some(asset), .. }, Some(made)) =
+                    (&collision.geometry, &made.mesh)
+                {
+                    let stand_in = StandIn {
+                        uri: uri.clone(),
+                        triangles: asset.triangles.len(),
+                        shape: made.kind,
+                        asked: mesh_shapes,
+                        distance: made.distance,
+                    };
+                    if !stand_ins.contains(&stand_in) {
+                        stand_ins.push(stand_in);
+                    }
+                }
+                for Made { shape, own_from_shape, neighbours, graph, surface } in made.shapes {
                     let link_from_shape = collision.link_from_shape * own_from_shape;
                     let (inner, material) = (Inner::of(&*shape), collision.material);
-                    parts.push(Part { link, link_from_shape, shape, inner, convex, material });
+                    let hull_box = shape.as_convex_polyhedron().map(|hull| {
+                        let around = hull.local_aabb();
+                        [around.center(), around.half_extents()]
+                    });
+                    parts.push(Part {
+                        link,
+                        link_from_shape,
+                        shape,
+                        inner,
+                        neighbours,
+                        graph,
+                        hull_box,
+                        surface,
+                        material,
+                    });
                 }
             }
         }
-        Self { parts, hulls }
+        Self { parts, meshes, stand_ins }
+    }
+
+    /// What its collision meshes became, each once.
+    pub fn stand_ins(&self) -> &[StandIn] {
+        &self.stand_ins
     }
 
     /// How many there are.
@@ -122,54 +180,157 @@ impl Shapes {
     }
 }
 
+/// Of each link, whether it can never move: a root that is fixed, and what is welded to it.
+fn welded_to_world(model: &RobotModel, fixed_base: bool) -> Vec<bool> {
+    let mut welded = vec![false; model.links.len()];
+    if let Some(root) = welded.first_mut() {
+        *root = fixed_base;
+    }
+    // A parent comes before its children.
+    for joint in &model.joints {
+        let holds = joint.kind == JointKind::Fixed && welded.get(joint.parent) == Some(&true);
+        if let Some(child) = welded.get_mut(joint.child) {
+            *child = holds;
+        }
+    }
+    welded
+}
+
+/// What the mesh of one link is to become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Way {
+    Facets,
+    Hull,
+    Decomposition,
+}
+
+impl Way {
+    fn of(asked: MeshShapes, is_welded: bool) -> Self {
+        match asked {
+            MeshShapes::Mesh if is_welded => Self::Facets,
+            MeshShapes::Mesh | MeshShapes::Hull => Self::Hull,
+            MeshShapes::Decomposition => Self::Decomposition,
+        }
+    }
+}
+
 /// A shape of a geometry.
 #[derive(Clone)]
-struct Made {
-    shape: SharedShape,
+pub(super) struct Made {
+    pub(super) shape: SharedShape,
     /// parry's axes for the shape in those of the description.
-    own_from_shape: DPose3,
-    /// See [`Part::convex`].
-    convex: Option<Sha256>,
+    pub(super) own_from_shape: DPose3,
+    /// See [`Part::neighbours`].
+    pub(super) neighbours: Option<Arc<Neighbours>>,
+    /// See [`Part::graph`].
+    pub(super) graph: Option<Arc<Graph>>,
+    /// See [`Part::surface`].
+    pub(super) surface: Option<Sha256>,
 }
 
 impl Made {
     /// A shape whose axes are those of the description.
-    fn new(shape: SharedShape) -> Self {
-        Self { shape, own_from_shape: DPose3::IDENTITY, convex: None }
+    pub(super) fn new(shape: SharedShape) -> Self {
+        Self { shape, own_from_shape: DPose3::IDENTITY, neighbours: None, graph: None, surface: None }
     }
 
     /// The convex hull of points, or `None` where they have none.
     fn convex(points: &[DVec3]) -> Option<Self> {
         let shape = SharedShape::convex_hull(points)?;
-        let convex = shape.as_convex_polyhedron().map(|hull| ConvexMesh::of(hull).sha256());
-        Some(Self { convex, ..Self::new(shape) })
+        let surface = ConvexMesh::of(&*shape).map(|mesh| mesh.sha256());
+        let graph = shape.as_convex_polyhedron().and_then(Graph::of).map(Arc::new);
+        Some(Self { graph, surface, ..Self::new(shape) })
     }
 }
 
+/// What a mesh became.
+#[derive(Clone)]
+struct MadeMesh {
+    shapes: Vec<Made>,
+    kind: StandInShape,
+    /// See [`StandIn::distance`].
+    distance: f64,
+}
+
 /// What meshes became, by hash, scale and way.
-type Hulls = BTreeMap<(Sha256, [u64; 3], MeshShapes), Vec<Made>>;
+type MadeMeshes = BTreeMap<(Sha256, [u64; 3], Way), MadeMesh>;
+
+/// The shapes of a geometry, and what is to be said of it where it is a mesh.
+#[derive(Default)]
+struct Whole {
+    shapes: Vec<Made>,
+    mesh: Option<MadeMesh>,
+}
+
+impl From<Made> for Whole {
+    fn from(made: Made) -> Self {
+        Self { shapes: vec![made], mesh: None }
+    }
+}
 
 /// What a geometry touches with; nothing where its mesh is missing.
-fn shapes(geometry: &Geometry, meshes: MeshShapes, hulls: &mut Hulls, others: &[Arc<Shapes>]) -> Vec<Made> {
-    vec![match geometry {
-        Geometry::Box { size } => Made::new(SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0)),
-        Geometry::Sphere { radius } => Made::new(SharedShape::ball(*radius)),
+/// `facets` counts the triangles that are collided with as they are.
+fn shapes(
+    geometry: &Geometry,
+    way: Way,
+    facets: &mut usize,
+    meshes: &mut MadeMeshes,
+    others: &[Arc<Shapes>],
+) -> Whole {
+    match geometry {
+        Geometry::Box { size } => {
+            Made::new(SharedShape::cuboid(size.x / 2.0, size.y / 2.0, size.z / 2.0)).into()
+        }
+        Geometry::Sphere { radius } => Made::new(SharedShape::ball(*radius)).into(),
         Geometry::Cylinder { radius, length } => {
             Made { own_from_shape: upright(), ..Made::new(SharedShape::cylinder(length / 2.0, *radius)) }
+                .into()
         }
-        Geometry::Capsule { radius, length } => Made::new(SharedShape::capsule_z(length / 2.0, *radius)),
-        Geometry::Plane { normal } => Made::new(SharedShape::halfspace(normal.normalize_or(DVec3::Z))),
+        Geometry::Capsule { radius, length } => {
+            Made::new(SharedShape::capsule_z(length / 2.0, *radius)).into()
+        }
+        Geometry::Plane { normal } => Made::new(SharedShape::halfspace(normal.normalize_or(DVec3::Z))).into(),
         Geometry::Mesh { scale, asset, .. } => {
-            let Some(asset) = asset.as_deref() else { return Vec::new() };
-            let key = (asset.sha256, scale.to_array().map(f64::to_bits), meshes);
-            let known = || others.iter().find_map(|other| other.hulls.get(&key)).cloned();
-            let make = || match meshes {
-                MeshShapes::Decomposition => decomposition(asset, *scale),
-                MeshShapes::Hull => hull(asset, *scale).into_iter().collect(),
-            };
-            return hulls.entry(key).or_insert_with(|| known().unwrap_or_else(make)).clone();
+            let Some(asset) = asset.as_deref() else { return Whole::default() };
+            let key = |way| (asset.sha256, scale.to_array().map(f64::to_bits), way);
+            let mut way = way;
+            if way == Way::Facets && asset.grid.is_none() && !meshes.contains_key(&key(way)) {
+                *facets = facets.saturating_add(asset.triangles.len());
+                if *facets > MOST_FACETS {
+                    way = Way::Hull;
+                }
+            }
+            let key = key(way);
+            let known = || others.iter().find_map(|other| other.meshes.get(&key)).cloned();
+            let make = || mesh_shapes(asset, *scale, way);
+            let made = meshes.entry(key).or_insert_with(|| known().unwrap_or_else(make)).clone();
+            Whole { shapes: made.shapes.clone(), mesh: Some(made) }
         }
-    }]
+    }
+}
+
+/// What a mesh becomes, or what stands in where that cannot be.
+fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh {
+    let facets = || match &mesh.grid {
+        Some(grid) if scale.min_element() > 0.0 => facets::height_field(mesh, grid, scale),
+        _ => facets::triangles(mesh, scale),
+    };
+    let exact = match way {
+        Way::Facets => facets(),
+        Way::Hull | Way::Decomposition => None,
+    };
+    if let Some(made) = exact {
+        return MadeMesh { shapes: vec![made], kind: StandInShape::Mesh, distance: 0.0 };
+    }
+    let parts = if way == Way::Decomposition { decomposition(mesh, scale) } else { Vec::new() };
+    let (shapes, kind) = if parts.is_empty() {
+        (hull(mesh, scale).into_iter().collect(), StandInShape::Hull)
+    } else {
+        let count = parts.len();
+        (parts, StandInShape::Parts(count))
+    };
+    let distance = largest_distance(mesh, scale, &shapes);
+    MadeMesh { shapes, kind, distance }
 }
 
 /// parry's cylinders stand along y, URDF's along z.
@@ -177,22 +338,20 @@ pub(super) fn upright() -> DPose3 {
     DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))
 }
 
-/// Convex parts of a mesh; its hull where it cannot be taken apart.
+/// Convex parts of a mesh; none where it cannot be taken apart.
 fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
     let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-    let whole = || hull(mesh, scale).into_iter().collect();
     let first = points.first().copied().unwrap_or_default();
     let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
-    if mesh.triangles.len() > MOST_TRIANGLES || (most - least).min_element() <= THINNEST {
-        return whole();
+    if mesh.triangles.len() > MOST_DIVIDED || (most - least).min_element() <= THINNEST {
+        return Vec::new();
     }
     let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
     let parts = parts.compute_exact_convex_hulls(&points, &mesh.triangles);
     let hull = |(points, _): (Vec<DVec3>, Vec<[u32; 3]>)| {
         Made::convex(&if points.len() > MOST_POINTS { extremes(&points) } else { points })
     };
-    let parts: Vec<Made> = parts.into_iter().filter_map(hull).collect();
-    if parts.is_empty() { whole() } else { parts }
+    parts.into_iter().filter_map(hull).collect()
 }
 
 /// The convex hull of a mesh; of one that is flat, its bounding box.

@@ -25,6 +25,7 @@ fn cube() -> Arc<MeshAsset> {
         vertices: corners.collect(),
         triangles: vec![[0, 1, 2], [4, 5, 6]],
         paints: Vec::new(),
+        grid: None,
     })
 }
 
@@ -162,12 +163,14 @@ fn a_flat_mesh_and_one_without_points_are_no_trouble() {
         vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
         triangles: vec![[0, 1, 2]],
         paints: Vec::new(),
+        grid: None,
     };
     let empty = MeshAsset {
         sha256: Sha256([2; 32]),
         vertices: Vec::new(),
         triangles: Vec::new(),
         paints: Vec::new(),
+        grid: None,
     };
     for (mesh, shapes) in [(flat, 4), (empty, 3)] {
         let asset = Some(Arc::new(mesh));
@@ -191,6 +194,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
         vertices,
         triangles: vec![[0, 1, 2]],
         paints: Vec::new(),
+        grid: None,
     });
     let geometry = Geometry::Mesh { uri: "ball.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
     let mut model = robot();
@@ -201,7 +205,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     assert!(hulls.iter().all(|hull| std::ptr::eq(*hull, hulls[0])));
     // Another robot with the same mesh has the same hull, and in another scale its own.
     let known = Arc::new(shapes.clone());
-    let other = Shapes::reusing(&model, MeshShapes::Hull, std::slice::from_ref(&known));
+    let other = Shapes::reusing(&model, false, MeshShapes::Hull, std::slice::from_ref(&known));
     assert!(
         other.parts.iter().zip(&known.parts).all(|(a, b)| a.link != 2 || Arc::ptr_eq(&a.shape.0, &b.shape.0))
     );
@@ -209,7 +213,7 @@ fn the_hull_of_a_large_mesh_is_bounded_and_made_once() {
     if let Geometry::Mesh { scale, .. } = &mut larger.links[2].collisions[0].geometry {
         *scale = DVec3::splat(2.0);
     }
-    let larger = Shapes::reusing(&larger, MeshShapes::Hull, std::slice::from_ref(&known));
+    let larger = Shapes::reusing(&larger, false, MeshShapes::Hull, std::slice::from_ref(&known));
     let of_pad = |shapes: &Shapes| shapes.parts.iter().find(|part| part.link == 2).unwrap().shape.clone();
     assert!(!Arc::ptr_eq(&of_pad(&larger).0, &of_pad(&known).0));
     let corners = hulls[0].points();
@@ -246,6 +250,7 @@ fn bars() -> RobotModel {
         vertices,
         triangles: below.chain(above).chain(walls).collect(),
         paints: Vec::new(),
+        grid: None,
     });
     let mut model = robot();
     let mesh = Geometry::Mesh { uri: "corner.stl".into(), scale: DVec3::ONE, asset: Some(asset) };
@@ -258,8 +263,8 @@ fn bars() -> RobotModel {
 #[test]
 fn a_mesh_is_taken_apart_where_that_is_asked_for() {
     let model = bars();
-    let hull = Shapes::reusing(&model, MeshShapes::Hull, &[]);
-    let parts = Arc::new(Shapes::reusing(&model, MeshShapes::Decomposition, &[]));
+    let hull = Shapes::reusing(&model, false, MeshShapes::Hull, &[]);
+    let parts = Arc::new(Shapes::reusing(&model, false, MeshShapes::Decomposition, &[]));
     assert_eq!(hull.len(), 1);
     assert!((2..=32).contains(&parts.len()), "{}", parts.len());
     let inside = |shapes: &Shapes, point: DVec3| {
@@ -269,7 +274,7 @@ fn a_mesh_is_taken_apart_where_that_is_asked_for() {
     assert!(inside(&hull, in_bar) && inside(&hull, between));
     assert!(inside(&parts, in_bar) && !inside(&parts, between));
     // The way is part of what hulls are known by.
-    let again = Shapes::reusing(&model, MeshShapes::Hull, std::slice::from_ref(&parts));
+    let again = Shapes::reusing(&model, false, MeshShapes::Hull, std::slice::from_ref(&parts));
     assert_eq!(again.len(), 1);
 }
 
@@ -299,7 +304,7 @@ fn colliders_of_primitives_equal_the_description() {
 fn convex_colliders_are_found_by_their_hash() {
     let model = bars();
     for meshes in [MeshShapes::Hull, MeshShapes::Decomposition] {
-        let shapes = Shapes::reusing(&model, meshes, &[]);
+        let shapes = Shapes::reusing(&model, false, meshes, &[]);
         let colliders: Vec<Collider> = shapes.colliders(&Tree::new(&model, true)).collect();
         assert_eq!(colliders.len(), shapes.len());
         for (collider, part) in colliders.iter().zip(&shapes.parts) {

@@ -138,6 +138,13 @@ pub struct Spawn {
     pub loaded_at_start: bool,
 }
 
+impl Spawn {
+    /// Whether the root link of a robot cannot move, where `fixed_base` was asked for.
+    pub fn is_base_fixed(model: &RobotModel, fixed_base: Option<bool>) -> bool {
+        fixed_base.unwrap_or_else(|| model.links.first().is_some_and(|root| root.name == "world"))
+    }
+}
+
 /// What a robot touches from now on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CollisionFilterChange {

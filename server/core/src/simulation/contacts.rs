@@ -8,7 +8,9 @@ use glamx::DVec3;
 use super::entity::Entity;
 use super::sleep::acts;
 use super::world_state::Pair;
-use crate::collision::{Broad, ContactPoint, Filter, FixedPair, MOST, Narrow, RobotLinkPair, Side};
+use crate::collision::{
+    Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side,
+};
 use crate::dynamics::constraint::contact::Contact;
 use crate::valid::finite;
 
@@ -65,6 +67,7 @@ impl Contacts {
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, narrow } = self;
         list.clear();
         fixed.clear();
+        narrow.compared = 0;
         let present =
             robots.iter().map(|robot| robot.is_active().then(|| (&robot.colliders, robot.is_awake())));
         let mut known = fixed_before.drain(..).peekable();
@@ -111,6 +114,11 @@ impl Contacts {
         list.extend(before.iter().filter(asleep));
         list.sort_unstable_by_key(|contact| (key(contact), contact.index));
         true
+    }
+
+    /// Pairs of colliders whose bounds were compared when contacts were last found.
+    pub(super) fn compared(&self) -> u64 {
+        self.narrow.compared
     }
 
     /// Initial overlaps that are ignored, in order.
@@ -199,8 +207,8 @@ pub(super) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<()
             Some((known, index)) if known == pair => index + 1,
             _ => 0,
         };
-        if *index >= MOST {
-            return Err(format!("there are more than {MOST} contacts between two colliders"));
+        if *index >= MOST_OF_PAIR {
+            return Err(format!("there are more than {MOST_OF_PAIR} contacts between two colliders"));
         }
         before = Some((pair, *index));
     }

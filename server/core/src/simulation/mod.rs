@@ -204,6 +204,12 @@ impl Simulation {
         self.entities.iter().map(|entity| entity.colliders.len()).sum()
     }
 
+    /// Pairs of colliders whose bounds were compared in the last part of a step: what the work of finding contacts
+    /// grows with.
+    pub fn compared_colliders(&self) -> u64 {
+        self.contacts.compared()
+    }
+
     /// The index of a robot.
     fn robot_index(&self, robot: &str) -> Result<usize, Error> {
         self.entities.iter().position(|entity| entity.state.name == robot).ok_or_else(|| {

@@ -2,6 +2,7 @@
 
 mod builder;
 mod collada;
+mod heights;
 mod obj;
 mod stl;
 #[cfg(test)]
@@ -10,22 +11,38 @@ pub(crate) mod tests;
 use glamx::DVec3;
 
 use crate::limits;
-use crate::robot::Paint;
+use crate::robot::{Grid, Paint};
 
 /// Corners, and triangles as indices into them.
 pub(crate) type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
+/// What is in a mesh file.
+pub(crate) struct Content {
+    pub(crate) triangles: Triangles,
+    pub(crate) paints: Vec<Paint>,
+    /// Of a height field.
+    pub(crate) grid: Option<Grid>,
+}
+
+impl From<(Triangles, Vec<Paint>)> for Content {
+    fn from((triangles, paints): (Triangles, Vec<Paint>)) -> Self {
+        Self { triangles, paints, grid: None }
+    }
+}
+
 /// Reads a mesh file and its colours, or says in a fragment of a sentence why not.
-pub(crate) fn read(uri: &str, bytes: &[u8]) -> Result<(Triangles, Vec<Paint>), String> {
+pub(crate) fn read(uri: &str, bytes: &[u8]) -> Result<Content, String> {
     if bytes.len() > limits::MESH_BYTES {
         return Err(format!("it has {} bytes; the most is {}", bytes.len(), limits::MESH_BYTES));
     }
     match format(uri).as_str() {
-        "stl" => Ok((stl::parse(bytes)?, Vec::new())),
+        "stl" => Ok((stl::parse(bytes)?, Vec::new()).into()),
         // Its colours are in another file, which is never opened.
-        "obj" => Ok((obj::parse(bytes)?, Vec::new())),
-        "dae" => collada::parse(bytes),
-        "" => Err("only .stl, .obj and .dae files are read".to_owned()),
+        "obj" => Ok((obj::parse(bytes)?, Vec::new()).into()),
+        "dae" => Ok(collada::parse(bytes)?.into()),
+        "png" => heights::png(bytes),
+        "csv" => heights::text(bytes),
+        "" => Err("only .stl, .obj and .dae files are read, and height fields in .png and .csv".to_owned()),
         other => Err(format!(".{other} files are not read; convert it to STL, OBJ or COLLADA")),
     }
 }
@@ -33,7 +50,7 @@ pub(crate) fn read(uri: &str, bytes: &[u8]) -> Result<(Triangles, Vec<Paint>), S
 /// A mesh file without its colours.
 #[cfg(test)]
 pub(crate) fn parse(uri: &str, bytes: &[u8]) -> Result<Triangles, String> {
-    read(uri, bytes).map(|(triangles, _paints)| triangles)
+    read(uri, bytes).map(|content| content.triangles)
 }
 
 /// What a file is read as: the extension of its name, small; empty where it has none.

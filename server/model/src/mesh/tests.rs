@@ -103,7 +103,10 @@ fn other_formats_are_named_in_the_refusal() {
         parse("x/a.ply", b"").unwrap_err(),
         ".ply files are not read; convert it to STL, OBJ or COLLADA"
     );
-    assert_eq!(parse("x.y/a", b"").unwrap_err(), "only .stl, .obj and .dae files are read");
+    assert_eq!(
+        parse("x.y/a", b"").unwrap_err(),
+        "only .stl, .obj and .dae files are read, and height fields in .png and .csv"
+    );
 }
 
 const SQUARE: &str =

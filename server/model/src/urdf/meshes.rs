@@ -116,8 +116,9 @@ impl<'s> Meshes<'s> {
             return Err(format!("mesh {name} is not read: it has {size} bytes; the most is {cap}"));
         }
         let mut read = || {
-            let ((vertices, triangles), paints) = mesh::read(uri, &asset.bytes)?;
-            Ok(MeshAsset { sha256: asset.sha256, vertices, triangles, paints })
+            let mesh::Content { triangles: (vertices, triangles), paints, grid } =
+                mesh::read(uri, &asset.bytes)?;
+            Ok(MeshAsset { sha256: asset.sha256, vertices, triangles, paints, grid })
         };
         let read = self.assets.mesh(asset.sha256, &mesh::format(uri), &mut read);
         let read = read.map_err(|why| format!("mesh {name} is not read: {why}"))?;

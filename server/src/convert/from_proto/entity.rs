@@ -127,7 +127,8 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         scale: request.scale.unwrap_or(1.0),
         strict: request.strict,
         mesh_shapes: match Path::ROOT.field("mesh_shapes").known(request.mesh_shapes)? {
-            v1::MeshShapes::Unspecified | v1::MeshShapes::Hull => MeshShapes::Hull,
+            v1::MeshShapes::Unspecified | v1::MeshShapes::Mesh => MeshShapes::Mesh,
+            v1::MeshShapes::Hull => MeshShapes::Hull,
             v1::MeshShapes::Decomposition => MeshShapes::Decomposition,
         },
         srdf: request.srdf.into(),

@@ -10,6 +10,7 @@ fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> MeshAsset {
         vertices: vertices.iter().map(|vertex| DVec3::from_array(*vertex)).collect(),
         triangles: triangles.to_vec(),
         paints: Vec::new(),
+        grid: None,
     }
 }
 

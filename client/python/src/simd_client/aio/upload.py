@@ -8,7 +8,14 @@ from pathlib import Path
 from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.aio.runtime import in_thread
-from simd_client.description_files import AnyPath, DescriptionFiles, Packages, hash_of, part_of
+from simd_client.description_files import (
+    PART_BYTES,
+    AnyPath,
+    DescriptionFiles,
+    Packages,
+    hash_of,
+    part_of,
+)
 from simd_client.errors import AnswerError
 from simd_client.proto import methods
 
@@ -49,6 +56,18 @@ async def send_file(connection: Connection, path: Path, sha256: str) -> None:
         # A file that has shrunk ends early: the daemon then finds that the hash differs.
         if not data or offset >= total:
             return
+
+
+async def send_bytes(connection: Connection, content: bytes) -> str:
+    """Sends a file from memory in parts. Returns its hash."""
+    sha256 = await in_thread(lambda: hashlib.sha256(content).hexdigest())
+    for offset in range(0, len(content), PART_BYTES):
+        data = content[offset : offset + PART_BYTES]
+        request = proto.UploadAssetRequest(
+            sha256=sha256, total_bytes=len(content), offset=offset, data=data
+        )
+        await connection.call(methods.UploadAsset, request)
+    return sha256
 
 
 async def send_saved_state(connection: Connection, path: Path) -> str:

@@ -10,8 +10,9 @@ import numpy.typing as npt
 from simd_client import proto
 from simd_client.blocking.loading import Loading
 from simd_client.blocking.robot import Robot
+from simd_client.blocking.upload import send_bytes
 from simd_client.geometry import vector_to_proto
-from simd_client.spawn import UPRIGHT, shape_options, shape_source
+from simd_client.spawn import UPRIGHT, height_field_file, shape_options, shape_source
 
 
 class Primitives(Loading):
@@ -110,3 +111,27 @@ class Primitives(Loading):
         shape = proto.Primitive(plane=proto.PlaneGeometry(normal=vector_to_proto(normal, "a normal")))
         options = shape_options("plane", name, position, UPRIGHT, True, friction, restitution)
         return self._spawn(shape_source(shape, None, color), options)
+
+    def add_height_field(
+        self,
+        heights: npt.ArrayLike,
+        size: npt.ArrayLike,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """Ground of the heights of a two-dimensional array, metres, fixed to the world: `heights[i, j]` is that of the
+        i-th row along y and the j-th column along x, both from the least on. `size` is its extent along x and y, whose
+        middle is at `position`. All below the surface is inside. Raises `ValueError` for an array of another shape."""
+        file, scale = height_field_file(heights, size)
+        sha256 = send_bytes(self, file)
+        uri = f"{sha256}.csv"
+        shape = proto.Primitive(mesh=proto.MeshGeometry(uri=uri, scale=vector_to_proto(scale, "a size")))
+        source = shape_source(shape, None, color)
+        source.assets[uri] = sha256
+        options = shape_options("height-field", name, position, orientation, True, friction, restitution)
+        return self._spawn(source, options)

@@ -9,7 +9,14 @@ from pathlib import Path
 from simd_client import proto
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.runtime import in_thread
-from simd_client.description_files import AnyPath, DescriptionFiles, Packages, hash_of, part_of
+from simd_client.description_files import (
+    PART_BYTES,
+    AnyPath,
+    DescriptionFiles,
+    Packages,
+    hash_of,
+    part_of,
+)
 from simd_client.errors import AnswerError
 from simd_client.proto import methods
 
@@ -50,6 +57,18 @@ def send_file(connection: Connection, path: Path, sha256: str) -> None:
         # A file that has shrunk ends early: the daemon then finds that the hash differs.
         if not data or offset >= total:
             return
+
+
+def send_bytes(connection: Connection, content: bytes) -> str:
+    """Sends a file from memory in parts. Returns its hash."""
+    sha256 = in_thread(lambda: hashlib.sha256(content).hexdigest())
+    for offset in range(0, len(content), PART_BYTES):
+        data = content[offset : offset + PART_BYTES]
+        request = proto.UploadAssetRequest(
+            sha256=sha256, total_bytes=len(content), offset=offset, data=data
+        )
+        connection.call(methods.UploadAsset, request)
+    return sha256
 
 
 def send_saved_state(connection: Connection, path: Path) -> str:

@@ -77,6 +77,24 @@ def of_arrays(function: str, given: Any, triangles: Any) -> Mesh:
     return _mesh(function, data, ".obj", "", points, is_concave)
 
 
+def of_heights(function: str, given: Any, rows: int, columns: int) -> Mesh:
+    """A height field one by one metre in size, from heights that lie `rows` along x and, one such row after the other,
+    `columns` along y. As in PyBullet it is as far above its origin as below."""
+    heights = np.asarray(given, dtype=np.float64).reshape(-1)
+    if rows < 2 or columns < 2 or len(heights) != rows * columns:
+        raise error(
+            f"{function}: heightfieldData has {len(heights)} numbers, and numHeightfieldRows by numHeightfieldColumns "
+            f"is {rows} by {columns}: it must be as many, and at least 2 by 2"
+        )
+    if not np.isfinite(heights).all():
+        raise error(f"{function}: heightfieldData has a value that is not a number")
+    table = heights.reshape(columns, rows) - (heights.min() + heights.max()) / 2.0
+    # The file has the greatest y first, as a picture is looked at.
+    lines = [",".join(map(repr, row)) for row in table[::-1].tolist()]
+    corners = np.array([[-0.5, -0.5, table.min()], [0.5, 0.5, table.max()]])
+    return _mesh(function, ("\n".join(lines) + "\n").encode(), ".csv", "", corners, True)
+
+
 def vertices(data: bytes, name: str) -> Vertices | None:
     """The vertices of an OBJ or STL file; `None` for others and for what cannot be read."""
     try:

@@ -49,13 +49,21 @@ def createCollisionShape(
     physicsClientId: int = 0,
 ) -> int:
     """The number of a box, sphere, cylinder, capsule, plane or mesh, for createMultiBody. A mesh is its convex hull, or
-    with indices or GEOM_FORCE_CONCAVE_TRIMESH its convex parts."""
+    with indices or GEOM_FORCE_CONCAVE_TRIMESH, its triangles where its body cannot move and elsewhere its convex parts."""
     function, world = "createCollisionShape", connected(physicsClientId)
     frame = _pose(collisionFramePosition, collisionFrameOrientation)
     if shapeType == constants.GEOM_MESH:
         is_concave = bool(flags & constants.GEOM_FORCE_CONCAVE_TRIMESH)
         mesh = _mesh(world, function, fileName, vertices, indices, is_concave)
         return world.collision_shapes.add([_scaled(mesh, meshScale, frame, None)])
+    if shapeType == constants.GEOM_HEIGHTFIELD:
+        if fileName or heightfieldData is None or replaceHeightfieldIndex >= 0:
+            raise unsupported(function, "height fields are made of heightfieldData, and not replaced")
+        rows, columns = int(numHeightfieldRows), int(numHeightfieldColumns)
+        mesh = meshes.of_heights(function, heightfieldData, rows, columns)
+        x, y, z = (1.0, 1.0, 1.0) if meshScale is None else vector(meshScale, "meshScale needs three numbers")
+        size = (x * (rows - 1), y * (columns - 1), z)
+        return world.collision_shapes.add([_scaled(mesh, size, frame, None)])
     made = _primitive(function, shapeType, radius, halfExtents, height, planeNormal, frame, None)
     return world.collision_shapes.add([made])
 
@@ -219,7 +227,7 @@ def _primitive(
 ) -> Primitive:
     if kind not in _KINDS:
         raise unsupported(
-            function, "boxes, spheres, cylinders, capsules, planes and meshes only: the daemon has no height fields"
+            function, "boxes, spheres, cylinders, capsules, planes and meshes only, and height fields for collision"
         )
     rgba = _color(color)
     if kind == constants.GEOM_PLANE:

@@ -195,7 +195,7 @@ class Wire:
             scale=spawn.scale,
             joint_positions=spawn.joints,
             self_collision=spawn.self_collision,
-            mesh_shapes=MeshShapes.MESH_SHAPES_DECOMPOSITION if spawn.divided else MeshShapes.MESH_SHAPES_HULL,
+            mesh_shapes=_mesh_shapes(spawn),
         )
         at, turn = request.pose.position, request.pose.orientation
         at.x, at.y, at.z = spawn.position
@@ -270,3 +270,9 @@ def _listens(locator: str) -> bool:
             return True
     except OSError:
         return False
+
+
+def _mesh_shapes(spawn: Spawn) -> MeshShapes:
+    # What may move is of convex parts; what cannot has its triangles.
+    is_divided = spawn.divided and spawn.fixed is not True
+    return MeshShapes.MESH_SHAPES_DECOMPOSITION if is_divided else MeshShapes.MESH_SHAPES_MESH

@@ -25,8 +25,7 @@ impl Simulation {
         }
         let name = self.free_name(&spawn.name, spawn.allow_renaming)?;
         check::pose("pose", &spawn.pose)?;
-        let root = spawn.model.links.first().map_or("", |link| &link.name);
-        let fixed = spawn.fixed_base.unwrap_or(root == "world");
+        let fixed = Spawn::is_base_fixed(&spawn.model, spawn.fixed_base);
         let model = std::sync::Arc::clone(&spawn.model);
         let mut entity =
             Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);

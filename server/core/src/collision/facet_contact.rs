@@ -1,0 +1,219 @@
+//! Where a convex shape touches a surface of triangles.
+//!
+//! Each triangle is looked at on its own, so that a shape which lies across the edge of two would touch that edge, from
+//! whatever direction is the nearest. Which directions an edge can be touched from follows from the two triangles that
+//! meet in it: those that lead into neither of them. From any other one the face is touched, or nothing.
+
+use glamx::{DPose3, DVec3};
+use rapier3d_f64::parry::bounding_volume::BoundingVolume as _;
+use rapier3d_f64::parry::query::details::NormalConstraints;
+use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
+use rapier3d_f64::parry::shape::{Shape, Triangle};
+
+use super::facets::{Facets, above};
+use super::plane::outermost;
+use super::reduce::{MOST, reduce};
+
+/// Points of two colliders at the most: those of eight directions.
+pub const MOST_OF_PAIR: usize = 8 * MOST;
+
+/// Points whose normals differ by less than this angle, as a cosine, are of one contact: 5 degrees.
+const SAME_DIRECTION: f64 = 0.9962;
+
+/// A direction that leads less than this into a triangle does not lead into it, radians.
+const INTO: f64 = 1e-9;
+
+/// A direction that is at less than this angle to a face, radians, does not say from which side it is touched.
+const SIDEWAYS: f64 = 0.05;
+
+/// A point where a shape touches a triangle, in the axes of the surface and of the shape.
+#[derive(Clone, Copy)]
+pub(super) struct FacetPoint {
+    pub(super) on_surface: DVec3,
+    pub(super) on_shape: DVec3,
+    /// From the surface to the shape, in the surface's axes.
+    pub(super) normal: DVec3,
+    pub(super) distance: f64,
+}
+
+/// Finds such points. Keeps its memory, and no more.
+#[derive(Default)]
+pub(super) struct FacetContact {
+    manifold: ContactManifold<(), ()>,
+    triangles: Vec<u32>,
+    found: Vec<FacetPoint>,
+    /// Of one direction.
+    group: Vec<usize>,
+    places: Vec<(DVec3, f64)>,
+    kept: Vec<FacetPoint>,
+}
+
+impl FacetContact {
+    /// Those of a surface and a convex shape whose middle, in its own axes, is given, nearer than `within`.
+    pub(super) fn find(
+        &mut self,
+        surface: Facets<'_>,
+        (shape, middle): (&dyn Shape, DVec3),
+        surface_from_shape: &DPose3,
+        within: f64,
+    ) -> &[FacetPoint] {
+        self.found.clear();
+        let middle = surface_from_shape.transform_point(middle);
+        let sunk = match surface {
+            Facets::Field(field) => above(field, middle),
+            Facets::Mesh(..) => None,
+        };
+        if let Some(triangle) = sunk {
+            self.below(&triangle, shape, surface_from_shape, within);
+        } else {
+            let bounds = shape.compute_aabb(surface_from_shape).loosened(within);
+            let mut triangles = std::mem::take(&mut self.triangles);
+            surface.within(&bounds, &mut triangles);
+            for &id in &triangles {
+                self.touch(surface, id, (shape, middle), surface_from_shape, within);
+            }
+            self.triangles = triangles;
+        }
+        self.reduce();
+        &self.kept
+    }
+
+    /// A shape whose middle is in the ground touches the plane of the triangle above it.
+    fn below(&mut self, triangle: &Triangle, shape: &dyn Shape, surface_from_shape: &DPose3, within: f64) {
+        let Some(normal) = unit(triangle) else { return };
+        let inward = surface_from_shape.rotation.inverse() * -normal;
+        outermost(shape, inward, |point, radius| {
+            let at = surface_from_shape.transform_point(point);
+            let height = (at - triangle.a).dot(normal);
+            if height - radius < within {
+                self.found.push(FacetPoint {
+                    on_surface: at - normal * height,
+                    on_shape: point + inward * radius,
+                    normal,
+                    distance: height - radius,
+                });
+            }
+        });
+    }
+
+    fn touch(
+        &mut self,
+        surface: Facets<'_>,
+        id: u32,
+        (shape, middle): (&dyn Shape, DVec3),
+        surface_from_shape: &DPose3,
+        within: f64,
+    ) {
+        let Some(triangle) = surface.triangle(id) else { return };
+        let Some(cone) = Cone::new(surface, id, &triangle, middle) else { return };
+        self.manifold.points.clear();
+        self.manifold.local_n1 = DVec3::ZERO;
+        self.manifold.local_n2 = DVec3::ZERO;
+        let found = DefaultQueryDispatcher.contact_manifold_convex_convex(
+            surface_from_shape,
+            &triangle,
+            shape,
+            Some(&cone),
+            None,
+            within,
+            &mut self.manifold,
+        );
+        let normal = self.manifold.local_n1;
+        if found.is_err() || !normal.is_finite() {
+            return;
+        }
+        let near = self.manifold.points.iter().filter(|point| point.dist < within);
+        self.found.extend(near.map(|point| FacetPoint {
+            on_surface: point.local_p1,
+            on_shape: point.local_p2,
+            normal,
+            distance: point.dist,
+        }));
+    }
+
+    /// Keeps of each direction what carries as all of its points would.
+    fn reduce(&mut self) {
+        let Self { found, group, places, kept, .. } = self;
+        kept.clear();
+        while kept.len() <= MOST_OF_PAIR - MOST {
+            let deepest = found.iter().min_by(|a, b| a.distance.total_cmp(&b.distance));
+            let Some(&FacetPoint { normal, .. }) = deepest else { return };
+            group.clear();
+            places.clear();
+            for (i, point) in found.iter().enumerate() {
+                if point.normal.dot(normal) >= SAME_DIRECTION {
+                    group.push(i);
+                    places.push((point.on_surface, point.distance));
+                }
+            }
+            let mut chosen = [0; MOST];
+            let count = reduce(places, normal, &mut chosen);
+            kept.extend(chosen[..count].iter().map(|&i| found[group[i]]));
+            found.retain(|point| point.normal.dot(normal) < SAME_DIRECTION);
+        }
+    }
+}
+
+fn unit(triangle: &Triangle) -> Option<DVec3> {
+    (triangle.b - triangle.a).cross(triangle.c - triangle.a).try_normalize()
+}
+
+/// The directions from which a triangle can be touched.
+struct Cone {
+    normal: DVec3,
+    /// From each edge into the triangle, across the edge and in its plane.
+    inward: [DVec3; 3],
+    /// The same for what is beyond the edge.
+    beyond: [Option<DVec3>; 3],
+    /// On which side the middle of the other shape is: 1 or -1.
+    side: f64,
+    /// Only one side touches.
+    one_sided: bool,
+}
+
+impl Cone {
+    fn new(surface: Facets<'_>, id: u32, triangle: &Triangle, middle: DVec3) -> Option<Self> {
+        let normal = unit(triangle)?;
+        let corners = [triangle.a, triangle.b, triangle.c];
+        let mut inward = [DVec3::ZERO; 3];
+        let mut beyond = [None; 3];
+        for edge in 0..3 {
+            let (from, to) = (corners[edge], corners[(edge + 1) % 3]);
+            let along = (to - from).normalize_or_zero();
+            let across = |point: DVec3| {
+                let way = point - from;
+                (way - along * way.dot(along)).try_normalize()
+            };
+            inward[edge] = across(corners[(edge + 2) % 3])?;
+            beyond[edge] = surface.beyond(id, edge).and_then(|next| {
+                // Its corner that is not on the edge.
+                let off = |point: &DVec3| {
+                    let way = *point - from;
+                    (way - along * way.dot(along)).length_squared()
+                };
+                let corner = [next.a, next.b, next.c].into_iter().max_by(|a, b| off(a).total_cmp(&off(b)));
+                corner.and_then(across)
+            });
+        }
+        let one_sided = matches!(surface, Facets::Field(_));
+        let is_front = (middle - triangle.a).dot(normal) >= 0.0;
+        let side = if is_front || one_sided { 1.0 } else { -1.0 };
+        Some(Self { normal, inward, beyond, side, one_sided })
+    }
+}
+
+impl NormalConstraints for Cone {
+    fn project_local_normal_mut(&self, direction: &mut DVec3) -> bool {
+        let along = direction.dot(self.normal);
+        let mut edges = self.inward.iter().zip(&self.beyond);
+        let is_open = edges.all(|(inward, beyond)| {
+            direction.dot(*inward) >= -INTO || beyond.is_none_or(|beyond| direction.dot(beyond) <= INTO)
+        });
+        if is_open && !(self.one_sided && along <= 0.0) {
+            return true;
+        }
+        let sideways = along.abs() < SIDEWAYS || self.one_sided;
+        *direction = self.normal * if sideways { self.side } else { along.signum() };
+        true
+    }
+}

@@ -1,0 +1,179 @@
+//! Surfaces of triangles: meshes as they are, and height fields.
+
+use glamx::{DPose3, DVec3};
+use rapier3d_f64::parry::bounding_volume::Aabb;
+use rapier3d_f64::parry::shape::{HeightField, Shape, SharedShape, TriMesh, TriMeshFlags, Triangle};
+use rapier3d_f64::parry::utils::Array2;
+use simd_model::robot::{Grid, MeshAsset, Sha256};
+
+use super::shapes::{Made, upright};
+use std::sync::Arc;
+
+/// Of each triangle the ones beyond its edges, from corner 0 to 1, 1 to 2 and 2 to 0; [`NONE`] where there is none, or
+/// more than one.
+pub(super) type Neighbours = Vec<[u32; 3]>;
+
+const NONE: u32 = u32::MAX;
+
+/// A triangle whose area is less than this part of its longest side's square is a line.
+const LINE: f64 = 1e-12;
+
+/// A surface of triangles.
+#[derive(Clone, Copy)]
+pub(super) enum Facets<'a> {
+    /// Both of its sides touch.
+    Mesh(&'a TriMesh, &'a Neighbours),
+    /// All that is below it, along parry's y, is inside.
+    Field(&'a HeightField),
+}
+
+impl<'a> Facets<'a> {
+    /// What a shape is, where it is of triangles.
+    pub(super) fn of(shape: &'a dyn Shape, neighbours: Option<&'a Arc<Neighbours>>) -> Option<Self> {
+        if let Some(field) = shape.as_heightfield() {
+            return Some(Self::Field(field));
+        }
+        Some(Self::Mesh(shape.as_trimesh()?, neighbours?))
+    }
+
+    /// Fills in those that may be within a box, in order.
+    pub(super) fn within(self, bounds: &Aabb, found: &mut Vec<u32>) {
+        found.clear();
+        match self {
+            Self::Mesh(mesh, _) => found.extend(mesh.bvh().intersect_aabb(bounds)),
+            Self::Field(field) => {
+                // Heights are not looked at: what is far below the surface is in it.
+                let most = field.root_aabb().maxs.y.max(bounds.maxs.y);
+                let column = Aabb::new(bounds.mins, bounds.maxs.with_y(most));
+                field.map_elements_in_local_aabb(&column, &mut |id, _triangle| found.push(id));
+            }
+        }
+        // A tree gives them in an order of its own.
+        found.sort_unstable();
+    }
+
+    /// One of them.
+    pub(super) fn triangle(self, id: u32) -> Option<Triangle> {
+        match self {
+            Self::Mesh(mesh, neighbours) => ((id as usize) < neighbours.len()).then(|| mesh.triangle(id)),
+            Self::Field(field) => field.triangle_at_id(id),
+        }
+    }
+
+    /// What lies beyond an edge of a triangle.
+    pub(super) fn beyond(self, id: u32, edge: usize) -> Option<Triangle> {
+        let next = match self {
+            Self::Mesh(_, neighbours) => neighbours.get(id as usize)?[edge],
+            Self::Field(field) => beyond_in_field(field, id, edge)?,
+        };
+        self.triangle(next)
+    }
+}
+
+/// parry numbers cells along its z first, then along its x, and the halves of all cells one after the other: first those
+/// with the cell's least corner, then those with its greatest.
+fn beyond_in_field(field: &HeightField, id: u32, edge: usize) -> Option<u32> {
+    let (rows, columns) = (field.nrows() as u32, field.ncols() as u32);
+    let cells = rows * columns;
+    let is_first = id < cells;
+    let cell = if is_first { id } else { id - cells };
+    let (i, j) = (cell % rows, cell / rows);
+    let at = |i: Option<u32>, j: Option<u32>| {
+        let (i, j) = (i.filter(|i| *i < rows)?, j.filter(|j| *j < columns)?);
+        Some(j * rows + i)
+    };
+    if is_first {
+        let cell = match edge {
+            0 => at(Some(i), j.checked_sub(1)),
+            1 => Some(cell),
+            _ => at(i.checked_sub(1), Some(j)),
+        };
+        cell.map(|cell| cell + cells)
+    } else {
+        match edge {
+            0 => at(Some(i + 1), Some(j)),
+            1 => at(Some(i), Some(j + 1)),
+            _ => Some(cell),
+        }
+    }
+}
+
+/// The triangles of a mesh that have an area; `None` where none has.
+pub(super) fn triangles(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
+    let corners: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
+    let has_area = |triangle: &&[u32; 3]| {
+        let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
+        let longest = [b - a, c - b, a - c].map(|side| side.length_squared()).into_iter().fold(0.0, f64::max);
+        (b - a).cross(c - a).length() > LINE * longest
+    };
+    let kept: Vec<[u32; 3]> = mesh.triangles.iter().filter(has_area).copied().collect();
+    let flags = TriMeshFlags::MERGE_DUPLICATE_VERTICES
+        | TriMeshFlags::DELETE_DEGENERATE_TRIANGLES
+        | TriMeshFlags::DELETE_DUPLICATE_TRIANGLES;
+    let made = TriMesh::with_flags(corners, kept, flags).ok()?;
+    let neighbours = Some(Arc::new(neighbours(made.indices())));
+    let surface = Some(surface_hash(mesh, scale));
+    Some(Made { neighbours, surface, ..Made::new(SharedShape::new(made)) })
+}
+
+/// A mesh that is a grid, with a scale above 0.
+pub(super) fn height_field(mesh: &MeshAsset, grid: &Grid, scale: DVec3) -> Option<Made> {
+    let Grid { rows, columns } = *grid;
+    let is_grid = rows > 1 && columns > 1 && rows.checked_mul(columns) == Some(mesh.vertices.len());
+    // parry has the rows of a column one after the other.
+    let height = |at: usize| mesh.vertices.get(at % rows * columns + at / rows).map(|corner| corner.z);
+    let heights: Option<Vec<f64>> = is_grid.then(|| (0..rows * columns).map(height).collect())?;
+    let field = HeightField::new(Array2::new(rows, columns, heights?), DVec3::new(scale.x, scale.z, scale.y));
+    let surface = Some(surface_hash(mesh, scale));
+    Some(Made { own_from_shape: upright(), surface, ..Made::new(SharedShape::new(field)) })
+}
+
+/// What a surface is found by: the hash of the file, its scale and that it is one.
+fn surface_hash(mesh: &MeshAsset, scale: DVec3) -> Sha256 {
+    let scale = scale.to_array().into_iter().flat_map(f64::to_le_bytes);
+    Sha256::of(&mesh.sha256.0.into_iter().chain(scale).chain(*b"facets").collect::<Vec<u8>>())
+}
+
+fn neighbours(triangles: &[[u32; 3]]) -> Neighbours {
+    let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
+    for (id, corners) in (0..).zip(triangles) {
+        for edge in 0..3_u8 {
+            let (from, to) = (corners[usize::from(edge)], corners[(usize::from(edge) + 1) % 3]);
+            edges.push(([from.min(to), from.max(to)], id, edge));
+        }
+    }
+    edges.sort_unstable();
+    let mut neighbours = vec![[NONE; 3]; triangles.len()];
+    for shared in edges.chunk_by(|a, b| a.0 == b.0) {
+        if let &[(_, a, edge_a), (_, b, edge_b)] = shared {
+            neighbours[a as usize][usize::from(edge_a)] = b;
+            neighbours[b as usize][usize::from(edge_b)] = a;
+        }
+    }
+    neighbours
+}
+
+/// A height field and the ground below it, as deep as it is long or wide, in its axes.
+pub(super) fn ground(field: &HeightField) -> Aabb {
+    let Aabb { mins, maxs } = *field.root_aabb();
+    Aabb::new(mins - DVec3::Y * (maxs - mins).max_element(), maxs)
+}
+
+/// Where the middle of a shape is in a height field's axes, if it is below the surface: the triangle above it.
+pub(super) fn above(field: &HeightField, middle: DVec3) -> Option<Triangle> {
+    let (i, j) = field.cell_at_point(middle)?;
+    let (first, second) = field.triangles_at(i, j);
+    // The first half has the corner at the cell's least x and z.
+    let along = |start: f64, size: f64, at: f64| (at - start) / size;
+    let is_first = along(field.x_at(j), field.cell_width(), middle.x)
+        + along(field.z_at(i), field.cell_height(), middle.z)
+        <= 1.0;
+    let triangle = if is_first { first? } else { second? };
+    let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
+    ((middle - triangle.a).dot(normal) < 0.0).then_some(triangle)
+}
+
+/// `world_from_other` in the axes of a surface.
+pub(super) fn relative(world_from_surface: &DPose3, world_from_other: &DPose3) -> DPose3 {
+    world_from_surface.inverse() * *world_from_other
+}

@@ -1,0 +1,157 @@
+//! Meshes and height fields as ground: what a load report says of them, and files that are none.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+use simd_client::proto::{self, Base, MeshShapes, SpawnEntityRequest};
+use simd_client::{Client, Error, Spawned};
+use simd_tests::daemon::{Daemon, Via, fixed};
+
+/// Writes a robot of one link that is this mesh.
+fn write_robot(folder: &Path, file: &str, content: &[u8]) {
+    fs::write(folder.join(file), content).unwrap();
+    let shape = format!("<geometry><mesh filename='{file}'/></geometry>");
+    let urdf = format!(
+        "<robot name='ground'><link name='link'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' \
+         ixz='0' iyz='0'/></inertial><visual>{shape}</visual><collision>{shape}</collision></link></robot>"
+    );
+    fs::write(folder.join("ground.urdf"), urdf).unwrap();
+}
+
+async fn load(client: &Client, folder: &Path, base: Base, meshes: MeshShapes) -> Result<Spawned, Error> {
+    let request = SpawnEntityRequest {
+        base: base.into(),
+        mesh_shapes: meshes.into(),
+        allow_renaming: true,
+        ..fixed("ground")
+    };
+    client.load(folder.join("ground.urdf"), request).await
+}
+
+/// What the report says of the collision mesh.
+fn said(spawned: &Spawned) -> Vec<&str> {
+    let collision = |finding: &&proto::Finding| finding.element == "collision";
+    spawned.report.findings.iter().filter(collision).map(|finding| finding.message.as_str()).collect()
+}
+
+/// A box of a metre without a lid, as an OBJ file.
+const TUB: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                   f 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// Half a metre: from the middle of the lid that its hull has to the nearest wall.
+async fn a_load_report_says_what_a_mesh_became(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let folder = tempfile::tempdir().unwrap();
+    write_robot(folder.path(), "tub.obj", TUB.as_bytes());
+    for (base, meshes, expected) in [
+        (Base::Fixed, MeshShapes::Unspecified, "the collision mesh of 10 triangles touches as it is"),
+        (Base::Fixed, MeshShapes::Mesh, "touches as it is: its link cannot move"),
+        (Base::Free, MeshShapes::Mesh, "the convex hull of the collision mesh of 10 triangles stands for it"),
+        (Base::Fixed, MeshShapes::Hull, "the largest distance found between the two is 0."),
+        (Base::Fixed, MeshShapes::Decomposition, "convex part"),
+    ] {
+        let spawned = load(&daemon.client, folder.path(), base, meshes).await.unwrap();
+        let said = said(&spawned);
+        assert!(said.len() == 1 && said[0].contains(expected), "{meshes:?}: {said:?}");
+        if meshes == MeshShapes::Hull {
+            let distance =
+                said[0].rsplit_once(" is ").unwrap().1.trim_end_matches(" m").parse::<f64>().unwrap();
+            assert!((0.25..=0.5).contains(&distance), "{said:?}");
+        }
+    }
+    // What touches is drawn, also where it is no hull.
+    let scene = daemon.client.scene(&["ground".into()]).await.unwrap();
+    assert!(
+        matches!(&scene.robots[0].colliders[0].geometry, Some(proto::shape::Geometry::Convex(_))),
+        "{scene:?}"
+    );
+}
+
+/// A ball that falls into the tub stays in it; a hull would carry it on a lid.
+async fn a_ball_falls_into_what_is_open(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let folder = tempfile::tempdir().unwrap();
+    write_robot(folder.path(), "tub.obj", TUB.as_bytes());
+    load(&daemon.client, folder.path(), Base::Fixed, MeshShapes::Unspecified).await.unwrap();
+    let sphere = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
+    let primitive = proto::Primitive { geometry: Some(sphere), mass: 1.0, color: None };
+    let source = proto::description_source::Source::Primitive(primitive);
+    let request = SpawnEntityRequest {
+        source: Some(proto::DescriptionSource { source: Some(source), ..Default::default() }),
+        name: "ball".into(),
+        base: Base::Free.into(),
+        pose: Some(proto::Pose {
+            position: Some(proto::Vector3 { x: 0.5, y: 0.4, z: 1.5 }),
+            ..Default::default()
+        }),
+        ..Default::default()
+    };
+    daemon.client.spawn(request).await.unwrap();
+    daemon.pass(2.0).await;
+    let at = daemon.client.robot_state("ball").await.unwrap().pose.unwrap().position.unwrap();
+    assert!((at.z - 0.1).abs() < 1e-3, "{at:?}");
+}
+
+/// A PNG of 16 bits with one channel, whose pixels are these bytes as they are packed.
+fn png(width: u32, height: u32, packed: &[u8]) -> Vec<u8> {
+    let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+    let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[16, 0, 0, 0, 0]].concat();
+    for (kind, data) in [(b"IHDR", header.as_slice()), (b"IDAT", packed), (b"IEND", b"")] {
+        bytes.extend(u32::try_from(data.len()).unwrap().to_be_bytes());
+        bytes.extend(kind);
+        bytes.extend(data);
+        bytes.extend([0; 4]);
+    }
+    bytes
+}
+
+/// A binary STL of so many triangles with these corners.
+fn stl(triangles: u32, corners: [[f32; 3]; 3]) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend(triangles.to_le_bytes());
+    let mut triangle = vec![0; 12];
+    triangle.extend(corners.iter().flatten().flat_map(|number| number.to_le_bytes()));
+    triangle.extend([0; 2]);
+    for _ in 0..triangles {
+        bytes.write_all(&triangle).unwrap();
+    }
+    bytes
+}
+
+/// Each is a sentence in the report of a robot that touches nothing, or a hull; and the daemon goes on.
+async fn files_that_are_no_ground_are_a_sentence(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let folder = tempfile::tempdir().unwrap();
+    let nan = [[f32::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for (file, content, phrase) in [
+        ("row.csv", b"1 2 3 4\n".to_vec(), "it has 1 rows of 4 samples; a height field has at least 2 by 2"),
+        ("nan.csv", b"1 2\n3 nan\n".to_vec(), "line 2: \"nan\" is not a number"),
+        ("huge.png", png(100_000, 100_000, &[]), "100000 rows of 100000 samples; the most is 1000000 in all"),
+        // A stream of zeros a thousand times as long as it is: it ends where the picture does.
+        ("short.png", png(900, 900, b"\x78\x9c\x03\x00\x00\x00\x00\x01"), "cannot be unpacked"),
+        ("nan.stl", stl(2, nan), "a corner is not finite"),
+    ] {
+        write_robot(folder.path(), file, &content);
+        let spawned = load(&daemon.client, folder.path(), Base::Fixed, MeshShapes::Mesh).await.unwrap();
+        let findings = &spawned.report.findings;
+        assert!(findings.iter().any(|it| it.message.contains(phrase)), "{file}: {findings:?}");
+        assert_eq!(said(&spawned), [""; 0], "{file}");
+    }
+    // A million triangles without an area: nothing to touch but their hull, a plate around a line.
+    let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    write_robot(folder.path(), "line.stl", &stl(1_000_000, line));
+    let spawned = load(&daemon.client, folder.path(), Base::Fixed, MeshShapes::Mesh).await.unwrap();
+    assert!(
+        said(&spawned)[0].contains("the convex hull of the collision mesh of 1000000 triangles"),
+        "{spawned:?}"
+    );
+    daemon.pass(0.1).await;
+    assert_eq!(daemon.client.robots().await.unwrap().len(), 6);
+}
+
+crate::over_every_transport! {
+    a_load_report_says_what_a_mesh_became,
+    a_ball_falls_into_what_is_open,
+    files_that_are_no_ground_are_a_sentence,
+}
