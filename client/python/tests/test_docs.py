@@ -32,7 +32,8 @@ def test_the_blocks_of_the_guide_run_one_after_the_other(
         # On a thread of its own: `asyncio.run` takes away the loop that pytest-asyncio keeps for this one.
         with ThreadPoolExecutor(1) as thread:
             for block in said:
-                block = block.replace("kept.simdstate", str(tmp_path / "kept.simdstate"))
+                for file in ("kept.simdstate", "arm.png"):
+                    block = block.replace(f'"{file}"', f'r"{tmp_path / file}"')
                 thread.submit(exec, compile(block, str(GUIDE), "exec"), names).result()
 
 

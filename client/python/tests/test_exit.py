@@ -33,6 +33,14 @@ sim = simd_client.connect("ENDPOINT")
 watch = sim.watch_statistics()
 next(watch)
 """
+CALLBACKS = """
+import queue
+import simd_client
+sim = simd_client.connect("ENDPOINT")
+seen = queue.Queue()
+kept = [sim.on_states(seen.put), sim.on_event(print), sim.parameters.on_change(print)]
+seen.get()
+"""
 AIO = """
 import asyncio
 from simd_client import aio
@@ -82,7 +90,9 @@ def start(
     ran.extend(subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) for _ in range(count))
 
 
-@pytest.mark.parametrize("script", [SLIDER, PLAYING, WATCH, AIO], ids=["slider", "playing", "watch", "aio"])
+@pytest.mark.parametrize(
+    "script", [SLIDER, PLAYING, WATCH, CALLBACKS, AIO], ids=["slider", "playing", "watch", "callbacks", "aio"]
+)
 @pytest.mark.parametrize(("ending", "code"), [("break", 0), ("raise ValueError()", 1)], ids=["end", "error"])
 def test_a_program_ends_that_left_its_connection_open(
     sim: Simulation, daemon: Daemon, ran: list[subprocess.Popen[str]], script: str, ending: str, code: int
@@ -94,7 +104,9 @@ def test_a_program_ends_that_left_its_connection_open(
     assert list(sim.parameters.all()) == []
 
 
-@pytest.mark.parametrize("script", [SLIDER, PLAYING, WATCH], ids=["slider", "playing", "watch"])
+@pytest.mark.parametrize(
+    "script", [SLIDER, PLAYING, WATCH, CALLBACKS], ids=["slider", "playing", "watch", "callbacks"]
+)
 def test_ctrl_c_ends_a_program(
     sim: Simulation, daemon: Daemon, ran: list[subprocess.Popen[str]], script: str
 ) -> None:

@@ -18,6 +18,7 @@ HEADER = "# Generated from simd_client/aio/{name} by tools/make_blocking.py; do 
 REPLACED = [
     ("async def ", "def "),
     ("async with", "with"),
+    ("async for", "for"),
     ("await ", ""),
     ("AsyncIterator", "Iterator"),
     ("StopAsyncIteration", "StopIteration"),
@@ -31,6 +32,10 @@ REPLACED = [
         "May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one. Calls",
     ),
     ("Belongs to one event loop.", "Belongs to one thread."),
+    (
+        "The function is called on a task of the event loop, and may be a coroutine function.",
+        "The function is called on a thread of its own, which does not keep the program from ending.",
+    ),
     ("Belongs to the event loop that it was made on.", "Belongs to one thread."),
 ]
 

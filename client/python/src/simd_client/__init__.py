@@ -14,6 +14,7 @@
 messages of the schema.
 """
 
+from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connect import connect
 from simd_client.blocking.joint import Joint, Joints
@@ -63,6 +64,7 @@ from simd_client.errors import (
     UploadMismatch,
     VersionMismatch,
     WrongState,
+    XacroError,
 )
 from simd_client.event import Event
 from simd_client.geometry import Pose, Twist
@@ -82,6 +84,7 @@ __all__ = [
     "Applied",
     "AssetNotUploaded",
     "Button",
+    "Callbacks",
     "Claim",
     "ClaimNotFound",
     "Clamped",
@@ -175,6 +178,7 @@ __all__ = [
     "WorldStatistics",
     "Wrench",
     "WrongState",
+    "XacroError",
     "__version__",
     "connect",
 ]

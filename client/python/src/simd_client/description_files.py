@@ -9,6 +9,8 @@ from pathlib import Path
 
 from simd_client import proto
 from simd_client.assets import Locator, Missing, find_urdf
+from simd_client.errors import XacroError
+from simd_client.expansion import Arguments, expanded, is_xacro
 
 PART_BYTES = 1024 * 1024
 """Of one message: far below the daemon's limit, and large enough that round trips do not matter."""
@@ -21,10 +23,18 @@ Packages = Mapping[str, AnyPath]
 class DescriptionFiles:
     """A URDF, and what was found for its URIs."""
 
-    def __init__(self, path: AnyPath, packages: Packages | None) -> None:
-        """Raises `NoUrdf` if there is no URDF at the path."""
+    def __init__(
+        self, path: AnyPath, packages: Packages | None, xacro_arguments: Arguments | None = None
+    ) -> None:
+        """Expands a xacro file. Raises `NoUrdf` if there is no URDF at the path, and `XacroError`."""
         urdf = find_urdf(path)
-        self.urdf = urdf.read_bytes()
+        self.name = urdf.name
+        if is_xacro(urdf):
+            self.urdf = expanded(urdf, xacro_arguments, packages)
+        elif xacro_arguments:
+            raise XacroError(f"{urdf} is no .xacro file, and takes no arguments of one")
+        else:
+            self.urdf = urdf.read_bytes()
         self._locator = Locator(urdf, packages)
         self.hashes: dict[str, str] = {}
         """By URI."""

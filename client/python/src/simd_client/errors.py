@@ -5,7 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from simd_client.retry import Sent
 
 ERROR_DOMAIN = "simd"
 """The `domain` of every `google.rpc.ErrorInfo` of simd."""
@@ -22,6 +25,8 @@ class SimdError(Exception):
     """What the reason is about, by the keys that the schema gives: `robot`, `joint`, ..."""
     fields: Mapping[str, str] = MappingProxyType({})
     """Fields of the request that are at fault, each with its description."""
+    sent: Sent | None = None
+    """The request, if it may have changed something without an answer: for `Simulation.ask_again`."""
 
 
 class Unavailable(SimdError):
@@ -31,7 +36,7 @@ class Unavailable(SimdError):
 
 
 class DeadlineExceeded(SimdError, TimeoutError):
-    """The daemon did not answer in time. The call may or may not have taken effect."""
+    """The daemon did not answer in time. The call may or may not have taken effect: `Simulation.ask_again`."""
 
     code = "DEADLINE_EXCEEDED"
 
@@ -46,6 +51,12 @@ class NoUrdf(SimdError):
     """There is no URDF at a path on this disk."""
 
     code = "NOT_FOUND"
+
+
+class XacroError(NoUrdf):
+    """A xacro file cannot be expanded, or the package `xacro` is not installed."""
+
+    code = "INVALID_ARGUMENT"
 
 
 class AnswerError(SimdError):
@@ -183,12 +194,20 @@ class RequestIdReused(Refused):
 
 
 Missing = TypeVar("Missing", bound=NotFound)
+Refusal = TypeVar("Refusal", bound=Refused)
 
 
 def not_found(kind: type[Missing], message: str, **metadata: str) -> Missing:
     """The error for a name that is not in what was fetched: equal to the daemon's own."""
     error = kind(message)
     error.reason, error.metadata = _reason_of(kind), metadata
+    return error
+
+
+def refused_here(kind: type[Refusal], code: str, message: str) -> Refusal:
+    """The error for what this client refuses without asking: equal to the daemon's own."""
+    error = kind(message)
+    error.code, error.reason = code, _reason_of(kind)
     return error
 
 

@@ -221,3 +221,22 @@ def _joint(message: proto.JointInfo) -> JointInfo:
         positions=slice(message.position_index, message.position_index + message.position_count),
         velocities=slice(message.velocity_index, message.velocity_index + message.velocity_count),
     )
+
+
+def joint_properties(
+    joint: str,
+    damping: float | None,
+    friction: float | None,
+    armature: float | None,
+    limits: JointLimits | None,
+    gains: Gains | None,
+) -> proto.JointProperties:
+    """What is changed of a joint, as a message: only what is given."""
+    return proto.JointProperties(
+        joint=joint,
+        damping=damping,
+        friction=friction,
+        armature=armature,
+        limits=None if limits is None else limits_to_proto(limits),
+        default_gains=gains and proto.JointGains(stiffness=gains.stiffness, damping=gains.damping),
+    )

@@ -10,7 +10,7 @@ import threading
 import weakref
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import zenoh
 from google.protobuf.message import DecodeError
@@ -23,6 +23,7 @@ from simd_client.method import Method
 from simd_client.proof import Counter, sealed
 from simd_client.proto import SetJointTargetsRequest
 from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
+from simd_client.retry import RequestIds
 from simd_client.version import API_VERSION
 
 AnyMethod = Method[Any, Any]
@@ -30,6 +31,24 @@ Result = TypeVar("Result")
 
 MAX_ANSWER_BYTES = 64 * 1024 * 1024
 """Larger messages are refused, so that a faulty daemon cannot fill the client's memory."""
+
+MOST_REPLIES = 256
+"""Of a stream, that wait for its reader."""
+
+EXIT_SECONDS = 2.0
+"""How long the end of a program waits for a callback that is under way."""
+
+
+class LinkThread(Protocol):
+    """A thread that uses a session."""
+
+    def end(self) -> None:
+        """Makes it end soon."""
+        ...
+
+    def wait(self, timeout: float | None) -> bool:
+        """Waits until it has ended."""
+        ...
 
 
 def program() -> str:
@@ -54,12 +73,15 @@ class Link:
         self.session = session
         self._daemons = daemons
         self._counter = Counter()
+        self.request_ids = RequestIds()
         self.endpoint = endpoint
         self.name = name
         self._publisher: zenoh.Publisher | None = None
         self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
         self._lock = threading.Lock()
         self._is_forked = False
+        self.threads: weakref.WeakSet[LinkThread] = weakref.WeakSet()
+        """Threads of ours that use the session."""
         _open.add(self)
 
     def close(self) -> None:
@@ -93,8 +115,11 @@ class Link:
         timeout: float,
         arrived: Callable[[zenoh.Reply], None],
         ended: Callable[[], None],
+        *,
+        is_stream: bool = False,
     ) -> None:
-        """Sends a request and returns. Zenoh calls `arrived` with the reply and then `ended`, on its own thread."""
+        """Sends a request and returns. Zenoh calls `arrived` with the reply, or with all replies of a stream that
+        lasts `timeout` seconds, and then `ended`, on its own thread."""
         daemon = self.daemon()
 
         def filtered(reply: zenoh.Reply) -> None:
@@ -104,9 +129,16 @@ class Link:
         handler = cast(
             "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(filtered, ended, indirect=False)
         )
+        # Nobody tells the daemon that the asker of a stream is gone.
+        lasts = f"for={timeout:g}" if is_stream else ""
         try:
             self._send(
-                method, payload, timeout, lambda key, options: self.session.get(key, handler, **options)
+                method,
+                payload,
+                timeout,
+                lambda key, options: self.session.get(
+                    zenoh.Selector(key, lasts) if lasts else key, handler, **options
+                ),
             )
         except zenoh.ZError:
             raise self.unavailable() from None
@@ -245,8 +277,14 @@ _open: weakref.WeakSet[Link] = weakref.WeakSet()
 def _close_all() -> None:
     """Closes the sessions that a program left open. Otherwise Zenoh would close them while the interpreter ends, and
     wait for callbacks that can no longer run: the program would hang."""
-    for link in list(_open):
+    links = list(_open)
+    threads = [thread for link in links for thread in link.threads]
+    for thread in threads:
+        thread.end()
+    for link in links:
         link.close()
+    for thread in threads:
+        thread.wait(EXIT_SECONDS)
 
 
 def _forked() -> None:

@@ -35,6 +35,7 @@ class SpawnOptions:
     surfaces: Surfaces | None = None
     self_collision: bool = False
     srdf: bytes = b""
+    convex_parts: bool = False
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
         """The request that spawns a description."""
@@ -52,6 +53,9 @@ class SpawnOptions:
             link_properties=surfaces_to_proto(self.surfaces),
             self_collision=self.self_collision,
             srdf=self.srdf,
+            mesh_shapes=proto.MeshShapes.MESH_SHAPES_DECOMPOSITION
+            if self.convex_parts
+            else proto.MeshShapes.MESH_SHAPES_UNSPECIFIED,
         )
 
 

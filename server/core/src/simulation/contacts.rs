@@ -8,9 +8,7 @@ use glamx::DVec3;
 use super::entity::Entity;
 use super::sleep::acts;
 use super::world_state::Pair;
-use crate::collision::{
-    Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side,
-};
+use crate::collision::{Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side};
 use crate::dynamics::constraint::contact::Contact;
 use crate::valid::finite;
 

@@ -13,6 +13,7 @@ No thread waits for an answer: replies and publications come by callback. Object
 The blocking client, `simd_client.blocking`, is generated from this package by `tools/make_blocking.py`.
 """
 
+from simd_client.aio.callbacks import Callbacks
 from simd_client.aio.claim import Claim
 from simd_client.aio.connect import Connecting, connect
 from simd_client.aio.joint import Joint, Joints
@@ -22,6 +23,7 @@ from simd_client.aio.simulation import Simulation
 from simd_client.aio.watch import EventWatch, Watch
 
 __all__ = [
+    "Callbacks",
     "Claim",
     "Connecting",
     "EventWatch",

@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from simd_client import proto
 from simd_client.aio.claim import Claim
 from simd_client.aio.runtime import query
 from simd_client.cache import Cache, HeldClaim
 from simd_client.endpoint import Endpoint
-from simd_client.errors import RobotNotFound, refusal
+from simd_client.errors import DeadlineExceeded, RobotNotFound, SimdError, Unavailable, refusal
 from simd_client.layout import Layout, layout_from_proto
 from simd_client.link import Link
+from simd_client.link_states import LinkStates, link_states_from_proto
 from simd_client.method import Method, Reply, Request, decoded
 from simd_client.proto import methods
+from simd_client.reset import JointValues, resets_need_layout, resets_to_proto
 from simd_client.selection import Selection, selections_to_proto
-from simd_client.state import Applied, Clamped, RobotState, States, clamped_from_proto, name_of, robot_state
+from simd_client.state import (
+    Applied,
+    Clamped,
+    Named,
+    RobotState,
+    States,
+    clamped_from_proto,
+    name_of,
+    robot_state,
+)
 from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto, needs_layout, targets_to_proto
 from simd_client.world import Stamp, stamp_from_proto
 
@@ -56,8 +68,37 @@ class Connection:
     async def call(self, method: Method[Request, Reply], request: Request, *, wait: float = 0.0) -> Reply:
         """Calls any method of the schema (`simd_client.proto.methods`) with its message. `wait` is how long the
         request tells the daemon to wait, in seconds."""
-        payload = await query(self._link, method, request.SerializeToString(), self._timeout + wait)
+        sent = self._link.request_ids.identified(method, request)
+        if sent is None:
+            payload = await query(self._link, method, request.SerializeToString(), self._timeout + wait)
+            return decoded(method.reply, payload)
+        try:
+            payload = await query(self._link, method, sent.payload, self._timeout + wait)
+        except (DeadlineExceeded, Unavailable) as error:
+            error.sent = sent
+            raise
         return decoded(method.reply, payload)
+
+    async def ask_again(self, error: SimdError, *, wait: float = 0.0) -> Any:
+        """Asks about a call that ended with `DeadlineExceeded` or `Unavailable`. Returns its answer, as a message of
+        `simd_client.proto`, or raises its refusal: the first one, if the daemon has done the call; if it has not, it
+        does it now. So the call is done once, however often this is used. The daemon remembers the last 1,024 answers
+        for an hour at most, and none that were given before it was restarted. `wait` is how much longer than the
+        connection's timeout it may take, in seconds.
+
+        Raises `ValueError` for the error of a call that changes nothing, or is one of a loop (targets, fewer than 100 steps):
+        make that call again, or read the stamp. The daemon never tells the secret of a claim twice, and answers with
+        `RequestIdReused` instead.
+        """
+        sent = error.sent
+        if sent is None:
+            raise ValueError("the call of this error changes nothing, is one of a loop, or was answered: make it again")
+        try:
+            payload = await query(self._link, sent.method, sent.payload, self._timeout + wait)
+        except (DeadlineExceeded, Unavailable) as again:
+            again.sent = sent
+            raise
+        return decoded(sent.method.reply, payload)
 
     # Layouts.
 
@@ -151,6 +192,33 @@ class Connection:
                 reason = proto.ErrorReason.Name(refused.reason).removeprefix("ERROR_REASON_")
                 raise refusal(refused.code, refused.message, reason, refused.metadata)
         return await self.decode_states(answer.states, selected, clamped_from_proto(answer.clamped))
+
+    async def reset_joints(
+        self,
+        positions: Mapping[Any, JointValues | None],
+        velocities: Mapping[Any, JointValues] | None = None,
+    ) -> Stamp:
+        """Sets positions and velocities of several robots' joints at once, by robot or its name: see
+        `Robot.reset_joints`. All or none, in one round trip."""
+        moving = {name_of(robot): values for robot, values in (velocities or {}).items()}
+        resets: list[proto.RobotReset] = []
+        for robot, at in positions.items():
+            name = name_of(robot)
+            velocity = moving.pop(name, None)
+            layout = await self.layout(name) if resets_need_layout(at, velocity) else None
+            resets.append(proto.RobotReset(robot=name, joints=resets_to_proto(layout, at, velocity)))
+        if moving:
+            raise ValueError(f"robot `{next(iter(moving))}` is given velocities and no positions to start from")
+        request = proto.ResetJointsRequest(robots=resets)
+        return stamp_from_proto((await self.call(methods.ResetJoints, request)).stamp)
+
+    async def link_states(self, *robots: str | Named) -> dict[str, LinkStates]:
+        """Poses and velocities of all links of these robots, or of all, by the names of the robots: all of one moment,
+        in one round trip. They are in the order of `Robot.links`."""
+        request = proto.GetLinkStatesRequest(robots=[name_of(robot) for robot in robots])
+        answer = await self.call(methods.GetLinkStates, request)
+        stamp = stamp_from_proto(answer.stamp)
+        return {each.robot: link_states_from_proto(each, stamp) for each in answer.robots}
 
     async def stream_targets(self, targets: Targets) -> None:
         """Sends targets without waiting for an answer, for controllers that send them at a fixed rate. A target

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from simd_client import proto
 from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray
-from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType, limits_to_proto
-from simd_client.proto import methods
+from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType
 from simd_client.quantity import Quantity
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
-from simd_client.world import Stamp, stamp_from_proto
+from simd_client.world import Stamp
 
 if TYPE_CHECKING:
     from simd_client.aio.robot import Robot
@@ -158,20 +156,14 @@ class Joint:
         default_gains: Gains | None = None,
     ) -> Stamp:
         """Changes only what is given; `limits` replaces all four limits."""
-        gains = default_gains
-        properties = proto.JointProperties(
-            joint=self.name,
+        return await self._robot.set_joint_properties(
+            self.name,
             damping=damping,
             friction=friction,
             armature=armature,
-            limits=None if limits is None else limits_to_proto(limits),
-            default_gains=gains and proto.JointGains(stiffness=gains.stiffness, damping=gains.damping),
+            limits=limits,
+            default_gains=default_gains,
         )
-        connection, robot = self._robot.connection, self._robot.name
-        request = proto.SetJointPropertiesRequest(robot=robot, joints=[properties])
-        answer = await connection.call(methods.SetJointProperties, request)
-        connection.cache.mark_stale(robot)
-        return stamp_from_proto(answer.stamp)
 
     def __repr__(self) -> str:
         limits = self._info.limits

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.aio.connection import Connection
+from simd_client.errors import AnswerError
 from simd_client.geometry import FloatArray, rows, vector, vector_to_proto
 from simd_client.kinematics import (
     Configuration,
@@ -18,7 +19,7 @@ from simd_client.kinematics import (
     configuration_to_proto,
     joint_array,
 )
-from simd_client.link_states import LinkStates, link_states_from_proto
+from simd_client.link_states import LinkStates
 from simd_client.proto import methods
 from simd_client.state import layout_changed
 from simd_client.world import stamp_from_proto
@@ -43,11 +44,10 @@ class Kinematics:
 
     async def link_states(self) -> LinkStates:
         """Poses and velocities of all links, in the order of `links`."""
-        answer = await self._connection.call(
-            methods.GetLinkStates, proto.GetLinkStatesRequest(robots=[self.name])
-        )
-        found = answer.robots[0] if answer.robots else proto.RobotLinkStates()
-        return link_states_from_proto(found, stamp_from_proto(answer.stamp))
+        found = await self._connection.link_states(self.name)
+        if self.name not in found:
+            raise AnswerError(f"the daemon's answer cannot be understood: it lacks robot `{self.name}`")
+        return found[self.name]
 
     async def joint_reactions(self) -> JointReactions:
         """The force and torque in each joint over the last step: of the parent link on the child."""

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.aio.connection import Connection
 from simd_client.aio.robot import Robot
+from simd_client.aio.runtime import replies
 from simd_client.aio.upload import upload
 from simd_client.description import LoadReport, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
+from simd_client.errors import AnswerError
+from simd_client.expansion import Arguments
 from simd_client.geometry import Pose
+from simd_client.method import decoded
+from simd_client.progress import Bars, Progress
 from simd_client.proto import methods
 from simd_client.spawn import UPRIGHT, SpawnOptions, srdf_bytes
 from simd_client.surface import Surfaces
+
+READING_SECONDS = 120.0
+"""How long the daemon itself reads a description at the most."""
 
 
 class Loading(Connection):
@@ -38,9 +47,12 @@ class Loading(Connection):
         self_collision: bool = False,
         srdf: AnyPath | None = None,
         packages: Packages | None = None,
+        xacro_arguments: Arguments | None = None,
+        progress: Progress = False,
     ) -> Robot:
         """Loads a robot from this disk: a URDF file, or a package folder that contains one. The files that it
-        refers to are sent too; `report` has a warning for each that was not found.
+        refers to are sent too; `report` has a warning for each that was not found. A `.xacro` file is expanded first,
+        by the package that `pip install 'simd-client[xacro]'` installs, with `xacro_arguments`.
 
         `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to the
         world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`.
@@ -48,12 +60,18 @@ class Loading(Connection):
         `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
         With `self_collision` its links collide with each other, except those that a joint connects and those that
         the file `srdf` switches off by its `disable_collisions`.
+        With `progress` bars show how much is sent and read: `True` for bars on a terminal or in a notebook, or a class
+        such as `tqdm.auto.tqdm`. The daemon then may take two minutes longer than the timeout of other calls.
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
             surfaces, self_collision, srdf_bytes(srdf),
         )  # fmt: skip
-        return await self._spawn(await upload(self, path, packages), options)
+        if progress is False:
+            return await self._spawn(await upload(self, path, packages, xacro_arguments), options)
+        with Bars(progress) as bars:
+            source = await upload(self, path, packages, xacro_arguments, bars)
+            return await self._spawn_with_progress(source, options, bars, Path(path).name)
 
     async def load_text(
         self,
@@ -105,15 +123,37 @@ class Loading(Connection):
         return await self._spawn(proto.DescriptionSource(path=path), options)
 
     async def validate(
-        self, path: AnyPath, *, scale: float | None = None, packages: Packages | None = None
+        self,
+        path: AnyPath,
+        *,
+        scale: float | None = None,
+        packages: Packages | None = None,
+        xacro_arguments: Arguments | None = None,
     ) -> LoadReport:
         """Reads a robot on this disk as `load` does, without spawning it. Returns the report."""
-        source = await upload(self, path, packages)
+        source = await upload(self, path, packages, xacro_arguments)
         request = proto.ValidateDescriptionRequest(source=source, scale=scale)
         return report_from_proto((await self.call(methods.ValidateDescription, request)).report)
 
     async def _spawn(self, source: proto.DescriptionSource, options: SpawnOptions) -> Robot:
-        answer = await self.call(methods.SpawnEntity, options.to_proto(source))
+        return await self._spawned(await self.call(methods.SpawnEntity, options.to_proto(source)))
+
+    async def _spawn_with_progress(
+        self, source: proto.DescriptionSource, options: SpawnOptions, bars: Bars, name: str
+    ) -> Robot:
+        request = proto.SpawnEntityWithProgressRequest(spawn=options.to_proto(source))
+        method = methods.SpawnEntityWithProgress
+        seconds = self._timeout + READING_SECONDS
+        async for payload in replies(self._link, method, request.SerializeToString(), seconds):
+            answer = decoded(method.reply, payload)
+            if answer.HasField("spawned"):
+                return await self._spawned(answer.spawned)
+            far = answer.progress
+            phase = proto.LoadPhase.Name(far.phase).removeprefix("LOAD_PHASE_").lower()
+            bars.reach(f"{name}: {phase}", far.done, far.total, "files")
+        raise AnswerError("the daemon's answer cannot be understood: the stream ended before the robot was there")
+
+    async def _spawned(self, answer: proto.SpawnEntityResponse) -> Robot:
         info = robot_info_from_proto(answer.entity)
         await self.fetch_layout(info.name)
         return Robot(self, info, report_from_proto(answer.report))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import AsyncIterator, Awaitable, Callable
+from inspect import isawaitable
 from typing import TypeVar
 
 import zenoh
 
-from simd_client.link import AnyMethod, Link
+from simd_client.link import MOST_REPLIES, AnyMethod, Link
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
@@ -34,6 +37,31 @@ async def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -
     if reply is None:
         raise link.unavailable()
     return link.opened(reply, timeout)
+
+
+async def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> AsyncIterator[bytes]:
+    """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
+    newest are kept."""
+    loop = asyncio.get_running_loop()
+    waiting: deque[zenoh.Reply | None] = deque(maxlen=MOST_REPLIES)
+    has_some = asyncio.Event()
+
+    def keep(reply: zenoh.Reply | None) -> None:
+        waiting.append(reply)
+        has_some.set()
+
+    def arrived(reply: zenoh.Reply) -> None:
+        _soon(loop, lambda: keep(reply))
+
+    link.start(method, payload, seconds, arrived, lambda: _soon(loop, lambda: keep(None)), is_stream=True)
+    while True:
+        await has_some.wait()
+        reply = waiting.popleft()
+        if not waiting:
+            has_some.clear()
+        if reply is None:
+            raise link.unavailable()
+        yield link.opened(reply, seconds)
 
 
 async def in_thread(do: Callable[[], Result]) -> Result:
@@ -78,6 +106,58 @@ class LatestSample:
         except asyncio.TimeoutError:
             return False
         return True
+
+    def close(self) -> None:
+        """Nothing more arrives."""
+        self._arrived.set()
+
+
+_tasks: set[asyncio.Task[None]] = set()
+
+
+class Background:
+    """Work beside the caller's: a task of the loop."""
+
+    def __init__(self, link: Link, work: Callable[[], Awaitable[None]], end: Callable[[], None]) -> None:
+        """The task is cancelled: `end` is for threads."""
+        self.is_stopped = False
+        self._work = work
+        self._loop = asyncio.get_running_loop()
+        self._task = self._loop.create_task(self._run())
+
+    def start(self) -> None:
+        """Begins it: the loop itself only has a weak reference to a task."""
+        _tasks.add(self._task)
+        self._task.add_done_callback(_tasks.discard)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has ended, or has been told to."""
+        return self.is_stopped or self._task.done()
+
+    async def call(self, function: Callable[[Item], object], item: Item) -> None:
+        """Calls a function of the caller's as a part of this work."""
+        result = function(item)
+        if isawaitable(result):
+            await result
+
+    def stop(self) -> None:
+        """Ends it. May be called by the work itself."""
+        self.is_stopped = True
+        if asyncio.current_task() is not self._task:
+            self._task.cancel()
+
+    async def wait(self, timeout: float | None) -> bool:
+        """Waits until it has ended. Returns whether it has within so many seconds."""
+        done, _ = await asyncio.wait([self._task], timeout=timeout)
+        return bool(done)
+
+    async def _run(self) -> None:
+        try:
+            await self._work()
+        except Exception as error:
+            what = {"message": "a callback of simd_client ended", "exception": error, "task": self._task}
+            self._loop.call_exception_handler(what)
 
 
 def _soon(loop: asyncio.AbstractEventLoop, do: Callable[[], None]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -9,6 +10,7 @@ from types import TracebackType
 import numpy.typing as npt
 
 from simd_client import keys, proto
+from simd_client.aio.callbacks import Callbacks, SomeEvents
 from simd_client.aio.parameters import Parameters
 from simd_client.aio.primitives import Primitives
 from simd_client.aio.robot import Robot
@@ -19,6 +21,7 @@ from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from
 from simd_client.description import robot_info_from_proto
 from simd_client.description_files import AnyPath
 from simd_client.errors import AnswerError, RobotNotFound, listed, not_found
+from simd_client.event import Event
 from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
@@ -217,6 +220,19 @@ class Simulation(Primitives):
         """States of all robots, all of one moment; the newest wins. Each step if the reader keeps up, at
         most `rate` per wall second. The first is the current one. One round trip each."""
         return WorldWatch(self, rate, selection)
+
+    def on_states(
+        self, function: Callable[[States], object], rate: float | None = None, selection: Selection = None
+    ) -> Callbacks[States]:
+        """Calls a function with the current states, and with newer ones, as `watch` gives them."""
+        return Callbacks(self._link, self.watch(rate, selection), function)
+
+    async def on_event(
+        self, function: Callable[[Event], object], *kinds: str, after: int | None = None
+    ) -> Callbacks[Event]:
+        """Calls a function with each event from now on, or after a sequence, or with those of some kinds:
+        `entity_spawned`, `simulation_reset` and so on, as in `Event.kind`."""
+        return Callbacks(self._link, SomeEvents(await self.events(after), kinds), function)
 
     async def events(self, after: int | None = None) -> EventWatch:
         """Events from now on, or after a sequence: 0 gives all that the daemon still keeps."""

@@ -78,6 +78,7 @@ class Watch(AsyncIterator[Item], Generic[Item]):
         """Ends the subscription."""
         if self._is_open:
             self._is_open = False
+            self._sample.close()
             self._subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
     async def __aenter__(self) -> Watch[Item]:
@@ -114,6 +115,8 @@ class Watch(AsyncIterator[Item], Generic[Item]):
 
     async def _following(self, begin: float, timeout: float | None) -> Item:
         while not await self._received():
+            if not self._is_open:
+                raise StopAsyncIteration
             now = time.monotonic()
             if timeout is not None and now - begin >= timeout:
                 raise DeadlineExceeded(f"nothing new was published within {timeout:g} s")
@@ -181,18 +184,23 @@ class EventWatch(AsyncIterator[Event]):
         self._connection = connection
         self._ahead: deque[Event] = deque()
         self._after = after
+        self._is_open = True
 
     def __aiter__(self) -> EventWatch:
         return self
 
     async def __anext__(self) -> Event:
         """The next event."""
+        if not self._is_open:
+            raise StopAsyncIteration
         return await self.wait(None)
 
     async def wait(self, timeout: float | None) -> Event:
         """The next event. Raises `DeadlineExceeded` if none comes within so many seconds."""
         begin = time.monotonic()
         while not self._ahead:
+            if not self._is_open:
+                raise StopAsyncIteration
             left = SILENCE if timeout is None else begin + timeout - time.monotonic()
             if left <= 0:
                 raise DeadlineExceeded(f"no event came within {timeout:g} s")
@@ -202,13 +210,18 @@ class EventWatch(AsyncIterator[Event]):
         self._after = event.sequence
         return event
 
+    def close(self) -> None:
+        """Ends the iteration."""
+        self._is_open = False
+        self._ahead.clear()
+
     async def __aenter__(self) -> EventWatch:
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._ahead.clear()
+        self.close()
 
 
 async def next_events(connection: Connection, after: int, wait: float) -> tuple[list[Event], int]:

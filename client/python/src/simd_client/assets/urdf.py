@@ -12,7 +12,7 @@ def find_urdf(path: str | os.PathLike[str]) -> Path:
     """The URDF file at a path: the file itself, or the only `.urdf` of a folder or, if
     the folder has none, of its folder `urdf`.
 
-    Raises `NoUrdf` if there is none or more than one, or if the file needs xacro first.
+    A `.xacro` file is named itself. Raises `NoUrdf` if there is none or more than one.
     """
     given = Path(path).expanduser()
     try:
@@ -20,8 +20,6 @@ def find_urdf(path: str | os.PathLike[str]) -> Path:
         file = _only_urdf(given) if given.is_dir() else given
     except OSError as error:
         raise NoUrdf(f"cannot read {given}: {error.strerror}") from error
-    if file.suffix.lower() == ".xacro":
-        raise NoUrdf(f"{given} is a xacro file; run `xacro` on it and load what comes out")
     if not file.is_file():
         raise NoUrdf(f"{given} is neither a file nor a folder")
     return file

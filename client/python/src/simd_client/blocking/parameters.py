@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import cast
 
 from simd_client import keys, proto
+from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.watch import Watch
 from simd_client.errors import AnswerError
@@ -86,6 +87,12 @@ class Parameters:
     def watch(self, rate: float | None = None) -> Watch[ParameterList]:
         """All parameters now, and after each change. `newest()` of it costs no round trip."""
         return _ParameterWatch(self._connection, keys.parameters(self._connection.name), rate)
+
+    def on_change(
+        self, function: Callable[[ParameterList], object], rate: float | None = None
+    ) -> Callbacks[ParameterList]:
+        """Calls a function with all parameters now, and after each change, as `watch` gives them."""
+        return Callbacks(self._connection.link, self.watch(rate), function)
 
     def remove(self, *names: str) -> tuple[str, ...]:
         """Removes these parameters, or all of them. Returns the names of those that were removed."""

@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy.typing as npt
 
 from simd_client import proto
 from simd_client.blocking.loading import Loading
 from simd_client.blocking.robot import Robot
+from simd_client.blocking.runtime import in_thread
 from simd_client.blocking.upload import send_bytes
-from simd_client.geometry import vector_to_proto
+from simd_client.geometry import vector, vector_to_proto
+from simd_client.mesh import AnyMesh, mesh_file
 from simd_client.spawn import UPRIGHT, height_field_file, shape_options, shape_source
 
 
@@ -96,6 +99,38 @@ class Primitives(Loading):
         shape = proto.Primitive(capsule=proto.CapsuleGeometry(radius=radius, length=length))
         options = shape_options("capsule", name, position, orientation, fixed, friction, restitution)
         return self._spawn(shape_source(shape, mass, color), options)
+
+    def add_mesh(
+        self,
+        mesh: AnyMesh,
+        mass: float | None = None,
+        position: npt.ArrayLike = (0, 0, 0),
+        orientation: npt.ArrayLike = UPRIGHT,
+        *,
+        scale: npt.ArrayLike = (1, 1, 1),
+        convex_parts: bool = False,
+        fixed: bool = False,
+        name: str = "",
+        friction: float | None = None,
+        restitution: float | None = None,
+        color: Sequence[float] | None = None,
+    ) -> Robot:
+        """A mesh: `(vertices, triangles)` as arrays (metres, and indices of vertices, three a row), an object that has
+        `vertices` and `faces`, as those of trimesh, or the path of a file that the daemon reads (STL, OBJ, COLLADA).
+
+        It touches with its convex hull, or with `convex_parts` with at most 32 of them, which takes seconds for a large
+        one. The mass is that of the hull filled with water unless it is given. The origin is the mesh's own. `scale`
+        is a factor for each axis.
+        """
+        file = in_thread(lambda: mesh_file(mesh))
+        sha256 = send_bytes(self, file.data)
+        x, y, z = vector(scale, 3, "a scale").tolist()
+        uri = sha256 + file.suffix
+        geometry = proto.MeshGeometry(uri=uri, scale=proto.Vector3(x=x, y=y, z=z))
+        source = shape_source(proto.Primitive(mesh=geometry), mass, color)
+        source.assets[uri] = sha256
+        options = shape_options("mesh", name, position, orientation, fixed, friction, restitution)
+        return self._spawn(source, replace(options, convex_parts=convex_parts))
 
     def add_plane(
         self,

@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy.typing as npt
 
 from simd_client import keys, proto
+from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
-from simd_client.blocking.kinematics import Kinematics
+from simd_client.blocking.motion import Motion
 from simd_client.blocking.upload import upload
 from simd_client.blocking.watch import Watch
 from simd_client.collision_filter import (
@@ -24,6 +25,7 @@ from simd_client.contact import Contact, contacts_from_proto
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
+from simd_client.expansion import Arguments
 from simd_client.geometry import (
     FloatArray,
     Pose,
@@ -33,13 +35,13 @@ from simd_client.geometry import (
     rows,
     twist_from_proto,
     twist_to_proto,
-    vector,
     vector_to_proto,
 )
-from simd_client.layout import JointInfo, Layout
+from simd_client.layout import Gains, JointLimits, Layout, joint_properties
 from simd_client.method import decoded
 from simd_client.proto import methods
-from simd_client.quantity import Quantity, number
+from simd_client.quantity import Quantity
+from simd_client.reset import JointValues
 from simd_client.state import Applied, Named, RobotState, name_of
 from simd_client.surface import Surface, surface_from_proto, surfaces_to_proto
 from simd_client.table import Table
@@ -47,7 +49,7 @@ from simd_client.target import BeyondLimit, RobotTargets, Whole
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Robot(Kinematics):
+class Robot(Motion):
     """A robot in the world. Arrays are float64, in joint order: one entry for each joint that moves along one axis,
     none for fixed joints (`joint_names` lists the others).
 
@@ -133,6 +135,10 @@ class Robot(Kinematics):
         """
         return _StateWatch(self, rate)
 
+    def on_state(self, function: Callable[[RobotState], object], rate: float | None = None) -> Callbacks[RobotState]:
+        """Calls a function with the current state, and with states as they are published, as `watch` gives them."""
+        return Callbacks(self._connection.link, self.watch(rate), function)
+
     # Targets.
 
     def set_targets(self, targets: RobotTargets, *, beyond_limit: BeyondLimit = "clamp") -> Applied:
@@ -176,25 +182,33 @@ class Robot(Kinematics):
 
     def reset_joints(
         self,
-        positions: Mapping[str, Quantity] | npt.ArrayLike | None = None,
-        velocities: Mapping[str, Quantity] | npt.ArrayLike | None = None,
+        positions: JointValues | None = None,
+        velocities: JointValues | None = None,
     ) -> Stamp:
         """Sets positions and velocities of joints at once, by name or as arrays; without arguments, those that the
         robot was spawned with. Targets stay, but a joint that holds its position holds the new one."""
-        if positions is None or isinstance(positions, Mapping):
-            if velocities is not None and not isinstance(velocities, Mapping):
-                raise ValueError("positions and velocities are both by name or both arrays")
-            given = [*(positions or {}).values(), *(velocities or {}).values()]
-            # Units must fit the joints; numbers need no layout.
-            has_units = any(isinstance(value, str) for value in given)
-            layout = self._connection.layout(self.name) if has_units else None
-            joints = _resets_by_name(layout, positions or {}, velocities or {})
-        elif isinstance(velocities, Mapping):
-            raise ValueError("positions and velocities are both by name or both arrays")
-        else:
-            joints = _resets_in_order(self._connection.layout(self.name), positions, velocities)
-        request = proto.ResetJointsRequest(robots=[proto.RobotReset(robot=self.name, joints=joints)])
-        return stamp_from_proto(self._connection.call(methods.ResetJoints, request).stamp)
+        return self._connection.reset_joints(
+            {self.name: positions}, None if velocities is None else {self.name: velocities}
+        )
+
+    def set_joint_properties(
+        self,
+        *names: str,
+        damping: float | None = None,
+        friction: float | None = None,
+        armature: float | None = None,
+        limits: JointLimits | None = None,
+        default_gains: Gains | None = None,
+    ) -> Stamp:
+        """Changes what is given, of these joints, or of all that take targets: see `Joint.set_properties`. All or none."""
+        joints = [
+            joint_properties(name, damping, friction, armature, limits, default_gains)
+            for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
+        ]
+        request = proto.SetJointPropertiesRequest(robot=self.name, joints=joints)
+        answer = self._connection.call(methods.SetJointProperties, request)
+        self._connection.cache.mark_stale(self.name)
+        return stamp_from_proto(answer.stamp)
 
     # Pose.
 
@@ -325,10 +339,16 @@ class Robot(Kinematics):
         return self._reload(None, strict)
 
     def reload_from(
-        self, path: AnyPath, *, packages: Packages | None = None, strict: bool = False
+        self,
+        path: AnyPath,
+        *,
+        packages: Packages | None = None,
+        xacro_arguments: Arguments | None = None,
+        strict: bool = False,
     ) -> Reloaded:
         """Replaces its description with one from this disk. Pose, positions, velocities and targets stay."""
-        return self._reload(upload(self._connection, path, packages), strict)
+        source = upload(self._connection, path, packages, xacro_arguments)
+        return self._reload(source, strict)
 
     def delete(self) -> Stamp:
         """Removes it from the world."""
@@ -398,36 +418,3 @@ class _StateWatch(Watch[RobotState]):
 
     def _order(self, item: RobotState) -> int:
         return item.stamp.sequence
-
-
-def _resets_by_name(
-    layout: Layout | None, positions: Mapping[str, Quantity], velocities: Mapping[str, Quantity]
-) -> list[proto.JointReset]:
-    for name in velocities:
-        if name not in positions:
-            raise ValueError(f"joint `{name}` is given a velocity and no position to start from")
-    known: Mapping[str, JointInfo] = layout.by_name if layout else {}
-    return [
-        proto.JointReset(
-            joint=name,
-            position=number(at, "position", known.get(name)),
-            velocity=number(velocities.get(name, 0.0), "velocity", known.get(name)),
-        )
-        for name, at in positions.items()
-    ]
-
-
-def _resets_in_order(
-    layout: Layout, positions: npt.ArrayLike, velocities: npt.ArrayLike | None
-) -> list[proto.JointReset]:
-    given = (0.0,) * layout.velocity_count if velocities is None else velocities
-    at = vector(positions, layout.position_count, f"a position of robot `{layout.robot}`")
-    moving = vector(given, layout.velocity_count, f"a velocity of robot `{layout.robot}`")
-    return [
-        proto.JointReset(joint=joint.name, position=position, velocity=velocity, axis=axis)
-        for joint in layout.joints
-        if joint.mimic is None and len(at[joint.positions]) == joint.dof
-        for axis, (position, velocity) in enumerate(
-            zip(at[joint.positions].tolist(), moving[joint.velocities].tolist())
-        )
-    ]

@@ -3,22 +3,45 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from time import sleep
 from typing import TypeVar
 
 import zenoh
 
-from simd_client.link import AnyMethod, Link
+from simd_client.link import MOST_REPLIES, AnyMethod, Link
 
-__all__ = ["LatestSample", "in_thread", "query", "sleep"]
+__all__ = ["Background", "LatestSample", "in_thread", "query", "replies", "sleep"]
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
 def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
     """Sends a request and waits for its reply. Returns the reply's bytes."""
     return link.query(method, payload, timeout)
+
+
+def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> Iterator[bytes]:
+    """Sends the request of a stream and waits for each of its replies. Of more than 256 that wait for the reader the
+    newest are kept."""
+    waiting: deque[zenoh.Reply | None] = deque(maxlen=MOST_REPLIES)
+    has_some = threading.Condition()
+
+    def keep(reply: zenoh.Reply | None) -> None:
+        with has_some:
+            waiting.append(reply)
+            has_some.notify()
+
+    link.start(method, payload, seconds, keep, lambda: keep(None), is_stream=True)
+    while True:
+        with has_some:
+            has_some.wait_for(lambda: len(waiting) > 0)
+            reply = waiting.popleft()
+        if reply is None:
+            raise link.unavailable()
+        yield link.opened(reply, seconds)
 
 
 def in_thread(do: Callable[[], Result]) -> Result:
@@ -31,6 +54,7 @@ class LatestSample:
 
     def __init__(self) -> None:
         self._payload: bytes | None = None
+        self._is_closed = False
         self._arrived = threading.Condition()
 
     def put(self, sample: zenoh.Sample) -> None:
@@ -47,6 +71,58 @@ class LatestSample:
         return payload
 
     def wait(self, seconds: float) -> bool:
-        """Waits for a publication. Returns whether one arrived."""
+        """Waits for a publication, or until `close`. Returns whether one arrived."""
         with self._arrived:
-            return self._arrived.wait_for(lambda: self._payload is not None, seconds)
+            self._arrived.wait_for(lambda: self._payload is not None or self._is_closed, seconds)
+            return self._payload is not None
+
+    def close(self) -> None:
+        """Nothing more arrives."""
+        with self._arrived:
+            self._is_closed = True
+            self._arrived.notify()
+
+
+class Background:
+    """Work beside the caller's: a thread that does not keep the program from ending."""
+
+    def __init__(self, link: Link, work: Callable[[], None], end: Callable[[], None]) -> None:
+        """`end` makes the work end soon, from another thread."""
+        self.is_stopped = False
+        self._end = end
+        # Held during a call: so that none begins once `stop` has returned, and a call may stop the work itself.
+        self._calling = threading.RLock()
+        self._thread = threading.Thread(target=work, name="simd_client callbacks", daemon=True)
+        # A thread that is within Zenoh while the interpreter ends would keep it from ending.
+        link.threads.add(self)
+
+    def start(self) -> None:
+        """Begins it."""
+        self._thread.start()
+
+    def end(self) -> None:
+        """Ends it without waiting for a call that is under way: the program ends."""
+        self.is_stopped = True
+        self._end()
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has ended, or has been told to."""
+        return self.is_stopped or not self._thread.is_alive()
+
+    def call(self, function: Callable[[Item], object], item: Item) -> None:
+        """Calls a function of the caller's as a part of this work."""
+        with self._calling:
+            if not self.is_stopped:
+                function(item)
+
+    def stop(self) -> None:
+        """Ends it. May be called by the work itself."""
+        with self._calling:
+            self.is_stopped = True
+
+    def wait(self, timeout: float | None) -> bool:
+        """Waits until it has ended. Returns whether it has within so many seconds."""
+        if self._thread.ident is not None:
+            self._thread.join(timeout)
+        return not self._thread.is_alive()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -10,6 +11,7 @@ from types import TracebackType
 import numpy.typing as npt
 
 from simd_client import keys, proto
+from simd_client.blocking.callbacks import Callbacks, SomeEvents
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.primitives import Primitives
 from simd_client.blocking.robot import Robot
@@ -20,6 +22,7 @@ from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from
 from simd_client.description import robot_info_from_proto
 from simd_client.description_files import AnyPath
 from simd_client.errors import AnswerError, RobotNotFound, listed, not_found
+from simd_client.event import Event
 from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
@@ -218,6 +221,19 @@ class Simulation(Primitives):
         """States of all robots, all of one moment; the newest wins. Each step if the reader keeps up, at
         most `rate` per wall second. The first is the current one. One round trip each."""
         return WorldWatch(self, rate, selection)
+
+    def on_states(
+        self, function: Callable[[States], object], rate: float | None = None, selection: Selection = None
+    ) -> Callbacks[States]:
+        """Calls a function with the current states, and with newer ones, as `watch` gives them."""
+        return Callbacks(self._link, self.watch(rate, selection), function)
+
+    def on_event(
+        self, function: Callable[[Event], object], *kinds: str, after: int | None = None
+    ) -> Callbacks[Event]:
+        """Calls a function with each event from now on, or after a sequence, or with those of some kinds:
+        `entity_spawned`, `simulation_reset` and so on, as in `Event.kind`."""
+        return Callbacks(self._link, SomeEvents(self.events(after), kinds), function)
 
     def events(self, after: int | None = None) -> EventWatch:
         """Events from now on, or after a sequence: 0 gives all that the daemon still keeps."""

@@ -18,17 +18,26 @@ from simd_client.description_files import (
     part_of,
 )
 from simd_client.errors import AnswerError
+from simd_client.expansion import Arguments
+from simd_client.progress import Bars
 from simd_client.proto import methods
 
 
 def upload(
-    connection: Connection, path: AnyPath, packages: Packages | None = None
+    connection: Connection,
+    path: AnyPath,
+    packages: Packages | None = None,
+    xacro_arguments: Arguments | None = None,
+    bars: Bars | None = None,
 ) -> proto.DescriptionSource:
-    """Sends a URDF and those of its files that the daemon lacks."""
-    return upload_files(connection, in_thread(lambda: DescriptionFiles(path, packages)))
+    """Sends a URDF and those of its files that the daemon lacks. A xacro file is expanded first."""
+    files = in_thread(lambda: DescriptionFiles(path, packages, xacro_arguments))
+    return upload_files(connection, files, bars)
 
 
-def upload_files(connection: Connection, files: DescriptionFiles) -> proto.DescriptionSource:
+def upload_files(
+    connection: Connection, files: DescriptionFiles, bars: Bars | None = None
+) -> proto.DescriptionSource:
     """The same for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
     prepared = connection.call(methods.PrepareDescription, request)
@@ -38,14 +47,18 @@ def upload_files(connection: Connection, files: DescriptionFiles) -> proto.Descr
         request = proto.PrepareDescriptionRequest(urdf=files.urdf, assets=files.hashes)
         prepared = connection.call(methods.PrepareDescription, request)
         lacking = proto.AssetState.ASSET_STATE_LACKING
-        for sha256 in sorted({files.hashes[a.uri] for a in prepared.assets if a.state == lacking}):
-            send_file(connection, files.paths[sha256], sha256)
+        hashes = sorted({files.hashes[a.uri] for a in prepared.assets if a.state == lacking})
+        if bars is not None:
+            total = in_thread(lambda: sum(files.paths[each].stat().st_size for each in hashes))
+            bars.begin(f"{files.name}: sending", total, "B")
+        for sha256 in hashes:
+            send_file(connection, files.paths[sha256], sha256, bars)
     return proto.DescriptionSource(
         description=prepared.description, assets=files.hashes, missing=files.missing
     )
 
 
-def send_file(connection: Connection, path: Path, sha256: str) -> None:
+def send_file(connection: Connection, path: Path, sha256: str, bars: Bars | None = None) -> None:
     """Sends one file in parts. Raises `UploadMismatch` if it does not have the hash."""
     total = in_thread(lambda: path.stat().st_size)
     offset = 0
@@ -54,19 +67,19 @@ def send_file(connection: Connection, path: Path, sha256: str) -> None:
         request = proto.UploadAssetRequest(sha256=sha256, total_bytes=total, offset=offset, data=data)
         connection.call(methods.UploadAsset, request)
         offset += len(data)
+        if bars is not None:
+            bars.add(len(data))
         # A file that has shrunk ends early: the daemon then finds that the hash differs.
         if not data or offset >= total:
             return
 
 
-def send_bytes(connection: Connection, content: bytes) -> str:
-    """Sends a file from memory in parts. Returns its hash."""
-    sha256 = in_thread(lambda: hashlib.sha256(content).hexdigest())
-    for offset in range(0, len(content), PART_BYTES):
-        data = content[offset : offset + PART_BYTES]
-        request = proto.UploadAssetRequest(
-            sha256=sha256, total_bytes=len(content), offset=offset, data=data
-        )
+def send_bytes(connection: Connection, data: bytes) -> str:
+    """Sends what is in memory, in parts. Returns its hash."""
+    sha256 = in_thread(lambda: hashlib.sha256(data).hexdigest())
+    for offset in range(0, max(len(data), 1), PART_BYTES):
+        part = data[offset : offset + PART_BYTES]
+        request = proto.UploadAssetRequest(sha256=sha256, total_bytes=len(data), offset=offset, data=part)
         connection.call(methods.UploadAsset, request)
     return sha256
 

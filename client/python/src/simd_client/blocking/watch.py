@@ -79,6 +79,7 @@ class Watch(Iterator[Item], Generic[Item]):
         """Ends the subscription."""
         if self._is_open:
             self._is_open = False
+            self._sample.close()
             self._subscriber.undeclare()  # pyright: ignore[reportUnknownMemberType]
 
     def __enter__(self) -> Watch[Item]:
@@ -115,6 +116,8 @@ class Watch(Iterator[Item], Generic[Item]):
 
     def _following(self, begin: float, timeout: float | None) -> Item:
         while not self._received():
+            if not self._is_open:
+                raise StopIteration
             now = time.monotonic()
             if timeout is not None and now - begin >= timeout:
                 raise DeadlineExceeded(f"nothing new was published within {timeout:g} s")
@@ -182,18 +185,23 @@ class EventWatch(Iterator[Event]):
         self._connection = connection
         self._ahead: deque[Event] = deque()
         self._after = after
+        self._is_open = True
 
     def __iter__(self) -> EventWatch:
         return self
 
     def __next__(self) -> Event:
         """The next event."""
+        if not self._is_open:
+            raise StopIteration
         return self.wait(None)
 
     def wait(self, timeout: float | None) -> Event:
         """The next event. Raises `DeadlineExceeded` if none comes within so many seconds."""
         begin = time.monotonic()
         while not self._ahead:
+            if not self._is_open:
+                raise StopIteration
             left = SILENCE if timeout is None else begin + timeout - time.monotonic()
             if left <= 0:
                 raise DeadlineExceeded(f"no event came within {timeout:g} s")
@@ -203,13 +211,18 @@ class EventWatch(Iterator[Event]):
         self._after = event.sequence
         return event
 
+    def close(self) -> None:
+        """Ends the iteration."""
+        self._is_open = False
+        self._ahead.clear()
+
     def __enter__(self) -> EventWatch:
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._ahead.clear()
+        self.close()
 
 
 def next_events(connection: Connection, after: int, wait: float) -> tuple[list[Event], int]:
