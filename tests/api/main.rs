@@ -15,6 +15,7 @@ mod limits;
 mod lockstep;
 mod others_robots;
 mod parameters;
+mod queries;
 mod refusals;
 mod retries;
 mod robots;

@@ -48,7 +48,7 @@ const SIMULATION: Layers = Layers {
         &["operations"],
         &["event"],
         &["command"],
-        &["joint_status", "rays", "reactions"],
+        &["joint_status", "queries", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],
         &["contacts"],

@@ -8,7 +8,8 @@ use simd_core::Simulation;
 use simd_core::collision::Shapes;
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::{
-    CollisionFilterChange, CollisionPair, ContactSettings, LinkProperties, Reload, ResetScope, Spawn,
+    CollisionFilterChange, CollisionPair, ContactSettings, JointTarget, LinkProperties, Reload, ResetScope,
+    RobotTargets, SetTargets, Spawn, Target,
 };
 use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Inertial, Joint, JointKind, JointLimits, Link, Material};
@@ -174,6 +175,10 @@ fn own_pairs_are_switched_by_name_where_the_robot_touches_itself() {
     let run = |self_collision, pairs| {
         let mut world = world(1e-3);
         spawn(&mut world, folded(self_collision, pairs));
+        // Folds the second hinge, against gravity.
+        let joints = vec![JointTarget { joint: "j1".into(), axis: 0, target: Target::Effort(40.0) }];
+        let robots = vec![RobotTargets { robot: "chain".into(), joints, ..RobotTargets::default() }];
+        apply(&mut world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
         let mut seen = Vec::new();
         for _ in 0..10 {
             seen.extend(touching(&mut world));

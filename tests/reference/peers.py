@@ -23,6 +23,7 @@ import contacts_pybullet  # noqa: E402
 import figures  # noqa: E402
 import in_mujoco  # noqa: E402
 import in_pybullet  # noqa: E402
+import rays  # noqa: E402
 import robots  # noqa: E402
 import scenes as contact  # noqa: E402
 from worker import Worker  # noqa: E402
@@ -53,6 +54,8 @@ Contact:  another table. Friction 0.8, no restitution, no contacts within a robo
           has settled, from the same state each round. simd: circular cones, its defaults. MuJoCo: pyramidal cones, its
           default solver, for the spheres conjugate gradients, which take it the least time. The stack once more,
           where what is still may sleep: simd's default, MuJoCo's flag `sleep`. The heap is timed as it settles.
+Rays: in one call from Python for MuJoCo and PyBullet (`mj_multiRay` with normals, `rayTestBatch` with numThreads=1), from
+          one point. simd: PublishedState::cast_rays, which makes a tree of all shapes in each call and names what is hit.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
           humanoid; `implicitfast` has kv in the actuator too, and holds simd's gains.
 """
@@ -74,26 +77,32 @@ def main():
     scenes = table + chains
     touching = contact.contact_scenes(folder) if options.contact_rounds else []
     touching = [scene for scene in touching if options.contact in scene.name]
-    worker = Worker(build_worker(), scenes + touching, folder)
+    shining = [scene for scene in rays.scenes() if options.contact_rounds and options.contact in scene.name]
+    worker = Worker(build_worker(), scenes + touching + shining, folder)
     load = os.getloadavg()
     cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]
     run("robots", cases[: len(table)], options.rounds)
     run("chains", cases[len(table):], options.chain_rounds)
     contacts = [ContactCase(worker, len(scenes) + place, scene) for place, scene in enumerate(touching)]
     run("contacts", contacts, options.contact_rounds)
+    casts = [RayCase(worker, len(scenes) + len(touching) + place, scene) for place, scene in enumerate(shining)]
+    run("rays", casts, options.contact_rounds)
     worker.close()
 
     of_robots = {case.name: figures.summary(case.rounds) for case in cases[: len(table)]}
     of_chains = {length: figures.summary(case.rounds) for length, case in zip(LENGTHS, cases[len(table):])}
     of_contacts = {case.name: figures.summary(case.rounds) for case in contacts}
+    of_rays = {case.name: figures.summary(case.rounds) for case in casts}
     show(of_robots, of_chains, load)
     show_contacts(of_contacts, contacts)
+    show_rays(of_rays, casts)
     result = {
         "machine": figures.machine(),
         "notes": notes(),
         "robots": of_robots,
         "chains": of_chains,
         "contacts": of_contacts,
+        "rays": of_rays,
         "held_within": {case.name: case.errors for case in cases + contacts},
         "batches_us_per_step": {case.name: case.rounds for case in cases + contacts},
     }
@@ -148,6 +157,20 @@ class ContactCase(Case):
         self.start()
 
 
+class RayCase(Case):
+    """Rays into a scene in each simulator that has a side for it; a batch is of calls."""
+
+    def __init__(self, worker, place, scene):
+        self.name = scene.name
+        sides = {"simd": rays.in_simd(worker, place, scene), "MuJoCo": rays.in_mujoco(scene),
+                 "PyBullet": rays.in_pybullet(scene)}
+        self.engines = {name: batch for name, (batch, _) in sides.items()}
+        self.apart = {name: abs(known - sides["MuJoCo"][1]) for name, (_, known) in sides.items()}
+        self.steps = dict.fromkeys(self.engines, 1)
+        self.rounds = {name: [] for name in self.engines}
+        self.errors = dict.fromkeys(self.engines, 0.0)
+
+
 def steps_of(engine):
     """How many steps make a batch."""
     steps = 10
@@ -198,6 +221,18 @@ def show_contacts(of_contacts, cases):
         for engine, error in case.errors.items():
             verdict = "" if error <= case.scene.drift else ": it does not stand, and the figure does not count"
             print(f"  {case.name}: in {engine} within {error:.1e} m{verdict}")
+
+
+def show_rays(of_rays, cases):
+    if not cases:
+        return
+    print("\nrays, microseconds a call, one thread: median (5 % to 95 %)")
+    print(figures.table(of_rays, CONTACT_ENGINES, "us_per_step"))
+    print("\nratio to MuJoCo's time")
+    print(figures.table(of_rays, [name for name in CONTACT_ENGINES if name != figures.BASE], f"to_{figures.BASE}"))
+    for case in cases:
+        for engine, apart in case.apart.items():
+            print(f"  {case.name}: in {engine} {(apart < 1e-3).mean():.2%} of the rays end within 1 mm of MuJoCo's")
 
 
 def notes():

@@ -1,5 +1,6 @@
 //! `simctl contact`: what touches what, what rays hit, what surfaces are like.
 
+mod query;
 mod view;
 
 use clap::{Args, Subcommand};
@@ -26,6 +27,17 @@ pub(crate) enum Contact {
         /// Where it ends, metres
         #[arg(value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
         to: Vector3,
+    },
+    /// Shows how far links are apart, also where a robot is not
+    Distance(query::Distance),
+    /// Shows the links that a shape overlaps
+    Overlaps(query::Overlaps),
+    /// Shows what a shape meets first on a straight way
+    Cast(query::Cast),
+    /// Shows the boxes around links, along the world's axes
+    Bounds {
+        /// Only of this robot
+        robot: Option<String>,
     },
     /// Shows how a robot's links rub and bounce
     Surfaces {
@@ -83,6 +95,10 @@ pub(crate) async fn run(command: Contact, client: &Client, output: Output) -> an
             let hits = client.cast_rays([Ray { from: Some(from), to: Some(to) }]).await?;
             output.one(&HitView::from(hits.into_iter().next().unwrap_or_default()))
         }
+        Contact::Distance(arguments) => query::distance(arguments, client, output).await,
+        Contact::Overlaps(arguments) => query::overlaps(arguments, client, output).await,
+        Contact::Cast(arguments) => query::cast(arguments, client, output).await,
+        Contact::Bounds { robot } => query::bounds(robot.as_deref(), client, output).await,
         Contact::Surfaces { robot } => surfaces(&robot, client, output).await,
         Contact::Set(Set { robot, link, surface }) => {
             let Some(properties) = surface.of(link) else {

@@ -3,7 +3,7 @@
 mod filter;
 mod kinematics;
 mod progress;
-mod shape;
+pub(crate) mod shape;
 pub(crate) mod validate;
 mod view;
 

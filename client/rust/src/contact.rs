@@ -1,8 +1,9 @@
 //! What touches what, what rays hit, and what surfaces are like.
 
 use simd_proto::v1::{
-    CastRaysRequest, Contact, GetCollisionFilterRequest, GetCollisionFilterResponse, GetContactsRequest,
-    GetLinkPropertiesRequest, LinkProperties, Ray, RayHit, SetCollisionFilterRequest,
+    CastRaysRequest, CastShapeRequest, ClosestPoints, Contact, FindOverlapsRequest, GetClosestPointsRequest,
+    GetCollisionFilterRequest, GetCollisionFilterResponse, GetContactsRequest, GetLinkBoundsRequest,
+    GetLinkPropertiesRequest, LinkBounds, LinkName, LinkProperties, Ray, RayHit, SetCollisionFilterRequest,
     SetLinkPropertiesRequest, Stamp, Vector3,
 };
 
@@ -28,10 +29,46 @@ impl Client {
     /// What each ray meets first, in the order of the rays.
     ///
     /// # Errors
-    /// `LIMIT_EXCEEDED` beyond 1,000 rays, `INVALID_VALUE`.
+    /// `LIMIT_EXCEEDED` beyond 20,000 rays, `INVALID_VALUE`.
     pub async fn cast_rays(&self, rays: impl IntoIterator<Item = Ray>) -> Result<Vec<RayHit>, Error> {
-        let request = CastRaysRequest { rays: rays.into_iter().collect() };
+        let request = CastRaysRequest { rays: rays.into_iter().collect(), collision_mask: None };
         Ok(self.unary(self.contact().cast_rays(request)).await?.hits)
+    }
+
+    /// How far links are apart, and where they are nearest.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    pub async fn closest_points(
+        &self,
+        request: GetClosestPointsRequest,
+    ) -> Result<Vec<ClosestPoints>, Error> {
+        Ok(self.unary(self.contact().get_closest_points(request)).await?.pairs)
+    }
+
+    /// The links that a shape overlaps.
+    ///
+    /// # Errors
+    /// `INVALID_VALUE`.
+    pub async fn overlaps(&self, request: FindOverlapsRequest) -> Result<Vec<LinkName>, Error> {
+        Ok(self.unary(self.contact().find_overlaps(request)).await?.links)
+    }
+
+    /// What a shape meets first on a straight way.
+    ///
+    /// # Errors
+    /// `INVALID_VALUE`.
+    pub async fn cast_shape(&self, request: CastShapeRequest) -> Result<RayHit, Error> {
+        present(self.unary(self.contact().cast_shape(request)).await?.hit, "hit")
+    }
+
+    /// The boxes around the links of robots, along the world's axes; of all robots where none is named.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn link_bounds(&self, robots: &[&str]) -> Result<Vec<LinkBounds>, Error> {
+        let robots = robots.iter().map(|robot| (*robot).to_owned()).collect();
+        Ok(self.unary(self.contact().get_link_bounds(GetLinkBoundsRequest { robots })).await?.links)
     }
 
     /// How the surfaces of a robot's links rub and bounce.

@@ -24,10 +24,10 @@ fn targets_of_a_thousand_robots_of_thirty_joints_are_decoded() {
 }
 
 #[test]
-fn ten_thousand_rays_are_decoded() {
+fn twenty_thousand_rays_are_decoded() {
     let vector = |x| Some(v1::Vector3 { x, y: 1.0, z: 2.0 });
     let ray = |number| v1::Ray { from: vector(f64::from(number)), to: vector(0.0) };
-    let request = v1::CastRaysRequest { rays: (0..10_000).map(ray).collect() };
+    let request = v1::CastRaysRequest { rays: (0..20_000).map(ray).collect(), collision_mask: None };
     assert_eq!(decode(&request.encode_to_vec()), Ok(request));
 }
 

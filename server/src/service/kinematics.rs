@@ -31,7 +31,8 @@ impl Service {
     }
 }
 
-fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallError> {
+/// The index of a link of this name.
+pub(super) fn link_of(entity: &EntityLayout, link: &str) -> Result<usize, CallError> {
     let links = &entity.model.links;
     links.iter().position(|known| known.name == link).ok_or_else(|| {
         CallError::World(Error::LinkNotFound {

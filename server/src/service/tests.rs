@@ -68,8 +68,26 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
     let target = v1::Pose { position: point(0.1, 2.4), orientation: None };
     let ray = v1::Ray { from: point(0.0, 9.0), to: point(0.0, -9.0) };
     let (timeout, rate) = (1e-3, 1e3);
+    let ball = || {
+        let sphere = v1::query_shape::Geometry::Sphere(v1::SphereGeometry { radius: 1.0 });
+        Some(v1::QueryShape { geometry: Some(sphere) })
+    };
     BTreeMap::from([
-        ("CastRays", v1::CastRaysRequest { rays: vec![ray] }.encode_to_vec()),
+        ("CastRays", v1::CastRaysRequest { rays: vec![ray], collision_mask: None }.encode_to_vec()),
+        (
+            "CastShape",
+            v1::CastShapeRequest { shape: ball(), pose: None, translation: point(0.0, -9.0) }.encode_to_vec(),
+        ),
+        ("FindOverlaps", v1::FindOverlapsRequest { shape: ball(), ..Default::default() }.encode_to_vec()),
+        (
+            "GetClosestPoints",
+            v1::GetClosestPointsRequest {
+                a: Some(v1::QueryBody { robot: robot(), ..Default::default() }),
+                ..Default::default()
+            }
+            .encode_to_vec(),
+        ),
+        ("GetLinkBounds", Vec::new()),
         (
             "ComputeInverseDynamics",
             v1::ComputeInverseDynamicsRequest { robot: robot(), ..Default::default() }.encode_to_vec(),

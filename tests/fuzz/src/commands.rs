@@ -49,7 +49,7 @@ pub fn commands(bytes: &[u8]) {
             Some(Asked::Rays(rays)) => {
                 let mut seen = PublishedState::default();
                 world.observe(&mut seen);
-                if let Ok(hits) = seen.cast_rays(&rays, || false) {
+                if let Ok(hits) = seen.cast_rays(&rays, None, || false) {
                     assert_eq!(hits.len(), rays.len(), "each ray has an answer");
                     hits.iter().flatten().for_each(check);
                 }
@@ -134,7 +134,7 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
         18 => taken(bytes, entity::set_collision_filter),
         _ => {
             let asked = v1::CastRaysRequest::decode(bytes).ok()?;
-            return contact::rays(asked).ok().map(Asked::Rays);
+            return contact::rays(asked.rays).ok().map(Asked::Rays);
         }
     };
     command.map(Asked::Command)

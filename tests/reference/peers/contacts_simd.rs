@@ -54,6 +54,10 @@ impl InContact {
         scenes::apply(&mut world, Command::SaveState { name: SETTLED.into() });
         Self { world, expected }
     }
+
+    pub(crate) fn world(&self) -> &Simulation {
+        &self.world
+    }
 }
 
 impl World for InContact {

@@ -3,11 +3,13 @@
 //!
 //! The argument is a file with a list of [`Scene`]s. Each line of the input, `simd 3 2000`, is
 //! answered with a line of JSON: how long 2000 steps of scene 3 took. `joints 3` is answered with
-//! what each of its joints holds, by which gains.
+//! what each of its joints holds, by which gains; `rays 3 20 0 0 2 100 10000` how long 20 calls take that cast 10000 rays
+//! of 100 m from a point, and how far each went.
 
 mod contacts_simd;
 mod in_rapier;
 mod in_simd;
+mod rays;
 mod scene;
 
 use std::collections::BTreeMap;
@@ -40,6 +42,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let answer = match words[..] {
             ["joints", scene] => serde_json::to_value(scenes[scene.parse::<usize>()?].joints())?,
+            ["rays", scene, calls, x, y, z, reach, count] => {
+                let scene = &scenes[scene.parse::<usize>()?];
+                let contact = scene.contact.as_ref().ok_or("rays need a scene with contact")?;
+                let world = contacts_simd::InContact::new(scene, contact, false);
+                let start = [x.parse()?, y.parse()?, z.parse()?].into();
+                rays::timed(world.world(), calls.parse()?, start, reach.parse()?, count.parse()?)?
+            }
             [engine, scene, steps] => {
                 let key = (engine.to_owned(), scene.parse::<usize>()?);
                 let scene = &scenes[key.1];

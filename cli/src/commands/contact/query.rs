@@ -6,8 +6,8 @@ use serde::Serialize;
 use simd_client::{
     Client, every_joint,
     proto::{
-        CastShapeRequest, ClosestPoints, Configuration, FindOverlapsRequest, GetClosestPointsRequest, LinkBounds,
-        LinkName, Pose, QueryBody, QueryShape, Vector3, primitive, query_shape,
+        CastShapeRequest, ClosestPoints, Configuration, FindOverlapsRequest, GetClosestPointsRequest,
+        LinkBounds, LinkName, Pose, QueryBody, QueryShape, Vector3, primitive, query_shape,
     },
 };
 
@@ -156,7 +156,8 @@ fn shape(text: &str) -> Result<query_shape::Geometry, String> {
         primitive::Geometry::Cylinder(shape) => Ok(query_shape::Geometry::Cylinder(shape)),
         primitive::Geometry::Capsule(shape) => Ok(query_shape::Geometry::Capsule(shape)),
         primitive::Geometry::Plane(_) | primitive::Geometry::Mesh(_) => {
-            Err("must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH".to_owned())
+            Err("must be box:X,Y,Z, sphere:RADIUS, cylinder:RADIUS,LENGTH or capsule:RADIUS,LENGTH"
+                .to_owned())
         }
     }
 }

@@ -101,7 +101,7 @@ impl View for HitView {
         let (Some(robot), Some(link), Some(fraction), Some(point), Some(normal)) =
             (&self.robot, &self.link, self.fraction, self.point, self.normal)
         else {
-            return Page::of_line("the ray hits nothing");
+            return Page::of_line("nothing is hit");
         };
         Page::new().pairs([
             ("hits", format!("{robot}/{link}")),
@@ -137,6 +137,6 @@ pub(super) fn surfaces(links: &[SurfaceView]) -> Page {
     Page::new().table(Table::new(columns, links.iter().map(row).collect()))
 }
 
-fn array(vector: Option<Vector3>) -> [f64; 3] {
+pub(super) fn array(vector: Option<Vector3>) -> [f64; 3] {
     vector.map_or([0.0; 3], |Vector3 { x, y, z }| [x, y, z])
 }

@@ -123,7 +123,7 @@ fn wanted(text: &str) -> Result<Wanted, String> {
 }
 
 /// Reads `plane` or `KIND:LENGTHS`.
-fn geometry(text: &str) -> Result<Geometry, String> {
+pub(crate) fn geometry(text: &str) -> Result<Geometry, String> {
     let (kind, lengths) = text.split_once(':').unwrap_or((text, ""));
     let lengths = lengths.split(',').filter(|length| !length.is_empty());
     let lengths: Vec<f64> = lengths

@@ -72,6 +72,7 @@ from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, J
 from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
 from simd_client.parameter import Button, Parameter, ParameterList, Slider
+from simd_client.query import ClosestPoints, LinkBounds, Place, Shape
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
@@ -88,6 +89,7 @@ __all__ = [
     "Claim",
     "ClaimNotFound",
     "Clamped",
+    "ClosestPoints",
     "CollisionFilter",
     "CollisionPair",
     "Configuration",
@@ -124,6 +126,7 @@ __all__ = [
     "Layout",
     "LayoutChanged",
     "LimitExceeded",
+    "LinkBounds",
     "LinkInfo",
     "LinkNotFound",
     "LinkStates",
@@ -141,6 +144,7 @@ __all__ = [
     "Parameters",
     "PathNotAllowed",
     "Physics",
+    "Place",
     "Pose",
     "RayHits",
     "Refused",
@@ -153,6 +157,7 @@ __all__ = [
     "RobotState",
     "RobotTargets",
     "Severity",
+    "Shape",
     "ShuttingDown",
     "SimdError",
     "Simulation",

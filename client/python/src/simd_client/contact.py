@@ -11,7 +11,7 @@ import numpy.typing as npt
 from simd_client import proto
 from simd_client.geometry import FloatArray, vector_from_proto
 
-RAYS = 1000
+RAYS = 20_000
 """The most rays in one request."""
 
 
@@ -89,10 +89,12 @@ def ray_ends(starts: npt.ArrayLike, ends: npt.ArrayLike) -> tuple[FloatArray, Fl
     return begin, end
 
 
-def ray_requests(begin: FloatArray, end: FloatArray) -> Iterator[proto.CastRaysRequest]:
+def ray_requests(
+    begin: FloatArray, end: FloatArray, collision_mask: int | None = None
+) -> Iterator[proto.CastRaysRequest]:
     """As many requests as the rays need."""
     for first in range(0, len(begin), RAYS):
-        request = proto.CastRaysRequest()
+        request = proto.CastRaysRequest(collision_mask=collision_mask)
         part = slice(first, first + RAYS)
         for a, b in zip(begin[part].tolist(), end[part].tolist()):
             ray = request.rays.add()

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use glamx::DVec3;
-use parry3d_f64::query::contact;
+use rapier3d_f64::parry::query::contact;
 
+use super::plane::outermost;
 use super::scene::PlacedShape;
 
 /// Pairs of shapes whose bounds are looked at in one question.
@@ -107,15 +108,44 @@ fn gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
 
 /// The nearest points of two shapes, where they are within a distance.
 fn closest(a: &PlacedShape, b: &PlacedShape, within: f64) -> Option<Closest> {
+    let robots = [a.robot, b.robot];
+    let links = [a.link, b.link];
+    if let Some((point, below, normal, distance)) = over_plane(a, b) {
+        let found = Closest { robots, links, points: [below, point], normal, distance };
+        return (distance <= within).then_some(found);
+    }
+    if let Some((point, below, normal, distance)) = over_plane(b, a) {
+        let found = Closest { robots, links, points: [point, below], normal: -normal, distance };
+        return (distance <= within).then_some(found);
+    }
     // A little more, so that one at the very distance is found.
     let margin = within.max(0.0) * (1.0 + 1e-9) + 1e-9;
     let found = contact(&a.world_from_shape, &*a.shape, &b.world_from_shape, &*b.shape, margin).ok()??;
     let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
     (is_sound && found.dist <= within && found.normal1.is_finite()).then_some(Closest {
-        robots: [a.robot, b.robot],
-        links: [a.link, b.link],
+        robots,
+        links,
         points: [found.point1, found.point2],
         normal: found.normal1,
         distance: found.dist,
     })
+}
+
+/// The lowest point of a shape over a plane, the one below it on the plane, the plane's normal and the height; `None`
+/// where the first is no plane, or both are. parry 0.31 takes the pose of the one in the axes of the other the wrong
+/// way round where the plane comes second.
+fn over_plane(plane: &PlacedShape, other: &PlacedShape) -> Option<(DVec3, DVec3, DVec3, f64)> {
+    let half = plane.shape.as_halfspace()?;
+    let normal = plane.world_from_shape.rotation * half.normal;
+    let inward = other.world_from_shape.rotation.inverse() * -normal;
+    let mut lowest: Option<(f64, DVec3)> = None;
+    outermost(&*other.shape, inward, |point, radius| {
+        let on_surface = other.world_from_shape.transform_point(point) - normal * radius;
+        let height = (on_surface - plane.world_from_shape.translation).dot(normal);
+        if lowest.is_none_or(|(least, _)| height < least) {
+            lowest = Some((height, on_surface));
+        }
+    });
+    let (height, point) = lowest?;
+    Some((point, point - normal * height, normal, height))
 }

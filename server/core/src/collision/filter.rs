@@ -73,7 +73,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Whether two links were switched on or off.
-    fn switched(&self, links: [usize; 2]) -> Option<bool> {
+    pub fn switched(&self, links: [usize; 2]) -> Option<bool> {
         let place = self.pairs.binary_search_by_key(&links, |of| of.pair.links).ok()?;
         Some(self.pairs[place].pair.enabled)
     }
@@ -130,7 +130,7 @@ impl RobotColliders {
 }
 
 /// Whether a joint connects two bodies of a robot. The bodies of a planar joint are one link.
-fn is_joined(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
+pub fn is_joined(tree: &Tree, a: Option<usize>, b: Option<usize>) -> bool {
     let above = |body: Option<usize>| {
         let mut at = body?;
         let joint = tree.bodies[at].joint;

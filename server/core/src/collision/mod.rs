@@ -6,7 +6,7 @@
 //! * [`Filter`], [`Groups`]: what of two robots, and of one, touches what.
 //! * [`Broad`]: which robots are near each other.
 //! * [`Narrow`]: where two robots' shapes touch; [`FixedPair`]: its cache for two that cannot be separated.
-//! * [`rays`]: what a ray hits.
+//! * [`scene`]: shapes at one moment, for questions: [`rays`] that hit them, [`distance`] between them, overlaps.
 //!
 //! Collision knows dynamics (trees, and how bodies move); dynamics does not know collision.
 //!
@@ -15,16 +15,19 @@
 
 mod broad;
 mod colliders;
+pub mod distance;
 mod facet_contact;
 mod facets;
-mod filter;
+pub mod filter;
 mod fixed_pair;
 mod geometry;
 mod hull;
 mod narrow;
+mod overlaps;
 mod plane;
 pub mod rays;
 mod reduce;
+pub mod scene;
 mod separation;
 mod shapes;
 mod stand_in;

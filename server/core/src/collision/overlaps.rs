@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::bounding_volume::{Aabb, BoundingVolume as _};
-use parry3d_f64::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes, intersection_test};
+use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
+use rapier3d_f64::parry::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes, intersection_test};
 
 use super::rays::RayHit;
 use super::scene::{QueryShape, Scene};
@@ -24,7 +24,7 @@ impl Scene {
         let near = self.near(&bounds).take_while(|_| !is_cancelled());
         let overlapping = near.filter(|placed| {
             let exact = || intersection_test(&pose, &*shape.shape, &placed.world_from_shape, &*placed.shape);
-            (bounds_only && !placed.is_plane()) || exact().unwrap_or(false)
+            (bounds_only && !placed.is_plane()) || exact().is_ok_and(|found| found.intersecting)
         });
         overlapping.map(|placed| (placed.robot, placed.link)).collect()
     }

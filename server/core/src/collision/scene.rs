@@ -2,9 +2,9 @@
 //! and then forgotten: no step reads it.
 
 use glamx::{DPose3, DVec3};
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
-use parry3d_f64::shape::{ShapeType, SharedShape};
+use rapier3d_f64::parry::bounding_volume::Aabb;
+use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
+use rapier3d_f64::parry::shape::{ShapeType, SharedShape};
 use simd_model::robot::Geometry;
 
 use super::Shapes;
@@ -60,7 +60,8 @@ pub fn place(
     poses: &[DPose3],
     link: Option<usize>,
 ) -> Vec<PlacedShape> {
-    let wanted = shapes.parts.iter().enumerate().filter(|(_, part)| link.is_none_or(|link| link == part.link));
+    let wanted =
+        shapes.parts.iter().enumerate().filter(|(_, part)| link.is_none_or(|link| link == part.link));
     let placed = wanted.filter_map(|(collider, part)| {
         let (pose, frame) = (poses.get(part.link)?, tree.links.get(part.link)?);
         let world_from_shape = *pose * part.link_from_shape;

@@ -333,6 +333,12 @@ fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh {
     MadeMesh { shapes, kind, distance }
 }
 
+/// The shape of a primitive, and parry's axes for it in its own; `None` for a mesh without a hull.
+pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
+    let made = shapes(geometry, Way::Hull, &mut 0, &mut MadeMeshes::new(), &[]);
+    made.shapes.into_iter().next().map(|made| (made.shape, made.own_from_shape))
+}
+
 /// parry's cylinders stand along y, URDF's along z.
 pub(super) fn upright() -> DPose3 {
     DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))

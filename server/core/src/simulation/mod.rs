@@ -7,7 +7,7 @@
 //! * [`world_state`]: the state as plain data.
 //! * `entity`: one robot. `sleep`, `contacts`: whether it rests, and what it touches.
 //! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
-//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], `reactions`: what follows from that alone, on any thread.
+//! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], `reactions`: what follows from that alone, on any thread.
 //! * [`command`], [`event`]: what can be asked of it, and what happens.
 //! * [`Simulation`]: the world.
 //! * `operations`: what can be done with it.
@@ -24,6 +24,7 @@ pub mod joint_status;
 mod moment;
 mod operations;
 pub mod published_state;
+pub mod queries;
 pub mod rays;
 mod reactions;
 pub mod robot_settings;

@@ -6,11 +6,17 @@ use simd_model::robot::Geometry;
 use super::check;
 use super::error::Error;
 use super::published_state::PublishedState;
-use super::rays::RayReport;
+use super::rays::{RayReport, weigh};
 use crate::collision::distance::{Closest, TooMany, Wanted, closest_points};
 use crate::collision::filter::{Filter, is_joined};
 use crate::collision::scene::{PlacedShape, QueryShape, Scene, link_bounds, place};
 use crate::dynamics::Configuration;
+
+/// Bytes of a distance without its names: ten numbers, and what is around them.
+const DISTANCE_BYTES: usize = 120;
+
+/// Bytes of a link's name beside its letters.
+const NAME_BYTES: usize = 12;
 
 /// One side of a distance: a robot or a link of it, where it is or would be.
 #[derive(Clone, Debug)]
@@ -86,7 +92,7 @@ impl PublishedState {
     /// nor is a link with itself.
     ///
     /// # Errors
-    /// Where the distance is NaN, and where there are too many pairs.
+    /// Where the distance is NaN, where there are too many pairs, and where their names make too many bytes.
     pub fn distances(
         &self,
         query: &DistanceQuery,
@@ -108,14 +114,12 @@ impl PublishedState {
         let same_place = b.as_ref().is_some_and(|b| {
             b.robot == a.robot && a.configuration.is_none() && b.configuration.is_none() && a.link == b.link
         });
-        let one_state = b.as_ref().is_none_or(|b| {
-            b.robot != a.robot || (a.configuration.is_none() && b.configuration.is_none())
-        });
+        let one_state = b
+            .as_ref()
+            .is_none_or(|b| b.robot != a.robot || (a.configuration.is_none() && b.configuration.is_none()));
         let is_wanted = |x: &PlacedShape, y: &PlacedShape| {
             let apart = x.robot != y.robot || !one_state || (x.body != y.body && x.link != y.link);
-            apart
-                && (!same_place || x.link < y.link)
-                && (!filtered || self.may_touch(x, y))
+            apart && (!same_place || x.link < y.link) && (!filtered || self.may_touch(x, y))
         };
         let wanted = Wanted { within: *within, nearest_only: *nearest_only };
         let found = closest_points([&first, &second], wanted, is_wanted, is_cancelled);
@@ -124,7 +128,14 @@ impl PublishedState {
             value: value as u64,
             limit: limit as u64,
         })?;
-        Ok(found.into_iter().filter_map(|closest| self.distance_report(closest)).collect())
+        let mut bytes = 0;
+        let reports = found.into_iter().filter_map(|closest| self.distance_report(closest));
+        let weighed = reports.map(|report| {
+            let names = report.robots.iter().chain(&report.links).map(String::len).sum::<usize>();
+            weigh(&mut bytes, DISTANCE_BYTES + names)?;
+            Ok(report)
+        });
+        weighed.collect()
     }
 
     /// What the collision filter says of two shapes, whether or not their robot touches itself.
@@ -169,7 +180,8 @@ impl PublishedState {
     /// world's axes meet that of the shape.
     ///
     /// # Errors
-    /// Where the pose has numbers that are not finite, and where the shape is a mesh without a hull.
+    /// Where the pose has numbers that are not finite, where the shape is a mesh without a hull, and where the names make
+    /// too many bytes.
     pub fn overlaps(
         &self,
         geometry: &Geometry,
@@ -180,7 +192,13 @@ impl PublishedState {
         let shape = shape(geometry)?;
         check::pose("pose", &pose)?;
         let found = self.scene(&is_cancelled).overlaps(&shape, pose, bounds_only, is_cancelled);
-        Ok(found.into_iter().filter_map(|(robot, link)| self.link_name(robot, link)).collect())
+        let mut bytes = 0;
+        let named = found.into_iter().filter_map(|(robot, link)| self.link_name(robot, link));
+        let weighed = named.map(|(robot, link)| {
+            weigh(&mut bytes, NAME_BYTES + robot.len() + link.len())?;
+            Ok((robot, link))
+        });
+        weighed.collect()
     }
 
     /// The box around the shapes of each link of the robot at this index, along the world's axes. Links without
@@ -218,6 +236,7 @@ impl PublishedState {
 }
 
 fn shape(geometry: &Geometry) -> Result<QueryShape, Error> {
-    QueryShape::new(geometry)
-        .ok_or_else(|| check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder or a capsule"))
+    QueryShape::new(geometry).ok_or_else(|| {
+        check::refuse("shape", "a mesh", "it must be a box, a sphere, a cylinder or a capsule")
+    })
 }

@@ -15,13 +15,13 @@ pub fn contacts(request: v1::GetContactsRequest) -> Result<Option<String>, BadFi
 }
 
 /// Straight lines between two points, world.
-pub fn rays(request: v1::CastRaysRequest) -> Result<Vec<[DVec3; 2]>, BadField> {
+pub fn rays(rays: Vec<v1::Ray>) -> Result<Vec<[DVec3; 2]>, BadField> {
     let ray = |(index, ray): (usize, v1::Ray)| {
         let at = Path::ROOT.item("rays", index);
         let (from, to) = (at.field("from"), at.field("to"));
         Ok([vector(from.given(ray.from)?), vector(to.given(ray.to)?)])
     };
-    request.rays.into_iter().enumerate().map(ray).collect()
+    rays.into_iter().enumerate().map(ray).collect()
 }
 
 /// New surfaces of links; an empty name means all.

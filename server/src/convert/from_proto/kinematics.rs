@@ -37,23 +37,33 @@ pub fn configuration(
     place: usize,
     entity: &EntityLayout,
 ) -> Result<Configuration, BadField> {
+    configuration_at(&Path::ROOT.field(field), given, state, place, entity)
+}
+
+/// The same of a field that is not the request's own.
+pub fn configuration_at(
+    at: &Path<'_>,
+    given: Option<v1::Configuration>,
+    state: &PublishedState,
+    place: usize,
+    entity: &EntityLayout,
+) -> Result<Configuration, BadField> {
     let present = state.configuration(place).unwrap_or_default();
     let Some(given) = given else { return Ok(present) };
-    let at = Path::ROOT.field(field);
-    let mut positions = numbers(&at, "positions", given.positions, entity.positions.len())?;
+    let mut positions = numbers(at, "positions", given.positions, entity.positions.len())?;
     for range in entity.joint_positions.iter().filter(|range| range.len() == 7) {
         // A floating joint's: of unit length, as every rotation that a client sends.
         if let Some([x, y, z, w]) =
             positions.get_mut(range.start + 3..range.end).and_then(|q| q.as_mut_array())
         {
-            let unit = geometry::rotation(&at, v1::Quaternion { x: *x, y: *y, z: *z, w: *w })?;
+            let unit = geometry::rotation(at, v1::Quaternion { x: *x, y: *y, z: *z, w: *w })?;
             [*x, *y, *z, *w] = unit.to_array();
         }
     }
     let velocities = if given.velocities.is_empty() {
         Vec::new()
     } else {
-        numbers(&at, "velocities", given.velocities, entity.velocities.len())?
+        numbers(at, "velocities", given.velocities, entity.velocities.len())?
     };
     let root_at = at.field("root");
     let root = given.root.map(|root| geometry::pose(&root_at, root)).transpose()?;

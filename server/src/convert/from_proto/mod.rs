@@ -9,6 +9,7 @@ pub mod joint;
 pub mod kinematics;
 pub mod parameter;
 pub mod primitive;
+pub mod query;
 pub mod simulation;
 pub mod state;
 

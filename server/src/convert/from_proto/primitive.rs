@@ -19,7 +19,8 @@ pub fn primitive(at: &Path<'_>, given: v1::Primitive) -> Result<Primitive, BadFi
     Ok(Primitive { geometry, mass: (mass > 0.0).then_some(mass), color })
 }
 
-fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, BadField> {
+/// A shape's kind and sizes.
+pub fn geometry(at: &Path<'_>, given: v1::primitive::Geometry) -> Result<Geometry, BadField> {
     use v1::primitive::Geometry as Wire;
     Ok(match given {
         Wire::Box(v1::BoxGeometry { size }) => {

@@ -7,6 +7,7 @@ pub mod geometry;
 pub mod joint;
 pub mod kinematics;
 pub mod parameter;
+pub mod query;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;

@@ -5,18 +5,27 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from simd_client.proto import CastRaysRequest, Contact, GetContactsRequest, RayHit, methods
+from simd_client.proto import (
+    CastRaysRequest,
+    ClosestPoints,
+    Contact,
+    GetClosestPointsRequest,
+    GetContactsRequest,
+    QueryBody,
+    RayHit,
+    methods,
+)
 
 from .arguments import ORIGIN, Pose, Vector, vector
 from .bodies import Body
 from .connections import connected
-from .errors import error
+from .errors import error, unsupported
 from .kinematics import link_pose
 from .rotations import compose, cross
 from .world import World
 
 # The most rays in one request.
-_MOST_RAYS = 1000
+_MOST_RAYS = 20_000
 # Any link, where a link's number is asked for; -1 is the base.
 _ANY = -2
 _MISS = (-1, -1, 1.0, ORIGIN, ORIGIN)
@@ -92,6 +101,58 @@ def _numbers(world: World) -> dict[tuple[str, str], tuple[int, int]]:
     }
 
 
+def getClosestPoints(
+    bodyA: int,
+    bodyB: int,
+    distance: float,
+    linkIndexA: int = _ANY,
+    linkIndexB: int = _ANY,
+    collisionShapeA: int = -1,
+    collisionShapeB: int = -1,
+    collisionShapePositionA: Any = None,
+    collisionShapePositionB: Any = None,
+    collisionShapeOrientationA: Any = None,
+    collisionShapeOrientationB: Any = None,
+    physicsClientId: int = 0,
+) -> tuple[tuple[Any, ...], ...]:
+    """The nearest points of each pair of links that are at most so far apart, as `getContactPoints` tells contacts, with
+    forces of zero."""
+    del collisionShapePositionA, collisionShapePositionB, collisionShapeOrientationA, collisionShapeOrientationB
+    if collisionShapeA != -1 or collisionShapeB != -1:
+        raise unsupported("getClosestPoints", "the daemon measures between bodies, not to shapes of no body")
+    world = connected(physicsClientId)
+    a, b = world.bodies.get(bodyA), world.bodies.get(bodyB)
+    if a is None or b is None:
+        return ()
+    request = GetClosestPointsRequest(a=QueryBody(robot=a.robot), b=QueryBody(robot=b.robot), max_distance=distance)
+    for side, body, link in ((request.a, a, linkIndexA), (request.b, b, linkIndexB)):
+        if link != _ANY:
+            name = body.link_name(link)
+            if name is None:
+                return ()
+            side.link = name
+    numbers = _numbers(world)
+    found: list[tuple[Any, ...]] = []
+    for pair in world.wire.call(methods.GetClosestPoints, request).pairs:
+        first, second = numbers.get((pair.robot_a, pair.link_a)), numbers.get((pair.robot_b, pair.link_b))
+        if first is None or second is None:
+            continue
+        found.append(_near(pair, first, second, swapped=False))
+        if a is b and request.a.link == request.b.link:
+            # As in PyBullet, each of the two is A once.
+            found.append(_near(pair, second, first, swapped=True))
+    return tuple(sorted(found, key=lambda row: (row[3], row[4])))
+
+
+def _near(pair: ClosestPoints, a: tuple[int, int], b: tuple[int, int], swapped: bool) -> tuple[Any, ...]:
+    """PyBullet's normal points from B to A."""
+    on_a, on_b = (pair.point_b, pair.point_a) if swapped else (pair.point_a, pair.point_b)
+    sign, n = (1.0 if swapped else -1.0), pair.normal
+    normal = (sign * n.x, sign * n.y, sign * n.z)
+    points = ((on_a.x, on_a.y, on_a.z), (on_b.x, on_b.y, on_b.z))
+    return (0, a[0], b[0], a[1], b[1], *points, normal, pair.distance, 0.0, 0.0, ORIGIN, 0.0, ORIGIN)
+
+
 def performCollisionDetection(physicsClientId: int = 0) -> None:
     """Does nothing: contacts are those of the last step."""
     connected(physicsClientId)
@@ -105,7 +166,10 @@ def rayTest(
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
     """The first hit of a ray: body, link, fraction of its length, position, normal."""
-    return rayTestBatch([rayFromPosition], [rayToPosition], physicsClientId=physicsClientId)
+    del reportHitNumber
+    return rayTestBatch(
+        [rayFromPosition], [rayToPosition], collisionFilterMask=collisionFilterMask, physicsClientId=physicsClientId
+    )
 
 
 def rayTestBatch(
@@ -120,7 +184,8 @@ def rayTestBatch(
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
     """`rayTest` for many rays, in world axes or in those of a link."""
-    del numThreads, reportHitNumber, collisionFilterMask, fractionEpsilon
+    del numThreads, reportHitNumber, fractionEpsilon
+    mask = None if collisionFilterMask == -1 else int(collisionFilterMask) & 0xFFFFFFFF
     world = connected(physicsClientId)
     if len(rayFromPositions) != len(rayToPositions):
         raise error("Size of from_positions need to be equal to size of to_positions.")
@@ -128,7 +193,7 @@ def rayTestBatch(
     numbers = _numbers(world)
     answers: list[tuple[Any, ...]] = []
     for start in range(0, len(rayFromPositions), _MOST_RAYS):
-        request = CastRaysRequest()
+        request = CastRaysRequest(collision_mask=mask)
         part = slice(start, start + _MOST_RAYS)
         for begin, end in zip(rayFromPositions[part], rayToPositions[part], strict=True):
             ray = request.rays.add()
@@ -162,4 +227,4 @@ def _hit(hit: RayHit, numbers: dict[tuple[str, str], tuple[int, int]]) -> tuple[
     return (body, link, hit.fraction, (place.x, place.y, place.z), (normal.x, normal.y, normal.z))
 
 
-__all__ = ["getContactPoints", "performCollisionDetection", "rayTest", "rayTestBatch"]
+__all__ = ["getClosestPoints", "getContactPoints", "performCollisionDetection", "rayTest", "rayTestBatch"]

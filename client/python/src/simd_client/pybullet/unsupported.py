@@ -6,7 +6,6 @@ from typing import Any, NoReturn
 
 from .errors import unsupported
 
-_CONTACTS = "the daemon reports contact points only"
 _IMAGES = "it is the old form of getCameraImage"
 _SOFT = "simd has rigid bodies only"
 _SHAPES = "shapes of a robot are not changed once it is there"
@@ -25,7 +24,6 @@ calculateInverseKinematics2 = _raises(
     "calculateInverseKinematics2", "the daemon solves for one link at a time"
 )
 createSoftBodyAnchor = _raises("createSoftBodyAnchor", _SOFT)
-getClosestPoints = _raises("getClosestPoints", _CONTACTS)
 getMeshData = _raises("getMeshData", _SOFT)
 getTetraMeshData = _raises("getTetraMeshData", _SOFT)
 loadSoftBody = _raises("loadSoftBody", _SOFT)
@@ -37,7 +35,6 @@ vhacd = _raises("vhacd", "the daemon divides meshes itself: GEOM_FORCE_CONCAVE_T
 __all__ = [
     "calculateInverseKinematics2",
     "createSoftBodyAnchor",
-    "getClosestPoints",
     "getMeshData",
     "getTetraMeshData",
     "loadSoftBody",

@@ -1,0 +1,117 @@
+"""Distances, overlaps, bounds and casts of shapes: what is asked, and the answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Union
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.geometry import FloatArray, vector_from_proto, vector_to_proto
+from simd_client.kinematics import Configuration, configuration_to_proto
+from simd_client.state import Named, name_of
+
+
+@dataclass(frozen=True)
+class Place:
+    """A robot, or a link of it, where it is or would be."""
+
+    robot: Union[str, Named]
+    link: str = ""
+    """Empty: all of its links."""
+    configuration: Configuration | None = None
+    """`None`: where it is."""
+
+
+Side = Union[str, Named, Place]
+"""A robot where it is, or a `Place`."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosestPoints:
+    """Where two links are nearest to each other. World axes, metres."""
+
+    robot_a: str
+    link_a: str
+    robot_b: str
+    link_b: str
+    point_a: FloatArray
+    """On the surface of a."""
+    point_b: FloatArray
+    """On the surface of b."""
+    normal: FloatArray
+    """Unit vector from a to b."""
+    distance: float
+    """Between the surfaces. If they overlap: minus the length of the shortest move that parts them."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinkBounds:
+    """The box around a link's shapes, along the world's axes. Metres."""
+
+    robot: str
+    link: str
+    lower: FloatArray
+    upper: FloatArray
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape that belongs to no robot. Metres; cylinders and capsules are about z."""
+
+    message: proto.QueryShape
+
+    @staticmethod
+    def box(size: npt.ArrayLike) -> Shape:
+        """With these full lengths."""
+        return Shape(proto.QueryShape(box=proto.BoxGeometry(size=vector_to_proto(size, "a size"))))
+
+    @staticmethod
+    def sphere(radius: float) -> Shape:
+        """A ball."""
+        return Shape(proto.QueryShape(sphere=proto.SphereGeometry(radius=radius)))
+
+    @staticmethod
+    def cylinder(radius: float, length: float) -> Shape:
+        """A cylinder."""
+        return Shape(proto.QueryShape(cylinder=proto.CylinderGeometry(radius=radius, length=length)))
+
+    @staticmethod
+    def capsule(radius: float, length: float) -> Shape:
+        """`length` is without the caps."""
+        return Shape(proto.QueryShape(capsule=proto.CapsuleGeometry(radius=radius, length=length)))
+
+
+def side_to_proto(side: Side) -> proto.QueryBody:
+    """As a message."""
+    if isinstance(side, Place):
+        configuration = configuration_to_proto(side.configuration)
+        return proto.QueryBody(robot=name_of(side.robot), link=side.link, configuration=configuration)
+    return proto.QueryBody(robot=name_of(side))
+
+
+def closest_from_proto(pairs: Sequence[proto.ClosestPoints]) -> tuple[ClosestPoints, ...]:
+    """From their messages."""
+    return tuple(
+        ClosestPoints(
+            robot_a=each.robot_a,
+            link_a=each.link_a,
+            robot_b=each.robot_b,
+            link_b=each.link_b,
+            point_a=vector_from_proto(each.point_a),
+            point_b=vector_from_proto(each.point_b),
+            normal=vector_from_proto(each.normal),
+            distance=each.distance,
+        )
+        for each in pairs
+    )
+
+
+def bounds_from_proto(links: Sequence[proto.LinkBounds]) -> tuple[LinkBounds, ...]:
+    """From their messages."""
+    return tuple(
+        LinkBounds(each.robot, each.link, vector_from_proto(each.lower), vector_from_proto(each.upper))
+        for each in links
+    )

@@ -1,0 +1,142 @@
+"""Distances and rays, field by field beside PyBullet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+# PyBullet's boxes and hulls have a margin of a millimetre, and its GJK ends within some 1e-5 m.
+NEAR = 2e-3
+
+
+def flat(value: Any) -> Iterator[float]:
+    """The numbers of nested tuples."""
+    parts: Any = value if hasattr(value, "__len__") else ()
+    for each in parts:
+        yield from flat(each)
+    if not hasattr(value, "__len__"):
+        yield float(value)
+
+
+def bodies(p: Any) -> tuple[int, int, int, int]:
+    """A ball, two boxes and the ground."""
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=0.1)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.2, 0.2, 0.2])
+    return (
+        p.createMultiBody(1, ball, -1, [0, 0.02, 1.03]),
+        p.createMultiBody(1, box, -1, [0.5, 0, 1]),
+        p.createMultiBody(1, box, -1, [0, 0.6, 1], p.getQuaternionFromEuler([0.3, 0.2, 0.1])),
+        p.createMultiBody(0, p.createCollisionShape(p.GEOM_PLANE)),
+    )
+
+
+def same(ours: Any, theirs: Any, points: float = NEAR) -> None:
+    """Numbers of bodies and links alike, the rest within the margin, and points on surfaces within `points`."""
+    assert len(ours) == len(theirs)
+    for one, other in zip(ours, theirs, strict=True):
+        assert len(one) == len(other) == 14
+        assert one[:5] == other[:5]
+        assert list(flat(one[5:7])) == pytest.approx(list(flat(other[5:7])), abs=points)
+        assert list(flat(one[8:])) == pytest.approx(list(flat(other[8:])), abs=NEAR)
+        assert list(one[7]) == pytest.approx(list(other[7]), abs=10 * points)
+
+
+def test_closest_points_have_the_fields_of_pybullet(script: Any, bullet: Any) -> None:
+    found: list[list[Any]] = []
+    for p in (script, bullet):
+        ball, box, other, ground = bodies(p)
+        p.stepSimulation()
+        rows = [
+            p.getClosestPoints(ball, box, 1.0),
+            p.getClosestPoints(box, ball, 1.0),
+            p.getClosestPoints(ball, box, 0.1),
+            p.getClosestPoints(ball, ground, 5.0),
+            p.getClosestPoints(bodyA=ground, bodyB=ball, distance=5.0),
+            p.getClosestPoints(ball, other, 5.0, -1, -1),
+            p.getClosestPoints(ball, other, 5.0, 3, -1),
+            p.getClosestPoints(ball, 99, 5.0),
+            p.getClosestPoints(99, ball, 5.0),
+        ]
+        # One in the other.
+        p.resetBasePositionAndOrientation(box, [0.25, 0.02, 1.03], [0, 0, 0, 1])
+        rows.append(p.getClosestPoints(ball, box, 1.0))
+        found.append(rows)
+        # Two boxes: PyBullet's points need not be ours where edges are parallel, the distance is.
+        (pair,) = p.getClosestPoints(box, other, 1.0)
+        found[-1].append((tuple([*pair[:5], (0,) * 3, (0,) * 3, pair[7], pair[8], *pair[9:]]),))
+    for ours, theirs in zip(*found, strict=True):
+        same(ours, theirs)
+
+
+def test_closest_points_of_links_come_in_the_order_of_pybullet(script: Any, bullet: Any, tmp_path: Path) -> None:
+    inertia = '<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    ball = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    links = "".join(f'<link name="l{i}"><inertial>{inertia}</inertial>{ball}</link>' for i in range(4))
+    joints = "".join(
+        f'<joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        '<axis xyz="0 1 0"/><origin xyz="0.3 0 0"/></joint>'
+        for i in range(3)
+    )
+    file = tmp_path / "chain.urdf"
+    file.write_text(f'<robot name="chain">{links}{joints}</robot>')
+    found: list[list[Any]] = []
+    for p in (script, bullet):
+        chain = p.loadURDF(str(file), [0, 3, 0.2], useFixedBase=1)
+        ball_number = bodies(p)[0]
+        p.resetJointState(chain, 1, 0.5)
+        p.stepSimulation()
+        rows = [
+            p.getClosestPoints(chain, ball_number, 10.0),
+            p.getClosestPoints(ball_number, chain, 10.0),
+            p.getClosestPoints(ball_number, chain, 10.0, linkIndexB=2),
+            p.getClosestPoints(ball_number, chain, 10.0, -1, 1),
+            p.getClosestPoints(chain, chain, 10.0, -1, 2),
+            p.getClosestPoints(chain, chain, 0.5),
+        ]
+        # PyBullet also measures each link against itself.
+        found.append([tuple(row for row in each if row[1:3] != (chain, chain) or row[3] != row[4]) for each in rows])
+    # Bullet's GJK ends when the distance is known, and where on a ball it is less well.
+    for ours, theirs in zip(*found, strict=True):
+        same(ours, theirs, points=0.01)
+
+
+def test_rays_by_the_ten_thousand_hit_what_they_hit_in_pybullet(script: Any, bullet: Any) -> None:
+    side = range(100)
+    starts = [[x * 0.02 - 1.0, y * 0.02 - 1.0, 3.0] for x in side for y in side]
+    ends = [[x, y, -1.0] for x, y, _ in starts]
+    found: list[Any] = []
+    for p in (script, bullet):
+        bodies(p)
+        p.stepSimulation()
+        found.append(p.rayTestBatch(starts, ends))
+    assert len(found[0]) == len(found[1]) == 10_000
+    # At the rims, which rays graze, Bullet's margins decide.
+    differing = [
+        ours
+        for ours, theirs in zip(*found, strict=True)
+        if ours[:2] != theirs[:2] or list(ours[3]) != pytest.approx(list(theirs[3]), abs=NEAR)
+    ]
+    assert len(differing) < 100
+    assert {row[0] for row in found[0]} == {row[0] for row in found[1]}
+
+
+def test_masks_of_rays_are_as_in_pybullet(script: Any, bullet: Any) -> None:
+    found: list[list[int]] = []
+    for p in (script, bullet):
+        ball, *_ = bodies(p)
+        p.setCollisionFilterGroupMask(ball, -1, 4, -1)
+        p.stepSimulation()
+        down = ([[0, 0.02, 3]], [[0, 0.02, -1]])
+        masks = (-1, 1, 2, 4, 6, 8)
+        found.append([p.rayTestBatch(*down, collisionFilterMask=mask)[0][0] for mask in masks])
+        found[-1] += [p.rayTest(down[0][0], down[1][0], collisionFilterMask=mask)[0][0] for mask in masks]
+    assert found[0] == found[1]
+
+
+def test_shapes_of_no_body_are_refused(script: Any) -> None:
+    ball, box, *_ = bodies(script)
+    with pytest.raises(NotImplementedError, match="getClosestPoints"):
+        script.getClosestPoints(ball, box, 1.0, collisionShapeA=0)

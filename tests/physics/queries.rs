@@ -1,0 +1,283 @@
+//! Distances, overlaps, bounds, casts of shapes and rays, from a published state.
+
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::dynamics::Configuration;
+use simd_core::simulation::command::{CollisionFilterChange, CollisionPair, LinkProperties};
+use simd_core::simulation::queries::{DistanceQuery, DistanceReport, QueryBody};
+use simd_core::{Command, PublishedState, Simulation};
+use simd_model::robot::Geometry;
+use simd_tests::scenes::{apply, ball, cuboid, look, plane, robot, solid, spawn, world};
+
+use crate::chains::chain;
+use crate::world::passive;
+
+fn at(place: DVec3) -> DPose3 {
+    DPose3::from_translation(place)
+}
+
+fn body(robot: usize) -> QueryBody {
+    QueryBody { robot, link: None, configuration: None }
+}
+
+fn all(a: QueryBody, b: Option<QueryBody>) -> DistanceQuery {
+    DistanceQuery { a, b, within: f64::INFINITY, nearest_only: false, filtered: false }
+}
+
+fn ask(state: &PublishedState, query: &DistanceQuery) -> Vec<DistanceReport> {
+    state.distances(query, || false).unwrap()
+}
+
+/// The ground, a ball of 0.1 m with its centre 1 m above it, and a box of 0.2 m beside it.
+fn scene() -> Simulation {
+    let mut world = world(1e-3);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    spawn(&mut world, robot("ball", &ball(0.1, 1.0), at(DVec3::Z), false));
+    spawn(&mut world, robot("box", &cuboid(DVec3::splat(0.2), 1.0), at(DVec3::new(0.5, 0.0, 1.0)), false));
+    world
+}
+
+#[test]
+fn a_robot_is_measured_against_all_others_or_one() {
+    let seen = look(&scene());
+    let found = ask(&seen, &all(body(1), None));
+    let named: Vec<_> = found.iter().map(|pair| (&*pair.robots[1], pair.distance)).collect();
+    assert_eq!(named.len(), 2);
+    assert!(named[0].0 == "ground" && (named[0].1 - 0.9).abs() < 1e-12, "{named:?}");
+    assert!(named[1].0 == "box" && (named[1].1 - 0.3).abs() < 1e-9, "{named:?}");
+    let beside = &found[1];
+    assert!(beside.points[0].distance(DVec3::new(0.1, 0.0, 1.0)) < 1e-9, "{beside:?}");
+    assert!(beside.points[1].distance(DVec3::new(0.4, 0.0, 1.0)) < 1e-9, "{beside:?}");
+    assert!(beside.normal.distance(DVec3::X) < 1e-9, "{beside:?}");
+    let near = DistanceQuery { within: 0.5, ..all(body(1), None) };
+    assert_eq!(ask(&seen, &near).len(), 1);
+    let nearest = DistanceQuery { nearest_only: true, ..all(body(1), None) };
+    assert_eq!(ask(&seen, &nearest), found[1..]);
+    let none = DistanceQuery { within: -0.1, ..all(body(1), None) };
+    assert!(ask(&seen, &none).is_empty(), "nothing overlaps by that much");
+    let nan = DistanceQuery { within: f64::NAN, ..near };
+    assert!(seen.distances(&nan, || false).unwrap_err().to_string().contains("max_distance"));
+}
+
+/// The lowest point of a cylinder that is tilted by a is r sin a + l / 2 cos a below its middle; of a tilted plane the
+/// height counts along its normal. Both ways round.
+#[test]
+fn heights_above_a_plane_are_along_its_normal() {
+    let (tilt, lean) = (0.3f64, 0.7f64);
+    let mut world = world(1e-3);
+    let slope = DPose3::from_parts(DVec3::new(0.2, 0.0, 0.1), DQuat::from_rotation_y(tilt));
+    spawn(&mut world, robot("slope", &plane(DVec3::Z), slope, true));
+    let rod = solid(&[(DPose3::IDENTITY, Geometry::Cylinder { radius: 0.1, length: 0.6 })], 1.0);
+    let place = DVec3::new(0.4, 0.5, 2.0);
+    spawn(
+        &mut world,
+        robot("rod", &rod, DPose3::from_parts(place, DQuat::from_rotation_y(tilt + lean)), false),
+    );
+    let seen = look(&world);
+    let normal = DQuat::from_rotation_y(tilt) * DVec3::Z;
+    let expected = (place - slope.translation).dot(normal) - 0.1 * lean.sin() - 0.3 * lean.cos();
+    for (a, b, sign) in [(0, 1, 1.0), (1, 0, -1.0)] {
+        let found = ask(&seen, &all(body(a), Some(body(b))));
+        assert!((found[0].distance - expected).abs() < 1e-12, "{found:?} {expected}");
+        assert!(found[0].normal.distance(normal * sign) < 1e-12, "{found:?}");
+        let between = (found[0].points[1] - found[0].points[0]).dot(found[0].normal);
+        assert!((between - expected).abs() < 1e-12, "{found:?}");
+    }
+}
+
+/// A planner asks for joint positions that the robot is not in: what the world does then is the same.
+#[test]
+fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
+    let mut model = chain(4);
+    for (i, joint) in model.joints.iter_mut().enumerate() {
+        joint.parent_from_joint = at(DVec3::X * 0.3);
+        joint.axis = [DVec3::Y, DVec3::Z, DVec3::X][i % 3];
+    }
+    for link in &mut model.links {
+        link.collisions = cuboid(DVec3::new(0.2, 0.1, 0.05), 1.0).links[0].collisions.clone();
+    }
+    let model = Arc::new(model);
+    let mut world = scene();
+    let shapes = Arc::new(simd_core::collision::Shapes::new(&model));
+    let arm =
+        simd_core::simulation::command::Spawn { name: "arm".into(), shapes, ..passive(&model, true, &[]) };
+    spawn(&mut world, arm);
+    let seen = look(&world);
+    let place = seen.entity("arm").unwrap().0;
+    let count = seen.world.entities[place].positions.len();
+    let positions: Vec<f64> = (0..count).map(|i| 0.3 - 0.2 * i as f64).collect();
+    let root = DPose3::from_parts(DVec3::new(0.1, 0.2, 0.3), DQuat::from_rotation_z(0.4));
+    let configuration = Configuration { root, positions: positions.clone(), ..Configuration::default() };
+    let asked = QueryBody { configuration: Some(configuration), ..body(place) };
+    let planned = ask(&seen, &all(asked.clone(), None));
+    let own = ask(&seen, &all(asked.clone(), Some(asked)));
+
+    apply(&mut world, Command::SetEntityState { robot: "arm".into(), pose: Some(root), twist: None });
+    let joints = model.joints.iter().zip(&positions);
+    let joints = joints.map(|(joint, position)| simd_core::simulation::command::JointReset {
+        joint: joint.name.clone(),
+        axis: 0,
+        position: *position,
+        velocity: 0.0,
+    });
+    let robots =
+        vec![simd_core::simulation::command::RobotReset { robot: "arm".into(), joints: joints.collect() }];
+    apply(&mut world, Command::ResetJoints { robots });
+    let there = look(&world);
+    assert_eq!(ask(&there, &all(body(place), None)), planned);
+    assert!(planned.len() >= 3 * count);
+    // The same robot twice: as two robots at one place, each link overlaps itself.
+    assert!(own.iter().any(|pair| pair.links[0] == pair.links[1] && pair.distance < 0.0));
+}
+
+/// Neighbours are left out where that is asked for, and so are pairs that are switched off and groups that do not touch.
+#[test]
+fn what_may_not_touch_is_left_out_where_asked() {
+    let mut world = scene();
+    let pairs = |world: &Simulation| {
+        let query = DistanceQuery { filtered: true, ..all(body(1), None) };
+        ask(&look(world), &query).into_iter().map(|pair| pair.robots[1].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(pairs(&world), ["ground", "box"]);
+    let pair = CollisionPair {
+        link: "body".into(),
+        other_robot: "box".into(),
+        other_link: "body".into(),
+        enabled: Some(false),
+    };
+    apply(
+        &mut world,
+        Command::SetCollisionFilter(CollisionFilterChange {
+            robot: "ball".into(),
+            self_collision: None,
+            pairs: vec![pair],
+        }),
+    );
+    assert_eq!(pairs(&world), ["ground"]);
+    let links = vec![LinkProperties {
+        collision_group: Some(0),
+        collision_mask: Some(0),
+        ..LinkProperties::default()
+    }];
+    apply(&mut world, Command::SetLinkProperties { robot: "ball".into(), links });
+    assert!(pairs(&world).is_empty());
+    assert_eq!(ask(&look(&world), &all(body(1), None)).len(), 2);
+}
+
+#[test]
+fn shapes_overlap_exactly_or_by_their_boxes() {
+    let seen = look(&scene());
+    let overlaps = |geometry: &Geometry, pose: DPose3, bounds_only: bool| {
+        let found = seen.overlaps(geometry, pose, bounds_only, || false).unwrap();
+        found.into_iter().map(|(robot, _)| robot).collect::<Vec<_>>()
+    };
+    // A corner of its box reaches the ball's box, and neither surface the other.
+    let near = at(DVec3::new(-0.18, 0.18, 1.0));
+    let sphere = Geometry::Sphere { radius: 0.1 };
+    assert!(overlaps(&sphere, near, false).is_empty());
+    assert_eq!(overlaps(&sphere, near, true), ["ball"]);
+    let wide = Geometry::Box { size: DVec3::new(1.0, 0.1, 3.0) };
+    assert_eq!(overlaps(&wide, at(DVec3::Z), false), ["ground", "ball", "box"]);
+    // A cylinder lies along z, and turned along x.
+    let rod = Geometry::Cylinder { radius: 0.01, length: 0.9 };
+    assert_eq!(overlaps(&rod, at(DVec3::Z), false), ["ball"]);
+    let turned = DPose3::from_parts(DVec3::Z, DQuat::from_rotation_y(FRAC_PI_2));
+    assert_eq!(overlaps(&rod, turned, false), ["ball", "box"]);
+    let nan = at(DVec3::new(f64::NAN, 0.0, 0.0));
+    assert!(
+        seen.overlaps(&sphere, nan, false, || false).unwrap_err().to_string().contains("pose.position.x")
+    );
+    assert!(seen.overlaps(&wide, DPose3::IDENTITY, false, || true).unwrap().is_empty(), "it was given up");
+}
+
+#[test]
+fn bounds_are_those_of_all_shapes_of_a_link() {
+    let mut world = scene();
+    let ball = Geometry::Sphere { radius: 0.1 };
+    let two = solid(&[(at(DVec3::X), ball.clone()), (at(-DVec3::X), ball)], 1.0);
+    let turn = DQuat::from_rotation_z(FRAC_PI_2);
+    spawn(&mut world, robot("two", &two, DPose3::from_parts(DVec3::Z * 5.0, turn), false));
+    let seen = look(&world);
+    let [(link, [lower, upper])] = &seen.link_bounds(3)[..] else { panic!("one link") };
+    assert_eq!(link, "body");
+    assert!(lower.distance(DVec3::new(-0.1, -1.1, 4.9)) < 1e-12, "{lower}");
+    assert!(upper.distance(DVec3::new(0.1, 1.1, 5.1)) < 1e-12, "{upper}");
+    assert!(seen.link_bounds(0).is_empty(), "a plane has none");
+    assert!(seen.link_bounds(9).is_empty());
+}
+
+/// A ball of 0.1 m that comes from 0.9 m before the face of the box goes 0.8 m of its 1 m.
+#[test]
+fn a_shape_is_cast_until_it_touches() {
+    let seen = look(&scene());
+    let sphere = Geometry::Sphere { radius: 0.1 };
+    let cast = |from: DVec3, way: DVec3| seen.cast_shape(&sphere, at(from), way, || false).unwrap();
+    let hit = cast(DVec3::new(1.5, 0.0, 1.0), -DVec3::X).unwrap();
+    assert_eq!((&*hit.robot, &*hit.link), ("box", "body"));
+    assert!((hit.fraction - 0.8).abs() < 1e-6, "{hit:?}");
+    assert!(hit.point.distance(DVec3::new(0.6, 0.0, 1.0)) < 1e-5, "{hit:?}");
+    assert!(hit.normal.distance(DVec3::X) < 1e-5, "{hit:?}");
+    let down = cast(DVec3::new(3.0, 0.0, 2.1), DVec3::Z * -4.0).unwrap();
+    assert!(down.robot == "ground" && (down.fraction - 0.5).abs() < 1e-6, "{down:?}");
+    assert_eq!(cast(DVec3::new(3.0, 0.0, 2.0), DVec3::X), None);
+    let inside = cast(DVec3::Z, DVec3::X).unwrap();
+    assert_eq!((&*inside.robot, inside.fraction), ("ball", 0.0));
+    assert!(seen.cast_shape(&sphere, DPose3::IDENTITY, DVec3::splat(f64::NAN), || false).is_err());
+}
+
+/// Two hundred boxes whose upper sides are in one plane, and each twice: which one a ray hits is the first of those that
+/// it hits there, whatever tree was made of them.
+#[test]
+fn of_hits_at_one_place_the_first_robot_counts() {
+    let mut world = world(1e-3);
+    let tile = cuboid(DVec3::new(1.0, 1.0, 0.1), 1.0);
+    // Spawned in an order that is not that of their places.
+    let places: Vec<usize> = (0..200).map(|i| (i * 73) % 100).collect();
+    for (i, place) in places.iter().enumerate() {
+        let x = DVec3::new((place % 10) as f64, (place / 10) as f64, 0.0);
+        spawn(&mut world, robot(&format!("tile-{i}"), &tile, at(x), true));
+    }
+    let seen = look(&world);
+    let mut rays = Vec::new();
+    for x in 0..19 {
+        for y in 0..19 {
+            // Within tiles and on their edges.
+            let over = DVec3::new(f64::from(x) * 0.5, f64::from(y) * 0.5, 2.0);
+            rays.push([over, over - DVec3::Z * 4.0]);
+        }
+    }
+    let hits = seen.cast_rays(&rays, None, || false).unwrap();
+    for ([from, _], hit) in rays.iter().zip(&hits) {
+        let covers = |place: &usize| {
+            let (x, y) = ((place % 10) as f64, (place / 10) as f64);
+            (from.x - x).abs() <= 0.5 && (from.y - y).abs() <= 0.5
+        };
+        let first = places.iter().position(covers).unwrap();
+        assert_eq!(hit.as_ref().unwrap().robot, format!("tile-{first}"), "{from}");
+    }
+}
+
+#[test]
+fn rays_are_masked_by_groups_and_bounded_by_their_names() {
+    let mut world = scene();
+    let down = vec![[DVec3::Z * 2.0, DVec3::ZERO - DVec3::Z]];
+    let hit = |world: &Simulation, mask| {
+        let hits = look(world).cast_rays(&down, mask, || false).unwrap();
+        hits[0].as_ref().map(|hit| hit.robot.clone())
+    };
+    let links = vec![LinkProperties { collision_group: Some(6), ..LinkProperties::default() }];
+    apply(&mut world, Command::SetLinkProperties { robot: "ball".into(), links });
+    assert_eq!(hit(&world, None).as_deref(), Some("ball"));
+    assert_eq!(hit(&world, Some(4)).as_deref(), Some("ball"));
+    assert_eq!(hit(&world, Some(1)).as_deref(), Some("ground"));
+    assert_eq!(hit(&world, Some(8)), None);
+
+    let long = "a".repeat(1_000);
+    spawn(&mut world, robot(&long, &ball(0.1, 1.0), at(DVec3::new(0.0, 0.0, 1.5)), false));
+    let seen = look(&world);
+    assert!(seen.cast_rays(&vec![down[0]; 1_000], None, || false).is_ok());
+    let refused = seen.cast_rays(&vec![down[0]; 20_000], None, || false).unwrap_err().to_string();
+    assert!(refused.contains("the size of the answer in bytes"), "{refused}");
+}
