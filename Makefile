@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo web viewer test test-python python-blocking test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
+.PHONY: demo web viewer test test-python python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -68,6 +68,16 @@ target/python-venv/installed: client/python/requirements.txt $(PYTHON_CLIENT)
 	python3 -m venv target/python-venv
 	target/python-venv/bin/pip install --quiet --disable-pip-version-check -r client/python/requirements.txt
 	target/python-venv/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall ./client/python
+	@touch $@
+
+# The documentation as web pages, in target/docs: docs/, the README, the Python client's docstrings and examples. A link that leads
+# nowhere, a page that is not in the list and a name without a docstring's object fail it.
+docs: target/docs-venv/installed
+	NO_MKDOCS_2_WARNING=1 target/docs-venv/bin/mkdocs build --strict --config-file client/python/docs/mkdocs.yml
+
+target/docs-venv/installed: client/python/docs/requirements.txt
+	python3 -m venv target/docs-venv
+	target/docs-venv/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
 # The page's own tests, then the page that the daemon serves, in a real browser. Pictures go to target/screenshots.

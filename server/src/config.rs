@@ -13,10 +13,12 @@ use std::ffi::OsString;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use glamx::DPose3;
+use serde::Deserialize;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::PhysicsChange;
-use simd_core::{Command, PhysicsSettings, Simulation};
+use simd_core::{Command, Integrator, PhysicsSettings, Simulation};
 use tracing_subscriber::EnvFilter;
 
 pub use self::connections::Connections;
@@ -45,7 +47,7 @@ pub struct Config {
     pub asset_roots: Vec<PathBuf>,
     /// Robots to load before the first step.
     pub robots: Vec<Robot>,
-    /// Gravity, time step, substeps.
+    /// Gravity, time step, substeps, integrator.
     pub physics: PhysicsSettings,
     /// Pace, and whether the world plays once the robots are loaded.
     pub driver: driver::Config,
@@ -53,6 +55,23 @@ pub struct Config {
     pub limits: DaemonLimits,
     /// What connections of gRPC and HTTP must stay within.
     pub connections: Connections,
+}
+
+/// An integrator, as the operator names it.
+#[derive(Clone, Copy, Debug, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+enum IntegratorName {
+    Leapfrog,
+    Euler,
+}
+
+impl From<IntegratorName> for Integrator {
+    fn from(name: IntegratorName) -> Self {
+        match name {
+            IntegratorName::Leapfrog => Self::Leapfrog,
+            IntegratorName::Euler => Self::Euler,
+        }
+    }
 }
 
 /// A robot to load at the start.

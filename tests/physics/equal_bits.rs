@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use glamx::DVec3;
 use simd_core::simulation::command::*;
-use simd_core::{Command, Simulation};
+use simd_core::{Command, Integrator, Simulation};
 use simd_tests::scenes::*;
 
 use crate::contact_runs::jumble;
@@ -22,7 +22,20 @@ fn stir(world: &mut Simulation, rng: &mut Rng) {
 /// The one world is left alone; the other is saved, runs ahead and is put back again and again.
 #[test]
 fn a_hundred_thousand_steps_are_equal_also_across_restores() {
+    run_alone_and_restored(Integrator::Leapfrog);
+}
+
+#[test]
+fn a_hundred_thousand_steps_of_euler_are_equal_also_across_restores() {
+    run_alone_and_restored(Integrator::Euler);
+}
+
+fn run_alone_and_restored(integrator: Integrator) {
     let [mut alone, mut restored] = [0, 0].map(|_| jumble(&mut Rng::with_seed(11)));
+    for world in [&mut alone, &mut restored] {
+        let integrator = Some(integrator);
+        apply(world, Command::SetPhysics(PhysicsChange { integrator, ..Default::default() }));
+    }
     let (mut stirs, mut restores) = ([0, 0].map(|_| Rng::with_seed(12)), Rng::with_seed(13));
     let (mut touching, mut ahead) = (0, 0);
     for step in 0..100_000 {

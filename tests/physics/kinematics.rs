@@ -9,7 +9,7 @@ use serde::Deserialize;
 use simd_core::dynamics::integrate::advance;
 use simd_core::dynamics::inverse_dynamics::{Resistance, inertia_matrix, inverse_dynamics};
 use simd_core::dynamics::jacobian::jacobian;
-use simd_core::dynamics::{Actuator, Articulation, Axis, Configuration, Mode, Tree};
+use simd_core::dynamics::{Actuator, Articulation, Axis, Configuration, Integrator, Mode, Tree};
 use simd_tests::robots;
 
 use crate::random_robots::robot;
@@ -140,7 +140,7 @@ fn inverse_dynamics_undoes_the_step() {
         let (here, before, start) = (seen(&body), body.velocities().to_vec(), body.state().clone());
         let start = Articulation::with_state(Arc::clone(&tree), start);
         let h = 0.125;
-        body.step(gravity, h);
+        body.step(gravity, h, Integrator::Euler);
         let accelerations: Vec<f64> =
             body.velocities().iter().zip(&before).map(|(a, b)| (a - b) / h).collect();
         let accelerations = in_world_axes(&start, &accelerations);

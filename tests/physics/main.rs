@@ -25,6 +25,7 @@ mod saved_state_files;
 mod scenes;
 mod seven_arm;
 mod sleeping;
+mod spinning;
 mod terrain;
 mod truth;
 mod world;

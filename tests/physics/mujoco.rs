@@ -10,7 +10,7 @@ use simd_core::simulation::command::*;
 use simd_model::robot::{JointKind, JointLimits};
 use simd_tests::robots;
 
-use crate::world::{apply, passive, run, world};
+use crate::world::{apply, euler, passive, run};
 
 #[derive(Deserialize)]
 struct Reference {
@@ -62,7 +62,7 @@ fn largest_error(case: &Case) -> f64 {
     let mut model = (*model).clone();
     model.joints.iter_mut().for_each(|joint| joint.mimic = None);
     let model = std::sync::Arc::new(model);
-    let mut world = world(case.time_step);
+    let mut world = euler(case.time_step);
     apply(&mut world, Command::Spawn(Box::new(passive(&model, case.free, &[]))));
     let moving = model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed);
     let names: Vec<(String, u32)> = moving

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
+use simd_core::Integrator;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::dynamics::actuator::Drive;
 use simd_core::simulation::Saved;
@@ -175,6 +176,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             gravity: Some(DVec3::new(-0.0, 0.3 * number, -9.81)),
             time_step: rng.bool().then_some(5e-4 + 1e-3 * number.abs()),
             substeps: Some(rng.u32(1..3)),
+            integrator: rng.choice([None, Some(Integrator::Leapfrog), Some(Integrator::Euler)]).flatten(),
         }),
         6 => Command::ResetJoints { robots: vec![RobotReset { robot, joints: Vec::new() }] },
         7 => {
@@ -298,6 +300,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("time of the time base", |it| nudge(&mut it.time_base.1)),
         ("gravity", |it| it.settings.gravity.x = -0.0),
         ("substeps", |it| it.settings.substeps += 1),
+        ("integrator", |it| it.settings.integrator = Integrator::Euler),
         ("a position", |it| nudge(&mut arm(it).body.positions[0])),
         ("a velocity", |it| nudge(&mut arm(it).body.velocities[0])),
         ("a target", |it| nudge(&mut arm(it).body.axes[0].actuator.target)),
@@ -326,7 +329,9 @@ fn the_hash_sees_every_part_of_a_state() {
         ("that it was teleported", |it| arm(it).entity.teleported ^= true),
         ("that it is out of the simulation", |it| arm(it).entity.disabled = Some("a reason".into())),
         ("an effort", |it| nudge(&mut arm(it).body.efforts[0])),
-        ("a velocity before the last step", |it| nudge(&mut arm(it).body.velocities_before[0])),
+        ("a velocity in the middle of the last step", |it| nudge(&mut arm(it).body.half_velocities[0])),
+        ("a change of velocity", |it| nudge(&mut arm(it).body.changes[0])),
+        ("a change of velocity before", |it| nudge(&mut arm(it).body.changes_before[0])),
         ("what a reset puts back", |it| {
             nudge(&mut Arc::make_mut(&mut arm(it).entity.spawned).positions[0]);
         }),

@@ -166,7 +166,11 @@ fn a_joint_of_a_sleeping_robot_carries_what_hangs_on_it() {
 fn another_time_step_does_not_change_the_forces_of_the_last_step() {
     let mut world = sleeper(1e-3, 4);
     for (time_step, substeps) in [(4e-3, 1), (1e-3, 3), (0.01, 10), (1e-3, 1)] {
-        let change = PhysicsChange { time_step: Some(time_step), substeps: Some(substeps), gravity: None };
+        let change = PhysicsChange {
+            time_step: Some(time_step),
+            substeps: Some(substeps),
+            ..PhysicsChange::default()
+        };
         set_physics(&mut world, change);
         let force = force_on(&world, "box");
         assert!(force.distance(DVec3::Z * G) < SETTLED, "{time_step} s in {substeps}: {force}");

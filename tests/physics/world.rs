@@ -5,11 +5,17 @@ use std::sync::Arc;
 use glamx::DPose3;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
+use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 
 pub(crate) fn world(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
+    Simulation::new(settings, WorldLimits::default())
+}
+
+/// One that equals MuJoCo's Euler.
+pub(crate) fn euler(time_step: f64) -> Simulation {
+    let settings = PhysicsSettings { time_step, integrator: Integrator::Euler, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 

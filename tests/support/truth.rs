@@ -7,7 +7,7 @@ use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
+use simd_core::{Command, Integrator, PhysicsSettings, PublishedState, Simulation};
 use simd_model::RobotModel;
 use simd_model::robot::{JointLimits, Mimic};
 
@@ -105,12 +105,12 @@ pub struct View {
 }
 
 impl Case {
-    /// Where the robot is at these instants, which are multiples of the time step, seconds.
+    /// Where the robot is at these instants, which are multiples of the time step, seconds, by an integrator.
     ///
     /// # Panics
     /// Where the world refuses the case: then the test has failed.
-    pub fn run(&self, time_step: f64, instants: &[f64]) -> Vec<View> {
-        let mut world = self.world(time_step);
+    pub fn run(&self, integrator: Integrator, time_step: f64, instants: &[f64]) -> Vec<View> {
+        let mut world = self.world(integrator, time_step);
         let mut done = 0;
         let looks = instants.iter().map(|instant| {
             let steps = (instant / time_step).round() as u64;
@@ -121,8 +121,8 @@ impl Case {
         looks.collect()
     }
 
-    fn world(&self, time_step: f64) -> Simulation {
-        let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
+    fn world(&self, integrator: Integrator, time_step: f64) -> Simulation {
+        let settings = PhysicsSettings { time_step, integrator, ..PhysicsSettings::default() };
         let mut world = Simulation::new(settings, WorldLimits::default());
         apply(&mut world, Command::Spawn(Box::new(self.spawn())));
         let robot = || "robot".to_owned();

@@ -123,6 +123,7 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                     "gravity": physics.gravity.as_ref().map(json::vector),
                     "time_step": physics.time_step,
                     "substeps": physics.substeps,
+                    "integrator": json::name("INTEGRATOR_", physics.integrator().as_str_name()),
                     "real_time_factor": physics.real_time_factor,
                     "pace": json::name("PACE_MODE_", physics.pace().as_str_name()),
                 }),

@@ -4,7 +4,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
 use simd_client::{
     Client,
-    proto::{PaceMode, Physics, ResetSimulationRequest, SetPhysicsRequest, Vector3, WorldStatistics},
+    proto::{self, PaceMode, Physics, ResetSimulationRequest, SetPhysicsRequest, Vector3, WorldStatistics},
 };
 
 use super::present;
@@ -64,12 +64,23 @@ pub(crate) struct Settings {
     /// Equal parts that a step is done in
     #[arg(long, value_name = "N")]
     substeps: Option<u32>,
+    /// The method of a step
+    #[arg(long, value_enum)]
+    integrator: Option<Integrator>,
     /// Simulated seconds to a wall second
     #[arg(long, value_name = "FACTOR")]
     rtf: Option<f64>,
     /// Whether steps follow the wall clock
     #[arg(long, value_enum)]
     pace: Option<Pace>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Integrator {
+    /// Of second order
+    Leapfrog,
+    /// Semi-implicit Euler, as MuJoCo's
+    Euler,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -110,6 +121,12 @@ async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow:
             None => PaceMode::Unspecified,
             Some(Pace::RealTime) => PaceMode::RealTime,
             Some(Pace::Max) => PaceMode::AsFastAsPossible,
+        }
+        .into(),
+        integrator: match settings.integrator {
+            None => proto::Integrator::Unspecified,
+            Some(Integrator::Leapfrog) => proto::Integrator::Leapfrog,
+            Some(Integrator::Euler) => proto::Integrator::Euler,
         }
         .into(),
         request_id: String::new(),
@@ -240,6 +257,8 @@ struct PhysicsView {
     /// Seconds.
     time_step: f64,
     substeps: u32,
+    /// `leapfrog` or `euler`.
+    integrator: String,
     real_time_factor: f64,
     /// `real_time` or `as_fast_as_possible`.
     pace: String,
@@ -251,6 +270,7 @@ impl PhysicsView {
             gravity: json::vector(&present(physics.gravity, "gravity")?),
             time_step: physics.time_step,
             substeps: physics.substeps,
+            integrator: json::name("INTEGRATOR_", physics.integrator().as_str_name()),
             real_time_factor: physics.real_time_factor,
             pace: json::name("PACE_MODE_", physics.pace().as_str_name()),
         })
@@ -264,6 +284,7 @@ impl View for PhysicsView {
             ("gravity", format!("{} m/s^2", gravity.join(" "))),
             ("time step", format!("{} s", exact(self.time_step))),
             ("substeps", self.substeps.to_string()),
+            ("integrator", self.integrator.clone()),
             ("real-time factor", exact(self.real_time_factor)),
             ("pace", self.pace.replace('_', " ")),
         ])

@@ -283,7 +283,7 @@ REASONS = {
     "setCollisionFilter": "needs collision filters",
     "getClosestPoints": "needs distances",
     "vhacd": "needs vhacd",
-    "commands are copies": "needs logs of commands or of VR",
+    "commands are copies": "needs logs of commands",
     "number of robots": "needs more than 1000 bodies",
     "Not found": "a file is not found",
     "Cannot load": "a file is not found",

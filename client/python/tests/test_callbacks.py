@@ -78,6 +78,21 @@ def test_a_kind_of_event_that_there_is_not_is_refused(sim: Simulation) -> None:
         sim.on_event(print, "robot_spawned")
 
 
+def test_what_cannot_be_called_is_refused_at_once(arm: Robot) -> None:
+    with pytest.raises(TypeError, match="None is none"):
+        arm.on_state(None)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ValueError, match="a rate is above 0"):
+        arm.on_state(print, rate=0.0)
+
+
+def test_a_hundred_callbacks_are_closed_twice(sim: Simulation) -> None:
+    many = [sim.on_states(lambda _: None) for _ in range(100)]
+    sim.step(3)
+    for callbacks in many * 2:
+        callbacks.close()
+    assert all(callbacks.wait(SECONDS) and callbacks.error is None for callbacks in many)
+
+
 def test_parameters_are_given_as_they_change(sim: Simulation) -> None:
     sim.parameters.add_slider("gain", 0.0, 1.0, 0.25)
     values: Queue[float] = Queue()

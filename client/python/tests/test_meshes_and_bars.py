@@ -103,6 +103,20 @@ def test_arrays_that_are_no_mesh_are_refused(sim: Simulation, vertices: Any, fac
     assert sim.robots == {}
 
 
+def test_a_file_that_is_no_mesh_is_refused(sim: Simulation, tmp_path: Path) -> None:
+    text = tmp_path / "notes.txt"
+    text.write_text("no mesh")
+    with pytest.raises(simd_client.InvalidDescription, match=r"notes.txt"):
+        sim.add_mesh(text)
+    with pytest.raises(ValueError, match="a scale of 0"):
+        sim.add_mesh((CORNERS, FACES), scale=(0, 1, 1))
+    with pytest.raises(FileNotFoundError):
+        sim.add_mesh(tmp_path / "nowhere.stl")
+    with pytest.raises(simd_client.InvalidValue, match="scale"):
+        sim.add_mesh((CORNERS, FACES), scale=(1, np.nan, 1))
+    assert sim.robots == {}
+
+
 def test_bars_show_what_is_sent_and_read(sim: Simulation, package: Path, bars: list[Bar]) -> None:
     arm = sim.load(package, "arm", fixed=True, progress=Bar)
     assert arm.joint_names == ("shoulder joint", "elbow joint")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from daemon import Daemon
@@ -65,7 +65,7 @@ def test_every_request_that_changes_something_has_an_id_of_its_own() -> None:
     for method in vars(methods).values():
         if isinstance(method, Method) and FIELD in method.request.DESCRIPTOR.fields_by_name:
             request = method.request(steps=LOOP_STEPS) if method is methods.StepSimulation else method.request()
-            same: Any = method.request.FromString(request.SerializeToString())
+            same = cast(Any, method.request).FromString(request.SerializeToString())
             sent = ids.identified(method, request)
             assert request == same
             if method is methods.SetJointTargets:

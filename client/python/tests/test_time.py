@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import simd_client
-from simd_client import Pace, Robot, Simulation, SimulationState, Target
+from simd_client import Integrator, Pace, Robot, Simulation, SimulationState, Target
 
 
 def test_a_turn_of_a_loop_is_one_call(sim: Simulation, arm: Robot) -> None:
@@ -73,7 +73,12 @@ def test_the_world_is_put_back_by_scope(sim: Simulation, arm: Robot) -> None:
 
 
 def test_settings_change_one_by_one_or_not_at_all(sim: Simulation) -> None:
+    assert sim.physics.integrator == Integrator.LEAPFROG
+    assert sim.set_physics(integrator="euler").integrator == Integrator.EULER
+    with pytest.raises(ValueError, match="rk4"):
+        sim.set_physics(integrator="rk4")
     changed = sim.set_physics(time_step=0.002, pace=Pace.AS_FAST_AS_POSSIBLE)
+    assert changed.integrator == Integrator.EULER
     assert (changed.time_step, changed.substeps, changed.pace) == (0.002, 1, Pace.AS_FAST_AS_POSSIBLE)
     assert sim.set_physics(gravity=[0, 1, 0]).time_step == 0.002
     with pytest.raises(simd_client.InvalidValue):

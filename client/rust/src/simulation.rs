@@ -109,7 +109,7 @@ impl Client {
         self.unary(self.simulation().reset_simulation(request)).await
     }
 
-    /// Gravity, time step, substeps, pace.
+    /// Gravity, time step, substeps, integrator, pace.
     ///
     /// # Errors
     /// Where the daemon refuses or does not answer.

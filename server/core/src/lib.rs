@@ -13,5 +13,5 @@ pub mod simulation;
 mod valid;
 
 pub use simulation::{
-    Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation,
+    Applied, Command, Error, Event, Integrator, Moment, PhysicsSettings, PublishedState, Reply, Simulation,
 };

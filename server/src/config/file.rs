@@ -10,7 +10,7 @@ use serde::Deserialize;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::connections::ConnectionsTable;
-use super::{Config, Robot, Zenoh};
+use super::{Config, IntegratorName, Robot, Zenoh};
 use crate::handle::DaemonLimits;
 
 /// All that a file can say; see `simd --help`.
@@ -73,6 +73,7 @@ struct PhysicsTable {
     gravity: Option<[f64; 3]>,
     time_step: Option<f64>,
     substeps: Option<u32>,
+    integrator: Option<IntegratorName>,
     real_time_factor: Option<f64>,
     as_fast_as_possible: Option<bool>,
 }
@@ -141,9 +142,10 @@ impl File {
             config.change_log(log)?;
         }
         self.zenoh.apply(folder, &mut config.zenoh)?;
-        let PhysicsTable { gravity, time_step, substeps, real_time_factor, as_fast_as_possible } =
+        let PhysicsTable { gravity, time_step, substeps, integrator, real_time_factor, as_fast_as_possible } =
             self.physics;
-        config.change_physics(PhysicsChange { gravity: gravity.map(DVec3::from), time_step, substeps })?;
+        let (gravity, integrator) = (gravity.map(DVec3::from), integrator.map(Into::into));
+        config.change_physics(PhysicsChange { gravity, time_step, substeps, integrator })?;
         config.change_pace(real_time_factor, as_fast_as_possible.unwrap_or(false))?;
         self.limits.apply(&mut config.limits)?;
         self.connections.apply(&mut config.connections)?;

@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use glamx::DVec3;
 use simd_core::simulation::command::PhysicsChange;
 
-use super::{Config, ConfigError, Robot};
+use super::{Config, ConfigError, IntegratorName, Robot};
 
 /// A robot physics daemon without a screen.
 ///
@@ -52,6 +52,9 @@ pub(super) struct Flags {
     /// Seconds that a step advances, 0.000001 to 0.1 [default: 0.001]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
     time_step: Option<f64>,
+    /// The method of a step: of second order, or MuJoCo's Euler [default: leapfrog]
+    #[arg(long, value_enum)]
+    integrator: Option<IntegratorName>,
     /// m/s^2 along the world's axes [default: 0,0,-9.81]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = gravity)]
     gravity: Option<DVec3>,
@@ -95,6 +98,7 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   gravity = [0, 0, -9.81]
   time_step = 0.001
   substeps = 1
+  integrator = \"leapfrog\"         # or \"euler\"
   real_time_factor = 1.0
   as_fast_as_possible = false
 
@@ -164,7 +168,12 @@ impl Flags {
         if self.zenoh_config.is_some() {
             config.zenoh.file = self.zenoh_config;
         }
-        let change = PhysicsChange { gravity: self.gravity, time_step: self.time_step, substeps: None };
+        let change = PhysicsChange {
+            gravity: self.gravity,
+            time_step: self.time_step,
+            substeps: None,
+            integrator: self.integrator.map(Into::into),
+        };
         config.change_physics(change)?;
         config.change_pace(self.rtf, self.as_fast_as_possible)?;
         if self.paused {

@@ -60,6 +60,7 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
         gravity = [0, 0, -1]
         time_step = 0.002
         substeps = 4
+        integrator = "euler"
         real_time_factor = 2
         [[robots]]
         path = "arm"
@@ -74,8 +75,12 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
     assert_eq!((config.name.as_str(), config.listen.port()), ("from_file", 2));
     assert_eq!(config.driver.state, RunState::Paused);
     assert_eq!(config.driver.pace, Pace::RealTime { factor: 0.5 });
-    let expected =
-        PhysicsSettings { gravity: glamx::DVec3::new(-1.0, 0.0, 0.0), time_step: 0.002, substeps: 4 };
+    let expected = PhysicsSettings {
+        gravity: glamx::DVec3::new(-1.0, 0.0, 0.0),
+        time_step: 0.002,
+        substeps: 4,
+        integrator: Integrator::Euler,
+    };
     assert_eq!(config.physics, expected);
     let paths: Vec<_> = config.robots.iter().map(|robot| robot.path.to_str().unwrap()).collect();
     assert!(paths[0].ends_with("/arm") && paths[0].starts_with('/'), "from the file's folder: {paths:?}");
@@ -102,6 +107,8 @@ fn a_value_of_the_wrong_kind_is_named_with_its_line() {
     assert!(file_mistake("paused = tru").contains("line 1"));
     assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("expected a number"));
     assert!(file_mistake("[physics]\nsubsteps = -1").ends_with("expected a whole number, 0 or more"));
+    let mistake = file_mistake("[physics]\nintegrator = \"rk4\"");
+    assert!(mistake.contains("line 2") && mistake.contains("leapfrog"), "{mistake}");
     assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [\"x\", 0, 0]").ends_with("expected a number"));
     assert!(file_mistake("[physics]\ngravity = [0, 0]").contains("line 2"));
 }

@@ -19,7 +19,7 @@ pub struct Published {
     pub wall_time: SystemTime,
     /// What the world looked like.
     pub state: PublishedState,
-    /// Gravity, time step and substeps that were in force.
+    /// Gravity, time step, substeps and integrator that were in force.
     pub physics: PhysicsSettings,
     /// How well it kept time.
     pub statistics: Statistics,

@@ -1,5 +1,6 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
-//! here is asserted; compare within a run. `-- reads` prints one table alone: lateness under a flood of reads.
+//! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
+//! a quadruped among what cannot move.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -10,6 +11,7 @@ mod crowd;
 mod lateness;
 mod round_trip;
 mod step;
+mod town;
 
 fn main() {
     // The echoes of the round trips are this program once more, so that both ends of each
@@ -17,10 +19,12 @@ fn main() {
     match std::env::args().nth(1).as_deref() {
         Some(round_trip::ECHO) => return round_trip::echo(),
         Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
+        Some("town") => return town::print(),
         Some("reads") => return lateness::print_reads(),
         _ => {}
     }
     step::print();
+    town::print();
     crowd::print();
     round_trip::print();
     lateness::print();

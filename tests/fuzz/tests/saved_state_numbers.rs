@@ -77,16 +77,21 @@ fn of_body(body: &mut BodyState) -> Vec<&mut f64> {
         base,
         positions,
         velocities,
-        velocities_before,
-        has_stepped: _,
+        half_velocities,
+        changes,
+        changes_before,
+        history: _,
         axes,
         drives,
         efforts,
         external,
+        external_before,
+        has_external_changed: _,
         impulses: Impulses { friction, mimic, lower, upper },
     } = body;
     let mut numbers: Vec<&mut f64> = pose(base).collect();
-    for list in [positions, velocities, velocities_before, efforts, friction, mimic, lower, upper] {
+    let moves = [positions, velocities, half_velocities, changes, changes_before];
+    for list in moves.into_iter().chain([efforts, friction, mimic, lower, upper]) {
         numbers.extend(list);
     }
     numbers.extend(axes.iter_mut().flat_map(of_axis));
@@ -94,9 +99,8 @@ fn of_body(body: &mut BodyState) -> Vec<&mut f64> {
         numbers.extend([stiffness, damping, position, velocity, feed_forward, limit]);
         numbers.extend(saturated);
     }
-    numbers.extend(
-        external.iter_mut().flat_map(|force| [&mut force.angular, &mut force.linear]).flat_map(vector),
-    );
+    let forces = external.iter_mut().chain(external_before);
+    numbers.extend(forces.flat_map(|force| [&mut force.angular, &mut force.linear]).flat_map(vector));
     numbers
 }
 
@@ -171,10 +175,10 @@ fn resize(rng: &mut Rng, file: &mut Content) {
     }
     let RobotState { entity, body } = &mut file.robots[rng.usize(..robots)].state;
     let body = if rng.bool() { body } else { Arc::make_mut(&mut entity.spawned) };
-    match rng.u8(0..17) {
+    match rng.u8(0..20) {
         0 => cut(rng, &mut body.positions),
         1 => cut(rng, &mut body.velocities),
-        2 => cut(rng, &mut body.velocities_before),
+        2 => cut(rng, &mut body.half_velocities),
         3 => cut(rng, &mut body.axes),
         4 => cut(rng, &mut body.drives),
         5 => cut(rng, &mut body.efforts),
@@ -188,6 +192,9 @@ fn resize(rng: &mut Rng, file: &mut Content) {
         13 => cut(rng, &mut entity.applied_wrenches),
         14 => cut(rng, &mut entity.groups),
         15 => cut(rng, Arc::make_mut(&mut entity.collision_pairs)),
+        16 => cut(rng, &mut body.changes),
+        17 => cut(rng, &mut body.changes_before),
+        18 => cut(rng, &mut body.external_before),
         _ => cut(rng, &mut entity.expired_wrenches),
     }
 }

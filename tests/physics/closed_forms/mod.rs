@@ -8,7 +8,7 @@ mod tops;
 
 use glamx::DVec3;
 use simd_core::simulation::command::*;
-use simd_core::{Command, PublishedState, Simulation};
+use simd_core::{Command, Integrator, PublishedState, Simulation};
 use simd_model::RobotModel;
 
 use crate::world::{apply, look, passive, world};
@@ -24,8 +24,7 @@ pub(crate) fn met(form: &str, time_step: f64, expected: f64, found: f64, toleran
     assert!(apart <= tolerance, "{form} at {time_step} s: {found} is {apart:e} from {expected}");
 }
 
-/// What two runs of a method of first order say together: the terms in h cancel, and those
-/// in h^2 remain (Richardson 1911).
+/// What two runs say together: terms in h cancel, and those in h^2 remain (Richardson 1911).
 fn extrapolated(coarse: f64, half: f64) -> f64 {
     2.0 * half - coarse
 }
@@ -36,6 +35,13 @@ fn with(model: RobotModel, free: bool, gravity: f64, time_step: f64) -> Simulati
     apply(&mut world, Command::Spawn(Box::new(passive(&model.into(), free, &[]))));
     let gravity = Some(DVec3::new(0.0, 0.0, -gravity));
     apply(&mut world, Command::SetPhysics(PhysicsChange { gravity, ..PhysicsChange::default() }));
+    world
+}
+
+/// The same world by another integrator.
+fn by(integrator: Integrator, mut world: Simulation) -> Simulation {
+    let integrator = Some(integrator);
+    apply(&mut world, Command::SetPhysics(PhysicsChange { integrator, ..PhysicsChange::default() }));
     world
 }
 

@@ -10,8 +10,9 @@ CARGO = os.environ.get("CARGO", "cargo")
 
 
 def run(repository, folder, asks):
-    """Views of each (case, time step, instants), as exact.py has them."""
-    requests = [{"case": case.request(), "time_step": h, "instants": instants} for case, h, instants in asks]
+    """Views of each (case, integrator, time step, instants), as exact.py has them."""
+    requests = [{"case": case.request(), "integrator": integrator, "time_step": h, "instants": instants}
+                for case, integrator, h, instants in asks]
     return [[(np.array(view["joints"]), view["root"] and np.array(view["root"])) for view in views]
             for views in ask(repository, folder, requests)]
 

@@ -7,6 +7,7 @@ use std::error::Error;
 use std::io::Write as _;
 
 use serde::Deserialize;
+use simd_core::Integrator;
 use simd_tests::contact_scene::Scene;
 use simd_tests::truth::Case;
 
@@ -18,6 +19,7 @@ enum Ask {
         case: Case,
         /// Seconds.
         time_step: f64,
+        integrator: Integrator,
         /// Seconds, multiples of the time step.
         instants: Vec<f64>,
     },
@@ -37,8 +39,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut out = std::io::stdout().lock();
     for ask in asks {
         match ask {
-            Ask::At { case, time_step, instants } => {
-                serde_json::to_writer(&mut out, &case.run(time_step, &instants))?;
+            Ask::At { case, time_step, integrator, instants } => {
+                serde_json::to_writer(&mut out, &case.run(integrator, time_step, &instants))?;
             }
             Ask::Over { scene, every } => serde_json::to_writer(&mut out, &scene.run(every))?,
         }

@@ -173,7 +173,8 @@ mod tests {
             ("heightfield:hills.png", "heightfield:FILE,X,Y,HEIGHT"),
             ("heightfield:hills.stl,1,1,1", "neither"),
             ("heightfield:hills.png,1,0,1", "above 0"),
-            ("heightfield:hills.png,1,nan,1", "nan"),
+            ("heightfield:hills.png,1,nan,1", "above 0"),
+            ("heightfield:hills.png,1,big,1", "big"),
             ("mesh:room.stl,-1", "above 0"),
         ] {
             let refused = wanted(text).unwrap_err();

@@ -77,7 +77,16 @@ from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
 from simd_client.version import API_VERSION, __version__
-from simd_client.world import Pace, Physics, SimulationState, SimulatorInfo, SavedState, Stamp, WorldStatistics
+from simd_client.world import (
+    Integrator,
+    Pace,
+    Physics,
+    SavedState,
+    SimulationState,
+    SimulatorInfo,
+    Stamp,
+    WorldStatistics,
+)
 
 __all__ = [
     "API_VERSION",
@@ -105,6 +114,7 @@ __all__ = [
     "FileNotFound",
     "Finding",
     "Gains",
+    "Integrator",
     "Internal",
     "InvalidDescription",
     "InvalidSavedState",

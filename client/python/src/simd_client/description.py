@@ -90,6 +90,8 @@ class Finding:
     """In the URDF, from 1; 0 where it does not apply."""
     message: str
     """A sentence: what was read, what was done, why."""
+    file: str = ""
+    """The mesh file that it is about, by its URI; empty where it is about the description."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,7 @@ def report_from_proto(message: proto.LoadReport) -> LoadReport:
             element=each.element,
             line=each.line,
             message=each.message,
+            file=each.file,
         )
         for each in message.findings
     )

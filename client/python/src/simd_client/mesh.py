@@ -37,8 +37,8 @@ class MeshFile:
     """A mesh as a file."""
 
     data: bytes
-    suffix: str
-    """Which says the format, for instance `.obj`."""
+    name: str
+    """Whose end says the format, for instance `.obj`."""
 
 
 def mesh_file(mesh: AnyMesh) -> MeshFile:
@@ -46,7 +46,7 @@ def mesh_file(mesh: AnyMesh) -> MeshFile:
     mesh, and `OSError` for a file that cannot be read."""
     if isinstance(mesh, (str, os.PathLike)):
         path = Path(mesh).expanduser()
-        return MeshFile(path.read_bytes(), path.suffix.lower())
+        return MeshFile(path.read_bytes(), path.name)
     given = mesh if isinstance(mesh, tuple) else (mesh.vertices, mesh.faces)
     vertices, triangles = np.asarray(given[0], dtype=np.float64), np.asarray(given[1])
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 3:
@@ -63,4 +63,4 @@ def mesh_file(mesh: AnyMesh) -> MeshFile:
         raise ValueError(f"a triangle has a vertex that is none of the {len(vertices)}, counted from 0")
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     lines += [f"f {a} {b} {c}" for a, b, c in (triangles + 1).tolist()]
-    return MeshFile(("\n".join(lines) + "\n").encode(), ".obj")
+    return MeshFile(("\n".join(lines) + "\n").encode(), "arrays.obj")

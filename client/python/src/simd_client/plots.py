@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -48,7 +49,7 @@ def plotted(
         except ImportError as missing:
             raise ImportError("plots need matplotlib: pip install 'simd-client[plot]'") from missing
         # Not by pyplot, which would keep each figure and choose a window.
-        figure = make(figsize=(8, 0.6 + 2.2 * len(what)), layout="constrained")
+        figure = _shown_in_notebooks(make)(figsize=(8, 0.6 + 2.2 * len(what)), layout="constrained")
         axes = figure.subplots(len(what), 1, sharex=True, squeeze=False)[:, 0]
     diagrams = list(np.atleast_1d(np.asarray(axes, dtype=object)).ravel())
     if len(diagrams) != len(what):
@@ -66,3 +67,14 @@ def plotted(
     if lines:
         diagrams[0].legend(loc="best", fontsize="small")
     return diagrams[0].figure
+
+
+def _shown_in_notebooks(figure: Any) -> Any:
+    """The class of figures, with what a notebook asks for: without pyplot nothing draws them there."""
+
+    def png(self: Any) -> bytes:
+        content = io.BytesIO()
+        self.savefig(content, format="png")
+        return content.getvalue()
+
+    return type("Figure", (figure,), {"_repr_png_": png})

@@ -43,6 +43,16 @@ class Pace(Enum):
     UNKNOWN = "unknown"
 
 
+class Integrator(Enum):
+    """The method of a step."""
+
+    LEAPFROG = "leapfrog"
+    """Of second order where motion is smooth; free bodies keep their energy at any spin."""
+    EULER = "euler"
+    """Semi-implicit Euler with implicit damping, which equals MuJoCo's."""
+    UNKNOWN = "unknown"
+
+
 @dataclass(frozen=True)
 class Physics:
     """Settings of the step."""
@@ -57,6 +67,8 @@ class Physics:
     """Simulated seconds to a wall second."""
     pace: Pace
     """How steps follow the wall clock while playing."""
+    integrator: Integrator
+    """The method of a step."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +131,10 @@ _PACES = {
     proto.PaceMode.PACE_MODE_REAL_TIME: Pace.REAL_TIME,
     proto.PaceMode.PACE_MODE_AS_FAST_AS_POSSIBLE: Pace.AS_FAST_AS_POSSIBLE,
 }
+_INTEGRATORS = {
+    proto.Integrator.INTEGRATOR_LEAPFROG: Integrator.LEAPFROG,
+    proto.Integrator.INTEGRATOR_EULER: Integrator.EULER,
+}
 
 
 def stamp_from_proto(message: proto.Stamp) -> Stamp:
@@ -158,6 +174,15 @@ def pace_to_proto(pace: Pace | str) -> proto.PaceMode:
     raise ValueError("a pace is real_time or as_fast_as_possible")
 
 
+def integrator_to_proto(integrator: Integrator | str) -> proto.Integrator:
+    """From the enum or its value. Raises `ValueError` for another text."""
+    wanted = Integrator(integrator)
+    for number, known in _INTEGRATORS.items():
+        if known is wanted:
+            return number
+    raise ValueError("an integrator is leapfrog or euler")
+
+
 def physics_from_proto(message: proto.Physics) -> Physics:
     """Settings from their message."""
     return Physics(
@@ -166,6 +191,9 @@ def physics_from_proto(message: proto.Physics) -> Physics:
         substeps=message.substeps,
         real_time_factor=message.real_time_factor,
         pace=next((pace for number, pace in _PACES.items() if number == message.pace), Pace.UNKNOWN),
+        integrator=next(
+            (known for number, known in _INTEGRATORS.items() if number == message.integrator), Integrator.UNKNOWN
+        ),
     )
 
 

@@ -241,6 +241,16 @@ def test_a_log_of_contacts_is_pybullets(bullet: Any, script: ModuleType, tmp_pat
             assert (b[16], b[17]) == pytest.approx((a[16], a[17]), abs=0.02)
 
 
+def test_a_log_of_virtual_reality_without_any_is_pybullets(bullet: Any, script: ModuleType, tmp_path: Path) -> None:
+    files = [tmp_path / f"{p.__name__}.bin" for p in (bullet, script)]
+    for p, file in zip((bullet, script), files, strict=True):
+        number = p.startStateLogging(p.STATE_LOGGING_VR_CONTROLLERS, str(file), deviceTypeFilter=p.VR_DEVICE_HMD)
+        p.stepSimulation()
+        p.stopStateLogging(number)
+    theirs, ours = (file.read_bytes() for file in files)
+    assert ours == theirs and ours.count(b"\n") == 2
+
+
 def test_logs_that_only_bullet_can_write_are_accepted_or_told(script: ModuleType, tmp_path: Path) -> None:
     for kind in (script.STATE_LOGGING_VIDEO_MP4, script.STATE_LOGGING_PROFILE_TIMINGS):
         number = script.startStateLogging(kind, str(tmp_path / "none"))

@@ -1,5 +1,7 @@
 //! Surfaces of triangles: meshes as they are, and height fields.
 
+use std::sync::Arc;
+
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::parry::shape::{HeightField, Shape, SharedShape, TriMesh, TriMeshFlags, Triangle};
@@ -7,7 +9,6 @@ use rapier3d_f64::parry::utils::Array2;
 use simd_model::robot::{Grid, MeshAsset, Sha256};
 
 use super::shapes::{Made, upright};
-use std::sync::Arc;
 
 /// Of each triangle the ones beyond its edges, from corner 0 to 1, 1 to 2 and 2 to 0; [`NONE`] where there is none, or
 /// more than one.

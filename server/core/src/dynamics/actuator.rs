@@ -4,6 +4,8 @@
 use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
+use super::integrator::{Implicitness, Integrator};
+
 /// What an actuator does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
@@ -88,7 +90,8 @@ pub struct Actuator {
 }
 
 /// The law of an actuator over one step, in the terms of dynamics: effort =
-/// kp (target - q - h qd+) + kd (velocity - qd+) + feed forward, with qd+ the new velocity.
+/// kp (target - q') + kd (velocity - qd') + feed forward, with q' and qd' where an [`Implicitness`] takes them: for
+/// backward Euler q + h qd+ and qd+, with qd+ the new velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
     /// kp.
@@ -121,9 +124,9 @@ impl Actuator {
 }
 
 impl AxisSettings {
-    /// What the joint itself adds to D: armature + h damping.
-    pub fn resistance(&self, h: f64) -> f64 {
-        self.armature + h * self.damping
+    /// What the joint itself adds to D: armature + h t damping.
+    pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
+        self.armature + h * at.damper() * self.damping
     }
 }
 
@@ -198,14 +201,25 @@ impl Axis {
     /// is braked with its whole effort, and then travels back along a profile, where a
     /// setpoint that waited at the target would make it swing. A joint that is blocked
     /// goes on to push with its limit.
-    pub fn anti_windup(&mut self, saturated: &Drive, q: f64, qd: f64, h: f64) {
+    ///
+    /// `qd` is the velocity that the next step changes.
+    pub fn anti_windup(&mut self, saturated: &Drive, q: f64, qd: f64, h: f64, integrator: Integrator) {
         let Drive { stiffness, damping, velocity, feed_forward, limit, .. } = *saturated;
         if !matches!(self.actuator.mode, Mode::Position | Mode::Hold) || stiffness <= 0.0 {
             return;
         }
         // The solved effort is smaller than the law's by what the implicit terms add to D.
-        let softening = 1.0 + (h * damping + h * h * stiffness) / self.settings.composite_inertia;
-        let middle = q + (damping * (qd - velocity) - feed_forward) / stiffness;
+        let inertia = self.settings.composite_inertia;
+        let (softening, ahead) = match integrator {
+            Integrator::Euler => (1.0 + (h * damping + h * h * stiffness) / inertia, 0.0),
+            Integrator::Leapfrog => {
+                let law = Drive { saturated: None, ..*saturated };
+                let at = Implicitness::of((law.stiffness_of_step(h) + h * self.settings.damping) / inertia);
+                // The setpoint is a step further when the law is next asked, the spring's position less.
+                (1.0 + law.resistance(h, at) / inertia, h * (at.spring_ahead() - 1.0) * qd)
+            }
+        };
+        let middle = q + ahead + (damping * (qd - velocity) - feed_forward) / stiffness;
         let reach = limit * softening / stiffness;
         let bounded = self.actuator.setpoint.max(middle - reach).min(middle + reach);
         if bounded != self.actuator.setpoint {
@@ -226,21 +240,39 @@ fn least(one: Option<f64>, other: Option<f64>) -> f64 {
 }
 
 impl Drive {
-    /// What the actuator applies at velocity `qd` after a step of `h` from `q`; the
+    /// What the actuator applies over a step of `h` from `q` in which the velocity changes from `before` to `after`; the
     /// limit where it is saturated.
-    pub fn effort(&self, q: f64, qd: f64, h: f64) -> f64 {
-        self.saturated.unwrap_or_else(|| self.law(q, qd, h).clamp(-self.limit, self.limit))
+    pub fn effort(&self, q: f64, velocities: [f64; 2], h: f64, at: Implicitness) -> f64 {
+        self.saturated.unwrap_or_else(|| self.law(q, velocities, h, at).clamp(-self.limit, self.limit))
     }
 
     /// The law alone, without its limit.
-    pub fn law(&self, q: f64, qd: f64, h: f64) -> f64 {
-        self.stiffness * (self.position - q - h * qd)
-            + self.damping * (self.velocity - qd)
+    pub fn law(&self, q: f64, [before, after]: [f64; 2], h: f64, at: Implicitness) -> f64 {
+        let moved = h * at.spring_after() * after - h * at.spring_before() * before;
+        let velocity = at.damper() * after + (1.0 - at.damper()) * before;
+        self.stiffness * (self.position - q - moved)
+            + self.damping * (self.velocity - velocity)
             + self.feed_forward
     }
 
-    /// What the law adds to D: h kd + h^2 kp.
-    pub fn resistance(&self, h: f64) -> f64 {
-        if self.saturated.is_some() { 0.0 } else { h * self.damping + h * h * self.stiffness }
+    /// The law if the velocity did not change: the effort but for what the law adds to D.
+    pub fn steady_law(&self, q: f64, velocity: f64, h: f64, at: Implicitness) -> f64 {
+        self.stiffness * (self.position - q - h * at.spring_ahead() * velocity)
+            + self.damping * (self.velocity - velocity)
+            + self.feed_forward
+    }
+
+    /// What the law adds to D: h t kd + h^2 b kp; h kd + h^2 kp for backward Euler.
+    pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
+        if self.saturated.is_some() {
+            0.0
+        } else {
+            h * at.damper() * self.damping + h * h * at.spring_after() * self.stiffness
+        }
+    }
+
+    /// What stops the joint, as its part of D for backward Euler.
+    pub fn stiffness_of_step(&self, h: f64) -> f64 {
+        self.resistance(h, Implicitness::BACKWARD)
     }
 }

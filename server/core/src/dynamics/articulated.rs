@@ -5,6 +5,7 @@ use glamx::{DMat3, DQuat, DVec3};
 
 use super::actuator::{Axis, Drive};
 use super::inertia::Articulated;
+use super::integrator::{Implicitness, Integrator};
 use super::kinematics::free_pose;
 use super::ldlt::Ldlt6;
 use super::scratch::Scratch;
@@ -19,14 +20,18 @@ const SINGULAR: f64 = 1e-13;
 /// table 7.1, second loop, eq. 7.43 to 7.47).
 ///
 /// D = S'U + armature + h (kd + damping) + h^2 kp makes spring and damper act at
-/// the end of the step: (M + h K_d + h^2 K_p) qdd = ... , joint by joint.
+/// the end of the step: (M + h K_d + h^2 K_p) qdd = ... , joint by joint. In leapfrog each joint has
+/// its own [`Implicitness`], by what D is without them.
+///
+/// Springs and dampers act on `half`, the velocities that the step changes; all else on those that kinematics
+/// were found with.
 pub fn gather_inertia(
     tree: &Tree,
     axes: &[Axis],
     drives: &[Drive],
     external: &[Spatial],
-    (q, qd): (&[f64], &[f64]),
-    h: f64,
+    (q, half): (&[f64], &[f64]),
+    (h, integrator): (f64, Integrator),
     scratch: &mut Scratch,
 ) {
     for ((body, at), push) in tree.bodies.iter().zip(&mut scratch.bodies).zip(external) {
@@ -46,15 +51,29 @@ pub fn gather_inertia(
             JointType::Free { slot } => {
                 // D is the whole of IA: nothing of it reaches the parent.
                 scratch.free[slot] = Ldlt6::new(&at.articulated);
+                at.implicitness = Implicitness::MEAN;
                 continue;
             }
         };
         let own = along(body.joint_type, column, z);
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
-        let (position, velocity) = (q[body.position], qd[body.velocity]);
+        let (position, velocity) = (q[body.position], half[body.velocity]);
         let damping = axis.settings.damping;
-        let d = own + axis.settings.resistance(h) + drive.resistance(h);
-        let effort = drive.saturated.unwrap_or_else(|| drive.law(position, velocity, h)) - damping * velocity;
+        at.implicitness = match integrator {
+            Integrator::Euler => Implicitness::BACKWARD,
+            Integrator::Leapfrog => {
+                let stiffness = h * damping + drive.stiffness_of_step(h);
+                if stiffness > 0.0 {
+                    Implicitness::of(stiffness / (own + axis.settings.armature))
+                } else {
+                    Implicitness::MEAN
+                }
+            }
+        };
+        let implicitness = at.implicitness;
+        let d = own + axis.settings.resistance(h, implicitness) + drive.resistance(h, implicitness);
+        let law = || drive.steady_law(position, velocity, h, implicitness);
+        let effort = drive.saturated.unwrap_or_else(law) - damping * velocity;
         at.column = column;
         at.inverse_d = if d > largest * SINGULAR { 1.0 / d } else { 0.0 };
         at.drive = effort - along(body.joint_type, at.bias, z);
@@ -72,11 +91,11 @@ pub fn gather_inertia(
 /// (Featherstone table 7.1, third loop, eq. 7.48).
 ///
 /// `base_acceleration` is minus gravity in the base's axes, which is how gravity
-/// comes in. Semi-implicit Euler: `velocities` = qd + h qdd.
+/// comes in. `velocities` = half + h qdd, with qd what kinematics were found with.
 pub fn accelerate(
     tree: &Tree,
     base_acceleration: DVec3,
-    (q, qd): (&[f64], &[f64]),
+    (q, qd, half): (&[f64], &[f64], &[f64]),
     h: f64,
     scratch: &mut Scratch,
     velocities: &mut [f64],
@@ -92,7 +111,7 @@ pub fn accelerate(
                 let qdd = at.inverse_d * (at.drive - at.column.dot(carried));
                 at.acceleration = carried;
                 *part_mut(body.joint_type, &mut at.acceleration) += at.rotation.z_axis * qdd;
-                velocities[first] = qd[first] + h * qdd;
+                velocities[first] = half[first] + h * qdd;
             }
             JointType::Free { slot } => {
                 at.acceleration = scratch.free[slot].solve(-at.bias);
@@ -108,6 +127,9 @@ pub fn accelerate(
                 // body: d/dt (R v) = R (a + w x v).
                 let (_, rotation) = free_pose(&q[body.position..]);
                 let linear_qdd = linear_qdd + (rotation * angular).cross(linear);
+                let half = &half[first..];
+                let angular = DVec3::new(half[3], half[4], half[5]);
+                let linear = DVec3::new(half[0], half[1], half[2]);
                 write_free(&mut velocities[first..], linear + linear_qdd * h, angular + angular_qdd * h);
             }
         }

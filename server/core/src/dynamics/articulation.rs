@@ -1,6 +1,7 @@
 //! The state of one robot, and its step.
 
 mod body_state;
+mod leapfrog;
 mod state;
 
 use std::sync::Arc;
@@ -14,10 +15,13 @@ use super::constraint::{
 };
 use super::gains::set_default_gains;
 use super::integrate::advance;
+use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
 use super::scratch::{BodyScratch, Scratch};
 use super::spatial::{Placement, Spatial};
-use super::tree::{JointType, Tree};
+use super::spin::{Drift, FreeBody};
+use super::tree::{Body, JointType, Tree};
+use super::velocity_terms::{VelocityTerms, is_fast};
 
 pub use body_state::BodyState;
 
@@ -42,6 +46,22 @@ struct StepScratch {
     new_velocities: Vec<f64>,
     constraints: Constraints,
     passes: Scratch,
+    integrator: Integrator,
+    /// A limit acted in this step.
+    is_held: bool,
+    /// A contact did.
+    is_touched: bool,
+    /// Dry friction or a limit began or ended to hold in this step, or an actuator came to its effort limit or left it.
+    is_kinked: bool,
+    /// Forces from outside have jumped before this step.
+    meets_jump: bool,
+    /// Of an impulse.
+    response: Vec<f64>,
+    /// Of a robot that is a single free body.
+    free_body: Option<FreeBody>,
+    /// How that goes through the step without constraints.
+    drift: Drift,
+    velocity_terms: VelocityTerms,
 }
 
 impl Articulation {
@@ -54,8 +74,23 @@ impl Articulation {
 
     /// A robot in a state of its tree.
     pub fn with_state(tree: Arc<Tree>, state: BodyState) -> Self {
+        let free_body = match &tree.bodies[..] {
+            [body] if matches!(body.joint_type, JointType::Free { .. }) && !tree.fixed_base => {
+                FreeBody::new(&body.inertia)
+            }
+            _ => None,
+        };
         let scratch = StepScratch {
             new_velocities: vec![0.0; tree.velocity_count],
+            integrator: Integrator::default(),
+            is_held: false,
+            is_touched: false,
+            is_kinked: false,
+            meets_jump: false,
+            response: vec![0.0; tree.velocity_count],
+            free_body,
+            drift: Drift::default(),
+            velocity_terms: VelocityTerms::new(&tree),
             constraints: Constraints::default(),
             passes: Scratch {
                 bodies: vec![BodyScratch::default(); tree.bodies.len()],
@@ -65,23 +100,23 @@ impl Articulation {
         Self { tree, state, scratch }
     }
 
-    /// Advances by `h` seconds, touching nothing: semi-implicit Euler.
+    /// Advances by `h` seconds, touching nothing.
     ///
     /// 1. [`update_kinematics`](Self::update_kinematics): where bodies are and how they move.
     /// 2. [`start`](Self::start): each actuator's law for this step; articulated inertias,
-    ///    accelerations, and so the new velocities.
+    ///    accelerations, and so the new velocities, which in leapfrog are those in the middle of the step.
     /// 3. [`solve_alone`](Self::solve_alone): constraints change the new velocities; an actuator
     ///    whose effort at these velocities would exceed its limit applies the limit, and the new
     ///    velocities are found again. Robots that touch are solved together instead, by
     ///    [`Island`](super::island::Island).
     /// 4. [`finish`](Self::finish): positions follow the new velocities.
     ///
-    /// Allocates nothing once the constraints have had their largest size.
-    pub fn step(&mut self, gravity: DVec3, h: f64) {
+    /// Allocates nothing once the constraints have had their largest size, and something has spun fast if it will.
+    pub fn step(&mut self, gravity: DVec3, h: f64, integrator: Integrator) {
         self.update_kinematics();
-        self.start(gravity, h);
+        self.start(gravity, h, integrator);
         self.solve_alone(gravity, h);
-        self.finish(h);
+        self.finish(gravity, h);
     }
 
     /// Where bodies are and how they move.
@@ -96,10 +131,12 @@ impl Articulation {
 
     /// Takes each actuator's law for the step, finds the new velocities without constraints, and
     /// the rows of joints.
-    pub fn start(&mut self, gravity: DVec3, h: f64) {
+    pub fn start(&mut self, gravity: DVec3, h: f64, integrator: Integrator) {
         let tree = Arc::clone(&self.tree);
+        self.begin_leapfrog(integrator);
         self.set_drives(&tree, h);
         self.predict(gravity, h);
+        self.meet_jump(h);
         let state = (&*self.state.positions, &*self.scratch.new_velocities);
         collect(&tree, &self.state.axes, state, &self.state.impulses, h, &mut self.scratch.constraints);
     }
@@ -111,7 +148,7 @@ impl Articulation {
             if round > 0 {
                 self.predict(gravity, h);
             }
-            let StepScratch { new_velocities, constraints, passes } = &mut self.scratch;
+            let StepScratch { new_velocities, constraints, passes, .. } = &mut self.scratch;
             solve(&tree, &self.state.positions, constraints, passes, new_velocities);
             self.keep_rows();
             if !self.saturate(h, round == 0) {
@@ -121,34 +158,33 @@ impl Articulation {
     }
 
     /// Moves on with the new velocities.
-    pub fn finish(&mut self, h: f64) {
+    pub fn finish(&mut self, gravity: DVec3, h: f64) {
         self.note_efforts(h);
-        self.take_new_velocities();
-        advance(&self.tree, &mut self.state.positions, &self.state.velocities, h);
+        self.note_changes(gravity, h);
+        advance(&self.tree, &mut self.state.positions, &self.scratch.new_velocities, h);
+        self.take_new_velocities(gravity, h);
     }
 
     /// Like [`finish`](Self::finish), with positions integrated by other velocities, which include position
     /// correction.
-    pub fn finish_corrected(&mut self, split_velocities: &[f64], h: f64) {
+    pub fn finish_corrected(&mut self, split_velocities: &[f64], gravity: DVec3, h: f64) {
+        self.scratch.is_touched = true;
         self.note_efforts(h);
-        self.take_new_velocities();
+        self.note_changes(gravity, h);
         advance(&self.tree, &mut self.state.positions, split_velocities, h);
-    }
-
-    fn take_new_velocities(&mut self) {
-        let BodyState { velocities, velocities_before, has_stepped, .. } = &mut self.state;
-        std::mem::swap(velocities_before, velocities);
-        std::mem::swap(velocities, &mut self.scratch.new_velocities);
-        *has_stepped = true;
+        self.take_new_velocities(gravity, h);
     }
 
     /// What the actuators apply at the new velocities.
     fn note_efforts(&mut self, h: f64) {
-        for body in &self.tree.bodies {
+        for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
             if !matches!(body.joint_type, JointType::Free { .. }) {
-                let (q, qd) =
-                    (self.state.positions[body.position], self.scratch.new_velocities[body.velocity]);
-                self.state.efforts[body.velocity] = self.state.drives[body.velocity].effort(q, qd, h);
+                let dof = body.velocity;
+                let (q, velocities) = (
+                    self.state.positions[body.position],
+                    [self.state.half_velocities[dof], self.scratch.new_velocities[dof]],
+                );
+                self.state.efforts[dof] = self.state.drives[dof].effort(q, velocities, h, at.implicitness);
             }
         }
     }
@@ -159,11 +195,11 @@ impl Articulation {
             if matches!(body.joint_type, JointType::Free { .. }) {
                 continue;
             }
-            let (q, qd) = (self.state.positions[body.position], self.state.velocities[body.velocity]);
+            let (q, qd) = (self.state.positions[body.position], self.state.half_velocities[body.velocity]);
             let (axis, drive) = (&mut self.state.axes[body.velocity], &mut self.state.drives[body.velocity]);
             let saturated = drive.saturated;
             if saturated.is_some() {
-                axis.anti_windup(drive, q, qd, h);
+                axis.anti_windup(drive, q, qd, h, self.scratch.integrator);
             }
             axis.advance_setpoint(h);
             *drive = axis.drive(h);
@@ -175,38 +211,42 @@ impl Articulation {
     /// Second and third pass: the new velocities without constraints.
     pub(super) fn predict(&mut self, gravity: DVec3, h: f64) {
         let tree = &*self.tree;
-        let state = (&*self.state.positions, &*self.state.velocities);
+        let BodyState { positions, velocities, half_velocities, .. } = &self.state;
+        let StepScratch { new_velocities, passes, integrator, velocity_terms, free_body, .. } =
+            &mut self.scratch;
         let base = Placement::new(self.state.base.rotation, self.state.base.translation);
         gather_inertia(
             tree,
             &self.state.axes,
             &self.state.drives,
             &self.state.external,
-            state,
-            h,
-            &mut self.scratch.passes,
+            (positions, half_velocities),
+            (h, *integrator),
+            passes,
         );
-        accelerate(
-            tree,
-            base_acceleration(&base, gravity),
-            state,
-            h,
-            &mut self.scratch.passes,
-            &mut self.scratch.new_velocities,
-        );
+        if *integrator == Integrator::Leapfrog && free_body.is_some() {
+            self.drift(gravity, h, 1.0);
+            return;
+        }
+        let state = (&**positions, &**velocities, &**half_velocities);
+        accelerate(tree, base_acceleration(&base, gravity), state, h, passes, new_velocities);
+        if *integrator == Integrator::Leapfrog && is_fast(passes, h) {
+            velocity_terms.solve(tree, state, h, passes, new_velocities);
+        }
     }
 
     /// Finds the actuators whose solved effort is beyond their limit, and where
     /// `release`, those that were saturated and need not be. Says whether any changed.
     pub(super) fn saturate(&mut self, h: f64, release: bool) -> bool {
         let mut changed = false;
-        for body in &self.tree.bodies {
+        for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
             let drive = &mut self.state.drives[body.velocity];
             if matches!(body.joint_type, JointType::Free { .. }) || drive.limit == f64::INFINITY {
                 continue;
             }
-            let law =
-                drive.law(self.state.positions[body.position], self.scratch.new_velocities[body.velocity], h);
+            let dof = body.velocity;
+            let velocities = [self.state.half_velocities[dof], self.scratch.new_velocities[dof]];
+            let law = drive.law(self.state.positions[body.position], velocities, h, at.implicitness);
             let next = match drive.saturated {
                 // Held at its limit: right as long as the law would go beyond on that side.
                 Some(effort) if law * effort.signum() >= drive.limit || !release => Some(effort),
@@ -216,6 +256,7 @@ impl Articulation {
             changed |= next != drive.saturated;
             drive.saturated = next;
         }
+        self.scratch.is_kinked |= changed;
         changed
     }
 
@@ -274,6 +315,7 @@ impl Articulation {
 
     /// Keeps the impulses of the rows of joints for the next step.
     pub(super) fn keep_rows(&mut self) {
+        self.judge_rows();
         self.state.impulses.keep(&self.scratch.constraints.rows);
     }
 
@@ -293,7 +335,7 @@ impl Articulation {
         self.state.impulses = Impulses::new(&self.tree);
         self.state.drives.fill(Drive::default());
         self.state.efforts.fill(0.0);
-        self.state.forget_accelerations();
+        self.state.forget_last_step();
     }
 
     /// The change of all velocities by a unit impulse at the joint of a body, as the last
@@ -306,10 +348,18 @@ impl Articulation {
     }
 
     /// What the actuators of the last step add to the diagonal of M, by velocity:
-    /// armature + h (kd + damping) + h^2 kp.
+    /// armature + h (kd + damping) + h^2 kp, the latter as far as each joint's
+    /// [`Implicitness`](super::integrator::Implicitness) goes; 0 for free bodies.
     pub fn resistance(&self, h: f64) -> Vec<f64> {
-        let pairs = self.state.axes.iter().zip(&self.state.drives);
-        pairs.map(|(axis, drive)| axis.settings.resistance(h) + drive.resistance(h)).collect()
+        let mut resistance = vec![0.0; self.tree.velocity_count];
+        for (body, at) in self.tree.bodies.iter().zip(&self.scratch.passes.bodies) {
+            let dof = body.velocity;
+            if !matches!(body.joint_type, JointType::Free { .. }) {
+                resistance[dof] = self.state.axes[dof].settings.resistance(h, at.implicitness)
+                    + self.state.drives[dof].resistance(h, at.implicitness);
+            }
+        }
+        resistance
     }
 
     /// Sets default gains from the composite inertias at the present positions.
@@ -319,9 +369,8 @@ impl Articulation {
 
     /// Makes a joint hold the position that it has.
     pub fn hold(&mut self, body: usize) {
-        let body = &self.tree.bodies[body];
-        let (position, velocity) =
-            (self.state.positions[body.position], self.state.velocities[body.velocity]);
-        self.state.axes[body.velocity].actuator = Actuator::hold(position, velocity);
+        let Body { position, velocity, .. } = self.tree.bodies[body];
+        let actuator = Actuator::hold(self.state.positions[position], self.state.velocities[velocity]);
+        self.set_actuator(velocity, actuator);
     }
 }

@@ -108,6 +108,9 @@ impl Island {
         }
         for rows in &self.rows {
             contacts[rows.contact].impulse = rows.world_impulse();
+            if rows.impulse != [0.0; 3] {
+                contacts[rows.contact].robots.iter().for_each(|&robot| robots[robot].as_mut().note_contact());
+            }
         }
         for member in &self.members {
             robots[member.robot].as_mut().keep_rows();
@@ -116,9 +119,9 @@ impl Island {
         for &Member { robot, first, len } in &self.members {
             let body = robots[robot].as_mut();
             if is_corrected {
-                body.finish_corrected(&self.velocities[first..first + len], h);
+                body.finish_corrected(&self.velocities[first..first + len], gravity, h);
             } else {
-                body.finish(h);
+                body.finish(gravity, h);
             }
         }
         true
@@ -294,7 +297,7 @@ impl Island {
     ) {
         self.before.clear();
         for member in &self.members {
-            self.before.extend_from_slice(robots[member.robot].as_mut().velocities());
+            self.before.extend_from_slice(robots[member.robot].as_mut().half_velocities());
         }
         for rows in &mut self.rows {
             let before = rows.velocities(&self.blocks, &self.before)[0];

@@ -3,7 +3,8 @@
 //!
 //! * [`spatial`], [`inertia`], [`symmetric`]: spatial vectors and inertias.
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
-//! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step.
+//! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
+//! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
 //! * [`actuator`], [`gains`]: what drives a joint.
 //! * [`mass_matrix`]: the dense form of what a step never builds.
 //! * [`reactions`]: what joints carry.
@@ -22,6 +23,7 @@ pub mod contact_point;
 pub mod gains;
 pub mod inertia;
 pub mod integrate;
+pub mod integrator;
 pub mod inverse_dynamics;
 pub mod inverse_kinematics;
 pub mod island;
@@ -32,10 +34,13 @@ pub mod mass_matrix;
 pub mod reactions;
 pub mod scratch;
 pub mod spatial;
+pub mod spin;
 pub mod symmetric;
 pub mod tree;
+pub mod velocity_terms;
 
 pub use actuator::{Actuator, Axis, Mode};
 pub use articulation::{Articulation, BodyState};
 pub use configuration::Configuration;
+pub use integrator::Integrator;
 pub use tree::Tree;

@@ -3,6 +3,7 @@
 use glamx::{DMat3, DVec3};
 
 use super::inertia::Articulated;
+use super::integrator::Implicitness;
 use super::ldlt::Ldlt6;
 use super::spatial::Spatial;
 
@@ -26,6 +27,8 @@ pub struct BodyScratch {
     pub bias: Spatial,
     /// U = IA S.
     pub column: Spatial,
+    /// When springs and dampers of its joint act.
+    pub implicitness: Implicitness,
     /// 1 / D, with D = S' U + armature + h (kd + damping) + h^2 kp; 0 where
     /// nothing resists (a joint without inertia, damping or stiffness is not moved).
     pub inverse_d: f64,
@@ -50,6 +53,7 @@ impl Default for BodyScratch {
             articulated: Articulated::default(),
             bias: Spatial::ZERO,
             column: Spatial::ZERO,
+            implicitness: Implicitness::BACKWARD,
             inverse_d: 0.0,
             drive: 0.0,
             acceleration: Spatial::ZERO,

@@ -16,7 +16,7 @@ pub use super::contact_settings::{
 use super::moment::Moment;
 use super::saved::Saved;
 pub use super::saved::SavedStateInfo;
-use super::settings::PhysicsSettings;
+use super::settings::{Integrator, PhysicsSettings};
 pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::Shapes;
 
@@ -82,7 +82,7 @@ pub enum Command {
     },
     /// Applies a wrench to a link.
     ApplyWrench(LinkWrench),
-    /// Changes gravity, time step or substeps.
+    /// Changes gravity, time step, substeps or integrator.
     SetPhysics(PhysicsChange),
     /// Puts the world back.
     Reset(ResetScope),
@@ -257,6 +257,8 @@ pub struct PhysicsChange {
     pub time_step: Option<f64>,
     /// Parts of a step, 1 to 1,000.
     pub substeps: Option<u32>,
+    /// The method of a step.
+    pub integrator: Option<Integrator>,
 }
 
 /// What a reset puts back, in the words of `simulation_interfaces`.

@@ -42,7 +42,7 @@ pub enum EventKind {
     },
     /// The world was put back.
     Reset(ResetScope),
-    /// Gravity, time step or substeps changed.
+    /// Gravity, time step, substeps or integrator changed.
     PhysicsChanged(PhysicsSettings),
     /// Joints were taken for one client.
     JointsClaimed {

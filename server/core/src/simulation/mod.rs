@@ -53,7 +53,7 @@ use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
 use serde::Serialize;
-pub use settings::PhysicsSettings;
+pub use settings::{Integrator, PhysicsSettings};
 use sleep::Groups;
 use target_sources::RobotTargetSources;
 

@@ -1,8 +1,9 @@
-//! Gravity, time step and substeps.
+//! Gravity, time step, substeps and integrator.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
+pub use crate::dynamics::Integrator;
 use crate::plain::vector3;
 
 /// Seconds that a step may advance.
@@ -21,11 +22,18 @@ pub struct PhysicsSettings {
     pub time_step: f64,
     /// Equal parts that a step is done in.
     pub substeps: u32,
+    /// The method of a step.
+    pub integrator: Integrator,
 }
 
 impl Default for PhysicsSettings {
-    /// Earth, 1 ms, one part.
+    /// Earth, 1 ms, one part, leapfrog.
     fn default() -> Self {
-        Self { gravity: DVec3::new(0.0, 0.0, -9.81), time_step: 1e-3, substeps: 1 }
+        Self {
+            gravity: DVec3::new(0.0, 0.0, -9.81),
+            time_step: 1e-3,
+            substeps: 1,
+            integrator: Integrator::Leapfrog,
+        }
     }
 }

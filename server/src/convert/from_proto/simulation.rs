@@ -1,5 +1,6 @@
 //! Requests of the simulation service.
 
+use simd_core::Integrator;
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
 use simd_model::robot::Sha256;
 use simd_proto::v1;
@@ -58,7 +59,13 @@ pub fn reset_scope(request: &v1::ResetSimulationRequest) -> ResetScope {
 /// New settings; what is not given stays.
 pub fn physics_change(request: &v1::SetPhysicsRequest) -> Result<(PhysicsChange, PaceChange), BadField> {
     let gravity = request.gravity.map(geometry::vector);
-    let change = PhysicsChange { gravity, time_step: request.time_step, substeps: request.substeps };
+    let integrator = match Path::ROOT.field("integrator").known(request.integrator)? {
+        v1::Integrator::Unspecified => None,
+        v1::Integrator::Leapfrog => Some(Integrator::Leapfrog),
+        v1::Integrator::Euler => Some(Integrator::Euler),
+    };
+    let change =
+        PhysicsChange { gravity, time_step: request.time_step, substeps: request.substeps, integrator };
     Ok((change, pace(request)?))
 }
 

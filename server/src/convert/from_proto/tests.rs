@@ -220,6 +220,9 @@ fn physics_that_are_not_given_stay() {
     let nothing = v1::SetPhysicsRequest::default();
     let (physics, _) = change(&nothing).unwrap();
     assert_eq!((physics.gravity, physics.time_step, physics.substeps), (None, None, None));
+    assert_eq!(physics.integrator, None);
+    let euler = v1::SetPhysicsRequest { integrator: v1::Integrator::Euler.into(), ..nothing.clone() };
+    assert_eq!(change(&euler).unwrap().0.integrator, Some(simd_core::Integrator::Euler));
     assert_eq!(pace(&nothing), present);
 
     let factor = v1::SetPhysicsRequest { real_time_factor: Some(0.5), ..nothing.clone() };

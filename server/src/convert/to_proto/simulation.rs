@@ -1,7 +1,7 @@
 //! Answers of the simulation service.
 
-use simd_core::PhysicsSettings;
 use simd_core::simulation::command::SavedStateInfo;
+use simd_core::{Integrator, PhysicsSettings};
 use simd_model::robot::JointKind;
 use simd_proto::{API_VERSION, v1};
 
@@ -55,12 +55,17 @@ pub fn physics(settings: &PhysicsSettings, pace: Pace) -> v1::Physics {
         Pace::RealTime { .. } => v1::PaceMode::RealTime,
         Pace::AsFastAsPossible { .. } => v1::PaceMode::AsFastAsPossible,
     };
+    let integrator = match settings.integrator {
+        Integrator::Leapfrog => v1::Integrator::Leapfrog,
+        Integrator::Euler => v1::Integrator::Euler,
+    };
     v1::Physics {
         gravity: Some(vector(settings.gravity)),
         time_step: settings.time_step,
         substeps: settings.substeps,
         real_time_factor: pace.factor(),
         pace: mode.into(),
+        integrator: integrator.into(),
     }
 }
 

@@ -40,6 +40,8 @@ class Callbacks(Generic[Item]):
     """
 
     def __init__(self, link: Link, items: Items[Item], function: Callable[[Item], object]) -> None:
+        if not callable(function):
+            raise TypeError(f"a function is called with each item, and {function!r} is none")
         self._link = link
         self._items = items
         self._function = function

@@ -12,8 +12,11 @@ from simd_client.aio.loading import Loading
 from simd_client.aio.robot import Robot
 from simd_client.aio.runtime import in_thread
 from simd_client.aio.upload import send_bytes
+from simd_client.description import Severity, report_from_proto
+from simd_client.errors import InvalidDescription, refused_here
 from simd_client.geometry import vector, vector_to_proto
 from simd_client.mesh import AnyMesh, mesh_file
+from simd_client.proto import methods
 from simd_client.spawn import UPRIGHT, height_field_file, shape_options, shape_source
 
 
@@ -119,16 +122,23 @@ class Primitives(Loading):
 
         It touches with its convex hull, or with `convex_parts` with at most 32 of them, which takes seconds for a large
         one. The mass is that of the hull filled with water unless it is given. The origin is the mesh's own. `scale`
-        is a factor for each axis.
+        is a factor for each axis. Raises `InvalidDescription` for a file that the daemon does not read.
         """
         file = await in_thread(lambda: mesh_file(mesh))
         sha256 = await send_bytes(self, file.data)
         x, y, z = vector(scale, 3, "a scale").tolist()
-        uri = sha256 + file.suffix
-        geometry = proto.MeshGeometry(uri=uri, scale=proto.Vector3(x=x, y=y, z=z))
+        if 0.0 in (x, y, z):
+            raise ValueError("a scale of 0 leaves nothing of a mesh")
+        geometry = proto.MeshGeometry(uri=file.name, scale=proto.Vector3(x=x, y=y, z=z))
         source = shape_source(proto.Primitive(mesh=geometry), mass, color)
-        source.assets[uri] = sha256
+        source.assets[file.name] = sha256
         options = shape_options("mesh", name, position, orientation, fixed, friction, restitution)
+        # A mesh that is not read would leave a robot without a shape and without a mass.
+        request = proto.ValidateDescriptionRequest(source=source)
+        report = report_from_proto((await self.call(methods.ValidateDescription, request)).report)
+        for finding in report.findings:
+            if finding.file and finding.severity is not Severity.INFO:
+                raise refused_here(InvalidDescription, "INVALID_ARGUMENT", finding.message)
         return await self._spawn(source, replace(options, convex_parts=convex_parts))
 
     async def add_plane(

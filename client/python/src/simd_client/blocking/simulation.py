@@ -41,6 +41,7 @@ from simd_client.selection import Selection, selections_to_proto
 from simd_client.state import Named, States, clamped_from_proto, name_of
 from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
 from simd_client.world import (
+    Integrator,
     Pace,
     Physics,
     SimulationState,
@@ -49,6 +50,7 @@ from simd_client.world import (
     Stamp,
     WorldStatistics,
     info_from_proto,
+    integrator_to_proto,
     pace_to_proto,
     physics_from_proto,
     saved_state_from_proto,
@@ -254,7 +256,7 @@ class Simulation(Primitives):
 
     @property
     def physics(self) -> Physics:
-        """Gravity, time step, substeps, pace."""
+        """Gravity, time step, substeps, pace, integrator."""
         return physics_from_proto(self.call(methods.GetPhysics, proto.GetPhysicsRequest()).physics)
 
     def set_physics(
@@ -265,6 +267,7 @@ class Simulation(Primitives):
         substeps: int | None = None,
         real_time_factor: float | None = None,
         pace: Pace | str | None = None,
+        integrator: Integrator | str | None = None,
     ) -> Physics:
         """Changes only what is given (m/s^2, s). Raises `InvalidValue` and changes nothing if a value is refused."""
         request = proto.SetPhysicsRequest(
@@ -273,6 +276,7 @@ class Simulation(Primitives):
             substeps=substeps,
             real_time_factor=real_time_factor,
             pace=None if pace is None else pace_to_proto(pace),
+            integrator=None if integrator is None else integrator_to_proto(integrator),
         )
         return physics_from_proto(self.call(methods.SetPhysics, request).physics)
 

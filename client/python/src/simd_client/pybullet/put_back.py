@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from simd_client.proto import ListEntitiesRequest, Physics, SetPhysicsRequest, methods
+from simd_client.proto import Integrator, ListEntitiesRequest, Physics, SetPhysicsRequest, methods
 
 from .errors import error
 
@@ -27,7 +27,8 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
         # A daemon that is gone has no settings.
         return
     now = world.physics
-    changed = [name for name in ("gravity", "time_step", "substeps") if getattr(now, name) != getattr(before, name)]
+    names = ("gravity", "time_step", "substeps", "integrator")
+    changed = [name for name in names if getattr(now, name) != getattr(before, name)]
     if world.wire.call(methods.ListEntities, ListEntitiesRequest()).entities:
         if changed:
             print(
@@ -53,4 +54,5 @@ def put_back(world: World, found: tuple[Physics, bool] | None) -> None:
 def _settings(physics: Physics) -> str:
     g = physics.gravity
     parts = f", {physics.substeps} substeps" if physics.substeps > 1 else ""
-    return f"a time step of {physics.time_step:.6g} s{parts} and gravity ({g.x:g}, {g.y:g}, {g.z:g})"
+    method = "Euler" if physics.integrator == Integrator.INTEGRATOR_EULER else "leapfrog"
+    return f"a time step of {physics.time_step:.6g} s{parts}, {method} and gravity ({g.x:g}, {g.y:g}, {g.z:g})"

@@ -149,6 +149,19 @@ class ContactLog(StateLog):
                 yield [self._step, time, flag, a, b, link_a, link_b, *on_a, *on_b, *normal, depth, force]
 
 
+class VrLog(StateLog):
+    """The events of controllers of virtual reality, of which there are none: the head of the file alone."""
+
+    def __init__(self, client: int, path: Path) -> None:
+        names = ["stepCount", "timeStamp", "controllerId", "numMoveEvents", "m_numButtonEvents"]
+        names += ["posX", "posY", "posZ", "oriX", "oriY", "oriZ", "oriW", "analogAxis"]
+        names += [*(f"buttons{index}" for index in range(7)), "deviceType"]
+        super().__init__(client, path, names, "IfIII" + "f" * 8 + "I" * 8)
+
+    def _rows(self, world: World) -> Iterable[list[Any]]:
+        return ()
+
+
 class NoLog:
     """A log that only Bullet's own process can write."""
 
@@ -179,7 +192,7 @@ def startStateLogging(
     physicsClientId: int = 0,
 ) -> int:
     """Starts a log of robots, of a Minitaur or of contact points after each step of this script. Returns its number.
-    Videos and timings are accepted, and not written."""
+    Of virtual reality there are no events to log. Videos and timings are accepted, and not written."""
     del deviceTypeFilter
     world = connected(physicsClientId)
     path = Path(fileName)
@@ -192,6 +205,8 @@ def startStateLogging(
     if loggingType == constants.STATE_LOGGING_CONTACT_POINTS:
         bodies, links = (bodyUniqueIdA, bodyUniqueIdB), (linkIndexA, linkIndexB)
         return world.start_log(ContactLog(physicsClientId, path, bodies, links))
+    if loggingType == constants.STATE_LOGGING_VR_CONTROLLERS:
+        return world.start_log(VrLog(physicsClientId, path))
     if loggingType in _ACCEPTED:
         world.say_once(f"startStateLogging: {_ACCEPTED[loggingType]}")
         return world.start_log(NoLog())

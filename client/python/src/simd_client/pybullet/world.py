@@ -15,6 +15,7 @@ from simd_client.proto import (
     GetJointLayoutRequest,
     GetPhysicsRequest,
     GetSimulationStateRequest,
+    Integrator,
     ListEntitiesRequest,
     NextJointStatesRequest,
     Physics,
@@ -361,14 +362,16 @@ class World(Readings):
         self.forget_states()
 
     def begin(self) -> None:
-        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 steps per second."""
+        """Sets an unused world to PyBullet's defaults: paused, no gravity, 240 Euler steps per second."""
         self.sync()
         self.guest = bool(self.bodies)
         self.read_state()
         if not self.guest:
             self._found = self.physics, self.playing
             self.play(False)
-            request = SetPhysicsRequest(time_step=TIME_STEP, substeps=1)
+            # PyBullet's own step is a semi-implicit Euler.
+            euler = Integrator.INTEGRATOR_EULER
+            request = SetPhysicsRequest(time_step=TIME_STEP, substeps=1, integrator=euler)
             request.gravity.SetInParent()
             self.set_physics(request)
 

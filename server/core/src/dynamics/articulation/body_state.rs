@@ -8,6 +8,7 @@ use crate::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
 use crate::dynamics::constraint::Impulses;
 use crate::dynamics::gains::set_default_gains;
 use crate::dynamics::integrate::write_free_pose;
+use crate::dynamics::integrator::History;
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::{JointType, Tree};
@@ -25,10 +26,14 @@ pub struct BodyState {
     pub positions: Vec<f64>,
     /// qd.
     pub velocities: Vec<f64>,
-    /// The velocities before the last step; zero where it was not a step that gave the velocities.
-    pub velocities_before: Vec<f64>,
-    /// Whether it was a step that gave it its velocities.
-    pub has_stepped: bool,
+    /// The velocities that moved it in the last step: with leapfrog, those in the middle of it.
+    pub half_velocities: Vec<f64>,
+    /// What the last step changed the latter by; zero where velocities were given since.
+    pub changes: Vec<f64>,
+    /// What the step before it changed them by.
+    pub changes_before: Vec<f64>,
+    /// What leapfrog can go on from.
+    pub history: History,
     /// Settings and targets, one per degree of freedom; those of free bodies have no actuator.
     pub axes: Vec<Axis>,
     /// The laws of the last step, one per degree of freedom.
@@ -37,6 +42,10 @@ pub struct BodyState {
     pub efforts: Vec<f64>,
     /// Forces from outside on each body, in its own frame. Held until changed.
     pub external: Vec<Spatial>,
+    /// What they were in the last step, where commands or time have changed them since; else zero.
+    pub external_before: Vec<Spatial>,
+    /// Whether commands or time have changed them since.
+    pub has_external_changed: bool,
     /// Of the rows of joints, for the next step's warm start.
     pub impulses: Impulses,
 }
@@ -58,12 +67,16 @@ impl BodyState {
             base: if tree.fixed_base { world_from_root } else { DPose3::IDENTITY },
             positions: q,
             velocities: vec![0.0; n],
-            velocities_before: vec![0.0; n],
-            has_stepped: false,
+            half_velocities: vec![0.0; n],
+            changes: vec![0.0; n],
+            changes_before: vec![0.0; n],
+            history: History::Given,
             axes,
             drives: vec![Drive::default(); n],
             efforts: vec![0.0; n],
             external: vec![Spatial::ZERO; tree.bodies.len()],
+            external_before: vec![Spatial::ZERO; tree.bodies.len()],
+            has_external_changed: false,
             impulses: Impulses::new(tree),
         }
     }
@@ -87,9 +100,11 @@ impl BodyState {
     }
 
     /// The velocities were given by something else than a step.
-    pub(super) fn forget_accelerations(&mut self) {
-        self.has_stepped = false;
-        self.velocities_before.fill(0.0);
+    pub(super) fn forget_last_step(&mut self) {
+        self.history = History::Given;
+        self.half_velocities.fill(0.0);
+        self.changes.fill(0.0);
+        self.changes_before.fill(0.0);
     }
 
     /// Whether this is a state of such a tree, with numbers that a step can take.
@@ -101,23 +116,30 @@ impl BodyState {
             base,
             positions,
             velocities,
-            velocities_before,
-            has_stepped: _,
+            half_velocities,
+            changes,
+            changes_before,
+            history: _,
             axes,
             drives,
             efforts,
             external,
+            external_before,
+            has_external_changed: _,
             impulses,
         } = self;
         let n = tree.velocity_count;
         for (what, there, needed) in [
             ("positions", positions.len(), tree.position_count),
             ("velocities", velocities.len(), n),
-            ("velocities before the last step", velocities_before.len(), n),
+            ("velocities in the middle of the last step", half_velocities.len(), n),
+            ("changes of velocities in the last step", changes.len(), n),
+            ("changes of velocities in the step before", changes_before.len(), n),
             ("settings of axes", axes.len(), n),
             ("laws of actuators", drives.len(), n),
             ("efforts", efforts.len(), n),
             ("forces from outside", external.len(), tree.bodies.len()),
+            ("forces from outside in the last step", external_before.len(), tree.bodies.len()),
         ]
         .into_iter()
         .chain(impulses.lengths(tree))
@@ -129,7 +151,9 @@ impl BodyState {
         for (what, values) in [
             ("positions", positions),
             ("velocities", velocities),
-            ("velocities before the last step", velocities_before),
+            ("velocities in the middle of the last step", half_velocities),
+            ("changes of velocities in the last step", changes),
+            ("changes of velocities in the step before", changes_before),
             ("efforts", efforts),
         ] {
             finite(what, values.iter().copied())?;
@@ -141,7 +165,7 @@ impl BodyState {
         if !tree.fixed_base && *base != DPose3::IDENTITY {
             return Err("a base that is not the world's, though its root is free".into());
         }
-        let pushes = external.iter().flat_map(|push| [push.angular, push.linear]);
+        let pushes = external.iter().chain(external_before).flat_map(|push| [push.angular, push.linear]);
         finite("forces from outside", pushes.flat_map(|vector| vector.to_array()))?;
         finite("impulses", impulses.values())?;
         axes.iter().try_for_each(check_axis)?;

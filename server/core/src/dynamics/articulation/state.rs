@@ -5,8 +5,9 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 
 use super::{Articulation, BodyState};
-use crate::dynamics::actuator::Axis;
+use crate::dynamics::actuator::{Actuator, Axis, Mode};
 use crate::dynamics::articulated::write_free;
+use crate::dynamics::integrator::History;
 use crate::dynamics::spatial::Spatial;
 use crate::dynamics::tree::Tree;
 
@@ -33,6 +34,7 @@ impl Articulation {
 
     /// To put it elsewhere.
     pub fn positions_mut(&mut self) -> &mut [f64] {
+        self.state.history = History::Given;
         &mut self.state.positions
     }
 
@@ -41,31 +43,28 @@ impl Articulation {
         &self.state.velocities
     }
 
+    /// The velocities that moved it in the last step: with leapfrog, those in the middle of it. Rows hold for these.
+    pub fn half_velocities(&self) -> &[f64] {
+        &self.state.half_velocities
+    }
+
     /// To give it other velocities.
     pub fn velocities_mut(&mut self) -> &mut [f64] {
-        self.state.forget_accelerations();
+        self.state.forget_last_step();
         &mut self.state.velocities
     }
 
     /// How the velocities changed in the last step of `h`, one per degree of freedom and second; zero where they were
     /// given since.
     pub fn last_accelerations(&self, h: f64) -> impl Iterator<Item = f64> + '_ {
-        let change = move |(after, before): (&f64, &f64)| {
-            if self.state.has_stepped { (after - before) / h } else { 0.0 }
-        };
-        self.state.velocities.iter().zip(&self.state.velocities_before).map(change)
+        self.state.changes.iter().map(move |change| change / h)
     }
 
-    /// Keeps accelerations as they are where a step becomes longer by a factor.
-    pub(crate) fn stretch_last_step(&mut self, factor: f64) {
-        // Also to the bit.
-        if factor == 1.0 {
-            return;
-        }
-        let BodyState { velocities, velocities_before, .. } = &mut self.state;
-        for (before, after) in velocities_before.iter_mut().zip(&*velocities) {
-            *before = after - (after - *before) * factor;
-        }
+    /// Starts the next step from the velocities at the end of the last one, and keeps accelerations as they are where
+    /// it is longer by a factor.
+    pub(crate) fn change_step(&mut self, factor: f64) {
+        self.state.history = History::Given;
+        self.state.changes.iter_mut().for_each(|change| *change *= factor);
     }
 
     /// One per degree of freedom.
@@ -75,7 +74,23 @@ impl Articulation {
 
     /// To change settings and targets.
     pub fn axes_mut(&mut self) -> &mut [Axis] {
+        self.state.history = self.state.history.min(History::Interrupted);
         &mut self.state.axes
+    }
+
+    /// Gives an axis another target.
+    pub fn set_actuator(&mut self, dof: usize, actuator: Actuator) {
+        let present = &mut self.state.axes[dof].actuator;
+        // An effort acts as it is, in this step and the next; the answer to a target may be a jump.
+        let most = if actuator == *present {
+            History::SmoothTwice
+        } else if present.mode == Mode::Effort && actuator.mode == Mode::Effort {
+            History::Kinked
+        } else {
+            History::Interrupted
+        };
+        *present = actuator;
+        self.state.history = self.state.history.min(most);
     }
 
     /// What the actuators applied over the last step, one per degree of freedom.
@@ -91,6 +106,15 @@ impl Articulation {
     /// Forces from outside on each body, in its own frame.
     pub fn external(&self) -> &[Spatial] {
         &self.state.external
+    }
+
+    /// Says before forces from outside are changed that this is a jump, and not only that the body has turned since.
+    pub fn begin_external_change(&mut self) {
+        let BodyState { external, external_before, has_external_changed, .. } = &mut self.state;
+        if !*has_external_changed {
+            *has_external_changed = true;
+            external_before.copy_from_slice(external);
+        }
     }
 
     /// To change them.
@@ -125,13 +149,14 @@ impl Articulation {
 
     /// Puts the root elsewhere.
     pub fn set_root_pose(&mut self, world_from_root: DPose3) {
+        self.state.history = History::Given;
         self.state.set_root_pose(&self.tree, world_from_root);
     }
 
     /// Gives a free root other velocities, world axes; does nothing to a fixed one.
     pub fn set_root_twist(&mut self, linear: DVec3, angular: DVec3) {
         if !self.tree.fixed_base {
-            self.state.forget_accelerations();
+            self.state.forget_last_step();
             let own = self.root_pose().rotation.inverse() * angular;
             write_free(&mut self.state.velocities, linear, own);
         }

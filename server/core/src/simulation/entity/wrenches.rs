@@ -34,6 +34,7 @@ impl Entity {
     /// Adds a wrench. One with a duration or until cleared replaces those before on that link; one for the next
     /// step is added to the others for it, so that there are never more than a few per link.
     pub(in crate::simulation) fn add_wrench(&mut self, wrench: ActiveWrench) {
+        self.body.begin_external_change();
         let ActiveWrench { link, force, torque, in_link_axes, point, duration, .. } = wrench;
         let is_something = force != DVec3::ZERO || torque != DVec3::ZERO;
         match duration {
@@ -99,9 +100,13 @@ impl Entity {
             WrenchDuration::For(left) => left < 0.5 * time_step,
             WrenchDuration::UntilCleared => false,
         };
+        if self.state.applied_wrenches.is_empty() {
+            return;
+        }
         let before = self.state.expired_wrenches.len();
         self.state.expired_wrenches.extend(self.state.applied_wrenches.extract_if(.., is_over));
         if self.state.expired_wrenches.len() > before {
+            self.body.begin_external_change();
             self.update_external_forces();
         }
     }

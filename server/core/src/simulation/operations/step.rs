@@ -2,6 +2,7 @@
 
 use glamx::DVec3;
 
+use crate::dynamics::Integrator;
 use crate::simulation::contacts::Contacts;
 use crate::simulation::entity::Entity;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
@@ -40,13 +41,18 @@ impl Simulation {
 
     /// False where it was interrupted; then the world is in the midst of a step.
     fn try_step(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
-        let PhysicsSettings { gravity, time_step, substeps } = self.settings;
+        let PhysicsSettings { gravity, time_step, substeps, integrator } = self.settings;
         let h = time_step / f64::from(substeps);
         self.entities.iter_mut().for_each(Entity::begin_step);
         self.contacts.begin_step(&self.entities);
         for part in 0..substeps {
-            let part =
-                Part { gravity, h, done: f64::from(part) / f64::from(substeps), ends: part + 1 == substeps };
+            let part = Part {
+                gravity,
+                h,
+                integrator,
+                done: f64::from(part) / f64::from(substeps),
+                ends: part + 1 == substeps,
+            };
             let Self { entities, contacts, step_memory, .. } = self;
             if interrupt() || !advance(entities, contacts, step_memory, part, interrupt) {
                 return false;
@@ -74,6 +80,7 @@ struct Part {
     gravity: DVec3,
     /// Seconds.
     h: f64,
+    integrator: Integrator,
     /// How much of the step is over, 0 to 1.
     done: f64,
     /// It is the last one.
@@ -85,7 +92,7 @@ fn advance(
     robots: &mut [Entity],
     contacts: &mut Contacts,
     StepMemory { island, groups }: &mut StepMemory,
-    Part { gravity, h, done, ends }: Part,
+    Part { gravity, h, integrator, done, ends }: Part,
     interrupt: &dyn Fn() -> bool,
 ) -> bool {
     let slack = NEAR + 2.0 * gravity.length() * h * h;
@@ -101,7 +108,7 @@ fn advance(
     groups.gather(robots, &contacts.list);
     groups.wake(robots, &mut contacts.list, done);
     for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {
-        robot.body.start(gravity, h);
+        robot.body.start(gravity, h, integrator);
     }
     for group in (0..groups.len()).map(|group| groups.get(group)) {
         if !robots[group.members[0]].is_awake() {
@@ -112,7 +119,7 @@ fn advance(
         if group.contacts.is_empty() || !sound {
             for &member in group.members {
                 robots[member].body.solve_alone(gravity, h);
-                robots[member].body.finish(h);
+                robots[member].body.finish(gravity, h);
             }
         } else {
             let touching = (&mut *contacts.list, group.contacts);

@@ -36,9 +36,9 @@ impl Simulation {
         let joints: Vec<_> = accepted.iter().map(|target| (target.entity, target.joint)).collect();
         self.targets_were_set(joints, request.source.as_ref());
         for Accepted { entity, joint: _, dof, actuator } in accepted {
-            let present = &mut self.entities[entity].body.axes_mut()[dof].actuator;
-            changed_law |= law(present) != law(&actuator);
-            *present = actuator;
+            let body = &mut self.entities[entity].body;
+            changed_law |= law(&body.axes()[dof].actuator) != law(&actuator);
+            body.set_actuator(dof, actuator);
         }
         Ok(Reply::Targets { clamped, changed_law })
     }

@@ -12,7 +12,7 @@ use crate::simulation::{EventKind, Moment, Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn set_physics(&mut self, change: &PhysicsChange) -> Result<Reply, Error> {
-        let PhysicsChange { gravity, time_step, substeps } = *change;
+        let PhysicsChange { gravity, time_step, substeps, integrator } = *change;
         if let Some(gravity) = gravity {
             check::vector("gravity", gravity)?;
         }
@@ -30,11 +30,12 @@ impl Simulation {
         }
         self.settings.gravity = gravity.unwrap_or(self.settings.gravity);
         self.settings.substeps = substeps.unwrap_or(self.settings.substeps);
+        self.settings.integrator = integrator.unwrap_or(self.settings.integrator);
         // Impulses and changes of velocities are published as forces and accelerations, that is divided by the length of a step.
         let step = self.settings.time_step / before.time_step;
         let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);
         self.contacts.stretch(step, part);
-        self.entities.iter_mut().for_each(|entity| entity.body.stretch_last_step(part));
+        self.entities.iter_mut().for_each(|entity| entity.body.change_step(part));
         self.entities.iter_mut().for_each(Entity::wake);
         self.happened(EventKind::PhysicsChanged(self.settings));
         Ok(Reply::Physics(self.settings))

@@ -198,7 +198,8 @@ fn holding_stays_where_the_joint_was() {
 }
 
 /// Free of damping and gravity a constant effort gives a constant acceleration; the
-/// limit is that effort however fast the target. Discrete: q_n = a h^2 n (n + 1) / 2.
+/// limit is that effort however fast the target: q = a t^2 / 2, but that the first step, which finds the limit, may be a
+/// whole kick.
 #[test]
 fn a_saturated_actuator_moves_the_joint_as_its_limit_would() {
     let limited = arm_with(|joint| joint.limits.effort = Some(0.01));
@@ -208,7 +209,7 @@ fn a_saturated_actuator_moves_the_joint_as_its_limit_would() {
     set(&mut world, velocity(1e3)).unwrap();
     let seen = run(&mut world, 0.5);
     let inertia = 0.0032199 + 0.19992 * 0.16597f64.powi(2);
-    let expected = 0.01 / inertia * 1e-6 * 500.0 * 501.0 / 2.0;
+    let expected = 0.01 / inertia * 0.5 * 0.5 * 0.5;
     assert!((seen.positions[0] - expected).abs() < 1e-12, "{} {expected}", seen.positions[0]);
     assert!(seen.flags[0].saturated);
     assert_eq!(seen.efforts, [0.01]);
@@ -296,7 +297,7 @@ fn dry_friction_sticks_and_stops() {
     (0..stop - 1).for_each(|_| world.step());
     assert!(look(&world).velocities[0] > 0.0);
     world.step();
-    assert_eq!(look(&world).velocities[0], 0.0);
+    assert!(look(&world).velocities[0].abs() < 1e-15);
 }
 
 #[test]

@@ -1,0 +1,36 @@
+"""Collects states in lockstep and plots them: how an arm answers a step of its target.
+
+Needs `pip install './client/python[plot]'`. An argument is the file to write, by default `plots.png`. In a notebook the
+figure is shown by itself.
+"""
+
+import sys
+from pathlib import Path
+
+import simd_client
+from simd_client import RobotState, Target
+
+ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
+
+
+def main() -> None:
+    """Plots a soft and a stiff elbow beside each other."""
+    file = Path(sys.argv[1] if len(sys.argv) > 1 else "plots.png")
+    with simd_client.connect() as sim:
+        sim.pause()
+        arm = sim.load(ROBOT, "plotted_arm", fixed=True, allow_renaming=True)
+        states: list[RobotState] = []
+        for stiffness in (5.0, 50.0):
+            arm.reset_joints()
+            arm.set_targets({"elbow joint": Target.position(0.5, stiffness=stiffness)})
+            states += [sim.step(10, states=arm)[arm] for _ in range(100)]
+            settled = states[-1]["elbow joint"].position
+            print(f"with {stiffness:g} N m/rad the elbow is {abs(0.5 - settled):.4f} rad from its target")
+        figure = arm.plot(states, what=("position", "target", "effort"), joints=["elbow joint"])
+        figure.savefig(file)
+        print(f"wrote {file.name}")
+        arm.delete()
+
+
+if __name__ == "__main__":
+    main()

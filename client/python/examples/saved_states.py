@@ -1,0 +1,43 @@
+"""Saves the world, lets something happen, and goes back: to the bit, and by way of a file."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import simd_client
+from simd_client import RobotState
+
+ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
+
+
+def main() -> None:
+    """Tries two pushes from one moment, and the first of them again."""
+    with simd_client.connect() as sim:
+        sim.pause()
+        arm = sim.load(ROBOT, "saved_arm", fixed=True, allow_renaming=True, passive=True)
+        sim.step(100)
+        start = sim.save_state("start")
+
+        def pushed(force: float) -> RobotState:
+            sim.restore_state(start)
+            arm.apply_wrench(arm.links[-1], force=(force, 0, 0))
+            return sim.step(500, states=arm)[arm]
+
+        first, second, again = pushed(50.0), pushed(-50.0), pushed(50.0)
+        print(f"pushed one way {first.position.round(3)}, the other way {second.position.round(3)}")
+        print(f"the same push again ends at the same bits: {np.array_equal(first.position, again.position)}")
+
+        with tempfile.TemporaryDirectory() as folder:
+            file = sim.export_saved_state(start, Path(folder) / "start.simdstate")
+            arm.delete()
+            # Into this daemon or another one: the file has the robots too.
+            sim.restore_state(sim.import_saved_state(file, "imported"))
+        print(f"back from {file.name}: {list(sim.robots)}")
+        for name in ("start", "imported"):
+            sim.delete_saved_state(name)
+        sim.robot(arm.name).delete()
+
+
+if __name__ == "__main__":
+    main()

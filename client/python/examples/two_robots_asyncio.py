@@ -1,0 +1,40 @@
+"""Two robots at once on one event loop: calls overlap, and a callback is a coroutine."""
+
+import asyncio
+from pathlib import Path
+
+from simd_client import RobotState, aio
+
+ROBOT = Path(__file__).parents[3] / "tests" / "assets" / "Two Link.v2"
+
+
+async def wave(arm: aio.Robot) -> None:
+    """There and back."""
+    for elbow in (0.5, -0.5, 0.0):
+        state = await arm.move_to({"elbow joint": elbow}, timeout=10.0, tolerance=0.02)
+        print(f"{arm.name} is at {state['elbow joint'].position:+.1f} rad")
+
+
+async def main() -> None:
+    """Waves with both, and counts the states of one."""
+    seen = 0
+
+    async def count(state: RobotState) -> None:
+        nonlocal seen
+        seen += 1
+
+    async with aio.connect() as sim:
+        left, right = await asyncio.gather(
+            sim.load(ROBOT, "left_arm", fixed=True),
+            sim.load(ROBOT, "right_arm", fixed=True, position=(0, 2, 0)),
+        )
+        await sim.play()
+        async with left.on_state(count):
+            await asyncio.gather(wave(left), wave(right))
+        await sim.pause()
+        print(f"saw states of the left arm: {seen > 0}")
+        await asyncio.gather(left.delete(), right.delete())
+
+
+if __name__ == "__main__":
+    asyncio.run(main())

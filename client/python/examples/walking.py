@@ -1,0 +1,59 @@
+"""Walks: a crawl on four legs, as a pattern of targets in lockstep. The robot is a xacro file, with an argument.
+
+Needs `pip install './client/python[xacro]'`.
+"""
+
+import math
+from pathlib import Path
+
+import simd_client
+
+WALKER = Path(__file__).parent / "robots" / "walker.urdf.xacro"
+LEG = 0.2  # metres
+PERIOD = 0.5  # seconds of a stride
+REACH = 0.15  # radians that a leg swings to either side
+LIFT = 0.05  # metres that a foot is lifted
+STANCE = 0.75  # the part of a stride in which a foot is on the ground: one is in the air at a time
+PHASES = {"front_left": 0.0, "back_right": 0.25, "front_right": 0.5, "back_left": 0.75}
+
+
+def pattern(time: float) -> dict[str, float]:
+    """Where each joint is to be: a foot on the ground goes back, one in the air comes forth."""
+    targets: dict[str, float] = {}
+    for leg, phase in PHASES.items():
+        part = (time / PERIOD + phase) % 1.0
+        if part < STANCE:
+            swing, lift = 2.0 * part / STANCE - 1.0, 0.0
+        else:
+            angle = math.pi * (part - STANCE) / (1.0 - STANCE)
+            swing, lift = math.cos(angle), math.sin(angle)
+        # The hip turns about y: at a positive angle the foot is behind it.
+        targets[f"{leg}_hip"] = REACH * swing
+        targets[f"{leg}_leg"] = LIFT * lift
+    return targets
+
+
+def main() -> None:
+    """Walks for five seconds, and says how far."""
+    with simd_client.connect() as sim:
+        sim.pause()
+        ground = sim.add_plane(name="walking_ground", position=(0, 10, 0), friction=1.0)
+        walker = sim.load(
+            WALKER,
+            "walker",
+            allow_renaming=True,
+            position=(0, 10, LEG + 0.025),
+            xacro_arguments={"leg": LEG},
+        )
+        sim.step(200)
+        begin = walker.pose.position
+        for turn in range(500):
+            sim.step(10, {walker: pattern(0.01 * turn)})
+        moved = walker.pose.position - begin
+        print(f"walked {moved[0]:.2f} m along x and {moved[1]:.2f} m aside; the body is {moved[2]:+.3f} m higher")
+        walker.delete()
+        ground.delete()
+
+
+if __name__ == "__main__":
+    main()

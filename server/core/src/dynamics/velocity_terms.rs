@@ -1,0 +1,339 @@
+//! Coriolis, centrifugal and gyroscopic terms taken at the mean of the old and the new velocities, for trees in which
+//! something spins fast.
+//!
+//! With b(q, v) these terms, which are quadratic in v, the step is M (u+ - u) + h b(q, (u + u+) / 2) = h f: the implicit
+//! midpoint rule. Where M does not change (a flywheel on a free base) it keeps u' M u exactly, since v' b(q, v) = 0
+//! then. It is solved by iteration, and where that does not settle fast, by Newton's method with the derivative of the
+//! terms at the extrapolated velocities: MuJoCo's `implicit` does one iteration of that.
+
+use glamx::{DMat3, DVec3};
+
+use super::articulated::{along, free_velocities, part_mut, write_free};
+use super::inertia::Rigid;
+use super::kinematics::free_pose;
+use super::scratch::Scratch;
+use super::spatial::Spatial;
+use super::tree::{JointType, Tree};
+
+/// A robot of which a body turns by more than this within a step has its velocity terms solved for, radians.
+///
+/// The nutation of a body, and that of a base with a flywheel in it, is at most twice as fast as what spins. Leapfrog
+/// with extrapolated velocities takes from a nutation of k rad a step the part k^4 / 4 of its energy in each step, and
+/// makes it grow from 0.7 rad on.
+const FAST: f64 = 0.1;
+
+/// Iterations at the most; five to ten are the rule.
+const MAX_ITERATIONS: usize = 20;
+
+/// Plain iteration goes on as long as each change is at most this part of the one before.
+const CONTRACTS: f64 = 0.1;
+
+/// Ends when no velocity changes by more than this part of the largest.
+const SETTLED: f64 = 1e-13;
+
+/// The memory of it.
+#[derive(Debug)]
+pub struct VelocityTerms {
+    bodies: Vec<Moving>,
+    /// 1 + h/2 M^-1 db/dv, factorised, row by row; as large as it ever had to be.
+    matrix: Vec<f64>,
+    pivots: Vec<usize>,
+    /// The terms at the extrapolated velocities.
+    explicit: Vec<f64>,
+    terms: [Vec<f64>; 2],
+    velocities: Vec<f64>,
+    response: Vec<f64>,
+    first: Vec<f64>,
+}
+
+/// Of one body, base axes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moving {
+    inertia: Rigid,
+    velocity: Spatial,
+    acceleration: Spatial,
+    force: Spatial,
+}
+
+/// Whether a body turns so fast that its robot needs [`VelocityTerms::solve`].
+pub fn is_fast(scratch: &Scratch, h: f64) -> bool {
+    let most = FAST / h;
+    scratch.bodies.iter().any(|body| body.velocity.angular.length_squared() > most * most)
+}
+
+impl VelocityTerms {
+    /// For robots of this tree. The matrix has its memory when it is needed.
+    pub fn new(tree: &Tree) -> Self {
+        let list = || vec![0.0; tree.velocity_count];
+        Self {
+            bodies: vec![Moving::default(); tree.bodies.len()],
+            matrix: Vec::new(),
+            pivots: Vec::new(),
+            explicit: list(),
+            terms: [list(), list()],
+            velocities: list(),
+            response: list(),
+            first: list(),
+        }
+    }
+
+    /// Changes `new`, the velocities after a step of `h` from `half` with the terms at `qd`, into those with the
+    /// terms at their mean. Needs kinematics, and IA, U and D of this step.
+    ///
+    /// O(n) an iteration; O(n^2) for the matrix and O(n^3) to factorise it where it is needed, n the degrees of freedom.
+    pub fn solve(
+        &mut self,
+        tree: &Tree,
+        (q, qd, half): (&[f64], &[f64], &[f64]),
+        h: f64,
+        scratch: &mut Scratch,
+        new: &mut [f64],
+    ) {
+        self.fit(tree, scratch);
+        let n = new.len();
+        self.matrix.resize(n * n, 0.0);
+        self.pivots.resize(n, 0);
+        self.first.copy_from_slice(new);
+        self.velocities.copy_from_slice(qd);
+        self.find_terms(tree, q, scratch, 0);
+        self.explicit.copy_from_slice(&self.terms[0]);
+        let (mut is_factorised, mut before) = (false, f64::INFINITY);
+        for _ in 0..MAX_ITERATIONS {
+            for ((velocity, half), new) in self.velocities.iter_mut().zip(half).zip(&*new) {
+                *velocity = 0.5 * (half + new);
+            }
+            self.find_terms(tree, q, scratch, 0);
+            for (term, explicit) in self.terms[0].iter_mut().zip(&self.explicit) {
+                *term -= explicit;
+            }
+            self.apply_inverse(tree, q, scratch);
+            for ((response, first), new) in self.response.iter_mut().zip(&self.first).zip(&*new) {
+                *response = new - first + h * *response;
+            }
+            if is_factorised {
+                self.back_substitute();
+            }
+            let (mut change, mut size) = (0.0f64, 0.0f64);
+            for (velocity, off) in new.iter_mut().zip(&self.response) {
+                *velocity -= off;
+                (change, size) = (change.max(off.abs()), size.max(velocity.abs()));
+            }
+            if change <= SETTLED * size {
+                break;
+            }
+            if !is_factorised && change > CONTRACTS * before {
+                self.factorise(tree, q, qd, h, scratch);
+                is_factorised = true;
+            }
+            before = change;
+        }
+    }
+
+    /// The change of velocities by the impulses of `change`, each joint's impulse taken by a part of its own: M^-1 T M
+    /// `change`, with M as the step has it. Needs IA, U and D of this step. O(n).
+    pub fn part_of(
+        &mut self,
+        tree: &Tree,
+        q: &[f64],
+        scratch: &Scratch,
+        change: &[f64],
+        part: impl Fn(usize) -> f64,
+    ) -> &[f64] {
+        self.fit(tree, scratch);
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let above = body.parent.map_or(Spatial::ZERO, |parent| self.bodies[parent].acceleration);
+            let at = &scratch.bodies[i];
+            let change = &change[body.velocity..];
+            let z = at.rotation.z_axis;
+            let own = match body.joint_type {
+                JointType::Revolute => Spatial::new(z * change[0], DVec3::ZERO),
+                JointType::Prismatic => Spatial::new(DVec3::ZERO, z * change[0]),
+                JointType::Free { .. } => free_motion(&q[body.position..], &at.rotation, change),
+            };
+            let moving = &mut self.bodies[i];
+            moving.acceleration = above.motion_at(at.reach) + own;
+            moving.force = moving.inertia.times(moving.acceleration);
+        }
+        self.project_forces(tree, q, scratch, 0);
+        for (i, (body, at)) in tree.bodies.iter().zip(&scratch.bodies).enumerate() {
+            let efforts = &mut self.terms[0][body.velocity..];
+            if !matches!(body.joint_type, JointType::Free { .. }) && at.inverse_d > 0.0 {
+                // What armature, springs and dampers add to D.
+                let own = along(body.joint_type, at.column, at.rotation.z_axis);
+                efforts[0] += (1.0 / at.inverse_d - own) * change[body.velocity];
+            }
+            efforts[..body.joint_type.velocities()].iter_mut().for_each(|effort| *effort *= part(i));
+        }
+        self.apply_inverse(tree, q, scratch);
+        &self.response
+    }
+
+    fn fit(&mut self, tree: &Tree, scratch: &Scratch) {
+        for ((moving, body), at) in self.bodies.iter_mut().zip(&tree.bodies).zip(&scratch.bodies) {
+            moving.inertia = body.inertia.turned(&at.rotation);
+        }
+    }
+
+    /// The terms at `velocities`, into the list of this number: the efforts that keep them as they are without gravity
+    /// (Featherstone table 5.1).
+    fn find_terms(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch, list: usize) {
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let above = body.parent.map_or(Moving::default(), |parent| self.bodies[parent]);
+            let at = &scratch.bodies[i];
+            let qd = &self.velocities[body.velocity..];
+            let z = at.rotation.z_axis;
+            let (own, own_acceleration) = match body.joint_type {
+                JointType::Revolute => (Spatial::new(z * qd[0], DVec3::ZERO), Spatial::ZERO),
+                JointType::Prismatic => (Spatial::new(DVec3::ZERO, z * qd[0]), Spatial::ZERO),
+                JointType::Free { .. } => {
+                    // Linear in the parent's axes, which do not turn with the body.
+                    let own = free_motion(&q[body.position..], &at.rotation, qd);
+                    (own, Spatial::new(DVec3::ZERO, -own.angular.cross(own.linear)))
+                }
+            };
+            let moving = &mut self.bodies[i];
+            moving.velocity = above.velocity.motion_at(at.reach) + own;
+            let product = moving.velocity.cross_motion(own);
+            moving.acceleration = above.acceleration.motion_at(at.reach) + product + own_acceleration;
+            let momentum = moving.inertia.times(moving.velocity);
+            moving.force = moving.inertia.times(moving.acceleration) + moving.velocity.cross_force(momentum);
+        }
+        self.project_forces(tree, q, scratch, list);
+    }
+
+    /// S' of each body's force and of all that hangs on it, into the list of this number.
+    fn project_forces(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch, list: usize) {
+        for (i, body) in tree.bodies.iter().enumerate().rev() {
+            let (at, force) = (&scratch.bodies[i], self.bodies[i].force);
+            let out = &mut self.terms[list][body.velocity..];
+            match body.joint_type {
+                JointType::Revolute | JointType::Prismatic => {
+                    out[0] = along(body.joint_type, force, at.rotation.z_axis);
+                }
+                JointType::Free { .. } => {
+                    let (_, rotation) = free_pose(&q[body.position..]);
+                    let (linear, angular) = free_velocities(force, &at.rotation, rotation);
+                    write_free(out, linear, angular);
+                }
+            }
+            if let Some(parent) = body.parent {
+                self.bodies[parent].force += force.force_from(at.reach);
+            }
+        }
+    }
+
+    /// 1 + h/2 M^-1 db/dv at `qd`, column by column, and its factors. The terms are quadratic: differences of any
+    /// width give the derivative exactly.
+    fn factorise(&mut self, tree: &Tree, q: &[f64], qd: &[f64], h: f64, scratch: &Scratch) {
+        let n = qd.len();
+        let width = qd.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
+        self.velocities.copy_from_slice(qd);
+        for j in 0..n {
+            for (list, sign) in [(0, -1.0), (1, 1.0)] {
+                self.velocities[j] = qd[j] + sign * width;
+                self.find_terms(tree, q, scratch, list);
+            }
+            self.velocities[j] = qd[j];
+            let [before, after] = &mut self.terms;
+            for (before, after) in before.iter_mut().zip(after) {
+                *before = (*after - *before) / (2.0 * width);
+            }
+            self.apply_inverse(tree, q, scratch);
+            for (i, response) in self.response.iter().enumerate() {
+                self.matrix[i * n + j] = f64::from(i == j) + 0.5 * h * response;
+            }
+        }
+        // L U with rows exchanged (Golub and Van Loan, algorithm 3.4.1).
+        for k in 0..n {
+            let size = |row: &usize| self.matrix[row * n + k].abs();
+            let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
+            self.pivots[k] = pivot;
+            if pivot != k {
+                (0..n).for_each(|column| self.matrix.swap(pivot * n + column, k * n + column));
+            }
+            let (above, below) = self.matrix.split_at_mut((k + 1) * n);
+            let row = &above[k * n..];
+            for other in below.chunks_exact_mut(n) {
+                let factor = other[k] / row[k];
+                other[k] = factor;
+                for (entry, above) in other[k + 1..].iter_mut().zip(&row[k + 1..]) {
+                    *entry -= factor * above;
+                }
+            }
+        }
+    }
+
+    /// Solves for `response`, in place.
+    fn back_substitute(&mut self) {
+        let Self { matrix, pivots, response, .. } = self;
+        let n = response.len();
+        for (k, pivot) in pivots.iter().enumerate() {
+            response.swap(k, *pivot);
+        }
+        for k in 0..n {
+            let sum: f64 = matrix[k * n..k * n + k].iter().zip(&*response).map(|(l, x)| l * x).sum();
+            response[k] -= sum;
+        }
+        for k in (0..n).rev() {
+            let row = &matrix[k * n..(k + 1) * n];
+            let sum: f64 = row[k + 1..].iter().zip(&response[k + 1..]).map(|(u, x)| u * x).sum();
+            response[k] = (response[k] - sum) / row[k];
+        }
+    }
+
+    /// `response` = M^-1 of the first list of terms, with M as the step has it, by one trip up and down the tree.
+    fn apply_inverse(&mut self, tree: &Tree, q: &[f64], scratch: &Scratch) {
+        let Self { bodies, terms: [efforts, _], response, .. } = self;
+        bodies.iter_mut().for_each(|body| body.force = Spatial::ZERO);
+        for (i, body) in tree.bodies.iter().enumerate().rev() {
+            let (at, p) = (&scratch.bodies[i], bodies[i].force);
+            let effort = &efforts[body.velocity..];
+            match body.joint_type {
+                JointType::Revolute | JointType::Prismatic => {
+                    let impulse = effort[0] - along(body.joint_type, p, at.rotation.z_axis);
+                    response[body.velocity] = impulse;
+                    if let Some(parent) = body.parent {
+                        let p = p + at.column * (at.inverse_d * impulse);
+                        bodies[parent].force += p.force_from(at.reach);
+                    }
+                }
+                JointType::Free { .. } => {
+                    // The map from motion to velocities only turns: its inverse takes efforts to forces.
+                    let (_, rotation) = free_pose(&q[body.position..]);
+                    let linear = rotation.inverse() * DVec3::new(effort[0], effort[1], effort[2]);
+                    let angular = DVec3::new(effort[3], effort[4], effort[5]);
+                    bodies[i].force -= Spatial::new(at.rotation * angular, at.rotation * linear);
+                }
+            }
+        }
+        for (i, body) in tree.bodies.iter().enumerate() {
+            let above = body.parent.map_or(Spatial::ZERO, |parent| bodies[parent].acceleration);
+            let at = &scratch.bodies[i];
+            let carried = above.motion_at(at.reach);
+            let out = &mut response[body.velocity..];
+            match body.joint_type {
+                JointType::Revolute | JointType::Prismatic => {
+                    let change = at.inverse_d * (out[0] - at.column.dot(carried));
+                    bodies[i].acceleration = carried;
+                    *part_mut(body.joint_type, &mut bodies[i].acceleration) += at.rotation.z_axis * change;
+                    out[0] = change;
+                }
+                JointType::Free { slot } => {
+                    let motion = scratch.free[slot].solve(-bodies[i].force);
+                    bodies[i].acceleration = motion;
+                    let (_, rotation) = free_pose(&q[body.position..]);
+                    let (linear, angular) = free_velocities(motion - carried, &at.rotation, rotation);
+                    write_free(out, linear, angular);
+                }
+            }
+        }
+    }
+}
+
+/// A free body's own motion in the base's axes, from six velocities or changes of them.
+fn free_motion(q: &[f64], base_from_body: &DMat3, values: &[f64]) -> Spatial {
+    let (_, rotation) = free_pose(q);
+    let linear = rotation.inverse() * DVec3::new(values[0], values[1], values[2]);
+    let angular = DVec3::new(values[3], values[4], values[5]);
+    Spatial::new(*base_from_body * angular, *base_from_body * linear)
+}
