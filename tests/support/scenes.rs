@@ -257,6 +257,55 @@ pub fn gripper() -> Arc<RobotModel> {
     })
 }
 
+/// A table of 10 kg: a top of 1.2 by 0.8 m on four legs of 6 cm, 0.75 m high, its link in the middle of what it stands on.
+pub fn table() -> Arc<RobotModel> {
+    let part = |at: DVec3, size: DVec3| (DPose3::from_translation(at), Geometry::Box { size });
+    let leg = |x: f64, y: f64| part(DVec3::new(0.5 * x, 0.3 * y, 0.36), DVec3::new(0.06, 0.06, 0.72));
+    let top = part(DVec3::Z * 0.735, DVec3::new(1.2, 0.8, 0.03));
+    let shapes = [top, leg(-1.0, -1.0), leg(-1.0, 1.0), leg(1.0, -1.0), leg(1.0, 1.0)];
+    let mut model = (*solid(&shapes, 10.0)).clone();
+    for link in &mut model.links {
+        link.inertial.center_of_mass = DVec3::Z * 0.6;
+    }
+    Arc::new(model)
+}
+
+/// A quadruped: a trunk of 6 kg, and four legs of a hip that turns about x, an upper and a lower segment of 0.2 m that
+/// turn about y, and a foot of 2 cm radius. With the joints at 0 its legs are straight down.
+pub fn quadruped() -> Arc<RobotModel> {
+    let mut links = vec![boxed("trunk", DVec3::ZERO, DVec3::new(0.4, 0.2, 0.1), 6.0)];
+    let mut joints = Vec::new();
+    for (leg, x, y) in [
+        ("front_right", 0.18, -0.05),
+        ("front_left", 0.18, 0.05),
+        ("rear_right", -0.18, -0.05),
+        ("rear_left", -0.18, 0.05),
+    ] {
+        let first = links.len();
+        let side = f64::signum(y) * 0.08;
+        let segment = |name: &str, mass: f64| {
+            boxed(&format!("{leg}_{name}"), DVec3::Z * -0.1, DVec3::new(0.03, 0.03, 0.16), mass)
+        };
+        links.push(boxed(&format!("{leg}_hip"), DVec3::ZERO, DVec3::splat(0.06), 0.6));
+        links.push(segment("upper", 0.9));
+        let mut lower = segment("lower", 0.2);
+        lower.collisions.push(Collision {
+            link_from_shape: DPose3::from_translation(DVec3::Z * -0.2),
+            geometry: Geometry::Sphere { radius: 0.02 },
+            material: Material::default(),
+        });
+        links.push(lower);
+        for (part, link, parent, at, axis) in [
+            ("hip", first, 0, DVec3::new(x, y, 0.0), DVec3::X),
+            ("upper", first + 1, first, DVec3::Y * side, DVec3::Y),
+            ("lower", first + 2, first + 1, DVec3::Z * -0.2, DVec3::Y),
+        ] {
+            joints.push(joint(&format!("{leg}_{part}"), JointKind::Continuous, (parent, link), at, axis));
+        }
+    }
+    Arc::new(RobotModel { name: "quadruped".into(), links, joints })
+}
+
 /// Sends joints of a robot to positions.
 pub fn go_to(world: &mut Simulation, robot: &str, positions: &[(&str, f64)]) {
     let target = |&(joint, position): &(&str, f64)| JointTarget {

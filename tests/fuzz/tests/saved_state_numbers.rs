@@ -136,7 +136,7 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
 fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
     let mut numbers = vec![&mut world.sim_time, &mut world.time_base.1, &mut world.settings.time_step];
     numbers.extend(vector(&mut world.settings.gravity));
-    for Contact { robots: _, index: _, point, impulse, total } in &mut world.contacts {
+    for Contact { robots: _, index: _, point, impulse, is_least: _, total } in &mut world.contacts {
         let [a, b] = &mut point.on;
         let vectors = [a, b, &mut point.position, &mut point.normal, impulse, total];
         numbers.extend(vectors.into_iter().flat_map(vector));

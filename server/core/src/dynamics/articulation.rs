@@ -11,9 +11,12 @@ use glamx::{DPose3, DQuat, DVec3};
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
 use super::constraint::{
-    Constraints, Impulses, collect, prepare, project, respond, respond_to_force, solve, sweep,
+    Constraints, Impulses, collect, prepare, project, respond, respond_to_force, single_body_rows, solve,
+    sweep,
 };
 use super::gains::set_default_gains;
+use super::implicit_inertia::implicit_inertia;
+use super::inertia::Rigid;
 use super::integrate::advance;
 use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
@@ -297,6 +300,16 @@ impl Articulation {
         );
     }
 
+    /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
+    pub(super) fn single_body_rows(
+        &self,
+        at: (DVec3, [DVec3; 3]),
+        jacobian: &mut [f64],
+        responses: &mut [f64],
+    ) -> bool {
+        single_body_rows(&self.tree, &self.scratch.passes, at, jacobian, responses)
+    }
+
     /// Gives `velocities` the impulses that the rows of joints start from.
     pub(super) fn prepare_rows(&mut self, velocities: &mut [f64]) {
         prepare(
@@ -311,6 +324,16 @@ impl Articulation {
     /// Once through the rows of joints: the largest change of a velocity.
     pub(super) fn sweep_rows(&mut self, velocities: &mut [f64]) -> f64 {
         sweep(&mut self.scratch.constraints, velocities)
+    }
+
+    /// The rows of joints, and what they do.
+    pub(super) fn constraints_mut(&mut self) -> &mut Constraints {
+        &mut self.scratch.constraints
+    }
+
+    /// Writes what impulses work against, as this step's passes found it; see [`implicit_inertia`].
+    pub(super) fn write_implicit_inertia(&self, composite: &mut Vec<Rigid>, matrix: &mut [f64]) -> bool {
+        implicit_inertia(&self.tree, &self.state.positions, &self.scratch.passes, composite, matrix)
     }
 
     /// Keeps the impulses of the rows of joints for the next step.

@@ -5,6 +5,7 @@ use glamx::DVec3;
 
 use super::articulation::{Articulation, MAX_ROUNDS};
 use super::constraint::contact::{Contact, ContactRows, Side};
+use super::constraint::direct::{Direct, Outcome, System};
 use super::spatial::Spatial;
 
 /// Sweeps at the most.
@@ -13,11 +14,20 @@ pub const MAX_SWEEPS: usize = 50;
 /// Sweeping ends when no impulse changes its own velocity by more than this, m/s or rad/s.
 pub const SETTLED: f64 = 1e-6;
 
+/// The same where the impulses are the least ones of the step before: then there is nothing to solve.
+const UNCHANGED: f64 = 1e-13;
+
 /// Sweeps of position correction; the rest is left to the next step.
 const CORRECTION_SWEEPS: usize = 5;
 
 /// Position correction changes no velocity by more than this, m/s or rad/s.
 const MAX_SPLIT_VELOCITY: f64 = 3.0;
+
+/// After so many sweeps a direct solution is tried, in so many rounds: at once, and when sweeps take long.
+const DIRECT_AT: [(usize, usize); 2] = [(0, 8), (10, 12)];
+
+/// The same where sweeps have settled.
+const SETTLED_ROUNDS: usize = 4;
 
 /// With so many points, the responses of a body are summed from those of the six wrenches.
 const MANY: usize = 3;
@@ -33,6 +43,8 @@ pub struct Island {
     velocities: Vec<f64>,
     /// The velocities before the step.
     before: Vec<f64>,
+    /// The velocities without impulses.
+    free: Vec<f64>,
     /// A row and its response, before they are filed.
     scratch: Vec<f64>,
     /// Bodies with many contacts, in order.
@@ -41,6 +53,9 @@ pub struct Island {
     basis_responses: Vec<f64>,
     /// Robot and body of each side of each contact.
     touched: Vec<(usize, usize)>,
+    direct: Direct,
+    /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
+    was_least: bool,
 }
 
 /// Where the responses to a body's six wrenches are.
@@ -51,11 +66,15 @@ struct Basis {
     at: usize,
 }
 
+/// A robot of an island.
 #[derive(Clone, Copy, Debug)]
-struct Member {
-    robot: usize,
-    first: usize,
-    len: usize,
+pub struct Member {
+    /// Its index in the world.
+    pub robot: usize,
+    /// Where its velocities begin among those of the island.
+    pub first: usize,
+    /// How many it has.
+    pub len: usize,
 }
 
 impl Island {
@@ -85,9 +104,14 @@ impl Island {
             self.measure(robots, contacts);
             if round == 0 {
                 self.aim(robots, contacts, gravity, h);
+            } else {
+                for rows in &mut self.rows {
+                    rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
+                }
             }
+            self.direct.begin();
             self.start(robots);
-            if !self.sweep(robots, interrupt) {
+            if !self.find_impulses(robots, interrupt) {
                 return false;
             }
             let mut changed = false;
@@ -107,9 +131,10 @@ impl Island {
             }
         }
         for rows in &self.rows {
-            contacts[rows.contact].impulse = rows.world_impulse();
+            let contact = &mut contacts[rows.contact];
+            (contact.impulse, contact.is_least) = (rows.world_impulse(), self.was_least);
             if rows.impulse != [0.0; 3] {
-                contacts[rows.contact].robots.iter().for_each(|&robot| robots[robot].as_mut().note_contact());
+                contact.robots.iter().for_each(|&robot| robots[robot].as_mut().note_contact());
             }
         }
         for member in &self.members {
@@ -160,6 +185,7 @@ impl Island {
     /// One for each contact, with its sides laid out.
     fn make_rows(&mut self, contacts: &[Contact], which: &[usize]) {
         self.rows.clear();
+        self.was_least = which.iter().all(|&index| contacts[index].is_least);
         let mut at = 0;
         for &index in which {
             let contact = &contacts[index];
@@ -175,7 +201,7 @@ impl Island {
                     continue;
                 };
                 let Member { first, len, .. } = self.members[member];
-                sides[count] = Side { first, len, at };
+                sides[count] = Side { member, first, len, at };
                 at += Side::size(len);
                 count += 1;
             }
@@ -224,6 +250,14 @@ impl Island {
                 let side = rows.sides[if again { 0 } else { used }];
                 used += 1;
                 let n = side.len;
+                if n == 6 && !again {
+                    let block = &mut self.blocks[side.at..side.at + Side::size(n)];
+                    let (columns, responses) = block.split_at_mut(4 * n);
+                    let at = (contact.point.position, rows.axes.map(|axis| axis * sign));
+                    if robots[robot].as_mut().single_body_rows(at, columns, responses) {
+                        continue;
+                    }
+                }
                 let (jacobian, response) = self.scratch.split_at_mut(n);
                 let response = &mut response[..n];
                 let block = &mut self.blocks[side.at..side.at + Side::size(n)];
@@ -263,7 +297,8 @@ impl Island {
         for rows in rows {
             let contact = &contacts[rows.contact];
             for (robot, body) in contact.robots.into_iter().zip(contact.point.bodies) {
-                touched.extend(body.map(|body| (robot, body)));
+                let is_single = robots[robot].as_mut().tree().bodies.len() == 1;
+                touched.extend(body.filter(|_| !is_single).map(|body| (robot, body)));
             }
         }
         touched.sort_unstable();
@@ -301,13 +336,20 @@ impl Island {
         }
         for rows in &mut self.rows {
             let before = rows.velocities(&self.blocks, &self.before)[0];
-            let predicted = rows.velocities(&self.blocks, &self.velocities)[0];
-            rows.aim(&contacts[rows.contact], before, predicted, gravity.length(), h);
+            rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
+            rows.aim(&contacts[rows.contact], before, gravity.length(), h);
         }
     }
 
     /// Gives the velocities the impulses that are started from.
+    ///
+    /// Those of the last step, p, unless they are worse than none. Sweeps lower the energy
+    /// f(p) = p' (J v0 - target) + p' J M^-1 J' p / 2, in which the kinetic energy changes by f(p) + p' target, and targets
+    /// are not positive but for rebounds: from f(p) <= 0 on, however few sweeps there are, contacts without
+    /// friction add no energy. After a hit the impulses of the hit would; then they are scaled by the factor that f is least with.
     fn start<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
+        self.free.clear();
+        self.free.extend_from_slice(&self.velocities);
         for rows in &mut self.rows {
             if rows.acts() {
                 let impulse = rows.impulse;
@@ -317,27 +359,97 @@ impl Island {
         for &Member { robot, first, len } in &self.members {
             robots[robot].as_mut().prepare_rows(&mut self.velocities[first..first + len]);
         }
+        let Self { members, rows, blocks, velocities, free, .. } = self;
+        // -p' (J v0 - target), and p' J M^-1 J' p.
+        let (mut linear, mut square) = (0.0, 0.0);
+        for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0) {
+            let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
+            linear += rows.impulse[0] * rows.target;
+            for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
+                linear -= impulse * before;
+                square += impulse * (after - before);
+            }
+        }
+        for &Member { robot, first, len } in &*members {
+            let own = first..first + len;
+            for row in &robots[robot].as_mut().constraints_mut().rows {
+                let (before, after) =
+                    (row.velocity(&free[own.clone()]), row.velocity(&velocities[own.clone()]));
+                linear -= row.impulse * (before + row.bias);
+                square += row.impulse * (after - before);
+            }
+        }
+        if linear < 0.5 * square {
+            let part = (linear / square).max(0.0);
+            for rows in rows {
+                rows.impulse = rows.impulse.map(|impulse| impulse * part);
+            }
+            for member in members {
+                for row in &mut robots[member.robot].as_mut().constraints_mut().rows {
+                    row.impulse *= part;
+                }
+            }
+            velocities
+                .iter_mut()
+                .zip(free)
+                .for_each(|(velocity, free)| *velocity = *free + part * (*velocity - *free));
+        }
     }
 
-    /// False where it was interrupted.
-    fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R], interrupt: &dyn Fn() -> bool) -> bool {
-        for _ in 0..MAX_SWEEPS {
+    /// Finds the impulses: where the least ones of the last step still hold, those; else directly where that may be, at
+    /// once or after some sweeps, which then know better what presses and slips; else by sweeps. False where it
+    /// was interrupted.
+    fn find_impulses<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
+        if self.was_least && self.sweep(robots) <= UNCHANGED {
+            return true;
+        }
+        self.was_least = false;
+        let is_direct = self.direct.plan(robots, &self.members, &self.rows);
+        let mut settled = false;
+        for sweep in 0..MAX_SWEEPS {
+            let rounds = DIRECT_AT.iter().find(|(at, _)| *at == sweep).map(|(_, rounds)| *rounds);
+            if let Some(rounds) = rounds.or(settled.then_some(SETTLED_ROUNDS)).filter(|_| is_direct) {
+                let Self { members, rows, blocks, velocities, free, direct, .. } = self;
+                let system = System { robots, members, rows, blocks, free, velocities };
+                match direct.solve(system, rounds, interrupt) {
+                    Outcome::Solved => {
+                        self.was_least = true;
+                        return true;
+                    }
+                    Outcome::Interrupted => return false,
+                    Outcome::Unsolved => {}
+                }
+            }
+            if settled {
+                break;
+            }
             if interrupt() {
                 return false;
             }
-            let mut largest = 0.0f64;
-            for &Member { robot, first, len } in &self.members {
-                let body = robots[robot].as_mut();
-                largest = largest.max(body.sweep_rows(&mut self.velocities[first..first + len]));
-            }
-            for rows in self.rows.iter_mut().filter(|rows| rows.acts()) {
-                largest = largest.max(rows.solve(&self.blocks, &mut self.velocities));
-            }
-            if largest <= SETTLED {
+            settled = self.sweep(robots) <= SETTLED;
+            if settled && !is_direct {
                 break;
             }
         }
         true
+    }
+
+    /// Once through all rows. The largest change of a row's own velocity.
+    fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> f64 {
+        let mut largest = 0.0f64;
+        for &Member { robot, first, len } in &self.members {
+            let body = robots[robot].as_mut();
+            largest = largest.max(body.sweep_rows(&mut self.velocities[first..first + len]));
+        }
+        let Self { rows, blocks, velocities, .. } = self;
+        for rows in rows.iter_mut().filter(|rows| rows.acts()) {
+            largest = largest.max(rows.solve(blocks, velocities));
+        }
+        largest
     }
 }
 

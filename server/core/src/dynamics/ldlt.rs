@@ -42,6 +42,11 @@ impl Ldlt6 {
         factors
     }
 
+    /// Whether every direction has inertia.
+    pub fn is_regular(&self) -> bool {
+        self.inverse_diagonal.iter().all(|inverse| *inverse > 0.0)
+    }
+
     /// I^-1 force.
     pub fn solve(&self, force: Spatial) -> Spatial {
         let (a, l) = (force.angular, force.linear);

@@ -6,21 +6,23 @@
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
 //! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
 //! * [`actuator`], [`gains`]: what drives a joint.
-//! * [`mass_matrix`]: the dense form of what a step never builds.
+//! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with what actuators add, as a step needs it.
 //! * [`reactions`]: what joints carry.
 //! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: what collision finds for it.
 //! * [`articulation`]: the state of one robot, and its step.
 //! * [`configuration`]: where a robot is, apart from any world; [`jacobian`],
 //!   [`inverse_dynamics`], [`inverse_kinematics`]: what follows from it.
-//! * [`island`]: robots that touch, solved together.
+//! * [`island`]: robots that touch, solved together; [`block_cholesky`]: their sparse matrix.
 
 pub mod actuator;
 pub mod articulated;
 pub mod articulation;
+pub mod block_cholesky;
 pub mod configuration;
 pub mod constraint;
 pub mod contact_point;
 pub mod gains;
+pub mod implicit_inertia;
 pub mod inertia;
 pub mod integrate;
 pub mod integrator;

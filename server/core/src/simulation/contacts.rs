@@ -82,6 +82,7 @@ impl Contacts {
                     index: 0,
                     point,
                     impulse: DVec3::ZERO,
+                    is_least: false,
                     total: DVec3::ZERO,
                 });
             };
@@ -187,7 +188,7 @@ pub(super) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<()
         if sides.iter().all(|side| side.body.is_none()) {
             return Err("a contact is between what cannot move".into());
         }
-        let Contact { robots: _, index, point, impulse, total } = contact;
+        let Contact { robots: _, index, point, impulse, is_least: _, total } = contact;
         (point.links, point.bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
         let ContactPoint { colliders: _, links: _, bodies: _, on, position, normal, distance, surface } =
             point;
@@ -277,7 +278,8 @@ fn inherit(list: &mut [Contact], before: &[Contact]) {
             let Some((i, known)) = nearest else { continue };
             if single || way(known) < SAME_POINT * SAME_POINT {
                 taken |= 1 << i;
-                (contact.impulse, contact.total) = (known.impulse, known.total);
+                (contact.impulse, contact.is_least, contact.total) =
+                    (known.impulse, known.is_least, known.total);
             }
         }
         start += len;

@@ -32,6 +32,8 @@ pub struct Contact {
     /// On the second, world, N s; before solving that of the last step.
     #[serde(with = "vector3")]
     pub impulse: DVec3,
+    /// The impulse is the one of a solution with the least impulses, and not of sweeps.
+    pub is_least: bool,
     /// The sum of the impulses of the parts of a step.
     #[serde(with = "vector3")]
     pub total: DVec3,
@@ -40,7 +42,9 @@ pub struct Contact {
 /// What a side of a contact acts on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Side {
-    /// Where the robot's velocities begin among those of the island.
+    /// The robot's index among those of the island.
+    pub member: usize,
+    /// Where its velocities begin among those of the island.
     pub first: usize,
     /// How many it has.
     pub len: usize,
@@ -61,6 +65,8 @@ pub struct ContactRows {
     pub sides: [Side; 2],
     /// Normal and tangents, world.
     pub axes: [DVec3; 3],
+    /// Velocities along the axes without impulses.
+    pub unloaded: [f64; 3],
     /// The least normal velocity.
     pub target: f64,
     /// The normal velocity of position correction.
@@ -86,37 +92,34 @@ impl Side {
         7 * len
     }
 
+    /// J: four numbers for each velocity, along the normal, the two tangents, and nothing.
     #[inline]
-    fn jacobian<'a>(&self, blocks: &'a [f64]) -> &'a [f64] {
+    pub fn jacobian<'a>(&self, blocks: &'a [f64]) -> &'a [f64] {
         &blocks[self.at..self.at + 4 * self.len]
     }
 
     #[inline]
     fn responses<'a>(&self, blocks: &'a [f64]) -> [&'a [f64]; 3] {
-        let at = self.at + 4 * self.len;
-        [0, 1, 2].map(|row| &blocks[at + row * self.len..at + (row + 1) * self.len])
+        let (n, rest) = blocks[self.at + 4 * self.len..self.at + Self::size(self.len)].split_at(self.len);
+        let (t, u) = rest.split_at(self.len);
+        [n, t, u]
     }
 
     /// J qd, added to `sum`.
-    #[inline]
+    ///
+    /// Always inlined, as is what applies impulses: sweeps are made of these two.
+    #[inline(always)]
     fn add_velocities(&self, blocks: &[f64], velocities: &[f64], sum: &mut [f64; 4]) {
-        let own = &velocities[self.first..self.first + self.len];
-        let add = |sum: &mut [f64; 4], jacobian: &[f64], own: &[f64]| {
-            for (j, velocity) in jacobian.chunks_exact(4).zip(own) {
-                for k in 0..4 {
-                    sum[k] += j[k] * velocity;
-                }
-            }
-        };
+        let (jacobian, own) = (self.jacobian(blocks), &velocities[self.first..self.first + self.len]);
         // Single free bodies are many: with the length known this is three times as fast.
-        match (self.jacobian(blocks).first_chunk::<24>(), own.first_chunk::<6>()) {
-            (Some(jacobian), Some(own)) if self.len == 6 => add(sum, jacobian, own),
-            _ => add(sum, self.jacobian(blocks), own),
+        match (jacobian.first_chunk::<24>(), own.first_chunk::<6>()) {
+            (Some(jacobian), Some(own)) if self.len == 6 => add_products(jacobian, own, sum),
+            _ => add_products(jacobian, own, sum),
         }
     }
 
     /// qd += M^-1 J' impulse.
-    #[inline]
+    #[inline(always)]
     fn apply_impulse(&self, blocks: &[f64], impulse: [f64; 3], velocities: &mut [f64]) {
         let own = &mut velocities[self.first..self.first + self.len];
         let [n, t, u] = self.responses(blocks);
@@ -135,12 +138,23 @@ impl Side {
     }
 }
 
+/// Adds four columns times the velocities; fast where the length is known.
+#[inline(always)]
+fn add_products(jacobian: &[f64], velocities: &[f64], sum: &mut [f64; 4]) {
+    for (j, velocity) in jacobian.chunks_exact(4).zip(velocities) {
+        for k in 0..4 {
+            sum[k] += j[k] * velocity;
+        }
+    }
+}
+
 impl ContactRows {
     /// Velocities of the second body's point against the first's, along the axes.
     #[inline]
     pub fn velocities(&self, blocks: &[f64], velocities: &[f64]) -> [f64; 3] {
         let mut sum = [0.0; 4];
-        self.sides.iter().for_each(|side| side.add_velocities(blocks, velocities, &mut sum));
+        self.sides[0].add_velocities(blocks, velocities, &mut sum);
+        self.sides[1].add_velocities(blocks, velocities, &mut sum);
         [sum[0], sum[1], sum[2]]
     }
 
@@ -180,8 +194,8 @@ impl ContactRows {
         };
     }
 
-    /// The least normal velocity for a step of `h`, from the normal velocity before the step and that
-    /// without the contact; and the velocity of position correction. `gravity` is its size.
+    /// The least normal velocity for a step of `h`, from the normal velocity before the step and the
+    /// unloaded one; and the velocity of position correction. `gravity` is its size.
     ///
     /// Outside: arrive, half of [`SLOP`] deep, and do not pass. Inside: come no nearer. After a
     /// hit: leave with a part of the approach speed. Deeper than [`SLOP`]: position correction.
@@ -190,10 +204,10 @@ impl ContactRows {
     /// a stack would sway more and more: for a mode that the sweeps of a step put right by a
     /// part a, s^3 + a s^2 + a s + a c = 0 has growing solutions where c, the part of the
     /// overlap, is above a.
-    pub fn aim(&mut self, contact: &Contact, before: f64, predicted: f64, gravity: f64, h: f64) {
+    pub fn aim(&mut self, contact: &Contact, before: f64, gravity: f64, h: f64) {
         let ContactPoint { distance, surface, .. } = contact.point;
         self.target = if distance > 0.0 { -(distance + SLOP / 2.0) / h } else { 0.0 };
-        let hits = distance + h * predicted <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
+        let hits = distance + h * self.unloaded[0] <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
         // What does not bounce arrives: to end it where the hit was found would leave a gap.
         if hits && surface.restitution > 0.0 {
             self.target = self.target.max(-surface.restitution * before);

@@ -5,11 +5,12 @@
 //! warm-started with the impulses of the step before, soft in the position error.
 
 pub mod contact;
+pub mod direct;
 mod response;
 mod rows;
 mod solve;
 
-pub use response::{project, respond, respond_to_force};
+pub use response::{project, respond, respond_to_force, single_body_rows};
 pub use rows::{Impulses, collect};
 pub use solve::{prepare, solve, sweep};
 
@@ -46,6 +47,14 @@ pub struct Row {
     pub impulse: f64,
     /// J M^-1 J'.
     pub effect: f64,
+}
+
+impl Row {
+    /// J qd.
+    pub fn velocity(&self, velocities: &[f64]) -> f64 {
+        let [a, b] = self.entries;
+        a.1 * velocities[a.0] + b.1 * velocities[b.0]
+    }
 }
 
 /// What a row is about, by velocity index. The order is that of solving.

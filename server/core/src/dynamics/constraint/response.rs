@@ -1,7 +1,10 @@
 //! J and M^-1 J': what an impulse works on, and what it does to all velocities by one trip up
 //! and down the factorised tree.
 
+use glamx::DVec3;
+
 use crate::dynamics::articulated::{along, free_velocities, part_mut, write_free};
+use crate::dynamics::inertia::Rigid;
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::scratch::{BodyScratch, Scratch};
 use crate::dynamics::spatial::Spatial;
@@ -68,6 +71,52 @@ pub fn project(
         force = force.force_from(at.reach);
         i = parent;
     }
+}
+
+/// J and M^-1 J' of unit impulses along three axes at a point of a robot that is one free body, world: what
+/// [`project`] and [`respond_to_force`] find, without a walk. J has four numbers for each velocity, of which the last is
+/// nothing; responses are one after the other. False where the robot is something else.
+pub fn single_body_rows(
+    tree: &Tree,
+    scratch: &Scratch,
+    (point, axes): (DVec3, [DVec3; 3]),
+    jacobian: &mut [f64],
+    responses: &mut [f64],
+) -> bool {
+    let ([body], [at], [factors]) = (&tree.bodies[..], &scratch.bodies[..], &scratch.free[..]) else {
+        return false;
+    };
+    if tree.fixed_base || !factors.is_regular() {
+        return false;
+    }
+    let (Some(jacobian), Some(responses)) =
+        (jacobian.first_chunk_mut::<24>(), responses.first_chunk_mut::<18>())
+    else {
+        return false;
+    };
+    let Rigid { mass, first_moment, .. } = body.inertia;
+    let center = first_moment / mass;
+    let inverse = body.inertia.shifted(-center).moment.matrix().inverse();
+    let own_from_world = at.rotation.transpose();
+    let arm = point - at.origin;
+    for (k, axis) in axes.into_iter().enumerate() {
+        let moment = own_from_world * arm.cross(axis);
+        for i in 0..3 {
+            jacobian[4 * i + k] = axis[i];
+            jacobian[4 * (i + 3) + k] = moment[i];
+        }
+        // About the centre of mass linear and angular motion are apart.
+        let turn = inverse * (moment - center.cross(own_from_world * axis));
+        let shift = axis / mass - at.rotation * turn.cross(center);
+        for i in 0..3 {
+            responses[6 * k + i] = shift[i];
+            responses[6 * k + 3 + i] = turn[i];
+        }
+    }
+    for velocity in jacobian.chunks_exact_mut(4) {
+        velocity[3] = 0.0;
+    }
+    true
 }
 
 fn clear(scratch: &mut Scratch) {

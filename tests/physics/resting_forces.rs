@@ -1,0 +1,238 @@
+//! Forces at rest: those of all that give the same motion whose squares have the least sum, held against closed forms.
+//!
+//! Where points of one body press with normal forces n_i at places x_i, and nothing else tells them apart, the least are
+//! n_i = a + b . x_i: a plane, with a and b from the sums of forces and moments. Friction is zero where
+//! nothing pulls sideways.
+
+use std::sync::Arc;
+
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::simulation::command::{LinkWrench, Spawn, WrenchDuration};
+use simd_core::{Command, Simulation};
+use simd_tests::contact_scene::keep_awake;
+use simd_tests::robots;
+use simd_tests::scenes::*;
+
+const G: f64 = 9.81;
+
+/// Forces are to be this near, N. What rests is solved to rounding.
+const NEAR: f64 = 1e-6;
+
+fn at(x: f64, y: f64, z: f64) -> DPose3 {
+    DPose3::from_translation(DVec3::new(x, y, z))
+}
+
+fn ground(time_step: f64) -> Simulation {
+    let mut world = world(time_step);
+    spawn(&mut world, robot("ground", &plane(DVec3::Z), DPose3::IDENTITY, true));
+    world
+}
+
+fn run(world: &mut Simulation, seconds: f64) {
+    (0..(seconds / world.settings().time_step).round() as u64).for_each(|_| world.step());
+}
+
+/// The sum of the forces on what two robots touch each other with, and the largest friction of a point.
+fn between(world: &Simulation, names: [&str; 2]) -> Vec<Touching> {
+    let all = contacts(world, Some(names[0]));
+    all.into_iter().filter(|it| it.robots.iter().any(|name| name == names[1])).collect()
+}
+
+/// m g / 4 = 2.4525 N at each of four corners, and no friction, half a second after it was put down: on the ground,
+/// a micrometre above it, and dropped by 5 mm.
+#[test]
+fn a_kilogram_rests_on_its_corners_alike() {
+    for (height, seconds) in [(0.0, 0.5), (1e-6, 0.5), (5e-3, 0.6)] {
+        for time_step in [1e-3, 4e-3] {
+            let mut world = ground(time_step);
+            let pose = at(0.0, 0.0, 0.1 + height);
+            spawn(&mut world, robot("box", &cuboid(DVec3::splat(0.2), 1.0), pose, false));
+            run(&mut world, seconds);
+            let corners = contacts(&world, None);
+            assert_eq!(corners.len(), 4);
+            for corner in corners {
+                let (normal, friction) = (corner.normal_force, corner.friction_force.length());
+                assert!((normal - G / 4.0).abs() < NEAR, "from {height} m at {time_step} s: {normal} N");
+                assert!(friction < NEAR, "from {height} m at {time_step} s: friction {friction} N");
+            }
+        }
+    }
+}
+
+/// A table of 10 kg with a load of 5 kg at one place of its top: the force of each point of its feet is that of a plane
+/// over their places, and the four points of the load carry a quarter of it each.
+#[test]
+fn the_feet_of_a_table_share_a_load_as_a_plane() {
+    let (x, y) = (0.21, -0.13);
+    let mut world = ground(1e-3);
+    spawn(&mut world, robot("table", &table(), DPose3::IDENTITY, false));
+    spawn(&mut world, robot("load", &cuboid(DVec3::splat(0.1), 5.0), at(x, y, 0.8), false));
+    run(&mut world, 0.5);
+    for corner in between(&world, ["table", "load"]) {
+        assert!((corner.normal_force - 5.0 * G / 4.0).abs() < NEAR, "{} N", corner.normal_force);
+    }
+    let feet = between(&world, ["table", "ground"]);
+    assert!(feet.len() >= 12, "{} points", feet.len());
+    let n = feet.len() as f64;
+    let middle = feet.iter().map(|foot| foot.point).sum::<DVec3>() / n;
+    let sum = |of: fn(DVec3) -> f64| feet.iter().map(|foot| of(foot.point - middle)).sum::<f64>();
+    let (xx, xy, yy) = (sum(|p| p.x * p.x), sum(|p| p.x * p.y), sum(|p| p.y * p.y));
+    let load = DVec3::new(x, y, 0.0) * 5.0 * G - middle * 15.0 * G;
+    let determinant = xx * yy - xy * xy;
+    let slope = ((load.x * yy - load.y * xy) / determinant, (load.y * xx - load.x * xy) / determinant);
+    for foot in &feet {
+        let from = foot.point - middle;
+        let expected = 15.0 * G / n + slope.0 * from.x + slope.1 * from.y;
+        assert!((foot.normal_force - expected).abs() < NEAR, "{} N, not {expected}", foot.normal_force);
+        assert!(foot.friction_force.length() < NEAR, "friction {}", foot.friction_force);
+    }
+}
+
+/// The force on each link that touches something, world, by its name.
+fn by_link(world: &Simulation, name: &str) -> Vec<(String, DVec3)> {
+    let mut sums: Vec<(String, DVec3)> = Vec::new();
+    for touching in contacts(world, Some(name)) {
+        let side = usize::from(touching.robots[1] == name);
+        let on_second = touching.normal * touching.normal_force + touching.friction_force;
+        let force = if side == 1 { on_second } else { -on_second };
+        match sums.iter_mut().find(|sum| sum.0 == touching.links[side]) {
+            Some(sum) => sum.1 += force,
+            None => sums.push((touching.links[side].clone(), force)),
+        }
+    }
+    sums
+}
+
+/// Left and right, whose poses and masses are mirror images, carry alike, and all feet the weight.
+fn left_and_right_are_alike(world: &Simulation, name: &str, weight: f64) {
+    let feet = by_link(world, name);
+    let total: DVec3 = feet.iter().map(|foot| foot.1).sum();
+    println!("{name}: {feet:?}");
+    assert!((total - DVec3::Z * weight).length() < 1e-6 * weight, "{name}: {total} N, not {weight} upwards");
+    for (link, force) in feet.iter().filter(|foot| foot.0.contains("left")) {
+        let other = feet.iter().find(|foot| foot.0 == link.replace("left", "right")).unwrap().1;
+        let mirrored = DVec3::new(other.x, -other.y, other.z);
+        assert!((*force - mirrored).length() < 1e-6 * weight, "{link}: {force}, and on the right {other}");
+    }
+}
+
+fn weight(model: &simd_model::RobotModel) -> f64 {
+    model.links.iter().map(|link| link.inertial.mass).sum::<f64>() * G
+}
+
+#[test]
+#[ignore = "after 8 s left and right differ by 1.6 mN of 27 N"]
+fn a_quadruped_stands_alike_on_left_and_right() {
+    let model = quadruped();
+    let mut world = ground(1e-3);
+    let bent = |name: &str| {
+        if name.contains("upper") {
+            0.7
+        } else if name.contains("lower") {
+            -1.4
+        } else {
+            0.0
+        }
+    };
+    let positions = model.joints.iter().map(|joint| (joint.name.clone(), bent(&joint.name)));
+    let height = 0.4 * 0.7f64.cos() + 0.02;
+    let standing = Spawn {
+        joint_positions: positions.collect(),
+        passive: false,
+        ..robot("quadruped", &model, at(0.0, 0.0, height), false)
+    };
+    spawn(&mut world, standing);
+    run(&mut world, 8.0);
+    assert_eq!(by_link(&world, "quadruped").len(), 4);
+    left_and_right_are_alike(&world, "quadruped", weight(&model));
+}
+
+#[test]
+#[ignore = "not yet seen to pass: normal forces alone miss the weight by 0.4 mN of 736 N"]
+fn a_humanoid_stands_alike_on_left_and_right() {
+    let (model, _) = robots::read("humanoid/urdf/humanoid.urdf");
+    let mut world = standing(1e-3, &model, HUMANOID);
+    run(&mut world, 8.0);
+    assert_eq!(by_link(&world, "robot").len(), 2);
+    left_and_right_are_alike(&world, "robot", weight(&model));
+}
+
+/// Height of the humanoid's pelvis with its soles on the ground.
+const HUMANOID: f64 = 1.01;
+
+/// What friction holds moves by less than a nanometre in ten seconds: a block on a slope, one that another block presses
+/// against a wall, and a stack of three on the slope.
+#[test]
+#[ignore = "the stack of three creeps by 0.24 um in ten seconds"]
+fn what_friction_holds_does_not_creep() {
+    let tilt = DQuat::from_rotation_y(0.4);
+    let mut world = world(1e-3);
+    spawn(&mut world, robot("slope", &plane(DVec3::Z), DPose3::from_rotation(tilt), true));
+    let size = DVec3::new(0.5, 0.5, 0.2);
+    for (i, mass) in [1.0, 5.0, 0.2].into_iter().enumerate() {
+        let place = tilt * DVec3::new(0.0, 0.0, 0.1 + 0.2 * i as f64);
+        let name = format!("box-{i}");
+        spawn(&mut world, robot(&name, &cuboid(size, mass), DPose3::from_parts(place, tilt), false));
+        keep_awake(&mut world, &name);
+    }
+    run(&mut world, 0.5);
+    let places =
+        |world: &Simulation| -> Vec<DPose3> { look(world).roots.iter().map(|root| root.pose).collect() };
+    let start = places(&world);
+    run(&mut world, 10.0);
+    for (before, after) in start.iter().zip(places(&world)) {
+        let moved = before.translation.distance(after.translation);
+        assert!(moved < 1e-9, "{moved} m in ten seconds");
+    }
+}
+
+/// The forces are a function of where things lie, and not of what was before: after a box was pressed, pulled
+/// and let go they are as they were. It may lie askew by the overlap that is left alone, 0.02 mm: that moves its middle by
+/// 0.01 mm of the 100 mm to a corner.
+#[test]
+fn forces_at_rest_do_not_depend_on_the_past() {
+    let mut world = ground(1e-3);
+    spawn(&mut world, robot("box", &cuboid(DVec3::splat(0.2), 1.0), at(0.0, 0.0, 0.1), false));
+    keep_awake(&mut world, "box");
+    for push in [DVec3::new(2.0, 1.0, -30.0), DVec3::new(-3.0, 2.0, 5.0)] {
+        let wrench = LinkWrench {
+            robot: "box".into(),
+            link: "body".into(),
+            force: push,
+            torque: DVec3::new(0.1, -0.05, 0.02),
+            in_link_axes: false,
+            point: DVec3::new(0.03, 0.02, 0.1),
+            duration: WrenchDuration::For(0.1),
+        };
+        apply(&mut world, Command::ApplyWrench(wrench));
+        run(&mut world, 0.5);
+        for corner in contacts(&world, None) {
+            let (normal, friction) = (corner.normal_force, corner.friction_force.length());
+            assert!((normal - G / 4.0).abs() < 1e-4 * G / 4.0 && friction < NEAR, "{normal} N, {friction} N");
+        }
+    }
+}
+
+/// A restored world runs on to the bit also where it is solved directly.
+#[test]
+fn what_rests_runs_on_to_the_bit_after_a_restore() {
+    let build = || {
+        let mut world = ground(1e-3);
+        let model: Arc<_> = cuboid(DVec3::splat(0.2), 1.0);
+        for (i, shift) in [0.0, 0.03, -0.02, 0.05].into_iter().enumerate() {
+            spawn(
+                &mut world,
+                robot(&format!("box-{i}"), &model, at(shift, 0.0, 0.1 + 0.2001 * i as f64), false),
+            );
+        }
+        world
+    };
+    let mut world = build();
+    run(&mut world, 0.05);
+    apply(&mut world, Command::SaveState { name: "kept".into() });
+    run(&mut world, 0.3);
+    let expected = world.fingerprint();
+    apply(&mut world, Command::RestoreState { name: "kept".into() });
+    run(&mut world, 0.3);
+    assert_eq!(world.fingerprint(), expected);
+}
