@@ -153,12 +153,12 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
         assert!(findings.iter().any(|it| it.message.contains(phrase)), "{file}: {findings:?}");
         assert_eq!(said(&spawned), [""; 0], "{file}");
     }
-    // A million triangles without an area: nothing to touch but their hull, a plate around a line.
+    // Triangles without an area: nothing to touch but their hull, a plate around a line.
     let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
-    write_robot(folder.path(), "line.stl", &stl(1_000_000, line));
+    write_robot(folder.path(), "line.stl", &stl(100_000, line));
     let spawned = load(&daemon.client, folder.path(), Base::Fixed, MeshShapes::Mesh).await.unwrap();
     assert!(
-        said(&spawned)[0].contains("the convex hull of the collision mesh of 1000000 triangles"),
+        said(&spawned)[0].contains("the convex hull of the collision mesh of 100000 triangles"),
         "{spawned:?}"
     );
     daemon.pass(0.1).await;

@@ -187,14 +187,14 @@ fn own_pairs_are_switched_by_name_where_the_robot_touches_itself() {
     };
     let has = |seen: &[[String; 2]], a: &str, b: &str| seen.contains(&[a.to_owned(), b.to_owned()]);
     let all = run(true, Vec::new());
-    assert!(has(&all, "l0", "l2"), "{all:?}");
+    assert!(has(&all, "l0", "l3") && has(&all, "l1", "l3"), "{all:?}");
     assert!(
         !all.iter().any(|[a, b]| a[1..].parse::<i32>().unwrap() + 1 == b[1..].parse::<i32>().unwrap()),
         "{all:?}"
     );
-    let off = run(true, vec![pair("l2", "", "l0", Some(false))]);
-    assert!(!has(&off, "l0", "l2"), "{off:?}");
-    let none = run(false, vec![pair("l0", "", "l2", Some(true))]);
+    let off = run(true, vec![pair("l3", "", "l0", Some(false))]);
+    assert!(!has(&off, "l0", "l3") && has(&off, "l1", "l3"), "{off:?}");
+    let none = run(false, vec![pair("l0", "", "l3", Some(true))]);
     assert!(none.is_empty(), "without self-collision: {none:?}");
 }
 

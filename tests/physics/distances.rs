@@ -33,7 +33,13 @@ fn geometry(kind: &str, sizes: &[f64], number: u8) -> Geometry {
         _ => {
             let vertices: Vec<DVec3> = sizes.chunks_exact(3).map(DVec3::from_slice).collect();
             let triangles = vec![[0, 1, 2]];
-            let asset = MeshAsset { sha256: Sha256([number; 32]), vertices, triangles, paints: Vec::new() };
+            let asset = MeshAsset {
+                sha256: Sha256([number; 32]),
+                vertices,
+                triangles,
+                paints: Vec::new(),
+                grid: None,
+            };
             Geometry::Mesh { uri: "hull.stl".into(), scale: DVec3::ONE, asset: Some(Arc::new(asset)) }
         }
     }

@@ -9,7 +9,7 @@ use simd_model::robot::JointLimits;
 use simd_tests::robots;
 
 use crate::chains::chain;
-use crate::world::{apply, euler, look, passive, world};
+use crate::world::{apply, euler, leapfrog, look, passive};
 
 /// Kinetic energy qd' M qd / 2 and potential energy m g z, joules; fixed base only.
 fn energy(model: &RobotModel, seen: &PublishedState) -> f64 {
@@ -68,7 +68,7 @@ fn a_minute_of_leapfrog_keeps_the_energy() {
             (joint.damping, joint.friction, joint.limits) = (0.0, 0.0, JointLimits::default());
         }
         let model = Arc::new(model);
-        let mut world = world(1e-3);
+        let mut world = leapfrog(1e-3);
         apply(&mut world, Command::Spawn(Box::new(passive(&model, false, &start))));
         let first = energy(&model, &look(&world));
         let (mut lowest, mut worst) = (first, 0.0f64);

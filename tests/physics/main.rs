@@ -30,4 +30,5 @@ mod sleeping;
 mod spinning;
 mod terrain;
 mod truth;
+mod walking;
 mod world;

@@ -300,7 +300,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("time of the time base", |it| nudge(&mut it.time_base.1)),
         ("gravity", |it| it.settings.gravity.x = -0.0),
         ("substeps", |it| it.settings.substeps += 1),
-        ("integrator", |it| it.settings.integrator = Integrator::Euler),
+        ("integrator", |it| it.settings.integrator = Integrator::Leapfrog),
         ("a position", |it| nudge(&mut arm(it).body.positions[0])),
         ("a velocity", |it| nudge(&mut arm(it).body.velocities[0])),
         ("a target", |it| nudge(&mut arm(it).body.axes[0].actuator.target)),

@@ -13,6 +13,12 @@ pub(crate) fn world(time_step: f64) -> Simulation {
     Simulation::new(settings, WorldLimits::default())
 }
 
+pub(crate) fn leapfrog(time_step: f64) -> Simulation {
+    let settings =
+        PhysicsSettings { time_step, integrator: Integrator::Leapfrog, ..PhysicsSettings::default() };
+    Simulation::new(settings, WorldLimits::default())
+}
+
 /// One that equals MuJoCo's Euler.
 pub(crate) fn euler(time_step: f64) -> Simulation {
     let settings = PhysicsSettings { time_step, integrator: Integrator::Euler, ..PhysicsSettings::default() };

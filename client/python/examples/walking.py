@@ -12,7 +12,9 @@ WALKER = Path(__file__).parent / "robots" / "walker.urdf.xacro"
 LEG = 0.2  # metres
 PERIOD = 0.5  # seconds of a stride
 REACH = 0.15  # radians that a leg swings to either side
-LIFT = 0.05  # metres that a foot is lifted
+# Metres that a foot is lifted. With 0.05, targets that come each 10 ms jerk the legs so much that the body may,
+# by chance, begin to rock from side to side; it then gets half as far.
+LIFT = 0.035
 STANCE = 0.75  # the part of a stride in which a foot is on the ground: one is in the air at a time
 PHASES = {"front_left": 0.0, "back_right": 0.25, "front_right": 0.5, "back_left": 0.75}
 

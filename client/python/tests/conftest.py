@@ -35,7 +35,12 @@ def cleaned(sim: Simulation) -> None:
         sim.delete_saved_state(saved_state)
     sim.parameters.remove()
     sim.set_physics(
-        gravity=(0, 0, -9.81), time_step=0.001, substeps=1, real_time_factor=1.0, pace="real_time"
+        gravity=(0, 0, -9.81),
+        time_step=0.001,
+        substeps=1,
+        real_time_factor=1.0,
+        pace="real_time",
+        integrator="euler",
     )
 
 

@@ -80,7 +80,7 @@ def test_a_mesh_of_a_file_and_one_in_convex_parts(sim: Simulation) -> None:
     sides = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
     vertices = np.concatenate([np.array(low) + corners * (np.array(high) - low) for low, high in boxes])
     faces = np.concatenate([np.array(sides) + 8 * index for index in range(3)])
-    sim.add_mesh((vertices, faces), fixed=True, name="hull")
+    sim.add_mesh((vertices, faces), name="hull")  # one that can move
     sim.add_mesh((vertices, faces), fixed=True, name="arch", position=(5, 0, 0), convex_parts=True)
     hits = sim.cast_rays([[0.5, -1, 0.3], [5.5, -1, 0.3]], [[0.5, 2, 0.3], [5.5, 2, 0.3]])
     assert hits.hit.tolist() == [True, False]

@@ -52,7 +52,7 @@ pub(super) struct Flags {
     /// Seconds that a step advances, 0.000001 to 0.1 [default: 0.001]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
     time_step: Option<f64>,
-    /// The method of a step: of second order, or MuJoCo's Euler [default: leapfrog]
+    /// The method of a step: of second order, or MuJoCo's Euler [default: euler]
     #[arg(long, value_enum)]
     integrator: Option<IntegratorName>,
     /// m/s^2 along the world's axes [default: 0,0,-9.81]
@@ -98,7 +98,7 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   gravity = [0, 0, -9.81]
   time_step = 0.001
   substeps = 1
-  integrator = \"leapfrog\"         # or \"euler\"
+  integrator = \"euler\"            # or \"leapfrog\"
   real_time_factor = 1.0
   as_fast_as_possible = false
 

@@ -179,7 +179,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
             pair("l1", "", "l3", false),
             pair("l2", "", "l3", true),
             pair("l1", "kinds", "l2", false),
-            pair("l5", "ball", "a", true),
+            pair("l5", "ball", "l", true),
         ],
     }));
     let free = |steps| {

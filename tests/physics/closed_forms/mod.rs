@@ -11,7 +11,7 @@ use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, PublishedState, Simulation};
 use simd_model::RobotModel;
 
-use crate::world::{apply, look, passive, world};
+use crate::world::{apply, leapfrog, look, passive};
 
 /// A figure beside its formula. Says it on a line that `make truth` puts into its table, and
 /// fails where they are further apart than the tolerance.
@@ -31,7 +31,7 @@ fn extrapolated(coarse: f64, half: f64) -> f64 {
 
 /// A world with one passive robot called "robot", without gravity where that is not asked for.
 fn with(model: RobotModel, free: bool, gravity: f64, time_step: f64) -> Simulation {
-    let mut world = world(time_step);
+    let mut world = leapfrog(time_step);
     apply(&mut world, Command::Spawn(Box::new(passive(&model.into(), free, &[]))));
     let gravity = Some(DVec3::new(0.0, 0.0, -gravity));
     apply(&mut world, Command::SetPhysics(PhysicsChange { gravity, ..PhysicsChange::default() }));

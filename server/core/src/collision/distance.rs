@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use glamx::DVec3;
-use rapier3d_f64::parry::query::contact;
+use glamx::{DPose3, DVec3};
+use rapier3d_f64::parry::query::{Contact, contact};
+use rapier3d_f64::parry::shape::Shape;
 
 use super::plane::outermost;
 use super::scene::PlacedShape;
@@ -118,9 +119,20 @@ fn closest(a: &PlacedShape, b: &PlacedShape, within: f64) -> Option<Closest> {
         let found = Closest { robots, links, points: [point, below], normal: -normal, distance };
         return (distance <= within).then_some(found);
     }
+    let [(core_a, around_a), (core_b, around_b)] = [core(&*a.shape), core(&*b.shape)];
+    let (pose_a, pose_b) = (&a.world_from_shape, &b.world_from_shape);
+    let around = around_a + around_b;
     // A little more, so that one at the very distance is found.
-    let margin = within.max(0.0) * (1.0 + 1e-9) + 1e-9;
-    let found = contact(&a.world_from_shape, &*a.shape, &b.world_from_shape, &*b.shape, margin).ok()??;
+    let margin = (within + around).max(0.0) * (1.0 + 1e-9) + 1e-9;
+    let mut found = contact(pose_a, core_a, pose_b, core_b, margin).ok()??;
+    if found.dist > 0.0 {
+        found = refined([(core_a, pose_a), (core_b, pose_b)], found);
+        found.point1 += found.normal1 * around_a;
+        found.point2 -= found.normal1 * around_b;
+        found.dist -= around;
+    } else if around > 0.0 {
+        found = contact(pose_a, &*a.shape, pose_b, &*b.shape, 0.0).ok()??;
+    }
     let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
     (is_sound && found.dist <= within && found.normal1.is_finite()).then_some(Closest {
         robots,
@@ -129,6 +141,45 @@ fn closest(a: &PlacedShape, b: &PlacedShape, within: f64) -> Option<Closest> {
         normal: found.normal1,
         distance: found.dist,
     })
+}
+
+/// What a shape is all points within a distance of: the segment of a capsule. Others are themselves.
+fn core(shape: &dyn Shape) -> (&dyn Shape, f64) {
+    match shape.as_capsule() {
+        Some(capsule) => (&capsule.segment, capsule.radius),
+        None => (shape, 0.0),
+    }
+}
+
+/// Projections of the nearest points onto the other shape at the most.
+const REFINEMENTS: usize = 64;
+
+/// A change of a distance that is not worth another projection, metres.
+const SAME_DISTANCE: f64 = 1e-11;
+
+/// GJK ends within some 1e-6 m of the distance of round shapes. Each of two convex shapes' nearest points is the
+/// projection of the other one: projected in turn, they only come nearer (Cheney and Goldstein, "Proximity maps for convex
+/// sets", 1959).
+fn refined([a, b]: [(&dyn Shape, &DPose3); 2], found: Contact) -> Contact {
+    let project =
+        |(shape, pose): (&dyn Shape, &DPose3), point: DVec3| shape.project_point(pose, point, true).point;
+    let (mut on_a, mut on_b, mut distance) = (found.point1, found.point2, found.dist);
+    for _ in 0..REFINEMENTS {
+        let next_a = project(a, on_b);
+        let next_b = project(b, next_a);
+        let next = next_a.distance(next_b);
+        // Not where it is no number.
+        if next.partial_cmp(&distance) != Some(std::cmp::Ordering::Less) || next == 0.0 {
+            break;
+        }
+        let change = distance - next;
+        (on_a, on_b, distance) = (next_a, next_b, next);
+        if change < SAME_DISTANCE {
+            break;
+        }
+    }
+    let normal = ((on_b - on_a) / distance).normalize_or(found.normal1);
+    Contact::new(on_a, on_b, normal, -normal, distance)
 }
 
 /// The lowest point of a shape over a plane, the one below it on the plane, the plane's normal and the height; `None`

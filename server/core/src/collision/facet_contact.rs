@@ -26,6 +26,10 @@ const INTO: f64 = 1e-9;
 /// A direction that is at less than this angle to a face, radians, does not say from which side it is touched.
 const SIDEWAYS: f64 = 0.05;
 
+/// A shape whose middle is farther from a plane than it reaches, and than contacts are looked for, by this factor, does
+/// not touch it.
+const FAR: f64 = 1.000_001;
+
 /// A point where a shape touches a triangle, in the axes of the surface and of the shape.
 #[derive(Clone, Copy)]
 pub(super) struct FacetPoint {
@@ -49,11 +53,12 @@ pub(super) struct FacetContact {
 }
 
 impl FacetContact {
-    /// Those of a surface and a convex shape whose middle, in its own axes, is given, nearer than `within`.
+    /// Those of a surface and a convex shape, nearer than `within`. Of the shape the middle, in its own axes, is given, and
+    /// how far it reaches from there.
     pub(super) fn find(
         &mut self,
         surface: Facets<'_>,
-        (shape, middle): (&dyn Shape, DVec3),
+        (shape, middle, radius): (&dyn Shape, DVec3, f64),
         surface_from_shape: &DPose3,
         within: f64,
     ) -> &[FacetPoint] {
@@ -70,7 +75,7 @@ impl FacetContact {
             let mut triangles = std::mem::take(&mut self.triangles);
             surface.within(&bounds, &mut triangles);
             for &id in &triangles {
-                self.touch(surface, id, (shape, middle), surface_from_shape, within);
+                self.touch(surface, id, (shape, middle, radius), surface_from_shape, within);
             }
             self.triangles = triangles;
         }
@@ -100,11 +105,17 @@ impl FacetContact {
         &mut self,
         surface: Facets<'_>,
         id: u32,
-        (shape, middle): (&dyn Shape, DVec3),
+        (shape, middle, radius): (&dyn Shape, DVec3, f64),
         surface_from_shape: &DPose3,
         within: f64,
     ) {
         let Some(triangle) = surface.triangle(id) else { return };
+        // Well above its plane, or below it: most triangles of a slope, whose bounds are tall.
+        let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
+        let height = (middle - triangle.a).dot(normal);
+        if height.abs() > FAR * (radius + within) * normal.length() {
+            return;
+        }
         let Some(cone) = Cone::new(surface, id, &triangle, middle) else { return };
         self.manifold.points.clear();
         self.manifold.local_n1 = DVec3::ZERO;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
-use rapier3d_f64::parry::shape::Shape;
+use rapier3d_f64::parry::shape::{Shape, ShapeType};
 
 use super::colliders::{Placed, RobotColliders};
 use super::facet_contact::FacetContact;
@@ -13,11 +13,15 @@ use super::filter::Filter;
 use super::fixed_pair::FixedPairScratch;
 use super::hull::Graph;
 use super::plane::outermost_beyond;
-use super::reduce::{MOST, reduce};
+use super::reduce::{MOST, SAME, reduce};
 use crate::dynamics::contact_point::ContactPoint;
 
 /// Corners of a hull are looked for so much farther from a plane than they are taken, metres.
 const ROUNDING: f64 = 1e-9;
+
+/// Faces whose edges lie on each other are clipped with one of them moved aside by this, metres: far above rounding, and
+/// too little to change what they carry.
+const ASIDE: f64 = 1e-10;
 
 /// Finds touching points. Keeps its memory from step to step, and no more.
 #[derive(Default)]
@@ -122,7 +126,7 @@ impl Narrow {
         };
         let (fixed, other) = (sides[first], sides[1 - first]);
         let surface_from_shape = relative(&fixed.world_from_shape, &other.world_from_shape);
-        let shape = (shapes[1 - first], other.middle());
+        let shape = (shapes[1 - first], other.middle(), other.radius);
         for point in self.facets.find(surface, shape, &surface_from_shape, a.margin + b.margin) {
             let out = fixed.world_from_shape.rotation * point.normal;
             let on = [point.on_surface, point.on_shape];
@@ -174,6 +178,26 @@ impl Narrow {
             });
             return Some(-normal);
         }
+        let mut normal = self.clip(a, b, a_from_b, within)?;
+        let count = self.corners(within);
+        self.take_points(DVec3::ZERO, within);
+        if count < MOST && has_faces(a) && has_faces(b) {
+            // Where edges of two faces lie on each other to rounding, parry finds neither the corners inside nor where
+            // edges cross, or one corner twice: of boxes that are stacked exactly, three of four corners, two or none.
+            let (u, v) = normal.any_orthonormal_pair();
+            let aside = (u * 0.83 + v * 0.55) * ASIDE;
+            let moved = DPose3::from_parts(a_from_b.translation + aside, a_from_b.rotation);
+            let again = self.clip(a, b, &moved, within);
+            if let Some(again) = again.filter(|_| self.corners(within) > count) {
+                normal = again;
+                self.take_points(a_from_b.rotation.inverse() * aside, within);
+            }
+        }
+        (!self.points.is_empty()).then_some(normal)
+    }
+
+    /// Has parry find a manifold. The normal, in the first shape's axes, where they are that near.
+    fn clip(&mut self, a: &dyn Shape, b: &dyn Shape, a_from_b: &DPose3, within: f64) -> Option<DVec3> {
         // parry goes on from what a manifold has; this one has nothing.
         self.manifold.points.clear();
         self.manifold.local_n1 = DVec3::ZERO;
@@ -182,13 +206,35 @@ impl Narrow {
         dispatcher
             .contact_manifold_convex_convex(a_from_b, a, b, None, None, within, &mut self.manifold)
             .ok()?;
+        let normal = self.manifold.local_n1;
+        (normal.is_finite() && normal != DVec3::ZERO).then_some(normal)
+    }
+
+    /// The points of the manifold that are apart from each other.
+    fn corners(&self, within: f64) -> usize {
+        let points = &self.manifold.points;
+        let near = points.iter().enumerate().filter(|(_, point)| point.dist < within);
+        near.filter(|(i, point)| {
+            let same = |other: &DVec3| other.distance_squared(point.local_p1) < SAME * SAME;
+            !points[..*i].iter().any(|other| other.dist < within && same(&other.local_p1))
+        })
+        .count()
+    }
+
+    /// Takes the points of the manifold, which was found with the second shape moved by this, in its axes.
+    fn take_points(&mut self, moved: DVec3, within: f64) {
+        self.points.clear();
+        self.opposite.clear();
         for point in self.manifold.points.iter().filter(|point| point.dist < within) {
             self.points.push((point.local_p1, point.dist));
-            self.opposite.push(point.local_p2);
+            self.opposite.push(point.local_p2 + moved);
         }
-        let normal = self.manifold.local_n1;
-        (!self.points.is_empty() && normal.is_finite()).then_some(normal)
     }
+}
+
+/// Whether parry clips faces of it.
+fn has_faces(shape: &dyn Shape) -> bool {
+    matches!(shape.shape_type(), ShapeType::Cuboid | ShapeType::ConvexPolyhedron | ShapeType::Cylinder)
 }
 
 /// Whether a shape is a plane, and the sphere around another one is well above it: the bounds of a

@@ -9,6 +9,9 @@ use rapier3d_f64::parry::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes,
 use super::rays::RayHit;
 use super::scene::{QueryShape, Scene};
 
+/// What orders hits: the fraction, and the robot and its collider.
+type HitOrder = (f64, (usize, usize));
+
 impl Scene {
     /// Robots and links that overlap a shape, in order; with `bounds_only` those whose boxes along the world's axes
     /// meet that of the shape. Gives up as soon as `is_cancelled`.
@@ -47,7 +50,7 @@ impl Scene {
             stop_at_penetration: true,
             compute_impact_geometry_on_penetration: true,
         };
-        let mut first: Option<((f64, (usize, usize)), RayHit)> = None;
+        let mut first: Option<(HitOrder, RayHit)> = None;
         for placed in self.near(&swept).take_while(|_| !is_cancelled()) {
             let theirs = &placed.world_from_shape;
             let hit = cast_shapes(&pose, way, &*shape.shape, theirs, DVec3::ZERO, &*placed.shape, options);

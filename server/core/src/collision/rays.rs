@@ -26,14 +26,16 @@ pub struct RayHit {
 /// is the first does not depend on the tree.
 const SAME: f64 = 1e-12;
 
+/// The fraction, the robot and its collider, and the index in the scene: the least is the first.
+type HitOrder = (f64, (usize, usize), usize);
+
 impl Scene {
     /// The first hit of the way from `from` to `to`, world points, of shapes of which `is_wanted`. A way that starts
     /// inside a shape hits it at its start. Of hits at the same place that of the first robot, and of its first shape.
     pub fn cast(&self, from: DVec3, to: DVec3, is_wanted: impl Fn(&PlacedShape) -> bool) -> Option<RayHit> {
         let way = to - from;
         let ray = Ray::new(from, way);
-        // The fraction, the robot and its collider, and the index here: the least is the first.
-        let first: Cell<Option<(f64, (usize, usize), usize)>> = Cell::new(None);
+        let first: Cell<Option<HitOrder>> = Cell::new(None);
         let meets = |index: usize, most: f64| {
             let placed = self.shapes.get(index).filter(|placed| is_wanted(placed))?;
             let fraction = placed.shape.cast_ray(&placed.world_from_shape, &ray, most.min(1.0), true)?;

@@ -10,7 +10,7 @@ pub(super) const MOST: usize = 4;
 const DEPTH_WEIGHT: f64 = 10.0;
 
 /// Points nearer to each other than this are one, metres.
-const SAME: f64 = 1e-5;
+pub(super) const SAME: f64 = 1e-5;
 
 /// Indices of the points that are kept, of points given by place and distance, all in the
 /// same axes as the normal: the outermost in one direction, the one farthest from it, and the two

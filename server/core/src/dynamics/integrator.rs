@@ -18,9 +18,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Integrator {
     /// Of second order where motion is smooth.
-    #[default]
     Leapfrog,
     /// Semi-implicit Euler with implicit damping: the arithmetic of MuJoCo's `Euler`.
+    #[default]
     Euler,
 }
 
@@ -183,7 +183,7 @@ mod tests {
                     let old = 1.0 + at.spring_before() * spring - (1.0 - at.damper()) * damper;
                     let (kick, keep) = (-spring / new, old / new);
                     let (trace, determinant) = (1.0 + kick + keep, keep);
-                    assert!(determinant <= 1.0 + 1e-12 && determinant >= -1.0 - 1e-12);
+                    assert!((-1.0 - 1e-12..=1.0 + 1e-12).contains(&determinant));
                     assert!(trace.abs() <= 1.0 + determinant + 1e-12, "{spring} {damper} {at:?}");
                 }
             }

@@ -189,13 +189,12 @@ impl FreeBody {
             if off.length() <= 2.0 * f64::EPSILON * size {
                 break;
             }
-            let next = u - self.slope(u, h).inverse() * off;
-            let next_off = miss(next);
-            let is_nearer = next_off.length() < off.length();
-            if !is_nearer {
-                break;
-            }
-            (u, off) = (next, next_off);
+            // Half of the way, and half of that, until it is nearer: the own axis of a rod is hard to find.
+            let change = self.slope(u, h).inverse() * off;
+            let ways = [1.0, 0.5, 0.25, 0.125, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0];
+            let nexts = ways.into_iter().map(|part| u - change * part).map(|next| (next, miss(next)));
+            let Some(next) = nexts.into_iter().find(|next| next.1.length() < off.length()) else { break };
+            (u, off) = next;
         }
         let moment = &self.moment;
         let trace = moment.x_axis.x + moment.y_axis.y + moment.z_axis.z;

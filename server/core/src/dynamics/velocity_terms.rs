@@ -228,12 +228,12 @@ impl VelocityTerms {
         let n = qd.len();
         let width = qd.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
         self.velocities.copy_from_slice(qd);
-        for j in 0..n {
+        for (j, &velocity) in qd.iter().enumerate() {
             for (list, sign) in [(0, -1.0), (1, 1.0)] {
-                self.velocities[j] = qd[j] + sign * width;
+                self.velocities[j] = velocity + sign * width;
                 self.find_terms(tree, q, scratch, list);
             }
-            self.velocities[j] = qd[j];
+            self.velocities[j] = velocity;
             let [before, after] = &mut self.terms;
             for (before, after) in before.iter_mut().zip(after) {
                 *before = (*after - *before) / (2.0 * width);

@@ -65,7 +65,7 @@ pub fn read_srdf(
 
 /// What reads XML says URDF, which is what it mostly reads.
 fn of_srdf(message: &str) -> String {
-    message.replace("URDF", "SRDF")
+    message.replace("a URDF", "an SRDF").replace("URDF", "SRDF")
 }
 
 /// Findings whose elements and lines are those of the SRDF, beside those of the URDF.

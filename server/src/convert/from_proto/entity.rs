@@ -246,7 +246,7 @@ fn collision_pairs(list: &str, given: Vec<v1::CollisionPair>) -> Result<Vec<Coll
 /// Those of a robot that is not in the world yet.
 fn own_pairs(given: Vec<v1::CollisionPair>) -> Result<Vec<CollisionPair>, BadField> {
     let pairs = collision_pairs("collision_pairs", given)?;
-    for (index, pair) in pairs.iter().enumerate().filter(|(_, pair)| !pair.other_robot.is_empty()) {
+    if let Some((index, pair)) = pairs.iter().enumerate().find(|(_, pair)| !pair.other_robot.is_empty()) {
         let at = Path::ROOT.item("collision_pairs", index);
         let expected = "it must be empty: pairs with other robots are set once the robot is there";
         return Err(at.field("other_robot").refuse(format_args!("{:?}", pair.other_robot), expected));

@@ -461,11 +461,11 @@ impl Direct {
                 joint.apply(system.robots[member.robot].as_mut().constraints_mut(), added, own);
             }
             let after = self.take_residuals(system);
-            if !(after < left) {
-                left = after;
+            let is_nearer = after < left;
+            left = after;
+            if !is_nearer {
                 break;
             }
-            left = after;
         }
         left <= TOLERANCE
     }

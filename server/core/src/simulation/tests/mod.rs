@@ -77,7 +77,8 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
 }
 
 fn world(time_step: f64) -> Simulation {
-    let settings = PhysicsSettings { time_step, ..PhysicsSettings::default() };
+    let settings =
+        PhysicsSettings { time_step, integrator: Integrator::Leapfrog, ..PhysicsSettings::default() };
     Simulation::new(settings, WorldLimits::default())
 }
 
