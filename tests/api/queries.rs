@@ -98,21 +98,20 @@ async fn shapes_of_no_robot_overlap_and_are_cast(via: Via) {
     let daemon = balls(via).await;
     let client = &daemon.client;
     let request = proto::FindOverlapsRequest { shape: sphere(0.95), pose: at(0.0, 1.0), bounds_only: false };
-    let links = client.overlaps(request.clone()).await.unwrap();
+    let links = client.overlaps(request).await.unwrap();
     assert_eq!(links.iter().map(|of| of.robot.as_str()).collect::<Vec<_>>(), ["left", "right"]);
     let large = proto::FindOverlapsRequest { shape: sphere(1.05), ..request };
     assert_eq!(client.overlaps(large).await.unwrap().len(), 3);
     let way = Some(proto::Vector3 { x: 0.0, y: 0.0, z: -2.0 });
     let cast = proto::CastShapeRequest { shape: sphere(0.1), pose: at(1.0, 2.2), translation: way };
-    let hit = client.cast_shape(cast.clone()).await.unwrap();
+    let hit = client.cast_shape(cast).await.unwrap();
     assert!(hit.hit && hit.robot == "right" && (hit.fraction - 0.5).abs() < 1e-6, "{hit:?}");
-    let beside =
-        client.cast_shape(proto::CastShapeRequest { pose: at(3.0, 9.0), ..cast.clone() }).await.unwrap();
+    let beside = client.cast_shape(proto::CastShapeRequest { pose: at(3.0, 9.0), ..cast }).await.unwrap();
     assert_eq!(beside, proto::RayHit::default());
     for (wrong, field) in [
-        (proto::CastShapeRequest { shape: sphere(-1.0), ..cast.clone() }, "shape.sphere.radius"),
-        (proto::CastShapeRequest { shape: None, ..cast.clone() }, "shape"),
-        (proto::CastShapeRequest { translation: None, ..cast.clone() }, "translation"),
+        (proto::CastShapeRequest { shape: sphere(-1.0), ..cast }, "shape.sphere.radius"),
+        (proto::CastShapeRequest { shape: None, ..cast }, "shape"),
+        (proto::CastShapeRequest { translation: None, ..cast }, "translation"),
         (proto::CastShapeRequest { pose: at(f64::NAN, 0.0), ..cast }, "pose.position.x"),
     ] {
         let refused = client.cast_shape(wrong).await.unwrap_err().to_string();

@@ -71,7 +71,7 @@ async fn a_load_report_says_what_a_mesh_became(via: Via) {
         }
     }
     // What touches is drawn, also where it is no hull.
-    let scene = daemon.client.scene(&["ground".into()]).await.unwrap();
+    let scene = daemon.client.scene(&["ground"]).await.unwrap();
     assert!(
         matches!(&scene.robots[0].colliders[0].geometry, Some(proto::shape::Geometry::Convex(_))),
         "{scene:?}"

@@ -70,7 +70,7 @@ fn a_wobbling_disc_keeps_its_energy_at_any_spin() {
     let inertial =
         Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moments) };
     for spin in [60.0, 200.0, 1_000.0, 2_000.0] {
-        let mut body = placed(&free_body(inertial.clone()), false, DPose3::IDENTITY);
+        let mut body = placed(&free_body(inertial), false, DPose3::IDENTITY);
         let lean = 3f64.to_radians();
         body.set_root_twist(DVec3::ZERO, DVec3::new(lean.sin(), 0.0, lean.cos()) * spin);
         let (energy, start) = (kinetic(&body), momentum(&body, &inertial)[1]);
@@ -97,7 +97,7 @@ fn free_bodies_keep_energy_and_momentum_at_any_spin() {
         let (linear, turn) = (DVec3::new(any(), any(), any()) * 10.0, DVec3::new(any(), any(), any()) * 6.0);
         let spin = [1.0, 30.0, 300.0, 2_000.0][seed as usize % 4];
         let pose = DPose3::from_parts(linear, DQuat::from_scaled_axis(turn));
-        let mut body = placed(&free_body(inertial.clone()), false, pose);
+        let mut body = placed(&free_body(inertial), false, pose);
         body.set_root_twist(linear, axis * spin);
         let (energy, [velocity, angular]) = (kinetic(&body), momentum(&body, &inertial));
         for _ in 0..1_000 {
@@ -130,7 +130,7 @@ fn a_spinning_body_falls_on_its_parabola() {
     for seed in 0..20 {
         let rng = &mut Rng::with_seed(seed);
         let inertial = any_inertial(rng);
-        let mut body = placed(&free_body(inertial.clone()), false, DPose3::IDENTITY);
+        let mut body = placed(&free_body(inertial), false, DPose3::IDENTITY);
         body.set_root_twist(DVec3::new(1.0, 2.0, 3.0), DVec3::new(20.0, -30.0, 40.0));
         let [velocity, _] = momentum(&body, &inertial);
         let center = |body: &Articulation| body.root_pose().transform_point(inertial.center_of_mass);
