@@ -2,8 +2,8 @@
 //! of them together stay within a limit.
 
 use std::cell::Cell;
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use simd_core::collision::Shapes;
 use simd_model::robot::{MeshAsset, Sha256};
@@ -19,63 +19,100 @@ type Key = (Sha256, String);
 #[derive(Debug)]
 pub(super) struct Decoded {
     limit: u64,
-    meshes: Mutex<HashMap<Key, Weak<MeshAsset>>>,
-    /// Of robots: each knows its hulls.
-    shapes: Mutex<Vec<Weak<Shapes>>>,
+    used: Mutex<Used>,
+}
+
+#[derive(Debug, Default)]
+struct Used {
+    meshes: HashMap<Key, Weak<MeshAsset>>,
+    /// Of robots: each knows what its meshes became.
+    shapes: Vec<Weak<Shapes>>,
+}
+
+impl Used {
+    /// Forgets what is no more.
+    fn tidy(&mut self) {
+        self.shapes.retain(|shapes| shapes.strong_count() > 0);
+        self.meshes.retain(|_, mesh| mesh.strong_count() > 0);
+    }
+
+    /// What all of it takes in memory, with the shapes of one more robot.
+    fn bytes(&self, more: Option<&Shapes>) -> u64 {
+        let meshes: u64 = self.meshes.values().filter_map(Weak::upgrade).map(|mesh| bytes(&mesh)).sum();
+        let shapes: Vec<Arc<Shapes>> = self.shapes.iter().filter_map(Weak::upgrade).collect();
+        let all = shapes.iter().map(|shapes| &**shapes).chain(more);
+        let shared: BTreeMap<_, u64> = all.flat_map(Shapes::mesh_bytes).collect();
+        shared.into_values().fold(meshes, u64::saturating_add)
+    }
 }
 
 impl Decoded {
     /// For so many bytes.
     pub(super) fn new(limit: u64) -> Self {
-        Self { limit, meshes: Mutex::default(), shapes: Mutex::default() }
+        Self { limit, used: Mutex::default() }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Used> {
+        self.used.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Shapes of robots that there are: hulls of the same meshes need not be made again.
     pub(super) fn shapes(&self) -> Vec<Arc<Shapes>> {
-        let mut shapes = self.shapes.lock().unwrap_or_else(PoisonError::into_inner);
-        shapes.retain(|shapes| shapes.strong_count() > 0);
-        shapes.iter().filter_map(Weak::upgrade).collect()
+        self.lock().shapes.iter().filter_map(Weak::upgrade).collect()
     }
 
-    /// Remembers those of a robot.
-    pub(super) fn remember(&self, shapes: &Arc<Shapes>) {
-        self.shapes.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::downgrade(shapes));
+    /// Keeps those of a robot in mind.
+    ///
+    /// # Errors
+    /// Where all would take more than the limit.
+    pub(super) fn admit_shapes(&self, shapes: &Arc<Shapes>) -> Result<(), CallError> {
+        let mut used = self.lock();
+        used.tidy();
+        let value = used.bytes(Some(shapes));
+        if value > self.limit {
+            return Err(self.too_much(value));
+        }
+        used.shapes.push(Arc::downgrade(shapes));
+        Ok(())
     }
 
     /// Forgets those that are no more.
     pub(super) fn tidy(&self) {
-        self.shapes.lock().unwrap_or_else(PoisonError::into_inner).retain(|shapes| shapes.strong_count() > 0);
-        self.meshes.lock().unwrap_or_else(PoisonError::into_inner).retain(|_, mesh| mesh.strong_count() > 0);
+        self.lock().tidy();
     }
 
     fn known(&self, key: &Key) -> Option<Arc<MeshAsset>> {
-        self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(key)?.upgrade()
+        self.lock().meshes.get(key)?.upgrade()
     }
 
     /// The mesh of a file that a robot uses, whichever format it was read as.
     pub(super) fn find(&self, sha256: &Sha256) -> Option<Arc<MeshAsset>> {
-        let meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
-        let alike = meshes.iter().filter(|((content, _format), _)| content == sha256);
+        let used = self.lock();
+        let alike = used.meshes.iter().filter(|((content, _format), _)| content == sha256);
         let live = alike.filter_map(|((_, format), mesh)| Some((format, mesh.upgrade()?)));
         live.min_by(|a, b| a.0.cmp(b.0)).map(|(_format, mesh)| mesh)
     }
 
     /// Keeps a mesh in mind that was just read; the error is what all would come to.
     fn admit(&self, key: Key, mesh: MeshAsset) -> Result<Arc<MeshAsset>, u64> {
-        let mut meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut used = self.lock();
         // Two may have read the same file at the same time.
-        if let Some(known) = meshes.get(&key).and_then(Weak::upgrade) {
+        if let Some(known) = used.meshes.get(&key).and_then(Weak::upgrade) {
             return Ok(known);
         }
-        meshes.retain(|_, mesh| mesh.strong_count() > 0);
-        let all: u64 = meshes.values().filter_map(Weak::upgrade).map(|mesh| bytes(&mesh)).sum();
-        let value = all.saturating_add(bytes(&mesh));
+        used.tidy();
+        let value = used.bytes(None).saturating_add(bytes(&mesh));
         if value > self.limit {
             return Err(value);
         }
         let mesh = Arc::new(mesh);
-        meshes.insert(key, Arc::downgrade(&mesh));
+        used.meshes.insert(key, Arc::downgrade(&mesh));
         Ok(mesh)
+    }
+
+    fn too_much(&self, value: u64) -> CallError {
+        let what = "the size of all robots' meshes in memory, in bytes,".into();
+        CallError::LimitExceeded { what, value, limit: self.limit }
     }
 }
 
@@ -101,10 +138,7 @@ impl<'d> Decoding<'d> {
     /// # Errors
     /// Where a mesh went beyond the limit of them all.
     pub(super) fn check(&self) -> Result<(), CallError> {
-        self.excess.get().map_or(Ok(()), |value| {
-            let what = "the size of all robots' meshes in memory, in bytes,".into();
-            Err(CallError::LimitExceeded { what, value, limit: self.decoded.limit })
-        })
+        self.excess.get().map_or(Ok(()), |value| Err(self.decoded.too_much(value)))
     }
 }
 

@@ -255,14 +255,16 @@ fn read(
     let files = Decoding::new(decoded, files);
     let outcome = simd_model::read(urdf, &reporter.counting(&files, total), &options.read);
     files.check()?;
-    Ok(outcome.map(|(model, mut report)| {
-        reporter.say(Phase::Hulls);
-        let fixed_base = Spawn::is_base_fixed(&model, options.fixed_base);
-        let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
-        decoded.remember(&shapes);
-        report_stand_ins(&shapes, options.read.limits.findings, &mut report);
-        LoadedRobot { model: Arc::new(model), shapes, report }
-    }))
+    let (model, mut report) = match outcome {
+        Ok(read) => read,
+        Err(refused) => return Ok(Err(refused)),
+    };
+    reporter.say(Phase::Hulls);
+    let fixed_base = Spawn::is_base_fixed(&model, options.fixed_base);
+    let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
+    decoded.admit_shapes(&shapes)?;
+    report_stand_ins(&shapes, options.read.limits.findings, &mut report);
+    Ok(Ok(LoadedRobot { model: Arc::new(model), shapes, report }))
 }
 
 /// Adds what the collision meshes became, with at most `most` findings of a severity.

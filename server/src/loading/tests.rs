@@ -325,15 +325,52 @@ async fn robots_with_the_same_mesh_share_it_in_memory() {
 
 #[tokio::test]
 async fn meshes_of_all_robots_together_stay_within_a_limit() {
-    // A triangle is three corners of three numbers and three indices.
-    let limits = DaemonLimits { decoded_bytes: 2 * (3 * 24 + 12), ..DaemonLimits::default() };
+    let limits = DaemonLimits { decoded_bytes: 2_000, ..DaemonLimits::default() };
     let handle = daemon(limits, &[]);
-    with_mesh(&handle, "a", stl(1.0)).await.unwrap();
-    with_mesh(&handle, "b", stl(2.0)).await.unwrap();
-    with_mesh(&handle, "same", stl(2.0)).await.unwrap();
-    let refused = with_mesh(&handle, "c", stl(3.0)).await.unwrap_err();
-    assert!(matches!(refused, CallError::LimitExceeded { limit: 168, value: 252, .. }), "{refused}");
-    assert!(handle.newest().state.entity("c").is_none());
+    let mut loaded: u8 = 0;
+    let refused = loop {
+        match with_mesh(&handle, &format!("robot-{loaded}"), stl(f32::from(loaded) + 1.0)).await {
+            Ok(()) => loaded += 1,
+            Err(refused) => break refused,
+        }
+    };
+    // A triangle is three corners of three numbers and three indices, and a box stands for it.
+    assert!((2..20).contains(&loaded), "{loaded}");
+    assert!(matches!(refused, CallError::LimitExceeded { limit: 2_000, value: 2_001.., .. }), "{refused}");
+    assert!(handle.newest().state.entity(&format!("robot-{loaded}")).is_none());
+    with_mesh(&handle, "same", stl(1.0)).await.unwrap();
+}
+
+/// Each scale is a surface of its own, with neighbours and a tree that take more than the mesh.
+#[tokio::test]
+async fn surfaces_made_of_one_mesh_in_many_scales_count_too() {
+    let limits = DaemonLimits { decoded_bytes: 2_000, ..DaemonLimits::default() };
+    let handle = daemon(limits, &[]);
+    let spawn = async |name: &str, scale: f64| {
+        let mesh = Bytes::from(stl(1.0));
+        let (sha256, total) = (Sha256::of(&mesh), mesh.len() as u64);
+        handle.upload(sha256, total, 0, mesh).await?;
+        let urdf = format!(
+            "<robot name=\"{name}\"><link name=\"world\"><collision><geometry><mesh filename=\"a.stl\" \
+             scale=\"{scale} 1 1\"/></geometry></collision></link></robot>"
+        );
+        let assets = BTreeMap::from([("a.stl".to_owned(), sha256)]);
+        let source = Source::Inline { urdf: urdf.into(), assets, missing: BTreeMap::new() };
+        handle.spawn(request(source)).await.map(drop)
+    };
+    spawn("first", 1.0).await.unwrap();
+    for again in 0..3 {
+        spawn(&format!("again-{again}"), 1.0).await.unwrap();
+    }
+    let mut scales = 0;
+    let refused = loop {
+        match spawn(&format!("scale-{scales}"), 2.0 + f64::from(scales)).await {
+            Ok(()) => scales += 1,
+            Err(refused) => break refused,
+        }
+    };
+    assert!((1..10).contains(&scales), "{scales}");
+    assert!(refused.to_string().contains("the size of all robots' meshes in memory"), "{refused}");
 }
 
 #[tokio::test]

@@ -6,8 +6,10 @@ use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::query::{Contact, contact};
 use rapier3d_f64::parry::shape::Shape;
 
+use super::facets::relative;
 use super::plane::outermost;
 use super::scene::PlacedShape;
+use super::surface_distance::{gap, nearest_on_surface};
 
 /// Pairs of shapes whose bounds are looked at in one question.
 pub const MOST_BOUNDS: usize = 10_000_000;
@@ -47,8 +49,8 @@ pub struct TooMany(pub usize, pub usize);
 type Pair<'a> = (f64, &'a PlacedShape, &'a PlacedShape);
 
 /// The nearest points of each pair of links of which `is_wanted`, in the order of robots and links. By GJK, and EPA
-/// where they overlap (van den Bergen, "Collision Detection in Interactive 3D Environments", 2003). Gives up as soon as
-/// `is_cancelled`.
+/// where they overlap (van den Bergen, "Collision Detection in Interactive 3D Environments", 2003). Of two surfaces of
+/// triangles there are none. Gives up as soon as `is_cancelled`.
 ///
 /// # Errors
 /// Where there are more than [`MOST_BOUNDS`] pairs of shapes, or [`MOST_DISTANCES`] near each other.
@@ -67,7 +69,8 @@ pub fn closest_points(
         if is_cancelled() {
             return Ok(Vec::new());
         }
-        let near = b.iter().map(|second| (gap(first, second), first, second));
+        let measured = b.iter().filter(|second| !(first.is_surface() && second.is_surface()));
+        let near = measured.map(|second| (bounds_gap(first, second), first, second));
         pairs.extend(near.filter(|(gap, one, other)| *gap <= wanted.within && is_wanted(one, other)));
         if pairs.len() > MOST_DISTANCES {
             return Err(TooMany(pairs.len(), MOST_DISTANCES));
@@ -84,7 +87,7 @@ pub fn closest_points(
         if gap > within {
             continue;
         }
-        let Some(closest) = closest(first, second, within) else { continue };
+        let Some(closest) = closest(first, second, within, &is_cancelled) else { continue };
         if closest.distance < known || !found.contains_key(&key) {
             nearest = nearest.min(closest.distance);
             found.insert(key, closest);
@@ -99,16 +102,20 @@ pub fn closest_points(
 }
 
 /// How far the bounds of two shapes are apart; those of a plane are all of space.
-fn gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
+fn bounds_gap(a: &PlacedShape, b: &PlacedShape) -> f64 {
     if a.is_plane() || b.is_plane() {
         return f64::NEG_INFINITY;
     }
-    let apart = (b.bounds.mins - a.bounds.maxs).max(a.bounds.mins - b.bounds.maxs).max(DVec3::ZERO);
-    apart.length()
+    gap(&a.solid_bounds(), &b.solid_bounds())
 }
 
 /// The nearest points of two shapes, where they are within a distance.
-fn closest(a: &PlacedShape, b: &PlacedShape, within: f64) -> Option<Closest> {
+fn closest(
+    a: &PlacedShape,
+    b: &PlacedShape,
+    within: f64,
+    is_cancelled: &dyn Fn() -> bool,
+) -> Option<Closest> {
     let robots = [a.robot, b.robot];
     let links = [a.link, b.link];
     if let Some((point, below, normal, distance)) = over_plane(a, b) {
@@ -119,28 +126,48 @@ fn closest(a: &PlacedShape, b: &PlacedShape, within: f64) -> Option<Closest> {
         let found = Closest { robots, links, points: [point, below], normal: -normal, distance };
         return (distance <= within).then_some(found);
     }
-    let [(core_a, around_a), (core_b, around_b)] = [core(&*a.shape), core(&*b.shape)];
-    let (pose_a, pose_b) = (&a.world_from_shape, &b.world_from_shape);
-    let around = around_a + around_b;
-    // A little more, so that one at the very distance is found.
-    let margin = (within + around).max(0.0) * (1.0 + 1e-9) + 1e-9;
-    let mut found = contact(pose_a, core_a, pose_b, core_b, margin).ok()??;
-    if found.dist > 0.0 {
-        found = refined([(core_a, pose_a), (core_b, pose_b)], found);
-        found.point1 += found.normal1 * around_a;
-        found.point2 -= found.normal1 * around_b;
-        found.dist -= around;
-    } else if around > 0.0 {
-        found = contact(pose_a, &*a.shape, pose_b, &*b.shape, 0.0).ok()??;
-    }
-    let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
-    (is_sound && found.dist <= within && found.normal1.is_finite()).then_some(Closest {
+    let on_surface = |surface: &PlacedShape, other: &PlacedShape| {
+        let surface_from_other = relative(&surface.world_from_shape, &other.world_from_shape);
+        let mut found =
+            nearest_on_surface(surface.facets()?, &*other.shape, &surface_from_other, within, is_cancelled)?;
+        found.transform_by_mut(&surface.world_from_shape, &surface.world_from_shape);
+        Some(found)
+    };
+    let found = match [a.is_surface(), b.is_surface()] {
+        [false, false] => {
+            convex_contact([(&*a.shape, &a.world_from_shape), (&*b.shape, &b.world_from_shape)], within)
+        }
+        [true, false] => on_surface(a, b),
+        [false, true] => on_surface(b, a).map(Contact::flipped),
+        [true, true] => None,
+    };
+    let found = found.filter(|found| found.dist <= within)?;
+    Some(Closest {
         robots,
         links,
         points: [found.point1, found.point2],
         normal: found.normal1,
         distance: found.dist,
     })
+}
+
+/// The nearest points of two convex shapes where they are about within a distance, in the axes in which their poses are.
+pub(super) fn convex_contact([a, b]: [(&dyn Shape, &DPose3); 2], within: f64) -> Option<Contact> {
+    let [(core_a, around_a), (core_b, around_b)] = [core(a.0), core(b.0)];
+    let around = around_a + around_b;
+    // A little more, so that one at the very distance is found.
+    let margin = (within + around).max(0.0) * (1.0 + 1e-9) + 1e-9;
+    let mut found = contact(a.1, core_a, b.1, core_b, margin).ok()??;
+    if found.dist > 0.0 {
+        found = refined([(core_a, a.1), (core_b, b.1)], found);
+        found.point1 += found.normal1 * around_a;
+        found.point2 -= found.normal1 * around_b;
+        found.dist -= around;
+    } else if around > 0.0 {
+        found = contact(a.1, a.0, b.1, b.0, 0.0).ok()??;
+    }
+    let is_sound = found.dist.is_finite() && found.point1.is_finite() && found.point2.is_finite();
+    (is_sound && found.normal1.is_finite()).then_some(found)
 }
 
 /// What a shape is all points within a distance of: the segment of a capsule. Others are themselves.

@@ -4,13 +4,13 @@
 //! whatever direction is the nearest. Which directions an edge can be touched from follows from the two triangles that
 //! meet in it: those that lead into neither of them. From any other one the face is touched, or nothing.
 
-use glamx::{DPose3, DVec3};
-use rapier3d_f64::parry::bounding_volume::BoundingVolume as _;
+use glamx::{DMat3, DPose3, DVec3};
+use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
 use rapier3d_f64::parry::query::details::NormalConstraints;
 use rapier3d_f64::parry::query::{ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher as _};
 use rapier3d_f64::parry::shape::{Shape, Triangle};
 
-use super::facets::{Facets, above};
+use super::facets::{Facets, above, unit_normal};
 use super::plane::outermost;
 use super::reduce::{MOST, reduce};
 
@@ -29,6 +29,9 @@ const SIDEWAYS: f64 = 0.05;
 /// A shape whose middle is farther from a plane than it reaches, and than contacts are looked for, by this factor, does
 /// not touch it.
 const FAR: f64 = 1.000_001;
+
+/// Triangles that are looked at before it is asked again whether the step is interrupted.
+const BETWEEN_INTERRUPTS: usize = 1_024;
 
 /// A point where a shape touches a triangle, in the axes of the surface and of the shape.
 #[derive(Clone, Copy)]
@@ -53,15 +56,16 @@ pub(super) struct FacetContact {
 }
 
 impl FacetContact {
-    /// Those of a surface and a convex shape, nearer than `within`. Of the shape the middle, in its own axes, is given, and
-    /// how far it reaches from there.
+    /// Those of a surface and a convex shape, nearer than `within`; `None` where it was interrupted. Of the shape the middle,
+    /// in its own axes, is given, and how far it reaches from there.
     pub(super) fn find(
         &mut self,
         surface: Facets<'_>,
         (shape, middle, radius): (&dyn Shape, DVec3, f64),
         surface_from_shape: &DPose3,
         within: f64,
-    ) -> &[FacetPoint] {
+        interrupt: &dyn Fn() -> bool,
+    ) -> Option<&[FacetPoint]> {
         self.found.clear();
         let middle = surface_from_shape.transform_point(middle);
         let sunk = match surface {
@@ -74,18 +78,30 @@ impl FacetContact {
             let bounds = shape.compute_aabb(surface_from_shape).loosened(within);
             let mut triangles = std::mem::take(&mut self.triangles);
             surface.within(&bounds, &mut triangles);
-            for &id in &triangles {
-                self.touch(surface, id, (shape, middle, radius), surface_from_shape, within);
+            let reach = Reach::new(shape, surface_from_shape, within);
+            let mut is_whole = true;
+            for (count, &id) in (1..).zip(&triangles) {
+                if count % BETWEEN_INTERRUPTS == 0 && interrupt() {
+                    is_whole = false;
+                    break;
+                }
+                let Some(triangle) = surface.triangle(id).filter(|triangle| reach.meets(triangle)) else {
+                    continue;
+                };
+                self.touch(surface, (id, &triangle), (shape, middle, radius), surface_from_shape, within);
             }
             self.triangles = triangles;
+            if !is_whole {
+                return None;
+            }
         }
         self.reduce();
-        &self.kept
+        Some(&self.kept)
     }
 
     /// A shape whose middle is in the ground touches the plane of the triangle above it.
     fn below(&mut self, triangle: &Triangle, shape: &dyn Shape, surface_from_shape: &DPose3, within: f64) {
-        let Some(normal) = unit(triangle) else { return };
+        let Some(normal) = unit_normal(triangle) else { return };
         let inward = surface_from_shape.rotation.inverse() * -normal;
         outermost(shape, inward, |point, radius| {
             let at = surface_from_shape.transform_point(point);
@@ -104,25 +120,24 @@ impl FacetContact {
     fn touch(
         &mut self,
         surface: Facets<'_>,
-        id: u32,
+        (id, triangle): (u32, &Triangle),
         (shape, middle, radius): (&dyn Shape, DVec3, f64),
         surface_from_shape: &DPose3,
         within: f64,
     ) {
-        let Some(triangle) = surface.triangle(id) else { return };
         // Well above its plane, or below it: most triangles of a slope, whose bounds are tall.
         let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
         let height = (middle - triangle.a).dot(normal);
         if height.abs() > FAR * (radius + within) * normal.length() {
             return;
         }
-        let Some(cone) = Cone::new(surface, id, &triangle, middle) else { return };
+        let Some(cone) = Cone::new(surface, id, triangle, middle) else { return };
         self.manifold.points.clear();
         self.manifold.local_n1 = DVec3::ZERO;
         self.manifold.local_n2 = DVec3::ZERO;
         let found = DefaultQueryDispatcher.contact_manifold_convex_convex(
             surface_from_shape,
-            &triangle,
+            triangle,
             shape,
             Some(&cone),
             None,
@@ -165,8 +180,31 @@ impl FacetContact {
     }
 }
 
-fn unit(triangle: &Triangle) -> Option<DVec3> {
-    (triangle.b - triangle.a).cross(triangle.c - triangle.a).try_normalize()
+/// The box around a shape in its own axes, and what it is looked around for: of a slab that lies at an angle much less
+/// than its box in the surface's axes.
+struct Reach {
+    shape_from_surface: DMat3,
+    translation: DVec3,
+    bounds: Aabb,
+}
+
+impl Reach {
+    fn new(shape: &dyn Shape, surface_from_shape: &DPose3, within: f64) -> Self {
+        let inverse = surface_from_shape.inverse();
+        Self {
+            shape_from_surface: DMat3::from_quat(inverse.rotation),
+            translation: inverse.translation,
+            bounds: shape.compute_local_aabb().loosened(within * FAR),
+        }
+    }
+
+    /// Whether a triangle may be that near.
+    fn meets(&self, triangle: &Triangle) -> bool {
+        let corner = |corner: DVec3| self.shape_from_surface * corner + self.translation;
+        let (a, b, c) = (corner(triangle.a), corner(triangle.b), corner(triangle.c));
+        let (least, most) = (a.min(b).min(c), a.max(b).max(c));
+        least.cmple(self.bounds.maxs).all() && self.bounds.mins.cmple(most).all()
+    }
 }
 
 /// The directions from which a triangle can be touched.
@@ -184,7 +222,7 @@ struct Cone {
 
 impl Cone {
     fn new(surface: Facets<'_>, id: u32, triangle: &Triangle, middle: DVec3) -> Option<Self> {
-        let normal = unit(triangle)?;
+        let normal = unit_normal(triangle)?;
         let corners = [triangle.a, triangle.b, triangle.c];
         let mut inward = [DVec3::ZERO; 3];
         let mut beyond = [None; 3];

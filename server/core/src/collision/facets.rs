@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::Aabb;
+use rapier3d_f64::parry::query::PointQuery as _;
 use rapier3d_f64::parry::shape::{HeightField, Shape, SharedShape, TriMesh, TriMeshFlags, Triangle};
 use rapier3d_f64::parry::utils::Array2;
 use simd_model::robot::{Grid, MeshAsset, Sha256};
@@ -58,6 +59,19 @@ impl<'a> Facets<'a> {
         match self {
             Self::Mesh(mesh, neighbours) => ((id as usize) < neighbours.len()).then(|| mesh.triangle(id)),
             Self::Field(field) => field.triangle_at_id(id),
+        }
+    }
+
+    /// A point of it that is near another one, of a mesh the nearest.
+    pub(super) fn near(self, point: DVec3) -> Option<DVec3> {
+        match self {
+            Self::Mesh(mesh, _) => Some(mesh.project_local_point(point, false).point),
+            Self::Field(field) => {
+                let (i, j) = field.closest_cell_at_point(point);
+                let (first, second) = field.triangles_at(i, j);
+                let found = first.or(second)?.project_local_point(point, false);
+                Some(found.point)
+            }
         }
     }
 
@@ -172,6 +186,11 @@ pub(super) fn above(field: &HeightField, middle: DVec3) -> Option<Triangle> {
     let triangle = if is_first { first? } else { second? };
     let normal = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
     ((middle - triangle.a).dot(normal) < 0.0).then_some(triangle)
+}
+
+/// A triangle's normal of unit length; `None` where it has no area.
+pub(super) fn unit_normal(triangle: &Triangle) -> Option<DVec3> {
+    (triangle.b - triangle.a).cross(triangle.c - triangle.a).try_normalize()
 }
 
 /// `world_from_other` in the axes of a surface.

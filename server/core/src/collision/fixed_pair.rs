@@ -66,6 +66,7 @@ struct Query<'a> {
     slack: f64,
     /// Their paths together.
     path: f64,
+    interrupt: &'a dyn Fn() -> bool,
 }
 
 /// Scratch of a query.
@@ -83,7 +84,7 @@ pub(super) struct FixedPairScratch {
 impl Narrow {
     /// Like [`Narrow::between`] for two robots that are fixed to the world, or for one and itself, except that initial
     /// overlaps are ignored. `teleported` says whether one of them was since the last query; contacts are looked for at
-    /// least `slack` metres from what moves.
+    /// least `slack` metres from what moves. False where it was interrupted; then `known` is of no use.
     ///
     /// * A pair that overlaps by more than [`DEEP`] after a teleport is ignored.
     /// * Of two robots a pair that is nearer to each other than contacts are looked for at rest is
@@ -95,15 +96,16 @@ impl Narrow {
         robots @ [a, b]: [&RobotColliders; 2],
         filter: Filter<'_>,
         (teleported, slack): (bool, f64),
+        interrupt: &dyn Fn() -> bool,
         known: &mut FixedPair,
         found: impl FnMut(ContactPoint),
-    ) {
+    ) -> bool {
         let (path, reach) = (a.path + b.path, a.reach + b.reach);
         if !teleported && path + reach < known.separated_until && path < known.overlapping_until {
-            return;
+            return true;
         }
         let own = known.robots[0] == known.robots[1];
-        let query = Query { robots, filter, own, teleported, slack, path };
+        let query = Query { robots, filter, own, teleported, slack, path, interrupt };
         let mut scratch = std::mem::take(&mut self.fixed_pairs);
         let FixedPairScratch { before, points, stuck, .. } = &mut scratch;
         std::mem::swap(before, &mut known.ignored);
@@ -111,8 +113,9 @@ impl Narrow {
         points.clear();
         stuck.clear();
         (known.separated_until, known.overlapping_until) = (f64::INFINITY, f64::INFINITY);
+        let mut is_whole = true;
         if own {
-            a.own_pairs.iter().for_each(|&pair| self.classify(&query, pair, known, &mut scratch));
+            is_whole = a.own_pairs.iter().all(|&pair| self.classify(&query, pair, known, &mut scratch));
         } else {
             let mut near = std::mem::take(&mut scratch.near);
             let [near_b, near_first] = &mut near;
@@ -124,7 +127,8 @@ impl Narrow {
                 if first.bounds.meets(&b.bounds) {
                     b.near(&first.bounds.loosened(NEAR), near_first);
                     self.compared += near_first.len() as u64;
-                    near_first.iter().for_each(|&j| self.classify(&query, [i, j], known, &mut scratch));
+                    is_whole = is_whole
+                        && near_first.iter().all(|&j| self.classify(&query, [i, j], known, &mut scratch));
                     far |= near_first.len() < b.placed.len();
                 } else {
                     known.note_separation(&query, first.bounds.gap(&b.bounds) + first.margin);
@@ -141,28 +145,29 @@ impl Narrow {
         scratch.points.retain(|point| known.ignored.binary_search(&point.colliders).is_err());
         scratch.points.iter().copied().for_each(found);
         self.fixed_pairs = scratch;
+        is_whole
     }
 
-    /// Decides whether a pair of colliders is ignored, separate or in contact.
+    /// Decides whether a pair of colliders is ignored, separate or in contact. False where it was interrupted.
     fn classify(
         &mut self,
         query: &Query<'_>,
         pair: [usize; 2],
         known: &mut FixedPair,
         scratch: &mut FixedPairScratch,
-    ) {
-        let Query { robots: [a, b], filter, own, teleported, slack, path } = *query;
+    ) -> bool {
+        let Query { robots: [a, b], filter, own, teleported, slack, path, interrupt } = *query;
         let [first, second] = [&a.placed[pair[0]], &b.placed[pair[1]]];
         let moving = [first, second].into_iter().filter(|placed| placed.body.is_some()).count();
         let within = first.margin + second.margin;
         if (moving == 0 && (own || !teleported)) || (!own && !filter.allows(first, second)) {
-            return;
+            return true;
         }
         if !first.bounds.meets(&second.bounds) {
             if moving > 0 {
                 known.note_separation(query, first.bounds.gap(&second.bounds) + within);
             }
-            return;
+            return true;
         }
         let [one, other] = query.solids(pair);
         let a_from_b = first.world_from_shape.inverse() * second.world_from_shape;
@@ -173,7 +178,7 @@ impl Narrow {
             if overlap_by(deep, one, other, &a_from_b) {
                 scratch.stuck.extend(both);
             }
-            return;
+            return true;
         }
         let was = scratch.before.binary_search(&pair).is_ok();
         let is_deep = teleported && overlap_by(deep, one, other, &a_from_b);
@@ -185,20 +190,22 @@ impl Narrow {
             known.ignored.push(pair);
             known.overlapping_until =
                 known.overlapping_until.min(path + TRUSTED * (slack * moving as f64 - separation));
-            return;
+            return true;
         }
         if separation >= within {
             known.note_separation(query, separation);
-            return;
+            return true;
         }
         // Something may touch: the cache holds nothing for the next query.
         known.separated_until = f64::NEG_INFINITY;
         let start = scratch.points.len();
-        self.pair(pair, [a, b], [first, second], &mut |point| scratch.points.push(point));
+        let is_whole =
+            self.pair(pair, [a, b], [first, second], interrupt, &mut |point| scratch.points.push(point));
         if teleported && scratch.points[start..].iter().any(|point| point.distance < -deep) {
             scratch.stuck.extend(both);
             known.ignored.push(pair);
         }
+        is_whole
     }
 }
 

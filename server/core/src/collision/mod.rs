@@ -32,6 +32,7 @@ mod separation;
 mod shapes;
 mod stand_in;
 mod still;
+mod surface_distance;
 #[cfg(test)]
 mod tests;
 
@@ -43,5 +44,5 @@ pub use filter::{Filter, Groups, LinkPair, RobotLinkPair};
 pub use fixed_pair::FixedPair;
 pub use geometry::{Collider, ColliderGeometry, ConvexMesh};
 pub use narrow::Narrow;
-pub use shapes::{MeshShapes, Shapes};
+pub use shapes::{MeshKey, MeshShapes, Shapes};
 pub use stand_in::{StandIn, StandInShape};

@@ -46,52 +46,55 @@ impl fmt::Debug for Narrow {
 }
 
 impl Narrow {
-    /// Calls `found` with each point where two robots touch or are about to, in a fixed order.
+    /// Calls `found` with each point where two robots touch or are about to, in a fixed order. False where it was
+    /// interrupted.
     pub fn between(
         &mut self,
         [a, b]: [&RobotColliders; 2],
         filter: Filter<'_>,
+        interrupt: &dyn Fn() -> bool,
         mut found: impl FnMut(ContactPoint),
-    ) {
+    ) -> bool {
         // Only what is near the other robot is looked at, each with each.
         let mut near = std::mem::take(&mut self.near);
         let [near_b, near_a] = &mut near;
         a.near(&b.bounds, near_b);
         b.near(&a.bounds, near_a);
         self.compared += (near_b.len() * near_a.len()) as u64;
-        for &i in &*near_b {
+        let is_whole = near_b.iter().all(|&i| {
             let first = &a.placed[i];
-            for &j in &*near_a {
+            near_a.iter().all(|&j| {
                 let second = &b.placed[j];
                 let moves = first.body.is_some() || second.body.is_some();
-                if moves && first.bounds.meets(&second.bounds) && filter.allows(first, second) {
-                    self.pair([i, j], [a, b], [first, second], &mut found);
-                }
-            }
-        }
+                let may_touch = moves && first.bounds.meets(&second.bounds) && filter.allows(first, second);
+                !may_touch || self.pair([i, j], [a, b], [first, second], interrupt, &mut found)
+            })
+        });
         self.near = near;
+        is_whole
     }
 
+    /// The same of two colliders.
     pub(super) fn pair(
         &mut self,
         colliders: [usize; 2],
         robots: [&RobotColliders; 2],
         [a, b]: [&Placed; 2],
+        interrupt: &dyn Fn() -> bool,
         found: &mut impl FnMut(ContactPoint),
-    ) {
+    ) -> bool {
         let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
         let within = a.margin + b.margin;
         if far_above(shape_a, a, b, within) || far_above(shape_b, b, a, within) {
-            return;
+            return true;
         }
         let facets = [robots[0].facets(a), robots[1].facets(b)];
         if facets.iter().any(Option::is_some) {
-            self.touch_facets(colliders, (facets, [shape_a, shape_b]), [a, b], found);
-            return;
+            return self.touch_facets(colliders, (facets, [shape_a, shape_b]), [a, b], interrupt, found);
         }
         let a_from_b = a.world_from_shape.inverse() * b.world_from_shape;
         let hulls = [robots[0].shape_and_graph(a), robots[1].shape_and_graph(b)];
-        let Some(normal) = self.find(hulls, &a_from_b, within) else { return };
+        let Some(normal) = self.find(hulls, &a_from_b, within) else { return true };
         let mut kept = [0; MOST];
         let count = reduce(&self.points, normal, &mut kept);
         let world_normal = a.world_from_shape.rotation * normal;
@@ -109,6 +112,7 @@ impl Narrow {
                 surface: a.surface.against(b.surface),
             });
         }
+        true
     }
 
     /// The same where one of the two is of triangles. Two of them touch nothing: what moves is convex.
@@ -117,17 +121,22 @@ impl Narrow {
         colliders: [usize; 2],
         (facets, shapes): ([Option<Facets<'_>>; 2], [&dyn Shape; 2]),
         sides @ [a, b]: [&Placed; 2],
+        interrupt: &dyn Fn() -> bool,
         found: &mut impl FnMut(ContactPoint),
-    ) {
+    ) -> bool {
         let (first, surface) = match facets {
             [Some(surface), None] => (0, surface),
             [None, Some(surface)] => (1, surface),
-            _ => return,
+            _ => return true,
         };
         let (fixed, other) = (sides[first], sides[1 - first]);
         let surface_from_shape = relative(&fixed.world_from_shape, &other.world_from_shape);
         let shape = (shapes[1 - first], other.middle(), other.radius);
-        for point in self.facets.find(surface, shape, &surface_from_shape, a.margin + b.margin) {
+        let within = a.margin + b.margin;
+        let Some(points) = self.facets.find(surface, shape, &surface_from_shape, within, interrupt) else {
+            return false;
+        };
+        for point in points {
             let out = fixed.world_from_shape.rotation * point.normal;
             let on = [point.on_surface, point.on_shape];
             let middle = point.on_surface + point.normal * (point.distance / 2.0);
@@ -142,6 +151,7 @@ impl Narrow {
                 surface: a.surface.against(b.surface),
             });
         }
+        true
     }
 
     /// Fills in the points and gives the normal, in the first shape's axes.

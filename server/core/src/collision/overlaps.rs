@@ -6,15 +6,17 @@ use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume as _};
 use rapier3d_f64::parry::query::{ShapeCastOptions, ShapeCastStatus, cast_shapes, intersection_test};
 
+use super::facets::relative;
 use super::rays::RayHit;
 use super::scene::{QueryShape, Scene};
+use super::surface_distance::overlaps_surface;
 
 /// What orders hits: the fraction, and the robot and its collider.
 type HitOrder = (f64, (usize, usize));
 
 impl Scene {
     /// Robots and links that overlap a shape, in order; with `bounds_only` those whose boxes along the world's axes
-    /// meet that of the shape. Gives up as soon as `is_cancelled`.
+    /// meet that of the shape. What is below a height field is in it. Gives up as soon as `is_cancelled`.
     pub fn overlaps(
         &self,
         shape: &QueryShape,
@@ -26,8 +28,17 @@ impl Scene {
         let bounds = shape.shape.compute_aabb(&pose);
         let near = self.near(&bounds).take_while(|_| !is_cancelled());
         let overlapping = near.filter(|placed| {
-            let exact = || intersection_test(&pose, &*shape.shape, &placed.world_from_shape, &*placed.shape);
-            (bounds_only && !placed.is_plane()) || exact().is_ok_and(|found| found.intersecting)
+            if bounds_only && !placed.is_plane() {
+                return placed.bounds.intersects(&bounds);
+            }
+            let theirs = &placed.world_from_shape;
+            placed.facets().map_or_else(
+                || {
+                    let found = intersection_test(&pose, &*shape.shape, theirs, &*placed.shape);
+                    found.is_ok_and(|found| found.intersecting)
+                },
+                |surface| overlaps_surface(surface, &*shape.shape, &relative(theirs, &pose), &is_cancelled),
+            )
         });
         overlapping.map(|placed| (placed.robot, placed.link)).collect()
     }

@@ -1,6 +1,8 @@
 //! The shapes of robots at one moment, for questions: placed where their links are. A scene is made for some questions
 //! and then forgotten: no step reads it.
 
+use std::sync::Arc;
+
 use glamx::{DPose3, DVec3};
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
@@ -8,6 +10,7 @@ use rapier3d_f64::parry::shape::{ShapeType, SharedShape};
 use simd_model::robot::Geometry;
 
 use super::Shapes;
+use super::facets::{Facets, Neighbours, ground};
 use super::shapes::own_shape;
 use crate::dynamics::Tree;
 
@@ -38,6 +41,8 @@ pub struct PlacedShape {
     pub(super) shape: SharedShape,
     pub(super) world_from_shape: DPose3,
     pub(super) bounds: Aabb,
+    /// Of a mesh of triangles: which are next to each other.
+    neighbours: Option<Arc<Neighbours>>,
 }
 
 impl PlacedShape {
@@ -48,6 +53,22 @@ impl PlacedShape {
 
     pub(super) fn is_plane(&self) -> bool {
         self.shape.shape_type() == ShapeType::HalfSpace
+    }
+
+    /// Whether it is a mesh of triangles or a height field.
+    pub fn is_surface(&self) -> bool {
+        matches!(self.shape.shape_type(), ShapeType::TriMesh | ShapeType::HeightField)
+    }
+
+    /// Its triangles, where it is of them.
+    pub(super) fn facets(&self) -> Option<Facets<'_>> {
+        Facets::of(&*self.shape, self.neighbours.as_ref())
+    }
+
+    /// Around all that is inside of it: of a height field also the ground below.
+    pub(super) fn solid_bounds(&self) -> Aabb {
+        let field = self.shape.as_heightfield();
+        field.map_or(self.bounds, |field| ground(field).transform_by(&self.world_from_shape))
     }
 }
 
@@ -73,6 +94,7 @@ pub fn place(
             bounds: part.shape.compute_aabb(&world_from_shape),
             shape: part.shape.clone(),
             world_from_shape,
+            neighbours: part.neighbours.clone(),
         };
         (frame.body.is_none() || !placed.is_plane()).then_some(placed)
     });
@@ -105,7 +127,7 @@ impl Scene {
     pub fn new(shapes: Vec<PlacedShape>) -> Self {
         let (mut planes, mut shapes): (Vec<_>, Vec<_>) =
             shapes.into_iter().partition(|placed| placed.is_plane());
-        let bounds: Vec<Aabb> = shapes.iter().map(|placed| placed.bounds).collect();
+        let bounds: Vec<Aabb> = shapes.iter().map(PlacedShape::solid_bounds).collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds);
         let bounded = shapes.len();
         shapes.append(&mut planes);

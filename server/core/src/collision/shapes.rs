@@ -8,7 +8,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
-use rapier3d_f64::parry::shape::SharedShape;
+use rapier3d_f64::parry::shape::{SharedShape, TypedShape};
 use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
 use rapier3d_f64::parry::transformation::voxelization::FillMode;
 use serde::{Deserialize, Serialize};
@@ -34,9 +34,18 @@ const DIRECTIONS: usize = 256;
 /// A mesh with more triangles than this is not taken apart: its hull stands for it.
 const MOST_DIVIDED: usize = 100_000;
 
-/// Meshes of one robot with more triangles than this in all, height fields apart, are not collided with as they are: from
-/// there on hulls stand for them. A triangle takes some 300 bytes.
-const MOST_FACETS: usize = 1_000_000;
+/// Meshes of one robot that take more bytes than this in all are not collided with as they are: from there on hulls stand
+/// for them. A million triangles.
+const MOST_FACET_BYTES: u64 = 1_000_000 * TRIANGLE_BYTES;
+
+/// What a triangle takes of a mesh: its corners, its neighbours and its part of a tree.
+const TRIANGLE_BYTES: u64 = 300;
+
+/// What a sample of a height field takes.
+const SAMPLE_BYTES: u64 = 9;
+
+/// What a corner of a convex hull takes, with its edges and its part of the faces.
+const CORNER_BYTES: u64 = 700;
 
 /// How finely a mesh is taken apart, and into how many parts at the most.
 const DECOMPOSITION: VHACDParameters = VHACDParameters {
@@ -121,11 +130,11 @@ impl Shapes {
         let mut parts = Vec::new();
         let mut stand_ins: Vec<StandIn> = Vec::new();
         let welded = welded_to_world(model, fixed_base);
-        let mut facets = 0usize;
+        let mut facet_bytes = 0;
         for ((link, of), is_welded) in model.links.iter().enumerate().zip(welded) {
             let way = Way::of(mesh_shapes, is_welded);
             for collision in &of.collisions {
-                let made = shapes(&collision.geometry, way, &mut facets, &mut meshes, others);
+                let made = shapes(&collision.geometry, way, &mut facet_bytes, &mut meshes, others);
                 if let (Geometry::Mesh { uri, asset: Some(asset), .. }, Some(made)) =
                     (&collision.geometry, &made.mesh)
                 {
@@ -167,6 +176,12 @@ impl Shapes {
     /// What its collision meshes became, each once.
     pub fn stand_ins(&self) -> &[StandIn] {
         &self.stand_ins
+    }
+
+    /// What its meshes became, by what they were made from, and about how many bytes that takes. Robots whose meshes were
+    /// made from the same share it.
+    pub fn mesh_bytes(&self) -> impl Iterator<Item = (MeshKey, u64)> + '_ {
+        self.meshes.iter().map(|(key, made)| (*key, made.shapes.iter().map(Made::bytes).sum()))
     }
 
     /// How many there are.
@@ -234,6 +249,16 @@ impl Made {
         Self { shape, own_from_shape: DPose3::IDENTITY, neighbours: None, graph: None, surface: None }
     }
 
+    /// About what it takes in memory, where it was made of a mesh.
+    fn bytes(&self) -> u64 {
+        match self.shape.as_typed_shape() {
+            TypedShape::TriMesh(mesh) => mesh.indices().len() as u64 * TRIANGLE_BYTES,
+            TypedShape::HeightField(field) => field.heights().data().len() as u64 * SAMPLE_BYTES,
+            TypedShape::ConvexPolyhedron(hull) => hull.points().len() as u64 * CORNER_BYTES,
+            _ => size_of::<Self>() as u64,
+        }
+    }
+
     /// The convex hull of points, or `None` where they have none.
     fn convex(points: &[DVec3]) -> Option<Self> {
         let shape = SharedShape::convex_hull(points)?;
@@ -252,8 +277,12 @@ struct MadeMesh {
     distance: f64,
 }
 
-/// What meshes became, by hash, scale and way.
-type MadeMeshes = BTreeMap<(Sha256, [u64; 3], Way), MadeMesh>;
+/// What a mesh is made from: the hash of its file, its scale and what it is to become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MeshKey(Sha256, [u64; 3], Way);
+
+/// What meshes became.
+type MadeMeshes = BTreeMap<MeshKey, MadeMesh>;
 
 /// The shapes of a geometry, and what is to be said of it where it is a mesh.
 #[derive(Default)]
@@ -269,11 +298,11 @@ impl From<Made> for Whole {
 }
 
 /// What a geometry touches with; nothing where its mesh is missing.
-/// `facets` counts the triangles that are collided with as they are.
+/// `facet_bytes` counts what meshes take that are collided with as they are.
 fn shapes(
     geometry: &Geometry,
     way: Way,
-    facets: &mut usize,
+    facet_bytes: &mut u64,
     meshes: &mut MadeMeshes,
     others: &[Arc<Shapes>],
 ) -> Whole {
@@ -292,11 +321,15 @@ fn shapes(
         Geometry::Plane { normal } => Made::new(SharedShape::halfspace(normal.normalize_or(DVec3::Z))).into(),
         Geometry::Mesh { scale, asset, .. } => {
             let Some(asset) = asset.as_deref() else { return Whole::default() };
-            let key = |way| (asset.sha256, scale.to_array().map(f64::to_bits), way);
+            let key = |way| MeshKey(asset.sha256, scale.to_array().map(f64::to_bits), way);
             let mut way = way;
-            if way == Way::Facets && asset.grid.is_none() && !meshes.contains_key(&key(way)) {
-                *facets = facets.saturating_add(asset.triangles.len());
-                if *facets > MOST_FACETS {
+            if way == Way::Facets && !meshes.contains_key(&key(way)) {
+                *facet_bytes = facet_bytes.saturating_add(if is_field(asset, *scale) {
+                    asset.vertices.len() as u64 * SAMPLE_BYTES
+                } else {
+                    asset.triangles.len() as u64 * TRIANGLE_BYTES
+                });
+                if *facet_bytes > MOST_FACET_BYTES {
                     way = Way::Hull;
                 }
             }
@@ -309,10 +342,15 @@ fn shapes(
     }
 }
 
+/// Whether the triangles of a mesh are those of a height field.
+fn is_field(mesh: &MeshAsset, scale: DVec3) -> bool {
+    mesh.grid.is_some() && scale.min_element() > 0.0
+}
+
 /// What a mesh becomes, or what stands in where that cannot be.
 fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh {
     let facets = || match &mesh.grid {
-        Some(grid) if scale.min_element() > 0.0 => facets::height_field(mesh, grid, scale),
+        Some(grid) if is_field(mesh, scale) => facets::height_field(mesh, grid, scale),
         _ => facets::triangles(mesh, scale),
     };
     let exact = match way {

@@ -87,20 +87,19 @@ impl Contacts {
                 });
             };
             if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
-                narrow.between(colliders, filter, found);
+                if !narrow.between(colliders, filter, interrupt, found) {
+                    return false;
+                }
                 continue;
             }
             // Pairs that are no longer near each other have separated.
             while known.next_if(|known| known.robots < pair).is_some() {}
             let known = known.next_if(|known| known.robots == pair);
             let mut known = known.unwrap_or_else(|| FixedPair::new(pair, Vec::new()));
-            narrow.between_fixed(
-                colliders,
-                filter,
-                (a.state.teleported || b.state.teleported, slack),
-                &mut known,
-                found,
-            );
+            let teleported = a.state.teleported || b.state.teleported;
+            if !narrow.between_fixed(colliders, filter, (teleported, slack), interrupt, &mut known, found) {
+                return false;
+            }
             fixed.push(known);
         }
         drop(known);

@@ -92,7 +92,8 @@ impl PublishedState {
     /// nor is a link with itself.
     ///
     /// # Errors
-    /// Where the distance is NaN, where there are too many pairs, and where their names make too many bytes.
+    /// Where the distance is NaN, where both sides are meshes of triangles or height fields, where there are too many
+    /// pairs, and where their names make too many bytes.
     pub fn distances(
         &self,
         query: &DistanceQuery,
@@ -110,6 +111,13 @@ impl PublishedState {
                 others.take_while(|_| !is_cancelled()).flat_map(|robot| self.placed(robot, None)).collect()
             }
         };
+        let are_surfaces =
+            |side: &[PlacedShape]| !side.is_empty() && side.iter().all(PlacedShape::is_surface);
+        if b.is_some() && are_surfaces(&first) && are_surfaces(&second) {
+            let expected = "distances between two meshes of triangles are not computed: load one of the robots with \
+                            convex hulls (`collision` hull)";
+            return Err(check::refuse("b", "a mesh of triangles", expected));
+        }
         // Two places of one robot are as two robots; of one place each pair comes once.
         let same_place = b.as_ref().is_some_and(|b| {
             b.robot == a.robot && a.configuration.is_none() && b.configuration.is_none() && a.link == b.link

@@ -1,0 +1,202 @@
+//! Questions about meshes of triangles and height fields, and how much work they are.
+
+use std::cell::Cell;
+use std::f64::consts::FRAC_PI_4;
+
+use fastrand::Rng;
+use glamx::{DPose3, DQuat, DVec3};
+use simd_core::simulation::command::Spawn;
+use simd_core::simulation::queries::{DistanceQuery, DistanceReport, QueryBody};
+use simd_core::{Command, PublishedState};
+use simd_model::robot::Geometry;
+use simd_tests::scenes::*;
+
+use crate::grounds::{field, grid, ground};
+
+fn between(a: usize, b: usize) -> DistanceQuery {
+    let body = |robot| QueryBody { robot, link: None, configuration: None };
+    let (a, b) = (body(a), Some(body(b)));
+    DistanceQuery { a, b, within: f64::INFINITY, nearest_only: false, filtered: false }
+}
+
+fn at(x: f64, y: f64, z: f64) -> DPose3 {
+    DPose3::from_translation(DVec3::new(x, y, z))
+}
+
+/// Asks, and counts how often it was asked whether to go on.
+fn ask(seen: &PublishedState, query: &DistanceQuery) -> (Vec<DistanceReport>, u32) {
+    let asked = Cell::new(0);
+    let found = seen.distances(query, || {
+        asked.set(asked.get() + 1);
+        false
+    });
+    (found.unwrap(), asked.get())
+}
+
+/// The same slope as a mesh and as a height field.
+fn slopes(cells: usize, slope: f64) -> [Spawn; 2] {
+    let size = 20.0;
+    let height = |x: f64, _: f64| slope * x;
+    [ground(&grid(cells, size, || 0.0, height)), ground(&field(cells + 1, size, height))]
+}
+
+/// A ball above a slope: (z - s x) / sqrt(1 + s^2) - r. A box above it: its lowest corner. Half a million triangles are
+/// not looked at one by one: it is asked once in a thousand of them whether to go on.
+#[test]
+fn the_distance_from_a_slope_of_half_a_million_triangles_is_that_from_its_plane() {
+    let slope = 0.5f64;
+    let normal = DVec3::new(-slope, 0.0, 1.0).normalize();
+    for floor in slopes(500, slope) {
+        for (x, z) in [(0.3, 0.2), (-2.1, 3.0), (4.0, 700.0)] {
+            let mut world = world(1e-3);
+            spawn(&mut world, floor.clone());
+            let place = DVec3::new(x, 0.7, z + slope * x);
+            spawn(&mut world, robot("ball", &ball(0.1, 1.0), DPose3::from_translation(place), false));
+            let turned =
+                DPose3::from_parts(place, DQuat::from_rotation_y(FRAC_PI_4) * DQuat::from_rotation_z(1.0));
+            let size = DVec3::new(0.1, 0.2, 0.05);
+            spawn(&mut world, robot("box", &cuboid(size, 1.0), turned, false));
+            let seen = look(&world);
+            let corner = |i: u32| {
+                let side = |axis: u32| if i >> axis & 1 == 0 { -0.5 } else { 0.5 };
+                turned.transform_point(size * DVec3::new(side(0), side(1), side(2))).dot(normal)
+            };
+            let lowest = (0..8).map(corner).fold(f64::INFINITY, f64::min);
+            for (body, expected) in [(1, place.dot(normal) - 0.1), (2, lowest)] {
+                let (found, asked) = ask(&seen, &between(body, 0));
+                assert_eq!(found.len(), 1);
+                let DistanceReport { points, normal: way, distance, .. } = &found[0];
+                // Where the foot of the perpendicular is beyond the edge it is farther.
+                if z < 100.0 {
+                    assert!((distance - expected).abs() < 1e-9, "{distance} {expected}");
+                    assert!(way.distance(-normal) < 1e-6, "{way}");
+                } else {
+                    assert!(*distance >= expected - 1e-9, "{distance} {expected}");
+                }
+                assert!((points[0].distance(points[1]) - distance).abs() < 1e-9, "{found:?}");
+                assert!(asked < 100, "{asked}");
+            }
+        }
+    }
+}
+
+/// The least of the distances from all triangles one by one, as boxes have them.
+#[test]
+fn the_distance_from_rough_ground_is_that_from_its_nearest_triangle() {
+    let mut rng = Rng::with_seed(8);
+    let bumps = |x: f64, y: f64| 0.3 * (4.0 * x).sin() * (3.0 * y).cos();
+    let floors = [ground(&grid(20, 2.0, || 0.0, bumps)), ground(&field(21, 2.0, bumps))];
+    for floor in floors {
+        let mut world = world(1e-3);
+        spawn(&mut world, floor);
+        for i in 0..60 {
+            let turn = DQuat::from_rotation_x(6.0 * rng.f64()) * DQuat::from_rotation_z(6.0 * rng.f64());
+            let place = DVec3::new(3.0 * rng.f64() - 1.5, 3.0 * rng.f64() - 1.5, 0.5 + 2.0 * rng.f64());
+            let size = DVec3::new(0.05 + rng.f64(), 0.05 + 0.3 * rng.f64(), 0.05);
+            let pose = DPose3::from_parts(place, turn);
+            spawn(&mut world, robot(&format!("body-{i}"), &cuboid(size, 1.0), pose, false));
+        }
+        let seen = look(&world);
+        for body in 1..=60 {
+            let (all, _) = ask(&seen, &between(body, 0));
+            let nearest = all[0].distance;
+            // What is nearer than asked for is found, and what is farther is not.
+            let within = |within: f64| ask(&seen, &DistanceQuery { within, ..between(body, 0) }).0;
+            assert!(within(nearest - 1e-6).is_empty(), "{body} {nearest}");
+            let found = within(nearest + 1e-6);
+            assert!((found[0].distance - nearest).abs() < 1e-9, "{body} {nearest}");
+            // No point of the ground's surface is nearer to the box than that.
+            let swapped = ask(&seen, &between(0, body)).0;
+            assert!((swapped[0].distance - nearest).abs() < 1e-9);
+            if nearest > 0.0 {
+                let moved = DPose3::from_parts(
+                    seen.roots[body].pose.translation + swapped[0].normal * -(nearest - 1e-6),
+                    seen.roots[body].pose.rotation,
+                );
+                let size = seen.link_bounds(body);
+                assert!(!size.is_empty());
+                let model = &seen.world.entities[body].model.links[0].collisions[0].geometry;
+                let clear = seen.overlaps(model, moved, false, || false).unwrap();
+                assert!(!clear.contains(&("ground".into(), "body".into())), "{body} {nearest}");
+                let deeper = DPose3::from_parts(moved.translation - swapped[0].normal * 1e-3, moved.rotation);
+                let meets = seen.overlaps(model, deeper, false, || false).unwrap();
+                assert!(meets.contains(&("ground".into(), "body".into())), "{body} {nearest}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_in_or_below_a_height_field_overlaps_it_and_what_is_above_does_not() {
+    let mut world = world(1e-3);
+    spawn(&mut world, ground(&field(50, 4.0, |x, _| 0.2 * x)));
+    let seen = look(&world);
+    let sphere = Geometry::Sphere { radius: 0.1 };
+    let named = |pose, bounds_only| seen.overlaps(&sphere, pose, bounds_only, || false).unwrap().len();
+    assert_eq!(named(at(1.0, 0.3, 0.2 + 0.09), false), 1, "it touches");
+    assert_eq!(named(at(1.0, 0.3, 0.2 + 0.12), false), 0, "it is above");
+    assert_eq!(named(at(1.0, 0.3, -1.5), false), 1, "it is below");
+    assert_eq!(named(at(1.0, 0.3, -1.5), true), 0, "its box does not meet that of the surface");
+    assert_eq!(named(at(3.0, 0.3, 0.0), false), 0, "it is beside it");
+    spawn(&mut world, robot("sunk", &ball(0.1, 1.0), at(1.0, 0.3, -0.3), false));
+    let (found, _) = ask(&look(&world), &between(1, 0));
+    let depth = 0.5 / 1.04f64.sqrt() + 0.1;
+    assert!((found[0].distance + depth).abs() < 1e-9, "{found:?} {depth}");
+}
+
+/// Two meshes of a hundred thousand triangles would be compared for hours.
+#[test]
+fn the_distance_of_two_surfaces_is_refused_with_what_to_do() {
+    let mut world = world(1e-3);
+    let [mesh, field] = slopes(200, 0.1);
+    spawn(&mut world, mesh);
+    spawn(&mut world, Spawn { name: "other".into(), pose: at(0.0, 0.0, 1.0), ..field });
+    spawn(&mut world, robot("ball", &ball(0.1, 1.0), at(0.0, 0.0, 0.5), false));
+    let seen = look(&world);
+    let refused = seen.distances(&between(0, 1), || false).unwrap_err().to_string();
+    assert!(refused.contains("collision") && refused.contains("hull"), "{refused}");
+    let others = DistanceQuery { b: None, ..between(0, 1) };
+    let (found, _) = ask(&seen, &others);
+    assert_eq!(found.iter().map(|pair| &*pair.robots[1]).collect::<Vec<_>>(), ["ball"]);
+}
+
+/// A slab of 90 m on a field of a million samples: the step ends soon after it is interrupted, and is as if never begun.
+#[test]
+fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
+    let mut world = world(1e-3);
+    let mut rng = Rng::with_seed(4);
+    let heights: Vec<f64> = (0..1_000_000).map(|_| 1e-3 * rng.f64()).collect();
+    let next = Cell::new(0);
+    let rough = |_: f64, _: f64| {
+        next.set(next.get() + 1);
+        heights[next.get() - 1]
+    };
+    spawn(&mut world, ground(&field(1_000, 100.0, rough)));
+    spawn(&mut world, robot("slab", &cuboid(DVec3::new(90.0, 90.0, 0.2), 1e4), at(0.0, 0.0, 0.1005), false));
+    let before = world.fingerprint();
+    let asked = Cell::new(0);
+    let interrupt = || {
+        asked.set(asked.get() + 1);
+        asked.get() > 20
+    };
+    assert!(!world.step_interruptible(&interrupt));
+    assert_eq!(asked.get(), 21);
+    assert_eq!(world.fingerprint(), before);
+    // So can the question for the distance, which ends with nothing.
+    apply(
+        &mut world,
+        Command::SetEntityState {
+            robot: "slab".into(),
+            pose: Some(DPose3::from_parts(DVec3::Z * 3.0, DQuat::from_rotation_x(0.02))),
+            twist: None,
+        },
+    );
+    let seen = look(&world);
+    let asked = Cell::new(0);
+    let cancelled = || {
+        asked.set(asked.get() + 1);
+        asked.get() > 2
+    };
+    assert!(seen.distances(&between(1, 0), cancelled).unwrap().is_empty());
+    assert_eq!(asked.get(), 3);
+}
