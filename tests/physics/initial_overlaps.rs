@@ -289,3 +289,26 @@ fn arms_at_one_place_leave_each_other_alone() {
         }
     }
 }
+
+/// Two hundred links in one place are twenty thousand pairs that overlap.
+#[test]
+fn a_step_of_a_robot_that_overlaps_itself_everywhere_can_be_interrupted() {
+    let mut model = chain(200);
+    for joint in &mut model.joints {
+        joint.parent_from_joint = DPose3::IDENTITY;
+    }
+    for link in &mut model.links {
+        link.collisions = slider().links[1].collisions.clone();
+    }
+    let model = Arc::new(model);
+    let contact_settings = ContactSettings { self_collision: true, ..ContactSettings::default() };
+    let shapes = Arc::new(Shapes::new(&model));
+    let mut world = world(1e-3);
+    let spawn = Spawn { shapes, contact_settings, ..passive(&model, true, &[]) };
+    apply(&mut world, Command::Spawn(Box::new(spawn)));
+    let before = world.fingerprint();
+    let asked = std::cell::Cell::new(0);
+    let interrupt = || asked.replace(asked.get() + 1) >= 20;
+    assert!(!world.step_interruptible(&interrupt));
+    assert_eq!((asked.get(), world.fingerprint()), (21, before));
+}

@@ -169,6 +169,9 @@ impl Narrow {
             }
             return true;
         }
+        if self.is_interrupted(interrupt) {
+            return false;
+        }
         let [one, other] = query.solids(pair);
         let a_from_b = first.world_from_shape.inverse() * second.world_from_shape;
         let deep = DEEP.min(one.inner.radius().min(other.inner.radius()) / 2.0).max(LEAST_DEEP);

@@ -23,6 +23,9 @@ const ROUNDING: f64 = 1e-9;
 /// too little to change what they carry.
 const ASIDE: f64 = 1e-10;
 
+/// Pairs of colliders that are looked at before it is asked again whether the step is interrupted.
+const BETWEEN_INTERRUPTS: u32 = 256;
+
 /// Finds touching points. Keeps its memory from step to step, and no more.
 #[derive(Default)]
 pub struct Narrow {
@@ -35,6 +38,8 @@ pub struct Narrow {
     near: [Vec<usize>; 2],
     /// Pairs of colliders whose bounds were compared, since it was set to 0.
     pub compared: u64,
+    /// Pairs of colliders since it was asked whether the step is interrupted.
+    since_asked: u32,
     facets: FacetContact,
     pub(super) fixed_pairs: FixedPairScratch,
 }
@@ -67,11 +72,23 @@ impl Narrow {
                 let second = &b.placed[j];
                 let moves = first.body.is_some() || second.body.is_some();
                 let may_touch = moves && first.bounds.meets(&second.bounds) && filter.allows(first, second);
-                !may_touch || self.pair([i, j], [a, b], [first, second], interrupt, &mut found)
+                !may_touch
+                    || (!self.is_interrupted(interrupt)
+                        && self.pair([i, j], [a, b], [first, second], interrupt, &mut found))
             })
         });
         self.near = near;
         is_whole
+    }
+
+    /// To be called for each pair of colliders.
+    pub(super) fn is_interrupted(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+        self.since_asked += 1;
+        let asks = self.since_asked >= BETWEEN_INTERRUPTS;
+        if asks {
+            self.since_asked = 0;
+        }
+        asks && interrupt()
     }
 
     /// The same of two colliders.
