@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, state};
+use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, state, token};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -13,7 +13,9 @@ configuration file, else 127.0.0.1:7400. The file is $XDG_CONFIG_HOME/simd/confi
 
   context = \"lab\"
   [contexts.lab]
-  endpoint = \"10.0.0.7:7400\"
+  endpoint = \"https://10.0.0.7:7400\"
+  token = \"simd_...\"             # else $SIMD_TOKEN, which beats it
+  tls_authorities = \"ca.pem\"     # else --tls-ca or $SIMD_TLS_CA, which beat it
 
 Exit codes:
   0   done; also a watch that was ended by Ctrl-C or by a closed pipe
@@ -22,7 +24,7 @@ Exit codes:
   64+ the daemon refused: 64 plus the gRPC status code. 67 invalid argument, 68 no answer
       in time, 69 not found, 70 already exists, 71 not allowed, 72 a limit or a full mailbox,
       73 wrong state, 74 aborted, 75 out of range, 76 not implemented, 77 internal,
-      78 unreachable";
+      78 unreachable, 80 no token, or one that is not known";
 
 /// Controls simd, the robot physics daemon.
 #[derive(Debug, Parser)]
@@ -43,6 +45,9 @@ pub(crate) struct Options {
     /// The daemon, by its name in the configuration file
     #[arg(long, global = true, value_name = "NAME", help_heading = "Options everywhere")]
     pub(crate) context: Option<String>,
+    /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
+    #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
+    pub(crate) tls_ca: Option<PathBuf>,
     /// Tables for people, or JSON for programs
     #[arg(
         short,
@@ -109,6 +114,9 @@ pub(crate) enum Command {
     /// Daemons of the configuration file: list
     #[command(subcommand)]
     Context(context::Context),
+    /// Tokens in the file of a daemon on this machine: add, list, revoke
+    #[command(subcommand)]
+    Token(token::Token),
     /// Prints a completion script
     Completions {
         /// The shell it is for

@@ -30,12 +30,20 @@ pub(crate) struct Configuration {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Daemon {
     pub(crate) endpoint: String,
+    /// For a daemon that asks for one.
+    pub(crate) token: Option<String>,
+    /// The authorities (PEM) by which its certificate is checked; relative to the file's folder.
+    pub(crate) tls_authorities: Option<PathBuf>,
 }
 
 /// An endpoint, and who chose it.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Choice {
     pub(crate) endpoint: String,
+    /// Of the context.
+    pub(crate) token: Option<String>,
+    /// Of the context.
+    pub(crate) tls_authorities: Option<PathBuf>,
     /// `--endpoint`, `SIMD_ENDPOINT`, `context NAME` or `default`.
     pub(crate) source: String,
 }
@@ -53,7 +61,8 @@ fn choose_from(
     configuration: impl Fn() -> anyhow::Result<Configuration>,
 ) -> anyhow::Result<Choice> {
     let chosen = |endpoint: &str, source: &str| {
-        Ok(Choice { endpoint: endpoint.to_owned(), source: source.to_owned() })
+        let (endpoint, source) = (endpoint.to_owned(), source.to_owned());
+        Ok(Choice { endpoint, token: None, tls_authorities: None, source })
     };
     if let Some(endpoint) = &options.endpoint {
         return chosen(endpoint, "--endpoint");
@@ -68,7 +77,11 @@ fn choose_from(
         return chosen(&format!("{DEFAULT_HOST}:{}", simd_client::DEFAULT_PORT), "default");
     };
     match configuration.contexts.get(name) {
-        Some(daemon) => chosen(&daemon.endpoint, &format!("context {name}")),
+        Some(Daemon { endpoint, token, tls_authorities }) => Ok(Choice {
+            token: token.clone(),
+            tls_authorities: tls_authorities.clone(),
+            ..chosen(endpoint, &format!("context {name}"))?
+        }),
         None if configuration.contexts.is_empty() => {
             bail!("there is no context `{name}`: the configuration file names none")
         }
@@ -94,7 +107,15 @@ pub(crate) fn read(path: Option<&Path>) -> anyhow::Result<Configuration> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Configuration::default()),
         Err(error) => return Err(error).with_context(|| format!("cannot read {}", path.display())),
     };
-    toml::from_str(&text).with_context(|| format!("{} is not a configuration", path.display()))
+    let mut configuration: Configuration =
+        toml::from_str(&text).with_context(|| format!("{} is not a configuration", path.display()))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for authorities in
+        configuration.contexts.values_mut().filter_map(|daemon| daemon.tls_authorities.as_mut())
+    {
+        *authorities = folder.join(&*authorities);
+    }
+    Ok(configuration)
 }
 
 #[cfg(test)]

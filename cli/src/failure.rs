@@ -67,7 +67,13 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
     let refusal = match error.downcast_ref::<Error>()? {
         Error::Refused(refusal) => refusal,
         // "Connection refused" and an unknown host ask for different things.
-        Error::Unreachable { reason, .. } => return Some(format!("the network says: {reason}")),
+        Error::Unreachable { endpoint, reason } => {
+            // What a daemon that speaks TLS makes of HTTP/2: one of the two.
+            let is_cut = reason.contains("frame with invalid size") || reason.contains("broken pipe");
+            let is_tls = is_cut && !endpoint.contains("https://");
+            let hint = if is_tls { "; perhaps it speaks TLS: https://HOST:PORT" } else { "" };
+            return Some(format!("the network says: {reason}{hint}"));
+        }
         _ => return None,
     };
     let about = |key: &str| refusal.metadata.get(key).map(|value| quoted(value));
@@ -99,6 +105,9 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         }
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
+        }
+        ErrorReason::Unauthenticated => {
+            Some("set SIMD_TOKEN, or `token` of the context in the configuration file".to_owned())
         }
         ErrorReason::RequestIdReused => Some("send a new id with each new request".to_owned()),
         ErrorReason::ParameterExists => {

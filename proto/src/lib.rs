@@ -1,7 +1,8 @@
 //! The `simd.v1` schema as Rust types, and what both ends must agree on beside
-//! it: versions, the names of headers, the keys of Zenoh, how a claim is proven there, and which characters of a name
+//! it: versions, the names of headers, tokens, the keys of Zenoh, how a claim is proven there, and which characters of a name
 //! are shown.
 
+pub mod access;
 pub mod checked;
 pub mod keys;
 pub mod methods;

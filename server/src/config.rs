@@ -37,8 +37,12 @@ pub struct Config {
     pub zenoh: Zenoh,
     /// Names under which browsers may ask for the daemon, beside addresses and `localhost`.
     pub allow_hosts: Vec<String>,
-    /// Allows an address that others can reach.
+    /// Allows an address that others can reach without TLS and tokens.
     pub insecure: bool,
+    /// The certificate and its key, where gRPC and the viewer are served over TLS.
+    pub tls: Option<TlsFiles>,
+    /// The file of tokens, where clients need one.
+    pub tokens: Option<PathBuf>,
     /// Ends when stdin does, so that a program's own daemon does not outlive it.
     pub until_stdin_closes: bool,
     /// What is logged, as `tracing_subscriber::EnvFilter` reads it.
@@ -55,6 +59,17 @@ pub struct Config {
     pub limits: DaemonLimits,
     /// What connections of gRPC and HTTP must stay within.
     pub connections: Connections,
+}
+
+/// What TLS is served with, each a file of PEM.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TlsFiles {
+    /// The certificate of the daemon, and what is between it and its authority.
+    pub certificate: PathBuf,
+    /// Its private key.
+    pub key: PathBuf,
+    /// Authorities, of one of which clients must have a certificate.
+    pub client_authorities: Option<PathBuf>,
 }
 
 /// An integrator, as the operator names it.
@@ -117,6 +132,8 @@ impl Default for Config {
             zenoh: Zenoh::default(),
             allow_hosts: Vec::new(),
             insecure: false,
+            tls: None,
+            tokens: None,
             until_stdin_closes: false,
             log: "info".into(),
             asset_roots: Vec::new(),
@@ -163,18 +180,26 @@ impl Config {
         flags.apply(&mut config).map_err(ConfigError::Usage)?;
         let whose = |by_flag| if by_flag { ConfigError::Usage } else { ConfigError::File };
         config.check_exposure().map_err(whose(listen_by_flag))?;
-        config.zenoh.check(config.insecure).map_err(whose(zenoh_by_flag))?;
+        config.zenoh.tls.clone_from(&config.tls);
+        config.zenoh.check(config.insecure, config.tokens.is_some()).map_err(whose(zenoh_by_flag))?;
         Ok(config)
     }
 
-    /// Anyone who reaches the port commands the robots.
+    /// Who reaches the port commands the robots, unless tokens are asked for; who sees the packets has the tokens, unless
+    /// there is TLS.
     fn check_exposure(&self) -> Result<(), String> {
         if self.listen.ip().is_loopback() || self.insecure {
             return Ok(());
         }
+        let lack = match (&self.tls, &self.tokens) {
+            (Some(_), Some(_)) => return Ok(()),
+            (None, None) => "without TLS and tokens, anyone who reaches it commands the robots",
+            (Some(_), None) => "without tokens, anyone who reaches it commands the robots",
+            (None, Some(_)) => "without TLS, anyone who sees the packets has the tokens",
+        };
         Err(format!(
-            "{} can be reached from other machines, and this release has neither TLS nor tokens yet: anyone \
-             who reaches it commands the robots; listen on 127.0.0.1, or say --insecure",
+            "{} can be reached from other machines: {lack}; give --tls-certificate, --tls-key and --tokens (`simd tls \
+             init` and `simctl token add` make them), listen on 127.0.0.1, or say --insecure",
             self.listen
         ))
     }

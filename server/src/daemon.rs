@@ -11,6 +11,7 @@ mod tests;
 use std::io::Write as _;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::Simulation;
@@ -19,14 +20,16 @@ use simd_model::Severity;
 use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
 
+use crate::access::Access;
 use crate::blocking_threads::BlockingThreads;
 use crate::config::{Config, Robot};
 use crate::driver;
+use crate::grpc::Tls;
 use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
 use crate::http;
 use crate::loading::Loader;
 use crate::zenoh;
-use signals::Signals;
+use signals::{Signals, Told};
 
 /// Calls and streams end within this time of a drain, or are cut off.
 const DRAIN: Duration = Duration::from_millis(2200);
@@ -52,6 +55,9 @@ pub enum Error {
         /// The system's words.
         source: std::io::Error,
     },
+    /// The files of TLS or of tokens cannot be used.
+    #[error("{0}")]
+    Security(String),
     /// Zenoh cannot be served.
     #[error(transparent)]
     Zenoh(#[from] zenoh::Error),
@@ -86,7 +92,7 @@ impl Error {
             Self::Listen { .. } | Self::Zenoh(zenoh::Error::Listen { .. }) => 4,
             Self::Robot { .. } => 5,
             Self::Zenoh(zenoh::Error::NameTaken { .. }) => 6,
-            Self::Zenoh(zenoh::Error::Settings(_)) => 3,
+            Self::Security(_) | Self::Zenoh(zenoh::Error::Settings(_)) => 3,
             Self::Zenoh(zenoh::Error::Join { .. } | zenoh::Error::Session(_)) => 1,
         }
     }
@@ -99,6 +105,7 @@ pub struct Running {
     pub handle: SimHandle,
     /// Where it listens, with the port that it got.
     pub address: SocketAddr,
+    tls: Option<Arc<Tls>>,
     zenoh: Option<zenoh::Serving>,
     server: JoinHandle<()>,
 }
@@ -111,6 +118,9 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let threads = BlockingThreads::computing().map_err(Error::System)?;
     let loader = Loader::new(config.limits, &config.asset_roots, threads)
         .map_err(|(folder, source)| Error::AssetRoot { folder, source })?;
+    let access = config.tokens.map_or_else(|| Ok(Access::open()), Access::from_file);
+    let access = access.map_err(Error::Security)?;
+    let tls = config.tls.map(Tls::read).transpose().map_err(Error::Security)?.map(Arc::new);
     let listen = |source| Error::Listen { address: config.listen, source };
     let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
     let address = listener.local_addr().map_err(listen)?;
@@ -130,7 +140,7 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let paused = driver::Config { state: RunState::Paused, ..config.driver };
     let link = driver::start(world, paused).map_err(Error::System)?;
     let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
-    let handle = SimHandle::new(link, loader, info);
+    let handle = SimHandle::with_access(link, loader, info, access.clone());
     let ready = async {
         for robot in config.robots {
             load(&handle, robot).await?;
@@ -154,8 +164,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         }
     };
     tokio::spawn(handle.clone().keep_tidy());
-    let server = tokio::spawn(crate::grpc::serve(handle.clone(), listener, page, config.connections));
-    Ok(Running { handle, address, zenoh, server })
+    tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
+    let serving = crate::grpc::serve(handle.clone(), listener, tls.clone(), page, config.connections);
+    let server = tokio::spawn(serving);
+    Ok(Running { handle, address, tls, zenoh, server })
 }
 
 /// A robot that the operator named; what its report warns of is logged.
@@ -186,6 +198,20 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
 }
 
 impl Running {
+    /// What comes before the address in a URL.
+    pub fn scheme(&self) -> &'static str {
+        if self.tls.is_some() { "https" } else { "http" }
+    }
+
+    /// Reads the certificate and its key anew, for connections that come. Files that cannot be used change nothing.
+    pub fn reload(&self) {
+        match self.tls.as_ref().map(|tls| tls.reload()) {
+            Some(Ok(())) => tracing::info!("the certificate was read again"),
+            Some(Err(sentence)) => tracing::error!("the certificate is as before: {sentence}"),
+            None => tracing::info!("there is no certificate to read again"),
+        }
+    }
+
     /// Where it listens for Zenoh, with the ports that it got.
     pub fn locators(&self) -> &[String] {
         self.zenoh.as_ref().map_or(&[], zenoh::Serving::locators)
@@ -243,7 +269,7 @@ impl Running {
 }
 
 /// The line that says where people look. An address that stands for all is none for a browser.
-fn viewer(address: SocketAddr) -> String {
+fn viewer(scheme: &str, address: SocketAddr) -> String {
     let ip = match address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
         IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
@@ -251,7 +277,7 @@ fn viewer(address: SocketAddr) -> String {
     };
     let place = SocketAddr::new(ip, address.port());
     let lack = if http::Bundle::is_built() { "" } else { " (tables alone: built without Node)" };
-    format!("viewer: http://{place}/{lack}")
+    format!("viewer: {scheme}://{place}/{lack}")
 }
 
 /// Writes to stdout on a thread of its own, which the process does not wait for: stdout may be a pipe
@@ -277,19 +303,25 @@ pub async fn run(config: Config) -> Result<(), Error> {
     let mut running = tokio::select! {
         running = start(config) => running?,
         // Nobody was served yet, so there is nothing to drain.
-        _ = signals.next() => return Ok(()),
+        () = signals.end() => return Ok(()),
     };
     tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");
-    let places = std::iter::once(format!("http://{}", running.address));
+    let scheme = running.scheme();
+    let places = std::iter::once(format!("{scheme}://{}", running.address));
     let places: Vec<String> = places.chain(running.locators().iter().cloned()).collect();
     let listening = format!("simd {name} is listening on {}", places.join(" and "));
-    announce(format!("{listening}\n{}\n", viewer(running.address))).map_err(Error::System)?;
+    announce(format!("{listening}\n{}\n", viewer(scheme, running.address))).map_err(Error::System)?;
 
-    let signal = tokio::select! {
-        signal = signals.next() => signal,
-        error = running.failed() => {
-            running.drain().await;
-            return Err(error);
+    let signal = loop {
+        tokio::select! {
+            signal = signals.next() => match signal {
+                Told::End(name) => break name,
+                Told::Reload => running.reload(),
+            },
+            error = running.failed() => {
+                running.drain().await;
+                return Err(error);
+            }
         }
     };
     tracing::info!(signal, "draining");
@@ -302,6 +334,6 @@ pub async fn run(config: Config) -> Result<(), Error> {
                 Ok(())
             }
         },
-        _ = signals.next() => Err(Error::CutOff),
+        () = signals.end() => Err(Error::CutOff),
     }
 }

@@ -42,6 +42,7 @@ pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
 pub use crate::run_state::RunState;
 
+use crate::access::Access;
 use crate::driver::{self, Event, ReplyTo};
 use crate::loading::Loader;
 use claims::Leases;
@@ -68,14 +69,26 @@ struct Inner {
     parameters: Parameters,
     heavy: HeavyWork,
     info: DaemonInfo,
+    access: Access,
     /// What the times of targets are counted from.
     started: Instant,
     draining: CancellationToken,
 }
 
 impl SimHandle {
-    /// A handle on a driver that was started.
+    /// A handle on a driver that was started, to which everybody may come.
+    #[cfg(test)]
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
+        Self::with_access(driver, loader, info, Access::open())
+    }
+
+    /// A handle on a driver that was started.
+    pub(crate) fn with_access(
+        driver: driver::Link,
+        loader: Loader,
+        info: DaemonInfo,
+        access: Access,
+    ) -> Self {
         let (answers, leases, clients, heavy, draining) = Default::default();
         let parameters = Parameters::new(info.limits.parameters);
         Self {
@@ -88,6 +101,7 @@ impl SimHandle {
                 parameters,
                 heavy,
                 info,
+                access,
                 started: Instant::now(),
                 draining,
             }),
@@ -97,6 +111,11 @@ impl SimHandle {
     /// Who this daemon is, and its limits.
     pub fn info(&self) -> &DaemonInfo {
         &self.inner.info
+    }
+
+    /// Who may call what.
+    pub fn access(&self) -> &Access {
+        &self.inner.access
     }
 
     /// Cancelled when the daemon drains: every stream ends with OK then.

@@ -8,10 +8,13 @@
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
+//! * [`access`]: who may call what. [`authority`]: `simd tls init`.
 //! * `call_error`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
 //! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
 
+pub mod access;
+pub mod authority;
 mod blocking_threads;
 mod call_error;
 pub mod config;

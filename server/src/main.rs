@@ -14,8 +14,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use simd_server::config::{Config, ConfigError};
-use simd_server::daemon;
 use simd_server::log::Log;
+use simd_server::{authority, daemon};
 use tracing_subscriber::EnvFilter;
 
 /// Threads beside one for each processor that may work or wait for long; what comes beyond waits for one. At one time at
@@ -42,7 +42,19 @@ fn main() -> ExitCode {
 }
 
 fn run(log: &Log) -> ExitCode {
-    let config = match Config::from_args(std::env::args_os()) {
+    let arguments: Vec<_> = std::env::args_os().collect();
+    match authority::run(&arguments) {
+        Some(Ok(text)) => {
+            let _ = write!(std::io::stdout(), "{text}");
+            return ExitCode::SUCCESS;
+        }
+        Some(Err(text)) => {
+            log.say(text.trim_end());
+            return ExitCode::from(2);
+        }
+        None => {}
+    }
+    let config = match Config::from_args(arguments) {
         Ok(config) => config,
         Err(ConfigError::HelpOrVersion(text)) => {
             let _ = write!(std::io::stdout(), "{text}");

@@ -20,6 +20,7 @@ mod refusals;
 mod retries;
 mod robots;
 mod saved_state_files;
+mod security;
 mod streams;
 mod terrain;
 mod viewing;

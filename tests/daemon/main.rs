@@ -10,6 +10,7 @@ mod mistakes;
 mod network;
 mod programs;
 mod readme;
+mod security;
 mod soak;
 mod threads;
 mod transcript;

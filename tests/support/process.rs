@@ -100,6 +100,8 @@ impl Home {
             .env("HOME", self.path())
             .env("XDG_CONFIG_HOME", self.path())
             .env_remove("SIMD_ENDPOINT")
+            .env_remove("SIMD_TOKEN")
+            .env_remove("SIMD_TLS_CA")
             .env_remove("NO_COLOR")
             .env_remove("RUST_LOG")
             .stdin(Stdio::null())

@@ -37,7 +37,7 @@ pub(crate) async fn run(command: Daemon, options: &Options, output: Output) -> a
             simd_client::DEFAULT_LOCATOR
         ),
     };
-    let network = Network::join(locator, connect_options(options)).await?;
+    let network = Network::join(locator, connect_options(options, &choice)).await?;
     let mut daemons = Vec::new();
     for presence in network.daemons().await? {
         let client = network.client(&presence.name);

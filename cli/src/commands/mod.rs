@@ -10,13 +10,14 @@ pub(crate) mod robot;
 pub(crate) mod server;
 pub(crate) mod sim;
 pub(crate) mod state;
+pub(crate) mod token;
 
 use clap::CommandFactory as _;
-use simd_client::{Client, ConnectOptions, Error};
+use simd_client::{Client, ConnectOptions, Error, Token};
 
 use crate::{
     args::{Arguments, Command, Options},
-    context::choose,
+    context::{Choice, choose},
     output::{Output, write_bytes},
 };
 
@@ -37,6 +38,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,
         Command::Daemon(command) => daemon::run(command, options, output).await,
         Command::Context(command) => context::run(command, options, output),
+        Command::Token(command) => token::run(&command, output),
         Command::Completions { shell } => {
             // Into memory first: the generator panics where its writer fails.
             let mut script = Vec::new();
@@ -48,12 +50,19 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
 
 async fn connect(options: &Options) -> anyhow::Result<Client> {
     let choice = choose(options)?;
-    Ok(Client::connect_with(&choice.endpoint, connect_options(options)).await?)
+    Ok(Client::connect_with(&choice.endpoint, connect_options(options, &choice)).await?)
 }
 
-fn connect_options(options: &Options) -> ConnectOptions {
-    let connect_timeout = options.timeout.min(ConnectOptions::default().connect_timeout);
-    ConnectOptions { connect_timeout, timeout: options.timeout }
+/// What is said on the command line and by the environment beats the context.
+fn connect_options(options: &Options, choice: &Choice) -> ConnectOptions {
+    let default = ConnectOptions::default();
+    let authorities = options.tls_ca.clone().or(default.tls_authorities);
+    ConnectOptions {
+        token: default.token.or(choice.token.clone().map(Token::from)),
+        tls_authorities: authorities.or(choice.tls_authorities.clone()),
+        connect_timeout: options.timeout.min(default.connect_timeout),
+        timeout: options.timeout,
+    }
 }
 
 /// A field that the schema promises and the type cannot.

@@ -117,7 +117,10 @@ def test_an_answer_that_is_no_message_is_said_to_be_none() -> None:
 def test_a_client_of_another_major_version_is_told_which_side_is_older(
     daemon: Daemon, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("simd_client.link._ATTACHMENT", "simd-api-version: 2.0")
+    def attachment(_token: str | None) -> str:
+        return "simd-api-version: 2.0"
+
+    monkeypatch.setattr("simd_client.link._attachment", attachment)
     with pytest.raises(simd_client.VersionMismatch) as refused:
         simd_client.connect(daemon.endpoint)
     assert refused.value.metadata == {"client": "2.0", "daemon": "1.0"}

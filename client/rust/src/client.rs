@@ -1,9 +1,18 @@
 //! A connection to a daemon, and how every call goes through it.
 
-use std::{convert::Infallible, ffi::OsStr, future::Future, path::Path, sync::Arc, time::Duration};
+use std::{
+    convert::Infallible,
+    ffi::OsStr,
+    fmt,
+    future::Future,
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
 
 use simd_proto::{
     API_VERSION, API_VERSION_HEADER, CLIENT_HEADER,
+    access::{TOKEN_HEADER, bearer},
     v1::{
         client_service_client::ClientServiceClient, contact_service_client::ContactServiceClient,
         entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
@@ -17,7 +26,7 @@ use tonic::{
     codegen::{Service, http},
     metadata::{Ascii, MetadataValue},
     service::{Interceptor, interceptor::InterceptedService},
-    transport::Endpoint,
+    transport::{Certificate, ClientTlsConfig, Endpoint},
 };
 
 use crate::{
@@ -37,14 +46,36 @@ const MAX_ANSWER_BYTES: usize = 64 * 1024 * 1024;
 #[derive(Clone, Debug)]
 pub struct Client {
     bare: Channel,
+    headers: ClientHeaders,
     channel: WithHeaders,
     endpoint: Arc<str>,
     timeout: Duration,
 }
 
+/// A token, which nothing prints.
+#[derive(Clone)]
+pub struct Token(String);
+
+impl From<String> for Token {
+    fn from(text: String) -> Self {
+        Self(text)
+    }
+}
+
+impl fmt::Debug for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Token")
+    }
+}
+
 /// How to connect, and how long to wait.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ConnectOptions {
+    /// What the daemon knows this client by, where it asks for tokens. The default is that of `SIMD_TOKEN`.
+    pub token: Option<Token>,
+    /// Authorities (PEM), by one of which the certificate of a daemon at `https://` or `tls/` must be signed. The default is the
+    /// file that `SIMD_TLS_CA` names.
+    pub tls_authorities: Option<PathBuf>,
     /// For the connection itself.
     pub connect_timeout: Duration,
     /// For each call that is not a stream and does not say otherwise.
@@ -53,14 +84,20 @@ pub struct ConnectOptions {
 
 impl Default for ConnectOptions {
     fn default() -> Self {
-        Self { connect_timeout: Duration::from_secs(3), timeout: Duration::from_secs(10) }
+        let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+        Self {
+            token: set("SIMD_TOKEN").and_then(|token| token.into_string().ok()).map(Token),
+            tls_authorities: set("SIMD_TLS_CA").map(PathBuf::from),
+            connect_timeout: Duration::from_secs(3),
+            timeout: Duration::from_secs(10),
+        }
     }
 }
 
 impl Client {
-    /// Connects to the daemon at `endpoint`: over gRPC for `host`, `host:port` or
-    /// `http://host:port`, where the port is [`DEFAULT_PORT`](crate::DEFAULT_PORT) if it is left
-    /// out; over Zenoh for a locator like `tcp/host:7447`. Where several daemons are
+    /// Connects to the daemon at `endpoint`: over gRPC for `host`, `host:port`,
+    /// `http://host:port` or, with TLS, `https://host:port`, where the port is
+    /// [`DEFAULT_PORT`](crate::DEFAULT_PORT) if it is left out; over Zenoh for a locator like `tcp/host:7447`. Where several daemons are
     /// behind a locator, `tcp/host:7447#NAME` says which.
     ///
     /// Zenoh needs a tokio runtime of the multi-thread flavor.
@@ -95,12 +132,14 @@ impl Client {
         S::Future: Send,
     {
         let channel = Channel::Local(Local::new(service));
-        Self::over(channel, "this process".into(), ConnectOptions::default().timeout)
+        Self::over(channel, "this process".into(), &ConnectOptions::default())
     }
 
     async fn connect_grpc(endpoint: &str, url: String, options: ConnectOptions) -> Result<Self, Error> {
         let to_endpoint = Endpoint::from_shared(url)
             .map_err(|error| Error::Endpoint { endpoint: endpoint.to_owned(), reason: root_cause(&error) })?;
+        let is_tls = to_endpoint.uri().scheme_str() == Some("https");
+        let to_endpoint = if is_tls { with_tls(endpoint, to_endpoint, &options)? } else { to_endpoint };
         let channel = to_endpoint
             .connect_timeout(options.connect_timeout)
             // A target is small and must not wait for the next one to fill a packet.
@@ -114,20 +153,21 @@ impl Client {
                 endpoint: endpoint.to_owned(),
                 reason: root_cause(&error),
             })?;
-        Ok(Self::over(channel.into(), endpoint.into(), options.timeout))
+        Ok(Self::over(channel.into(), endpoint.into(), &options))
     }
 
-    pub(crate) fn over(channel: Channel, endpoint: Arc<str>, timeout: Duration) -> Self {
-        let with_headers = InterceptedService::new(channel.clone(), ClientHeaders::new());
-        Self { bare: channel, channel: with_headers, endpoint, timeout }
+    pub(crate) fn over(channel: Channel, endpoint: Arc<str>, options: &ConnectOptions) -> Self {
+        let headers = ClientHeaders::new(options.token.as_ref());
+        let with_headers = InterceptedService::new(channel.clone(), headers.clone());
+        Self { bare: channel, headers, channel: with_headers, endpoint, timeout: options.timeout }
     }
 
     /// The same connection under another name, which viewers show: printable ASCII, of which 64 characters count. A client that is not named has the name of
     /// its program's file.
     #[must_use]
     pub fn with_name(self, name: &str) -> Self {
-        let headers = ClientHeaders { client: MetadataValue::try_from(name).ok(), ..ClientHeaders::new() };
-        Self { channel: InterceptedService::new(self.bare.clone(), headers), ..self }
+        let headers = ClientHeaders { client: MetadataValue::try_from(name).ok(), ..self.headers.clone() };
+        Self { channel: InterceptedService::new(self.bare.clone(), headers.clone()), headers, ..self }
     }
 
     /// As it was given to [`connect`](Self::connect).
@@ -217,28 +257,50 @@ pub(crate) fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
 /// Calls with the headers of the client.
 pub(crate) type WithHeaders = InterceptedService<Channel, ClientHeaders>;
 
-/// Adds the client's version and name to each call, so that the daemon can say which side is
-/// older, and who is here.
+/// TLS with the authorities of the options.
+fn with_tls(endpoint: &str, to: Endpoint, options: &ConnectOptions) -> Result<Endpoint, Error> {
+    let refuse = |reason: String| Error::Endpoint { endpoint: endpoint.to_owned(), reason };
+    let Some(path) = &options.tls_authorities else {
+        let reason =
+            "https needs the authority that signed the daemon's certificate: set SIMD_TLS_CA to its file";
+        return Err(refuse(reason.to_owned()));
+    };
+    let unreadable = |error| refuse(format!("the authority {} cannot be read: {error}", path.display()));
+    let authority = Certificate::from_pem(std::fs::read(path).map_err(unreadable)?);
+    let tls = ClientTlsConfig::new().ca_certificate(authority);
+    to.tls_config(tls).map_err(|error| refuse(root_cause(&error)))
+}
+
+/// Adds the client's version, name and token to each call, so that the daemon can say which side is
+/// older, who is here, and what they may do.
 #[derive(Clone, Debug)]
 pub(crate) struct ClientHeaders {
     version: Option<MetadataValue<Ascii>>,
     client: Option<MetadataValue<Ascii>>,
+    token: Option<MetadataValue<Ascii>>,
 }
 
 impl ClientHeaders {
-    fn new() -> Self {
+    fn new(token: Option<&Token>) -> Self {
+        let mut token: Option<MetadataValue<Ascii>> =
+            token.and_then(|Token(token)| MetadataValue::try_from(bearer(token)).ok());
+        if let Some(token) = &mut token {
+            token.set_sensitive(true);
+        }
         let program = std::env::current_exe().ok();
         let program = program.as_deref().and_then(Path::file_stem).and_then(OsStr::to_str);
         Self {
             version: MetadataValue::try_from(API_VERSION.to_string()).ok(),
             client: program.and_then(|program| MetadataValue::try_from(program).ok()),
+            token,
         }
     }
 }
 
 impl Interceptor for ClientHeaders {
     fn call(&mut self, mut request: Request<()>) -> Result<Request<()>, Status> {
-        let said = [(API_VERSION_HEADER, &self.version), (CLIENT_HEADER, &self.client)];
+        let said =
+            [(API_VERSION_HEADER, &self.version), (CLIENT_HEADER, &self.client), (TOKEN_HEADER, &self.token)];
         for (header, value) in said {
             if let Some(value) = value {
                 request.metadata_mut().insert(header, value.clone());

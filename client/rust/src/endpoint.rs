@@ -1,4 +1,4 @@
-//! Reads where a daemon is: `host`, `host:port`, `http://host:port`, or the Zenoh
+//! Reads where a daemon is: `host`, `host:port`, `http://host:port`, `https://host:port`, or the Zenoh
 //! locator `tcp/host:port`, with `#NAME` where several daemons are behind it.
 
 use simd_proto::{DEFAULT_PORT, keys};
@@ -47,11 +47,10 @@ pub(crate) fn read(text: &str) -> Result<Place, Error> {
 fn url(text: &str) -> Result<String, Error> {
     let refuse = |reason: &str| Error::Endpoint { endpoint: text.to_owned(), reason: reason.to_owned() };
     let trimmed = text.trim();
-    let authority = match trimmed.split_once("://") {
-        None => trimmed,
-        Some(("http", rest)) => rest,
-        Some(("https", _)) => return Err(refuse("this client does not speak TLS yet; use http")),
-        Some(_) => return Err(refuse("the scheme must be http")),
+    let (scheme, authority) = match trimmed.split_once("://") {
+        None => ("http", trimmed),
+        Some((scheme @ ("http" | "https"), rest)) => (scheme, rest),
+        Some(_) => return Err(refuse("the scheme must be http or https")),
     };
     let authority = authority.trim_end_matches('/');
     if authority.is_empty() {
@@ -77,7 +76,7 @@ fn url(text: &str) -> Result<String, Error> {
             _ => return Err(refuse("its port is not a number from 1 to 65535")),
         },
     };
-    Ok(format!("http://{host}:{port}"))
+    Ok(format!("{scheme}://{host}:{port}"))
 }
 
 #[cfg(test)]
@@ -94,6 +93,7 @@ mod tests {
             ("[::1]", "http://[::1]:7400"),
             ("[::1]:5", "http://[::1]:5"),
             ("::1", "http://[::1]:7400"),
+            ("https://lab", "https://lab:7400"),
         ] {
             assert_eq!(url(text).unwrap(), expected, "{text}");
         }

@@ -47,7 +47,7 @@ mod upload;
 mod zenoh;
 
 pub use self::zenoh::{Network, Presence};
-pub use client::{Client, ConnectOptions};
+pub use client::{Client, ConnectOptions, Token};
 pub use contact::ray;
 pub use control::{Control, ControlOptions, ControlReply};
 pub use endpoint::is_zenoh;
@@ -59,6 +59,7 @@ pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
+pub use simd_proto::access;
 pub use simd_proto::text::{is_printable, printable, printable_lines};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
 pub use target::{Target, joint_target, robot_targets};

@@ -21,7 +21,8 @@ import { SimulationService } from "../src/gen/simd/v1/simulation_pb";
 /** The root of the repository. */
 export const REPOSITORY = resolve(import.meta.dirname, "../../..");
 
-const BINARY = process.env.SIMD_BINARY ?? resolve(REPOSITORY, "target/debug/simd");
+/** The daemon. */
+export const BINARY = process.env.SIMD_BINARY ?? resolve(REPOSITORY, "target/debug/simd");
 
 const identify: Interceptor = (next) => (request) => {
   request.header.set("simd-api-version", API_VERSION);
@@ -63,7 +64,7 @@ export class Daemon {
     });
     const lines = createInterface({ input: child.stdout });
     const said = await Promise.race([once(lines, "line"), once(child, "exit").then(() => [])]);
-    const url = /is listening on (http:\/\/\S+)/.exec(String(said[0]))?.[1];
+    const url = /is listening on (https?:\/\/\S+)/.exec(String(said[0]))?.[1];
     if (url === undefined) throw new Error(`the daemon does not say where it listens, but ${said[0]}`);
     return new Daemon(url, child, home);
   }

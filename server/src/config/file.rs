@@ -10,7 +10,7 @@ use serde::Deserialize;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::connections::ConnectionsTable;
-use super::{Config, IntegratorName, Robot, Zenoh};
+use super::{Config, IntegratorName, Robot, TlsFiles, Zenoh};
 use crate::handle::DaemonLimits;
 
 /// All that a file can say; see `simd --help`.
@@ -22,6 +22,8 @@ pub(super) struct File {
     #[serde(default)]
     allow_hosts: Vec<String>,
     insecure: Option<bool>,
+    tokens: Option<PathBuf>,
+    tls: Option<TlsTable>,
     log: Option<String>,
     #[serde(default)]
     asset_roots: Vec<PathBuf>,
@@ -55,6 +57,14 @@ struct LimitsTable {
     robot_triangles: Option<usize>,
     findings: Option<usize>,
     seconds: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TlsTable {
+    certificate: PathBuf,
+    key: PathBuf,
+    client_authorities: Option<PathBuf>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -153,6 +163,12 @@ impl File {
             config.pause();
         }
         config.insecure |= self.insecure.unwrap_or(false);
+        config.tokens = self.tokens.map(|tokens| folder.join(tokens));
+        config.tls = self.tls.map(|tls| TlsFiles {
+            certificate: folder.join(tls.certificate),
+            key: folder.join(tls.key),
+            client_authorities: tls.client_authorities.map(|path| folder.join(path)),
+        });
         for name in self.allow_hosts {
             config.add_allowed_host(name)?;
         }

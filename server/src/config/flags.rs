@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use glamx::DVec3;
 use simd_core::simulation::command::PhysicsChange;
 
-use super::{Config, ConfigError, IntegratorName, Robot};
+use super::{Config, ConfigError, IntegratorName, Robot, TlsFiles};
 
 /// A robot physics daemon without a screen.
 ///
@@ -67,8 +67,20 @@ pub(super) struct Flags {
     /// What to log on stderr: a level, or filters like simd_server=debug [default: info]
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
-    /// Allows --listen and --zenoh on an address that others can reach. There is no TLS and
-    /// no token yet: anyone who reaches the port commands the robots
+    /// The daemon's certificate (PEM): gRPC and the viewer are served over TLS. Read again at SIGHUP
+    #[arg(long, value_name = "PATH", requires = "tls_key")]
+    tls_certificate: Option<PathBuf>,
+    /// The private key of --tls-certificate (PEM)
+    #[arg(long, value_name = "PATH", requires = "tls_certificate")]
+    tls_key: Option<PathBuf>,
+    /// Clients need a certificate of one of these authorities (PEM)
+    #[arg(long, value_name = "PATH", requires = "tls_certificate")]
+    tls_client_authorities: Option<PathBuf>,
+    /// Clients need one of the tokens in this file, which `simctl token` writes. Read again when it changes
+    #[arg(long, value_name = "PATH")]
+    tokens: Option<PathBuf>,
+    /// Allows --listen and --zenoh on an address that others can reach without TLS and tokens: anyone who reaches the
+    /// port commands the robots
     #[arg(long)]
     insecure: bool,
     /// Drains when stdin closes: for a program that starts a daemon of its own, which
@@ -83,9 +95,15 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   listen = \"127.0.0.1:7400\"
   allow_hosts = [\"lab.example\"]   # names for browsers, beside addresses and localhost
   insecure = false
+  tokens = \"tokens\"               # clients need one of them; `simctl token` writes the file
   log = \"info\"
   asset_roots = [\"/srv/robots\"]
   paused = false
+
+  [tls]                           # of gRPC and the viewer; `simd tls init` makes the files
+  certificate = \"server.pem\"
+  key = \"server.key\"
+  # client_authorities = \"ca.pem\"  # clients need a certificate of one of these
 
   [zenoh]
   enabled = true
@@ -180,6 +198,12 @@ impl Flags {
             config.pause();
         }
         config.insecure |= self.insecure;
+        if let (Some(certificate), Some(key)) = (self.tls_certificate, self.tls_key) {
+            config.tls = Some(TlsFiles { certificate, key, client_authorities: self.tls_client_authorities });
+        }
+        if self.tokens.is_some() {
+            config.tokens = self.tokens;
+        }
         config.until_stdin_closes = self.until_stdin_closes;
         for name in self.allow_host {
             config.add_allowed_host(name)?;

@@ -144,7 +144,12 @@ fn a_mistake_in_the_flags_is_one_sentence() {
 #[test]
 fn an_address_that_others_can_reach_must_be_asked_for() {
     assert!(usage("--listen 0.0.0.0:7400").contains("--insecure"));
-    assert!(file_mistake("listen = \"192.168.0.1:7400\"").contains("neither TLS nor tokens yet"));
+    assert!(file_mistake("listen = \"192.168.0.1:7400\"").contains("without TLS and tokens"));
+    let tls = "--tls-certificate a.pem --tls-key a.key";
+    assert!(usage(&format!("--listen 0.0.0.0:7400 {tls}")).contains("without tokens, anyone"));
+    assert!(usage("--listen 0.0.0.0:7400 --tokens t").contains("without TLS, anyone who sees"));
+    assert!(args(&format!("--listen 0.0.0.0:7400 --zenoh off --tokens t {tls}")).is_ok());
+    assert!(usage("--tls-certificate a.pem").contains("--tls-key"));
     assert!(args("--listen 0.0.0.0:7400 --insecure").is_ok());
     assert!(args("--listen [::1]:0").is_ok());
 }

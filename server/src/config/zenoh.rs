@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 use simd_proto::keys::DEFAULT_LOCATOR;
 
+use super::TlsFiles;
+
 /// Messages above this are refused before they are read, so that an untrusted client cannot fill the memory.
 const MAX_MESSAGE_BYTES: u64 = 64 * 1024 * 1024;
 /// A session that says nothing for so long is taken for gone: its queries and its token end.
@@ -36,6 +38,8 @@ pub struct Zenoh {
     pub listen: Option<Vec<String>>,
     /// Routers to join.
     pub connect: Vec<String>,
+    /// What `tls/` locators are served with.
+    pub tls: Option<TlsFiles>,
     /// Any settings of Zenoh's own, JSON5; they are put over ours.
     pub file: Option<PathBuf>,
     /// Joint states published a wall second at the most; 0 publishes none.
@@ -44,7 +48,7 @@ pub struct Zenoh {
 
 impl Default for Zenoh {
     fn default() -> Self {
-        Self { enabled: true, listen: None, connect: Vec::new(), file: None, state_rate: 100.0 }
+        Self { enabled: true, listen: None, connect: Vec::new(), tls: None, file: None, state_rate: 100.0 }
     }
 }
 
@@ -109,10 +113,20 @@ impl Zenoh {
                 "link": {
                     "tx": { "lease": LEASE_MS },
                     "rx": { "max_message_size": MAX_MESSAGE_BYTES },
+                    "tls": self.tls_settings(),
                 },
                 "shared_memory": { "enabled": false },
             },
         })
+    }
+
+    fn tls_settings(&self) -> Value {
+        let Some(TlsFiles { certificate, key, client_authorities }) = &self.tls else { return json!({}) };
+        let mut settings = json!({ "listen_certificate": certificate, "listen_private_key": key });
+        if let Some(authorities) = client_authorities {
+            merge(&mut settings, json!({ "enable_mtls": true, "root_ca_certificate": authorities }));
+        }
+        settings
     }
 
     pub(super) fn set_state_rate(&mut self, rate: f64) -> Result<(), String> {
@@ -148,21 +162,25 @@ impl Zenoh {
         Ok(())
     }
 
-    /// The settings must be some that Zenoh takes, and may listen where others can
-    /// reach it only where the operator says so.
-    pub(super) fn check(&self, insecure: bool) -> Result<(), String> {
+    /// The settings must be some that Zenoh takes, and may listen where others can reach it only where the operator says
+    /// so, or where calls need tokens and sessions need certificates: publications go to every session.
+    pub(super) fn check(&self, insecure: bool, has_tokens: bool) -> Result<(), String> {
         if !self.enabled {
             return Ok(());
         }
         let settings = self.settings()?;
         let endpoints = settings.get_json("listen/endpoints").unwrap_or_default();
         let endpoints: Value = serde_json::from_str(&endpoints).unwrap_or_default();
-        let open = strings(&endpoints).into_iter().find(|locator| !is_loopback(locator));
+        let has_certificates = self.tls.as_ref().is_some_and(|tls| tls.client_authorities.is_some());
+        let is_closed =
+            |locator: &str| has_tokens && has_certificates && locator.split('/').next() == Some("tls");
+        let mut locators = strings(&endpoints).into_iter();
+        let open = locators.find(|locator| !is_loopback(locator) && !is_closed(locator));
         match open {
             Some(locator) if !insecure => Err(format!(
-                "{locator} can be reached from other machines, and this release checks no one who comes over \
-                 Zenoh: anyone who reaches it commands the robots; listen on tcp/127.0.0.1:7447, or say \
-                 --insecure"
+                "{locator} can be reached from other machines: give --tokens, --tls-certificate, --tls-key and \
+                 --tls-client-authorities, and listen on tls/ADDRESS:PORT; or listen on tcp/127.0.0.1:7447, or say \
+                 --insecure, with which anyone who reaches it reads its states"
             )),
             Some(_) | None => Ok(()),
         }
@@ -261,7 +279,7 @@ mod tests {
         let mut zenoh = Zenoh::default();
         zenoh.set_connect(vec!["tcp/10.0.0.1:7447".into()]).unwrap();
         assert!(zenoh.listens_on().is_empty());
-        zenoh.check(false).unwrap();
+        zenoh.check(false, false).unwrap();
         zenoh.set_listen(vec!["tcp/127.0.0.1:0".into()]).unwrap();
         assert_eq!(zenoh.listens_on(), ["tcp/127.0.0.1:0"]);
     }
@@ -289,8 +307,28 @@ mod tests {
         let path = folder.path().join("open.json5");
         std::fs::write(&path, "{ listen: { endpoints: { peer: ['tcp/[::]:7447'] } } }").unwrap();
         let zenoh = Zenoh { file: Some(path), ..Zenoh::default() };
-        assert!(zenoh.check(false).unwrap_err().contains("--insecure"));
-        zenoh.check(true).unwrap();
+        assert!(zenoh.check(false, false).unwrap_err().contains("--insecure"));
+        zenoh.check(true, false).unwrap();
+    }
+
+    #[test]
+    fn others_may_reach_it_where_sessions_need_certificates_and_calls_tokens() {
+        let files = |client_authorities: Option<&str>| TlsFiles {
+            certificate: "server.pem".into(),
+            key: "server.key".into(),
+            client_authorities: client_authorities.map(Into::into),
+        };
+        let mut zenoh = Zenoh { tls: Some(files(Some("ca.pem"))), ..Zenoh::default() };
+        zenoh.set_listen(vec!["tls/0.0.0.0:7447".into()]).unwrap();
+        zenoh.check(false, true).unwrap();
+        assert!(zenoh.check(false, false).is_err(), "without tokens");
+        let settings = zenoh.settings().unwrap();
+        assert_eq!(value(&settings, "transport/link/tls/enable_mtls"), true);
+        zenoh.tls = Some(files(None));
+        assert!(zenoh.check(false, true).is_err(), "without certificates of clients");
+        zenoh.tls = Some(files(Some("ca.pem")));
+        zenoh.set_listen(vec!["tcp/0.0.0.0:7447".into()]).unwrap();
+        assert!(zenoh.check(false, true).is_err(), "without TLS");
     }
 
     #[test]

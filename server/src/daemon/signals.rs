@@ -1,16 +1,28 @@
-//! What tells the daemon to end: SIGTERM, SIGINT and, where it was asked for, the end of stdin.
+//! What tells the daemon to end: SIGTERM, SIGINT and, where it was asked for, the end of stdin. SIGHUP tells it to read
+//! its certificate anew.
 
 use std::io;
 
 use tokio::sync::oneshot;
 
-/// Waits for what ends the daemon.
+/// What a signal tells the daemon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    /// To end; by the signal of this name.
+    End(&'static str),
+    /// To read files anew.
+    Reload,
+}
+
+/// Waits for what tells the daemon something.
 #[derive(Debug)]
 pub(super) struct Signals {
     #[cfg(unix)]
     terminate: tokio::signal::unix::Signal,
     #[cfg(unix)]
     interrupt: tokio::signal::unix::Signal,
+    #[cfg(unix)]
+    hangup: tokio::signal::unix::Signal,
     /// Comes once, where stdin is listened to.
     stdin: Option<oneshot::Receiver<()>>,
 }
@@ -25,12 +37,19 @@ impl Signals {
             terminate: signal(SignalKind::terminate())?,
             #[cfg(unix)]
             interrupt: signal(SignalKind::interrupt())?,
+            #[cfg(unix)]
+            hangup: signal(SignalKind::hangup())?,
             stdin: until_stdin_closes.then(end_of_stdin).transpose()?,
         })
     }
 
-    /// The next one's name.
-    pub(super) async fn next(&mut self) -> &'static str {
+    /// Returns when the daemon is to end.
+    pub(super) async fn end(&mut self) {
+        while self.next().await == Told::Reload {}
+    }
+
+    /// The next one.
+    pub(super) async fn next(&mut self) -> Told {
         let stdin = async {
             match &mut self.stdin {
                 Some(end) => drop(end.await),
@@ -40,8 +59,9 @@ impl Signals {
         #[cfg(unix)]
         let signal = async {
             tokio::select! {
-                _ = self.terminate.recv() => "SIGTERM",
-                _ = self.interrupt.recv() => "SIGINT",
+                _ = self.terminate.recv() => Told::End("SIGTERM"),
+                _ = self.interrupt.recv() => Told::End("SIGINT"),
+                _ = self.hangup.recv() => Told::Reload,
             }
         };
         // There is only Ctrl-C elsewhere.
@@ -50,16 +70,16 @@ impl Signals {
             if tokio::signal::ctrl_c().await.is_err() {
                 std::future::pending::<()>().await;
             }
-            "Ctrl-C"
+            Told::End("Ctrl-C")
         };
-        let (name, is_stdin) = tokio::select! {
-            name = signal => (name, false),
-            () = stdin => ("the end of stdin", true),
+        let (told, is_stdin) = tokio::select! {
+            told = signal => (told, false),
+            () = stdin => (Told::End("the end of stdin"), true),
         };
         if is_stdin {
             self.stdin = None;
         }
-        name
+        told
     }
 }
 

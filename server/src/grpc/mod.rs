@@ -1,7 +1,7 @@
 //! The gRPC front-end: the services over HTTP/2, on one port with health and reflection, and
 //! beside them what browsers get.
 //!
-//! * `incoming`: connections as they come. `connections`: which of them are served, and how long.
+//! * `tls`: what a connection is before HTTP. `incoming`: connections as they come. `connections`: which of them are served, and how long.
 //! * `calls`: what each call does for its connection; `activity`: what that makes of the connection.
 //! * `health`: whether the daemon serves.
 
@@ -12,6 +12,7 @@ mod health;
 mod incoming;
 #[cfg(test)]
 mod tests;
+mod tls;
 
 use std::convert::Infallible;
 use std::io;
@@ -21,7 +22,7 @@ use std::time::Duration;
 
 use axum::middleware;
 use futures_util::FutureExt as _;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpListener;
 use tokio_stream::{Stream, StreamExt as _};
 use tokio_util::task::TaskTracker;
 use tonic::service::Routes;
@@ -31,6 +32,8 @@ use tonic_health::pb::health_server::HealthServer;
 
 use self::connections::Connections;
 use self::incoming::{Connection, accept};
+pub use self::tls::Tls;
+use self::tls::Wire;
 use crate::SimHandle;
 use crate::config::Connections as DaemonLimits;
 use crate::handle::Transport;
@@ -52,20 +55,27 @@ const STREAMS_PER_CONNECTION: u32 = 2048;
 
 /// Serves until the daemon drains: then takes no more connections, lets every
 /// stream end with OK, and returns when all calls have ended or after two seconds.
-pub async fn serve(handle: SimHandle, listener: TcpListener, page: http::Settings, limits: DaemonLimits) {
-    serve_within(&Connections::new(limits), handle, listener, page).await;
+pub async fn serve(
+    handle: SimHandle,
+    listener: TcpListener,
+    tls: Option<Arc<Tls>>,
+    page: http::Settings,
+    limits: DaemonLimits,
+) {
+    serve_within(&Connections::new(limits), handle, listener, tls, page).await;
 }
 
 async fn serve_within(
     connections: &Arc<Connections>,
     handle: SimHandle,
     listener: TcpListener,
+    tls: Option<Arc<Tls>>,
     page: http::Settings,
 ) {
     let draining = handle.draining();
     let server = server(&handle, page, *connections.limits());
     let serving = TaskTracker::new();
-    let accepting = accept(accepted(listener), connections, &draining, |connection| {
+    let accepting = accept(accepted(listener, tls), connections, &draining, |connection| {
         serving.spawn(serve_one(server.clone(), connection));
     });
     tokio::select! {
@@ -80,15 +90,18 @@ async fn serve_within(
 }
 
 /// Connections with the addresses that they come from.
-fn accepted(listener: TcpListener) -> impl Stream<Item = io::Result<(TcpStream, IpAddr)>> + Unpin {
+fn accepted(
+    listener: TcpListener,
+    tls: Option<Arc<Tls>>,
+) -> impl Stream<Item = io::Result<(Wire, IpAddr)>> + Unpin {
     let accepted = TcpIncoming::from(listener)
         .with_nodelay(Some(true))
         .with_keepalive(Some(KEEPALIVE_INTERVAL))
         .with_keepalive_interval(Some(KEEPALIVE_INTERVAL))
         .with_keepalive_retries(Some(KEEPALIVE_PROBES));
-    accepted.filter_map(|accepted| match accepted {
+    accepted.filter_map(move |accepted| match accepted {
         // Where there is no address the other side is gone already.
-        Ok(io) => io.peer_addr().ok().map(|address| Ok((io, address.ip()))),
+        Ok(io) => io.peer_addr().ok().map(|address| Ok((Wire::new(io, tls.as_deref()), address.ip()))),
         Err(error) => Some(Err(error)),
     })
 }
@@ -112,7 +125,7 @@ fn server(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> Rou
 
 /// Serves one connection until it ends. tonic lets connections end (in HTTP/2 by GOAWAY) all at once, when its server
 /// does: so each has a server of its own.
-async fn serve_one(server: Router, connection: Connection<TcpStream>) {
+async fn serve_one(server: Router, connection: Connection<Wire>) {
     let (end, ended) = (connection.end(), connection.ended());
     let one = tokio_stream::once(Ok::<_, Infallible>(connection));
     // The server lets its connections end where there will be no more of them.

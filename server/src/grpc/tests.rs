@@ -63,7 +63,7 @@ impl Daemon {
         let connections = Connections::new(connections);
         let (served, within) = (handle.clone(), Arc::clone(&connections));
         let server = tokio::spawn(async move {
-            super::serve_within(&within, served, listener, Default::default()).await;
+            super::serve_within(&within, served, listener, None, Default::default()).await;
         });
         let channel = Endpoint::from_shared(format!("http://{address}")).unwrap().connect().await.unwrap();
         Self { handle, address, channel, connections, server }

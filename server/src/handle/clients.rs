@@ -2,6 +2,7 @@
 //! allowed or refused by it.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -49,6 +50,16 @@ pub enum Peer {
     Session(Arc<str>),
     /// Somebody within the daemon's own process.
     Process,
+}
+
+impl fmt::Display for Peer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Connection(number) => write!(f, "connection {number}"),
+            Self::Session(id) => write!(f, "session {id}"),
+            Self::Process => f.write_str("this process"),
+        }
+    }
 }
 
 impl Peer {

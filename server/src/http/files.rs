@@ -10,6 +10,7 @@ use axum::response::IntoResponse;
 use bytes::Bytes;
 use simd_model::robot::Sha256;
 
+use super::login;
 use super::meshes::Key;
 use super::{Page, caching, refused};
 
@@ -77,6 +78,10 @@ pub(super) async fn asset(
         let file = page.bundle.answer(&format!("assets/{name}"), &asked);
         return file.unwrap_or_else(|| not_found("there is no such file"));
     };
+    // The page's own files are for everybody, those of robots are not.
+    if let Err(denied) = login::allow(page.handle.access(), &asked) {
+        return denied;
+    }
     let tag = caching::tag(&sha256.to_string());
     if caching::has(&asked, &tag) {
         return unchanged(tag);

@@ -2,6 +2,7 @@
 //!
 //! * Here: which address is answered by what.
 //! * `guard`: who may ask, and what browsers must keep to.
+//! * `login`: whose token the page has.
 //! * `bundle`: the page itself. `fallback` has the one that stands in for it.
 //! * `files`: meshes, colliders and files by their hash; `meshes`, `glb`: the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
@@ -16,6 +17,7 @@ mod caching;
 mod files;
 mod glb;
 mod guard;
+mod login;
 mod meshes;
 mod robots;
 #[cfg(test)]
@@ -29,7 +31,7 @@ use axum::extract::{Request, State};
 use axum::http::{Method, Response, StatusCode, header};
 use axum::middleware;
 use axum::response::IntoResponse;
-use axum::routing::get;
+use axum::routing::{get, post};
 use tonic::Status;
 use tonic_web::GrpcWebLayer;
 
@@ -61,12 +63,15 @@ struct Page {
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
     let Settings { bundle, hosts } = settings;
     let page = Arc::new(Page { handle: handle.clone(), bundle, meshes: Meshes::default() });
+    let access = handle.access().clone();
     Router::new()
         .route("/meshes/{name}", get(files::mesh))
         .route("/colliders/{name}", get(files::collider))
-        .route("/assets/{*name}", get(files::asset))
         .route("/robots", get(robots::list))
         .route("/robots/{robot}/robot.urdf", get(robots::description))
+        .route_layer(middleware::from_fn_with_state(access, login::check))
+        .route("/assets/{*name}", get(files::asset))
+        .route("/login", post(login::log_in).delete(login::log_out))
         .fallback(other)
         .with_state(page)
         // On the services alone: elsewhere it refuses what is not gRPC.

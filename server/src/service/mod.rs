@@ -3,6 +3,7 @@
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
 //!   [`client`]: one file a service.
+//! * [`authorization`]: who may call what.
 //! * [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
 //! * `once`: requests that come more than once.
@@ -11,6 +12,7 @@
 //! * [`transport`]: reasons for what tonic itself refuses.
 //! * [`version`]: which clients are served.
 
+pub mod authorization;
 pub mod callers;
 pub mod claims;
 pub mod client;
@@ -47,6 +49,7 @@ use tokio_stream::Stream;
 use tonic::Status;
 use tonic::service::Routes;
 
+use self::authorization::Authorized;
 use self::callers::RecordCaller;
 use self::transport::ExplainRefusals;
 use self::version::Versioned;
@@ -90,13 +93,12 @@ struct Checked<'h> {
 }
 
 impl Checked<'_> {
-    /// For clients of a fitting version, which are noted, and with a reason for each refusal.
-    fn service<S>(&self, service: S) -> Versioned<ExplainRefusals<RecordCaller<S>>> {
-        Versioned(ExplainRefusals(RecordCaller {
-            service,
-            handle: self.handle.clone(),
-            transport: self.transport,
-        }))
+    /// For clients of a fitting version whose token allows the call, which are noted, and with a reason for each refusal.
+    fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<RecordCaller<S>>>> {
+        let (handle, transport) = (self.handle.clone(), self.transport);
+        let access = handle.access().clone();
+        let recorded = RecordCaller { service, handle, transport };
+        Versioned(Authorized { service: ExplainRefusals(recorded), access, transport })
     }
 }
 

@@ -84,7 +84,8 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::VersionMismatch
         | ErrorReason::JointClaimed => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
-        ErrorReason::PathNotAllowed => Code::PermissionDenied,
+        ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow => Code::PermissionDenied,
+        ErrorReason::Unauthenticated => Code::Unauthenticated,
         ErrorReason::ShuttingDown => Code::Unavailable,
         ErrorReason::Superseded => Code::Cancelled,
         ErrorReason::LayoutChanged => Code::Aborted,

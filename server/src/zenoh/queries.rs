@@ -11,6 +11,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use futures_util::stream;
 use prost::Message as _;
+use simd_proto::access::TOKEN_HEADER;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
 use simd_proto::v1::ErrorReason;
@@ -210,9 +211,11 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
             |_| Status::invalid_argument(format!("the attachment's {API_VERSION_HEADER} is no text"));
         metadata.insert(API_VERSION_HEADER, MetadataValue::try_from(said).map_err(refuse)?);
     }
-    // A name that is none is not read, whatever carries it.
-    if let Some(Ok(said)) = keys::parse_attachment(&text, CLIENT_HEADER).map(MetadataValue::try_from) {
-        metadata.insert(CLIENT_HEADER, said);
+    // A name or a token that is none is not read, whatever carries it.
+    for header in [CLIENT_HEADER, TOKEN_HEADER] {
+        if let Some(Ok(said)) = keys::parse_attachment(&text, header).map(MetadataValue::try_from) {
+            metadata.insert(header, said);
+        }
     }
     Ok(())
 }

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use futures_util::StreamExt as _;
 use simd_core::Command;
+use simd_proto::access::{TOKEN_HEADER, parse_bearer};
 use simd_proto::{CLIENT_HEADER, checked, keys, v1};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio::time::{Interval, MissedTickBehavior, interval};
@@ -19,8 +20,9 @@ use zenoh::Session;
 use zenoh::bytes::ZBytes;
 
 use super::Error;
-use super::proofs::proven;
+use super::proofs::{MAX_ATTACHMENT_BYTES, proven};
 use crate::SimHandle;
+use crate::access::role_of;
 use crate::convert::from_proto::joint::{Claimed, set_joint_targets};
 use crate::handle::{Caller, Transport};
 use crate::service::claims::{Presented, Proven};
@@ -118,6 +120,7 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: R
 }
 
 async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
+    check(handle, sent.attachment.as_ref())?;
     let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
         .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
     let Claimed { mut targets, claim } = set_joint_targets(request).map_err(|error| error.to_string())?;
@@ -131,6 +134,19 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
         drop(handle.begin_call(caller));
     }
     Ok(())
+}
+
+/// Whether the token in an attachment allows targets.
+fn check(handle: &SimHandle, attachment: Option<&ZBytes>) -> Result<(), String> {
+    if !handle.access().is_required() {
+        return Ok(());
+    }
+    let attachment = attachment.filter(|attachment| attachment.len() <= MAX_ATTACHMENT_BYTES);
+    let text = attachment.map(|attachment| String::from_utf8_lossy(&attachment.to_bytes()).into_owned());
+    let token = text.as_deref().and_then(|text| parse_bearer(keys::parse_attachment(text, TOKEN_HEADER)?));
+    let needed = role_of("JointService", "SetJointTargets");
+    let granted = handle.access().check(token, needed, "SetJointTargets");
+    granted.map(drop).map_err(|denied| denied.to_string())
 }
 
 /// Who publishes, by the attachment.

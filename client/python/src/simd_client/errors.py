@@ -193,6 +193,14 @@ class RequestIdReused(Refused):
     """The id of a request is that of another one. Metadata: `request_id`."""
 
 
+class Unauthenticated(Refused):
+    """The daemon asks for a token (`SIMD_TOKEN`), and there is none, or it is unknown, was revoked or has expired."""
+
+
+class RoleTooLow(Refused):
+    """The token is that of a lower role than the call needs."""
+
+
 Missing = TypeVar("Missing", bound=NotFound)
 Refusal = TypeVar("Refusal", bound=Refused)
 

@@ -59,7 +59,21 @@ def program() -> str:
     return "".join(c for c in name if c.isascii() and c.isprintable()) or "python"
 
 
-_ATTACHMENT = f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}\nsimd-client: {program()}"
+TOKEN_ENVIRONMENT = "SIMD_TOKEN"
+"""The environment variable with the token, unless the program gives one."""
+
+
+def _attachment(token: str | None) -> str:
+    """What goes with each message: the version, who this is, and the token if there is one."""
+    lines = [f"simd-api-version: {API_VERSION[0]}.{API_VERSION[1]}", f"simd-client: {program()}"]
+    token = token or os.environ.get(TOKEN_ENVIRONMENT)
+    if token:
+        if not (token.isascii() and token.isprintable()):
+            raise ValueError("the token has characters that no token has")
+        lines.append(f"authorization: Bearer {token}")
+    return "\n".join(lines)
+
+
 _STATUS = "google.rpc.Status"
 
 ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
@@ -69,8 +83,16 @@ ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
 class Link:
     """A Zenoh session and the name of the daemon. May be used from several threads."""
 
-    def __init__(self, session: zenoh.Session, endpoint: Endpoint, name: str, daemons: Daemons) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        endpoint: Endpoint,
+        name: str,
+        daemons: Daemons,
+        token: str | None = None,
+    ) -> None:
         self.session = session
+        self._attachment = _attachment(token)
         self._daemons = daemons
         self._counter = Counter()
         self.request_ids = RequestIds()
@@ -184,7 +206,7 @@ class Link:
         if not secret:
             return send(key, options)
         return self._counter.prove(
-            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{_ATTACHMENT}\n{proof}"})
+            secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{self._attachment}\n{proof}"})
         )
 
     def _request(
@@ -196,7 +218,7 @@ class Link:
         if route is None:
             same: dict[str, Any] = {
                 "encoding": zenoh.Encoding(f"application/protobuf;simd.v1.{method.request.__name__}"),
-                "attachment": zenoh.ZBytes(_ATTACHMENT),
+                "attachment": zenoh.ZBytes(self._attachment),
                 # With the default, a session that claims to have all answers would be the only one that is asked.
                 "target": zenoh.QueryTarget.ALL,
                 "consolidation": zenoh.ConsolidationMode.NONE,
@@ -261,10 +283,10 @@ class Link:
                     )
             put = cast("Callable[..., None]", self._publisher.put)  # pyright: ignore[reportUnknownMemberType]
             if not secret:
-                put(payload, attachment=_ATTACHMENT)
+                put(payload, attachment=self._attachment)
                 return
             self._counter.prove(
-                secret, key, payload, lambda proof: put(payload, attachment=f"{_ATTACHMENT}\n{proof}")
+                secret, key, payload, lambda proof: put(payload, attachment=f"{self._attachment}\n{proof}")
             )
         except zenoh.ZError:
             raise self.unavailable() from None
@@ -323,7 +345,9 @@ def _refused(payload: bytes) -> SimdError:
     return refusal(status.code, status.message, reason, info.metadata, fields)
 
 
-def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None) -> Link:
+def open_link(
+    endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None, token: str | None = None
+) -> Link:
     """Opens a session and chooses the daemon."""
     settings = _settings(endpoint, connect_timeout, config)
     tls.check_files(endpoint, settings)
@@ -346,7 +370,7 @@ def open_link(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | 
     except BaseException:
         session.close()  # pyright: ignore[reportUnknownMemberType]
         raise
-    return Link(session, endpoint, name, daemons)
+    return Link(session, endpoint, name, daemons, token)
 
 
 def _choose(endpoint: Endpoint, there: list[str]) -> str:

@@ -10,6 +10,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use futures_util::{Stream, stream};
 use prost::Message as _;
+use simd_proto::access::TOKEN_HEADER;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
 use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, keys};
@@ -179,7 +180,7 @@ pub(super) struct Asked {
 /// Of a request's metadata what the daemon reads.
 fn headers(metadata: &MetadataMap) -> Arc<str> {
     let read = |name| Some((name, metadata.get(name)?.to_str().ok()?));
-    keys::attachment([API_VERSION_HEADER, CLIENT_HEADER].into_iter().filter_map(read)).into()
+    keys::attachment([API_VERSION_HEADER, CLIENT_HEADER, TOKEN_HEADER].into_iter().filter_map(read)).into()
 }
 
 /// What a reply says.

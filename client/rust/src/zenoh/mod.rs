@@ -10,6 +10,7 @@ mod claims;
 mod daemons;
 mod streams;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -73,7 +74,8 @@ impl Network {
         if Handle::current().runtime_flavor() == RuntimeFlavor::CurrentThread {
             return Err(refuse("Zenoh needs a tokio runtime of the multi-thread flavor".to_owned()));
         }
-        let settings = settings(locator).map_err(|error| refuse(first_words(&error)))?;
+        let settings = settings(locator, options.tls_authorities.as_deref())
+            .map_err(|error| refuse(first_words(&error)))?;
         let unreachable = |reason| Error::Unreachable { endpoint: locator.to_owned(), reason };
         let session = match tokio::time::timeout(options.connect_timeout, zenoh::open(settings)).await {
             Ok(Ok(session)) => session,
@@ -124,7 +126,7 @@ impl Network {
     pub fn client(&self, name: &str) -> Client {
         let endpoint = format!("{}#{name}", self.locator);
         let channel = ZenohChannel::new(self.clone(), name);
-        Client::over(channel.into(), endpoint.into(), self.options.timeout)
+        Client::over(channel.into(), endpoint.into(), &self.options)
     }
 
     /// A client of the daemon of this name, which must be there; without a name, of the only one.
@@ -160,7 +162,7 @@ impl Network {
 }
 
 /// As closed as the daemon's: no looking around, and no memory shared.
-fn settings(locator: &str) -> Result<zenoh::Config, zenoh::Error> {
+fn settings(locator: &str, tls_authorities: Option<&Path>) -> Result<zenoh::Config, zenoh::Error> {
     let mut settings = zenoh::Config::default();
     let text = |text: &str| format!("{text:?}");
     settings.insert_json5("mode", &text("client"))?;
@@ -170,6 +172,10 @@ fn settings(locator: &str) -> Result<zenoh::Config, zenoh::Error> {
     settings.insert_json5("connect/retry", "{ period_init_ms: 100, period_max_ms: 1000 }")?;
     for off in ["scouting/multicast", "scouting/gossip", "adminspace", "transport/shared_memory"] {
         settings.insert_json5(&format!("{off}/enabled"), "false")?;
+    }
+    if let Some(authorities) = tls_authorities {
+        let path = text(&authorities.display().to_string());
+        settings.insert_json5("transport/link/tls/root_ca_certificate", &path)?;
     }
     settings.insert_json5("transport/link/rx/max_message_size", &MAX_MESSAGE_BYTES.to_string())?;
     settings.insert_json5("transport/link/tx/lease", &LEASE.as_millis().to_string())?;

@@ -1,4 +1,5 @@
 // The page's connection to its daemon: polls states, detects a lost daemon, and reconnects.
+import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contacts } from "../state/view";
 import { connection, daemonName, frame } from "../state/world";
@@ -130,7 +131,8 @@ export class DaemonConnection {
   private disconnect(error: unknown): number {
     this.failures += 1;
     const delay = retryDelay(this.failures);
-    connection.value = { state: "lost", reason: messageOf(error), retryAt: performance.now() + delay };
+    const needsToken = error instanceof ConnectError && error.code === Code.Unauthenticated;
+    connection.value = { state: "lost", reason: messageOf(error), retryAt: performance.now() + delay, needsToken };
     return delay;
   }
 }

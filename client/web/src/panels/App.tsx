@@ -23,6 +23,7 @@ import { EmptyWorld } from "./EmptyWorld";
 import { HelpSheet } from "./HelpSheet";
 import { JointPanel } from "./JointPanel";
 import { LoadProgress } from "./LoadProgress";
+import { LogIn } from "./LogIn";
 import { ReportSheet } from "./ReportSheet";
 import { listen } from "./shortcuts";
 import { Toasts } from "./Toasts";
@@ -34,6 +35,7 @@ export function App(): JSX.Element {
   useEffect(listen, []);
   useEffect(keepOneOpenOnPhones, []);
   const state = useComputed(() => connection.value.state).value;
+  const needsToken = useComputed(() => connection.value.needsToken === true).value;
   const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null).value;
   /** The panel would be empty. */
   const bare = useComputed(() => robots.value.length === 0 && parameters.value.length === 0).value;
@@ -43,6 +45,7 @@ export function App(): JSX.Element {
       <main class="view" aria-label="The world">
         <Viewport />
         <Banner />
+        {needsToken && <LogIn />}
         <LoadProgress />
         {empty && <EmptyWorld />}
         <ViewToggles />

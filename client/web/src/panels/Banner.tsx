@@ -9,8 +9,8 @@ const now = signal(performance.now());
 
 /** Rendered only while the connection is lost. */
 export function Banner(): JSX.Element | null {
-  const { state, reason, retryAt } = connection.value;
-  const lost = state === "lost";
+  const { state, reason, retryAt, needsToken } = connection.value;
+  const lost = state === "lost" && !needsToken;
   useEffect(() => {
     if (!lost) return undefined;
     now.value = performance.now();

@@ -98,6 +98,8 @@ export interface Connection {
   reason: string;
   /** The time of the next attempt, as `performance.now()`. */
   retryAt: number;
+  /** The daemon asks for a token, and the page has none that it takes. */
+  needsToken?: boolean;
 }
 
 /** The state and the speed of the simulation. */

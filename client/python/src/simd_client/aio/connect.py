@@ -16,12 +16,18 @@ class Connecting:
     """Connects when it is used: with `async with`, or with `await` and `close`."""
 
     def __init__(
-        self, endpoint: Endpoint, timeout: float, connect_timeout: float, config: ZenohConfig | None
+        self,
+        endpoint: Endpoint,
+        timeout: float,
+        connect_timeout: float,
+        config: ZenohConfig | None,
+        token: str | None,
     ) -> None:
         self._endpoint = endpoint
         self._timeout = timeout
         self._connect_timeout = connect_timeout
         self._config = config
+        self._token = token
         self._made: Simulation | None = None
 
     def __await__(self) -> Generator[Any, Any, Simulation]:
@@ -39,7 +45,9 @@ class Connecting:
 
     async def _connect(self) -> Simulation:
         # Opening a Zenoh session blocks.
-        link = await asyncio.to_thread(open_link, self._endpoint, self._connect_timeout, self._config)
+        link = await asyncio.to_thread(
+            open_link, self._endpoint, self._connect_timeout, self._config, self._token
+        )
         simulation = Simulation(link, self._timeout)
         try:
             # Any call but `GetSimulatorInfo` is refused if the versions do not match: better now than later.
@@ -57,6 +65,7 @@ def connect(
     timeout: float = TIMEOUT,
     connect_timeout: float = CONNECT_TIMEOUT,
     config: ZenohConfig | None = None,
+    token: str | None = None,
 ) -> Connecting:
     """See `simd_client.connect`."""
-    return Connecting(read_endpoint(endpoint, name), timeout, connect_timeout, config)
+    return Connecting(read_endpoint(endpoint, name), timeout, connect_timeout, config, token)

@@ -14,18 +14,21 @@ def connect(
     timeout: float = TIMEOUT,
     connect_timeout: float = CONNECT_TIMEOUT,
     config: ZenohConfig | None = None,
+    token: str | None = None,
 ) -> Simulation:
     """Connects to the daemon at `endpoint`: `tcp/HOST:PORT`, with `#NAME` or `name` if several daemons are reached
     through it. The default is `$SIMD_ENDPOINT`, else `tcp/127.0.0.1:7447`.
 
     `timeout` is how long each call waits for its answer, in seconds. `config` has settings for Zenoh itself, such as
-    certificates: values by name, or the path of a JSON5 file.
+    certificates: values by name, or the path of a JSON5 file. `token` is for a daemon that asks for one; the default is
+    `$SIMD_TOKEN`.
 
     Raises `Unavailable` if no daemon answers, `EndpointError` if the text is not an endpoint or does not say which
-    of several daemons, `VersionMismatch` if the daemon does not support this client's version.
+    of several daemons, `VersionMismatch` if the daemon does not support this client's version,
+    `Unauthenticated` if the daemon asks for a token and this is none of its.
     """
     where = read_endpoint(endpoint, name)
-    link = open_link(where, connect_timeout, config)
+    link = open_link(where, connect_timeout, config, token)
     simulation = Simulation(link, timeout)
     try:
         # Any call but `GetSimulatorInfo` is refused if the versions do not match: better now than later.

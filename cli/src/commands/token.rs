@@ -1,0 +1,256 @@
+//! `simctl token`: the file of tokens of a daemon on this machine. The daemon reads it again by itself.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context as _, bail};
+use clap::{Args, Subcommand};
+use prost_types::Timestamp;
+use serde::Serialize;
+use simd_client::access::{Role, TOKEN_BYTES, TokenEntry, parse_tokens, token, token_hash, write_tokens};
+
+use crate::{
+    context::configuration_path,
+    output::{
+        Output, View,
+        table::{Column, Page, Table},
+    },
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Token {
+    /// Makes a token, and prints it: it is not kept, and cannot be shown again
+    Add {
+        /// Whose it is: letters, digits, _ - . @
+        name: String,
+        /// What it allows: viewer reads, operator commands robots and parameters, admin does all
+        #[arg(long, value_name = "ROLE")]
+        role: Role,
+        /// After which time it is refused, for instance 90d, 12h, or never
+        #[arg(long, value_name = "TIME", default_value = "never", value_parser = lifetime)]
+        expires: Lifetime,
+        #[command(flatten)]
+        file: TokenFile,
+    },
+    /// Shows whose tokens there are
+    List {
+        #[command(flatten)]
+        file: TokenFile,
+    },
+    /// Takes a token out: calls with it are refused within a second, and its streams end
+    Revoke {
+        /// Whose it is
+        name: String,
+        #[command(flatten)]
+        file: TokenFile,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct TokenFile {
+    /// The file that the daemon has as --tokens [default: $XDG_CONFIG_HOME/simd/tokens or ~/.config/simd/tokens]
+    #[arg(long, value_name = "PATH")]
+    file: Option<PathBuf>,
+}
+
+/// Seconds for which a token is taken; `None` is for ever.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Lifetime(Option<i64>);
+
+pub(crate) fn run(command: &Token, output: Output) -> anyhow::Result<()> {
+    match command {
+        Token::Add { name, role, expires, file } => add(&file.path()?, name, *role, *expires, output),
+        Token::List { file } => {
+            let entries = read(&file.path()?)?;
+            output.list(&entries.iter().map(TokenView::from).collect::<Vec<_>>(), list)
+        }
+        Token::Revoke { name, file } => {
+            let path = file.path()?;
+            change(&path, |entries| {
+                let known = entries.len();
+                entries.retain(|entry| entry.name != *name);
+                if entries.len() == known {
+                    bail!("there is no token called {name} in {}", path.display());
+                }
+                Ok(())
+            })?;
+            output.one(&Revoked { revoked: name.clone() })
+        }
+    }
+}
+
+fn add(path: &Path, name: &str, role: Role, expires: Lifetime, output: Output) -> anyhow::Result<()> {
+    if !TokenEntry::is_name(name) {
+        bail!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @");
+    }
+    let mut random = [0; TOKEN_BYTES];
+    getrandom::fill(&mut random)
+        .map_err(|error| anyhow::anyhow!("the system has no random numbers: {error}"))?;
+    let text = token(&random);
+    let hash = token_hash(&text).context("a token that was made is none")?;
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
+    let expires = expires.0.map(|seconds| Timestamp {
+        seconds: i64::try_from(now).unwrap_or(i64::MAX).saturating_add(seconds),
+        nanos: 0,
+    });
+    let entry = TokenEntry { name: name.to_owned(), role, hash, expires };
+    let view = TokenView::from(&entry);
+    change(path, |entries| {
+        if entries.iter().any(|known| known.name == name) {
+            bail!("there is a token called {name} already: revoke it first, or take another name");
+        }
+        entries.push(entry);
+        // As the daemon will read it.
+        parse_tokens(&write_tokens(entries)).map(drop).map_err(anyhow::Error::msg)
+    })?;
+    output.one(&NewToken { view, token: text })
+}
+
+impl TokenFile {
+    fn path(&self) -> anyhow::Result<PathBuf> {
+        let default = || configuration_path().map(|path| path.with_file_name("tokens"));
+        self.file.clone().or_else(default).context("there is no home for the file of tokens: say --file")
+    }
+}
+
+fn read(path: &Path) -> anyhow::Result<Vec<TokenEntry>> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    parse_tokens(&text).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))
+}
+
+/// Writes a changed file beside the old one and puts it in its place, so that a daemon never reads half of it. The new
+/// file is a lock: two that change it at one time would lose what one of them did.
+fn change(
+    path: &Path,
+    change: impl FnOnce(&mut Vec<TokenEntry>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".new");
+    let new = PathBuf::from(name);
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    let mut file = private(&new).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => anyhow::anyhow!(
+            "{} is there: another simctl changes the tokens; if none does, delete it",
+            new.display()
+        ),
+        _ => anyhow::Error::new(error).context(format!("cannot write {}", new.display())),
+    })?;
+    let changed = (|| {
+        let mut entries = if path.exists() { read(path)? } else { Vec::new() };
+        change(&mut entries)?;
+        file.write_all(write_tokens(&entries).as_bytes())?;
+        file.sync_all()?;
+        fs::rename(&new, path).with_context(|| format!("cannot write {}", path.display()))
+    })();
+    if changed.is_err() {
+        let _ = fs::remove_file(&new);
+    }
+    changed
+}
+
+/// A new file that others can neither read nor write.
+fn private(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)
+}
+
+fn lifetime(text: &str) -> Result<Lifetime, String> {
+    let expected = || format!("{text:?} must be like 90d, 12h, 30m, or never");
+    if text == "never" {
+        return Ok(Lifetime(None));
+    }
+    let (number, unit) = text.split_at(text.len() - text.chars().last().map_or(0, char::len_utf8));
+    let seconds: i64 = match unit {
+        "d" => 86_400,
+        "h" => 3_600,
+        "m" => 60,
+        "s" => 1,
+        _ => return Err(expected()),
+    };
+    let number: u32 = number.parse().map_err(|_| expected())?;
+    Ok(Lifetime(Some(i64::from(number) * seconds)))
+}
+
+#[derive(Serialize)]
+struct TokenView {
+    name: String,
+    role: &'static str,
+    /// As in RFC 3339; null is never.
+    expires: Option<String>,
+}
+
+#[derive(Serialize)]
+struct NewToken {
+    #[serde(flatten)]
+    view: TokenView,
+    token: String,
+}
+
+impl View for NewToken {
+    /// The token alone, so that a shell can take it.
+    fn page(&self) -> Page {
+        Page::new().line(self.token.clone())
+    }
+}
+
+#[derive(Serialize)]
+struct Revoked {
+    revoked: String,
+}
+
+impl View for Revoked {
+    fn page(&self) -> Page {
+        Page::new().line(format!("revoked the token of {}", self.revoked))
+    }
+}
+
+impl From<&TokenEntry> for TokenView {
+    fn from(entry: &TokenEntry) -> Self {
+        let expires = entry.expires.map(|expires| expires.to_string());
+        Self { name: entry.name.clone(), role: entry.role.name(), expires }
+    }
+}
+
+fn list(tokens: &[TokenView]) -> Page {
+    let columns = ["NAME", "ROLE", "EXPIRES"].map(Column::left).into();
+    let row = |token: &TokenView| {
+        let expires = token.expires.clone().unwrap_or_else(|| "never".to_owned());
+        vec![token.name.clone(), token.role.to_owned(), expires]
+    };
+    Page::new().table(Table::new(columns, tokens.iter().map(row).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lifetime_is_a_number_and_a_unit() {
+        assert_eq!(lifetime("90d"), Ok(Lifetime(Some(90 * 86_400))));
+        assert_eq!(lifetime("30m"), Ok(Lifetime(Some(1_800))));
+        assert_eq!(lifetime("never"), Ok(Lifetime(None)));
+        for text in ["", "d", "90", "-1d", "1w", "1.5h", "9ü"] {
+            assert!(lifetime(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_another_changes_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tokens");
+        fs::write(folder.path().join("tokens.new"), "").unwrap();
+        let refused = change(&path, |_| Ok(())).unwrap_err().to_string();
+        assert!(refused.contains("another simctl") && !path.exists(), "{refused}");
+        fs::remove_file(folder.path().join("tokens.new")).unwrap();
+        assert!(change(&path, |_| bail!("no")).is_err());
+        change(&path, |_| Ok(())).unwrap();
+        assert!(path.exists() && !folder.path().join("tokens.new").exists());
+    }
+}

@@ -1,0 +1,53 @@
+// A daemon that asks for tokens, over TLS with a private authority.
+
+import { execFileSync } from "node:child_process";
+import { createHash } from "node:crypto";
+import { chmodSync, mkdtempSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+
+import { expect, test } from "vitest";
+
+import { Tab } from "./browser";
+import { BINARY, Daemon } from "./daemon";
+import { fixtures } from "./fixtures";
+
+const use = fixtures();
+
+const VIEWER = `simd_${"1".repeat(64)}`;
+
+/** Flags of TLS and of tokens, and the folder with the files. */
+function files(): string[] {
+  const folder = mkdtempSync(`${tmpdir()}/simd-tls-`);
+  execFileSync(BINARY, ["tls", "init", folder]);
+  const hash = createHash("sha256").update(VIEWER).digest("hex");
+  writeFileSync(`${folder}/tokens`, `viewer viewer ${hash} never\n`);
+  chmodSync(`${folder}/tokens`, 0o600);
+  return ["--tls-certificate", `${folder}/server.pem`, "--tls-key", `${folder}/server.key`, "--tokens", `${folder}/tokens`];
+}
+
+test("a page asks for a token, keeps it out of reach of scripts, and shows what the token allows", async () => {
+  const daemon = await use.daemon(Daemon.demo(...files()));
+  expect(daemon.url).toMatch(/^https:/);
+  const context = await use.context({ ignoreHTTPSErrors: true });
+  const page = await context.newPage();
+  await page.goto(daemon.url);
+  const card = page.getByTestId("log-in");
+  await card.waitFor();
+  await page.getByTestId("token").fill("simd_wrong");
+  await card.getByRole("button").click();
+  await page.getByTestId("refusal").waitFor();
+  expect(await page.getByTestId("refusal").textContent()).toContain("unknown, or was revoked");
+  await page.screenshot({ path: `${import.meta.dirname}/../../../target/screenshots/log-in.png` });
+  await page.getByTestId("token").fill(VIEWER);
+  await card.getByRole("button").click();
+  await card.waitFor({ state: "detached" });
+  await page.waitForFunction(() => window.simd?.frame()?.joints.has("bench_arm") === true);
+  expect(await page.evaluate(() => document.cookie)).toBe("");
+  const [cookie] = await context.cookies();
+  expect(cookie).toMatchObject({ name: "simd_token", httpOnly: true, secure: true, sameSite: "Strict", expires: -1 });
+  // Another tab of the browser has it too, and another browser does not.
+  await Tab.open(context, daemon.url);
+  const other = await (await use.context({ ignoreHTTPSErrors: true })).newPage();
+  await other.goto(daemon.url);
+  await other.getByTestId("log-in").waitFor();
+});

@@ -1,0 +1,273 @@
+//! Tokens: how a client says who it is, and how the daemon's file has them.
+//!
+//! A token is `simd_` and 64 hexadecimal digits, which are 32 random bytes. A client sends it as `authorization: Bearer
+//! TOKEN`, in the header of that name or, over Zenoh, in a line of the attachment. The file has no token, but the SHA-256 of
+//! each: since a token is random, its hash can be looked up as it is, and whoever reads the file cannot find the token.
+//! The file is text, one token a line:
+//!
+//! ```text
+//! # NAME ROLE SHA256 EXPIRES
+//! alice operator 2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b 2027-01-31T00:00:00Z
+//! page viewer 9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08 never
+//! ```
+
+use std::fmt;
+use std::fmt::Write as _;
+use std::str::FromStr;
+
+use prost_types::Timestamp;
+use sha2::{Digest as _, Sha256};
+
+/// The header (gRPC metadata, a line of Zenoh's attachment) that has the token after `Bearer `.
+pub const TOKEN_HEADER: &str = "authorization";
+
+/// The cookie in which the page in the browser has it.
+pub const TOKEN_COOKIE: &str = "simd_token";
+
+/// What each token begins with.
+const PREFIX: &str = "simd_";
+
+/// Random bytes of a token.
+pub const TOKEN_BYTES: usize = 32;
+
+/// Tokens of one file.
+pub const MAX_TOKENS: usize = 1_000;
+
+/// Characters of a token's name.
+const MAX_NAME: usize = 64;
+
+/// What the owner of a token may do. Each may do what those before it may.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// Reads states and descriptions.
+    Viewer,
+    /// Commands robots, and sets parameters.
+    Operator,
+    /// Loads and deletes robots, changes physics, saves and restores worlds.
+    Admin,
+}
+
+impl Role {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Admin];
+
+    /// Its name in the file and in sentences.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Viewer => "viewer",
+            Self::Operator => "operator",
+            Self::Admin => "admin",
+        }
+    }
+}
+
+impl FromStr for Role {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|role| role.name() == text);
+        found.ok_or_else(|| format!("{text:?} is no role; it must be viewer, operator or admin"))
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A token's line in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TokenEntry {
+    /// Whose it is: 1 to 64 of `A-Z a-z 0-9 _ - . @`.
+    pub name: String,
+    /// What it allows.
+    pub role: Role,
+    /// SHA-256 of the token as text.
+    pub hash: [u8; 32],
+    /// It is refused from then on; `None` is never.
+    pub expires: Option<Timestamp>,
+}
+
+impl TokenEntry {
+    /// Whether a token may be called that.
+    pub fn is_name(text: &str) -> bool {
+        let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"_-.@".contains(&byte);
+        (1..=MAX_NAME).contains(&text.len()) && text.bytes().all(is_part)
+    }
+
+    /// Whether it is refused at this time, in seconds since 1970.
+    pub fn is_expired(&self, now: i64) -> bool {
+        self.expires.is_some_and(|expires| expires.seconds <= now)
+    }
+}
+
+impl fmt::Display for TokenEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, role, hash, expires } = self;
+        let expires = expires.map_or_else(|| "never".to_owned(), |expires| expires.to_string());
+        write!(f, "{name} {role} {} {expires}", hexadecimal(hash))
+    }
+}
+
+impl FromStr for TokenEntry {
+    type Err = String;
+
+    fn from_str(line: &str) -> Result<Self, String> {
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        let &[name, role, hash, expires] = words.as_slice() else {
+            return Err("it must be a name, a role, a SHA-256, and a time or \"never\"".to_owned());
+        };
+        if !Self::is_name(name) {
+            return Err(format!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @"));
+        }
+        let hash = bytes(hash).ok_or("its third word is no SHA-256 in hexadecimal")?;
+        let expires = match expires {
+            "never" => None,
+            time => Some(time.parse().map_err(|_| {
+                format!("{time:?} is no time; it must be like 2027-01-31T00:00:00Z, or \"never\"")
+            })?),
+        };
+        Ok(Self { name: name.to_owned(), role: role.parse()?, hash, expires })
+    }
+}
+
+/// Reads a file's text. The error is the rest of a sentence that begins with the file's name.
+pub fn parse_tokens(text: &str) -> Result<Vec<TokenEntry>, String> {
+    let mut entries: Vec<TokenEntry> = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let entry: TokenEntry = line.parse().map_err(|error| format!("line {number}: {error}"))?;
+        if entries.iter().any(|known| known.name == entry.name) {
+            return Err(format!("line {number}: there is a token called {} already", entry.name));
+        }
+        if entries.len() >= MAX_TOKENS {
+            return Err(format!("line {number}: there are more than {MAX_TOKENS} tokens"));
+        }
+        entries.push(entry);
+    }
+    Ok(entries)
+}
+
+/// A file's text.
+pub fn write_tokens(entries: &[TokenEntry]) -> String {
+    let mut text = "# NAME ROLE SHA256 EXPIRES\n".to_owned();
+    entries.iter().for_each(|entry| text.push_str(&format!("{entry}\n")));
+    text
+}
+
+/// The token of these random bytes.
+pub fn token(random: &[u8; TOKEN_BYTES]) -> String {
+    format!("{PREFIX}{}", hexadecimal(random))
+}
+
+/// What a file has of a token. `None` where the text is no token.
+pub fn token_hash(token: &str) -> Option<[u8; 32]> {
+    bytes::<TOKEN_BYTES>(token.strip_prefix(PREFIX)?)?;
+    Some(Sha256::digest(token.as_bytes()).into())
+}
+
+/// The value of [`TOKEN_HEADER`].
+pub fn bearer(token: &str) -> String {
+    format!("Bearer {token}")
+}
+
+/// The token in a value of [`TOKEN_HEADER`].
+pub fn parse_bearer(value: &str) -> Option<&str> {
+    let (scheme, token) = value.trim().split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
+}
+
+/// The token in the values of a `cookie` header.
+pub fn parse_cookie(value: &str) -> Option<&str> {
+    value.split(';').find_map(|pair| pair.trim().strip_prefix(TOKEN_COOKIE)?.strip_prefix('='))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(2 * bytes.len());
+    for byte in bytes {
+        // Writing to a string does not fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}
+
+/// Lowercase hexadecimal digits of just so many bytes.
+fn bytes<const N: usize>(text: &str) -> Option<[u8; N]> {
+    let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+    if text.len() != 2 * N || !text.bytes().all(is_digit) {
+        return None;
+    }
+    let mut bytes = [0; N];
+    for (byte, digits) in bytes.iter_mut().zip(text.as_bytes().chunks(2)) {
+        *byte = u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
+    }
+    Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(name: &str) -> TokenEntry {
+        let hash = token_hash(&token(&[7; TOKEN_BYTES])).unwrap();
+        TokenEntry { name: name.into(), role: Role::Operator, hash, expires: None }
+    }
+
+    #[test]
+    fn a_file_is_read_as_it_was_written() {
+        let expires = Some("2027-01-31T12:30:00Z".parse().unwrap());
+        let entries = [entry("alice"), TokenEntry { expires, role: Role::Admin, ..entry("lab.page@here") }];
+        let text = write_tokens(&entries);
+        assert_eq!(parse_tokens(&text).unwrap(), entries);
+        assert!(!text.contains(&token(&[7; TOKEN_BYTES])), "the token itself is not kept");
+        assert_eq!(parse_tokens("\n # nothing\n").unwrap(), []);
+    }
+
+    #[test]
+    fn a_slip_in_the_file_is_named_by_its_line() {
+        let good = entry("alice").to_string();
+        for (text, expected) in [
+            (format!("{good}\nbob operator"), "line 2: it must be a name"),
+            (good.replace("operator", "king"), "line 1: \"king\" is no role"),
+            (good.replace("alice", "a/b"), "line 1: \"a/b\" is no name"),
+            (good.replace("never", "tomorrow"), "line 1: \"tomorrow\" is no time"),
+            (format!("{good}\n\n{good}"), "line 3: there is a token called alice already"),
+            (good.replace("never", "never again"), "line 1: it must be a name"),
+        ] {
+            let refused = parse_tokens(&text).unwrap_err();
+            assert!(refused.starts_with(expected), "{refused}");
+        }
+        let many: String = (0..=MAX_TOKENS).map(|i| format!("{}\n", entry(&format!("n{i}")))).collect();
+        assert!(parse_tokens(&many).unwrap_err().contains("more than 1000"));
+    }
+
+    #[test]
+    fn what_is_no_token_has_no_hash() {
+        let good = token(&[200; TOKEN_BYTES]);
+        assert!(token_hash(&good).is_some());
+        let upper = format!("simd_{}", good["simd_".len()..].to_uppercase());
+        for text in ["", "simd_", &good[1..], &good[..good.len() - 1], &format!("{good}0"), upper.as_str()] {
+            assert_eq!(token_hash(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_token_is_found_in_its_header_and_in_its_cookie() {
+        assert_eq!(parse_bearer("Bearer simd_1"), Some("simd_1"));
+        assert_eq!(parse_bearer(" bearer  simd_1 "), Some("simd_1"));
+        assert_eq!(parse_bearer("Basic simd_1"), None);
+        assert_eq!(parse_bearer("simd_1"), None);
+        assert_eq!(parse_cookie("theme=dark; simd_token=simd_1; a=b"), Some("simd_1"));
+        assert_eq!(parse_cookie("xsimd_token=simd_1; simd_tokens=2"), None);
+    }
+
+    #[test]
+    fn a_token_expires_at_its_time() {
+        let at = TokenEntry { expires: Some("1970-01-01T00:01:00Z".parse().unwrap()), ..entry("a") };
+        assert!(!at.is_expired(59) && at.is_expired(60) && !entry("b").is_expired(i64::MAX));
+    }
+}

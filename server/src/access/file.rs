@@ -1,0 +1,127 @@
+//! The tokens as the operator's file has them. The file is read again when it has changed.
+
+use std::collections::BTreeMap;
+use std::fs::{self, Metadata};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
+
+use arc_swap::ArcSwap;
+use simd_proto::access::{TokenEntry, parse_tokens};
+use tokio_util::sync::CancellationToken;
+
+use super::Grant;
+
+/// A longer file is not read.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// What a token is known by.
+type Hash = [u8; 32];
+
+/// The entries by hash, each with what it allows.
+type Table = BTreeMap<Hash, (TokenEntry, Arc<Grant>)>;
+
+/// What tells whether a file is another one than before.
+type Version = (Option<SystemTime>, u64);
+
+#[derive(Debug)]
+pub(super) struct TokenFile {
+    path: PathBuf,
+    table: ArcSwap<Table>,
+    /// Of the file that was read last, and what was wrong with it.
+    read: Mutex<(Version, Option<String>)>,
+}
+
+impl TokenFile {
+    pub(super) fn read(path: PathBuf) -> Result<Self, String> {
+        let (entries, version) = entries(&path)?;
+        let table = ArcSwap::from_pointee(table(entries, &Table::new()));
+        Ok(Self { path, table, read: Mutex::new((version, None)) })
+    }
+
+    /// By a hash of what was presented: the time of the search says nothing about a token, since nobody chooses its hash.
+    pub(super) fn find(&self, hash: &Hash) -> Option<(TokenEntry, Arc<Grant>)> {
+        self.table.load().get(hash).cloned()
+    }
+
+    /// Reads the file anew where it has changed, and revokes what is gone from it or has expired. A file that cannot be
+    /// read, or is none of tokens, changes nothing, and is logged once.
+    pub(super) fn refresh(&self, now: i64) {
+        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        let version = fs::metadata(&self.path).as_ref().map(version).unwrap_or_default();
+        if version != read.0 {
+            match entries(&self.path) {
+                Ok((entries, version)) => {
+                    let before = self.table.load();
+                    let after = table(entries, &before);
+                    let (count, path) = (after.len(), self.path.display().to_string());
+                    let is_kept = |hash: &Hash, grant: &Arc<Grant>| {
+                        after.get(hash).is_some_and(|(_, now)| Arc::ptr_eq(now, grant))
+                    };
+                    let gone: Vec<_> = before
+                        .iter()
+                        .filter(|(hash, (_, grant))| !is_kept(hash, grant))
+                        .map(|(_, (_, grant))| Arc::clone(grant))
+                        .collect();
+                    self.table.store(Arc::new(after));
+                    gone.iter().for_each(|grant| grant.revoked.cancel());
+                    tracing::info!(path, count, "the file of tokens was read again");
+                    *read = (version, None);
+                }
+                Err(sentence) if read.1.as_ref() != Some(&sentence) => {
+                    tracing::error!("the tokens are as before: {sentence}");
+                    read.1 = Some(sentence);
+                }
+                Err(_known) => {}
+            }
+        }
+        let table = self.table.load();
+        let expired = table.values().filter(|(entry, _)| entry.is_expired(now));
+        expired.for_each(|(_, grant)| grant.revoked.cancel());
+    }
+}
+
+/// Entries that are as they were keep their grants.
+fn table(entries: Vec<TokenEntry>, before: &Table) -> Table {
+    let granted = |entry: TokenEntry| {
+        let known = before.get(&entry.hash).filter(|(known, _)| *known == entry);
+        let grant = known.map(|(_, grant)| Arc::clone(grant)).unwrap_or_else(|| {
+            let revoked = CancellationToken::new();
+            Arc::new(Grant { name: entry.name.clone(), role: entry.role, revoked })
+        });
+        (entry.hash, (entry, grant))
+    };
+    entries.into_iter().map(granted).collect()
+}
+
+fn entries(path: &Path) -> Result<(Vec<TokenEntry>, Version), String> {
+    let of_file = |sentence: String| format!("the file of tokens {}: {sentence}", path.display());
+    let unreadable = |error| of_file(format!("it cannot be read: {error}"));
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    check_mode(&metadata).map_err(of_file)?;
+    if metadata.len() > MAX_BYTES {
+        return Err(of_file(format!("it has more than {MAX_BYTES} bytes")));
+    }
+    let text = fs::read_to_string(path).map_err(unreadable)?;
+    Ok((parse_tokens(&text).map_err(of_file)?, version(&metadata)))
+}
+
+/// Others must not add tokens, nor learn whose there are.
+#[cfg(unix)]
+fn check_mode(metadata: &Metadata) -> Result<(), String> {
+    use std::os::unix::fs::PermissionsExt as _;
+    let mode = metadata.permissions().mode() & 0o777;
+    if mode & 0o077 == 0 {
+        return Ok(());
+    }
+    Err(format!("others can read or change it (its mode is {mode:o}): chmod 600"))
+}
+
+#[cfg(not(unix))]
+fn check_mode(_metadata: &Metadata) -> Result<(), String> {
+    Ok(())
+}
+
+fn version(metadata: &Metadata) -> Version {
+    (metadata.modified().ok(), metadata.len())
+}

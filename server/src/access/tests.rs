@@ -1,0 +1,88 @@
+//! Tokens in a file that changes.
+
+use std::fs;
+use std::path::Path;
+
+use simd_proto::access::{TokenEntry, token, write_tokens};
+use tempfile::TempDir;
+
+use super::*;
+
+fn write(path: &Path, entries: &[TokenEntry]) {
+    // Each time of another length: a file system may have coarse times.
+    let length = fs::metadata(path).map_or(0, |metadata| metadata.len());
+    let padding = "#".repeat(usize::try_from(length).unwrap() + 1);
+    fs::write(path, format!("{padding}\n{}", write_tokens(entries))).unwrap();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        fs::set_permissions(path, fs::Permissions::from_mode(0o600)).unwrap();
+    }
+}
+
+fn entry(name: &str, role: Role) -> (String, TokenEntry) {
+    let text = token(&[name.as_bytes()[0]; 32]);
+    let hash = token_hash(&text).unwrap();
+    (text, TokenEntry { name: name.into(), role, hash, expires: None })
+}
+
+#[test]
+fn where_no_tokens_are_asked_for_everybody_may_do_all() {
+    let access = Access::open();
+    assert!(!access.is_required());
+    assert!(access.check(None, Role::Admin, "DeleteEntity").unwrap().is_none());
+}
+
+#[test]
+fn a_token_allows_its_role_and_those_below() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("tokens");
+    let (text, alice) = entry("alice", Role::Operator);
+    write(&path, &[alice]);
+    let access = Access::from_file(path).unwrap();
+    for (needed, allowed) in [(Role::Viewer, true), (Role::Operator, true), (Role::Admin, false)] {
+        assert_eq!(access.check(Some(&text), needed, "Method").is_ok(), allowed, "{needed}");
+    }
+    let refused = access.check(Some(&text), Role::Admin, "DeleteEntity").unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "the token of alice is that of an operator, and DeleteEntity needs an admin"
+    );
+    assert_eq!(access.check(None, Role::Viewer, "Method").unwrap_err(), Denied::Missing);
+    assert_eq!(access.check(Some(""), Role::Viewer, "Method").unwrap_err(), Denied::Missing);
+    assert_eq!(access.check(Some(&text[1..]), Role::Viewer, "Method").unwrap_err(), Denied::Unknown);
+}
+
+#[test]
+fn what_changes_in_the_file_changes_what_is_allowed() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("tokens");
+    let ((a, alice), (b, bob)) = (entry("alice", Role::Admin), entry("bob", Role::Viewer));
+    write(&path, &[alice.clone(), bob.clone()]);
+    let access = Access::from_file(path.clone()).unwrap();
+    let granted = |text: &str| access.check(Some(text), Role::Viewer, "Method");
+    let (first, second) = (granted(&a).unwrap().unwrap(), granted(&b).unwrap().unwrap());
+    write(&path, std::slice::from_ref(&alice));
+    access.refresh();
+    assert!(second.revoked.is_cancelled() && !first.revoked.is_cancelled(), "alice's streams go on");
+    assert_eq!(granted(&b).unwrap_err(), Denied::Unknown);
+    // One whose role is another gets a new grant.
+    write(&path, &[TokenEntry { role: Role::Viewer, ..alice.clone() }]);
+    access.refresh();
+    assert!(first.revoked.is_cancelled());
+    assert_eq!(granted(&a).unwrap().unwrap().role, Role::Viewer);
+    // A file that is gone or damaged changes nothing.
+    fs::write(&path, "nonsense").unwrap();
+    access.refresh();
+    granted(&a).unwrap();
+    fs::remove_file(&path).unwrap();
+    access.refresh();
+    granted(&a).unwrap();
+    // One that expires ends what it began.
+    let past = Some("2020-01-01T00:00:00Z".parse().unwrap());
+    let before = granted(&a).unwrap().unwrap();
+    write(&path, &[TokenEntry { expires: past, ..alice }]);
+    access.refresh();
+    assert!(before.revoked.is_cancelled());
+    assert_eq!(granted(&a).unwrap_err(), Denied::Expired { name: "alice".into() });
+}

@@ -1,0 +1,60 @@
+//! The token of the page: kept in a cookie that its scripts cannot read, for as long as the browser runs.
+
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, Response, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::IntoResponse as _;
+use simd_proto::access::{Role, TOKEN_COOKIE, TOKEN_HEADER};
+
+use super::Page;
+use crate::access::{Access, Denied};
+use crate::service::authorization::token;
+
+/// What the page asks for is read alone.
+pub(super) async fn check(State(access): State<Access>, request: Request, next: Next) -> Response<Body> {
+    match allow(&access, request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(denied) => denied,
+    }
+}
+
+/// Whether the token in these headers allows reading; else the refusal.
+pub(super) fn allow(access: &Access, headers: &HeaderMap) -> Result<(), Response<Body>> {
+    access.check(token(headers), Role::Viewer, "the page").map(drop).map_err(|denied| refused(&denied))
+}
+
+/// `POST /login` with `authorization: Bearer TOKEN`: 204 and the cookie, or 401.
+pub(super) async fn log_in(State(page): State<Arc<Page>>, request: Request) -> Response<Body> {
+    let said = request.headers().get(TOKEN_HEADER).and_then(|said| said.to_str().ok());
+    let said = said.and_then(simd_proto::access::parse_bearer);
+    match page.handle.access().check(said, Role::Viewer, "the page") {
+        Ok(_grant) => with_cookie(&format!("{TOKEN_COOKIE}={}", said.unwrap_or_default())),
+        Err(denied) => refused(&denied),
+    }
+}
+
+/// `DELETE /login`: the browser forgets the token.
+pub(super) async fn log_out() -> Response<Body> {
+    with_cookie(&format!("{TOKEN_COOKIE}=; Max-Age=0"))
+}
+
+/// No script reads it, no other site's page sends it, and none goes over a connection that others can read: browsers take
+/// loopback for secure.
+fn with_cookie(cookie: &str) -> Response<Body> {
+    let cookie = HeaderValue::try_from(format!("{cookie}; Path=/; HttpOnly; SameSite=Strict; Secure"));
+    match cookie {
+        Ok(cookie) => (StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response(),
+        Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+    }
+}
+
+fn refused(denied: &Denied) -> Response<Body> {
+    let status = match denied {
+        Denied::Missing | Denied::Unknown | Denied::Expired { .. } => StatusCode::UNAUTHORIZED,
+        Denied::Role { .. } => StatusCode::FORBIDDEN,
+    };
+    (status, format!("{denied}\n")).into_response()
+}

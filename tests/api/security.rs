@@ -1,0 +1,392 @@
+//! Each rule of security, as one who tries to break it.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use simd_client::access::{Role, TOKEN_HEADER, TokenEntry, bearer, token, token_hash, write_tokens};
+use simd_client::proto::ErrorReason;
+use simd_client::{Client, ConnectOptions, Error, Target, Token, joint_target};
+use simd_proto::raw::RawCodec;
+use simd_proto::{keys, methods};
+use simd_server::access::role_of;
+use simd_server::config::{Config, TlsFiles};
+use simd_server::daemon::{self, Running};
+use simd_tests::process::soon;
+use tempfile::TempDir;
+use tonic::codegen::http::uri::PathAndQuery;
+use tonic::{Code, Request, Status};
+use zenoh::Wait as _;
+
+/// A daemon that asks for tokens, over TLS or not, and the files that it has.
+struct Guarded {
+    running: Running,
+    folder: TempDir,
+}
+
+/// The token of this role.
+fn of(role: Role) -> String {
+    token(&[role as u8 + 1; 32])
+}
+
+fn entry(name: &str, role: Role, token: &str, expires: Option<&str>) -> TokenEntry {
+    let expires = expires.map(|time| time.parse().unwrap());
+    TokenEntry { name: name.into(), role, hash: token_hash(token).unwrap(), expires }
+}
+
+/// A file that others cannot read.
+fn write(path: &Path, text: &str) {
+    std::fs::write(path, text).unwrap();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o600)).unwrap();
+    }
+}
+
+fn entries() -> Vec<TokenEntry> {
+    let mut entries: Vec<_> =
+        Role::ALL.into_iter().map(|role| entry(role.name(), role, &of(role), None)).collect();
+    entries.push(entry("late", Role::Admin, &token(&[9; 32]), Some("2020-01-01T00:00:00Z")));
+    entries
+}
+
+/// Certificates as `simd tls init` makes them.
+fn certificates(folder: &Path) -> TlsFiles {
+    let arguments = ["simd", "tls", "init"].map(Into::into).into_iter().chain([folder.into()]);
+    simd_server::authority::run(&arguments.collect::<Vec<_>>()).unwrap().unwrap();
+    TlsFiles {
+        certificate: folder.join("server.pem"),
+        key: folder.join("server.key"),
+        client_authorities: None,
+    }
+}
+
+async fn guarded(change: impl FnOnce(&mut Config, &Path)) -> Guarded {
+    let folder = TempDir::new().unwrap();
+    let tokens = folder.path().join("tokens");
+    write(&tokens, &write_tokens(&entries()));
+    let zenoh = simd_server::config::Zenoh::on_free_port();
+    let listen = std::net::SocketAddr::from(([127, 0, 0, 1], 0));
+    let mut config = Config { listen, zenoh, tokens: Some(tokens), ..Config::default() };
+    change(&mut config, folder.path());
+    Guarded { running: daemon::start(config).await.unwrap(), folder }
+}
+
+fn options(token: Option<String>, tls_authorities: Option<PathBuf>) -> ConnectOptions {
+    ConnectOptions { token: token.map(Token::from), tls_authorities, ..ConnectOptions::default() }
+}
+
+impl Guarded {
+    fn grpc(&self) -> String {
+        format!("{}://localhost:{}", self.running.scheme(), self.running.address.port())
+    }
+
+    fn authority(&self) -> PathBuf {
+        self.folder.path().join("ca.pem")
+    }
+
+    async fn client(&self, token: &str) -> Client {
+        Client::connect_with(&self.grpc(), options(Some(token.into()), Some(self.authority()))).await.unwrap()
+    }
+
+    fn rewrite(&self, entries: &[TokenEntry]) {
+        // Another length, since a file system may have coarse times.
+        write(&self.folder.path().join("tokens"), &format!("# again\n{}", write_tokens(entries)));
+    }
+}
+
+/// What the daemon says of a request without a body, by a method of its path.
+async fn call_grpc(running: &Running, path: &'static str, token: Option<&str>) -> Status {
+    let url = format!("http://{}", running.address);
+    let channel = tonic::transport::Endpoint::from_shared(url).unwrap().connect().await.unwrap();
+    let mut grpc = tonic::client::Grpc::new(channel);
+    grpc.ready().await.unwrap();
+    let mut request = Request::new(tokio_stream::iter([bytes::Bytes::new()]));
+    if let Some(token) = token {
+        request.metadata_mut().insert(TOKEN_HEADER, bearer(token).parse().unwrap());
+    }
+    match grpc.streaming(request, PathAndQuery::from_static(path), RawCodec).await {
+        Err(status) => status,
+        Ok(mut answers) => match answers.get_mut().message().await {
+            Err(status) => status,
+            Ok(_) => Status::ok(""),
+        },
+    }
+}
+
+fn reason(status: &Status) -> String {
+    use tonic_types::StatusExt as _;
+    status.get_details_error_info().map(|info| info.reason).unwrap_or_default()
+}
+
+/// Streams that answer nothing yet would be waited for.
+fn answers_at_once(method: &methods::Method) -> bool {
+    !method.gives_many && !method.path.ends_with("/NextEvents") && !method.path.ends_with("/NextParameters")
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn each_method_asks_for_its_role() {
+    let guarded = guarded(|config, _| config.driver.state = simd_server::handle::RunState::Paused).await;
+    for (service, name, method) in methods::all() {
+        for token in [None, Some("simd_1".to_owned()), Some(token(&[8; 32])), Some(token(&[9; 32]))] {
+            let status = call_grpc(&guarded.running, &method.path, token.as_deref()).await;
+            assert_eq!(status.code(), Code::Unauthenticated, "{} {token:?}: {status:?}", method.path);
+            assert_eq!(reason(&status), "UNAUTHENTICATED");
+        }
+        for role in Role::ALL {
+            let needed = role_of(service, name);
+            if role >= needed && !answers_at_once(method) {
+                continue;
+            }
+            let status = call_grpc(&guarded.running, &method.path, Some(&of(role))).await;
+            let is_refused = reason(&status) == "ROLE_TOO_LOW";
+            assert_eq!(is_refused, role < needed, "{} as {role}: {status:?}", method.path);
+            assert_eq!(status.code() == Code::PermissionDenied, role < needed, "{}", method.path);
+            assert_ne!(status.code(), Code::Unauthenticated, "{} as {role}", method.path);
+        }
+    }
+}
+
+/// What goes into the attachment of a query.
+fn headers(token: Option<&str>) -> Option<String> {
+    token.map(|token| keys::attachment([(TOKEN_HEADER, bearer(token).as_str())]))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn each_method_asks_for_its_role_over_zenoh_too() {
+    let guarded = guarded(|config, _| config.driver.state = simd_server::handle::RunState::Paused).await;
+    let mut settings = zenoh::Config::default();
+    settings.insert_json5("mode", "\"client\"").unwrap();
+    settings.insert_json5("connect/endpoints", &format!("[{:?}]", guarded.running.locators()[0])).unwrap();
+    let session = zenoh::open(settings).await.unwrap();
+    let ask = |service: &str, name: &str, token: Option<&str>| {
+        let key = keys::rpc("simd", service, name);
+        let replies = session.get(key).attachment(headers(token)).wait().unwrap();
+        let reply = replies.recv().unwrap();
+        match reply.into_result() {
+            Ok(_answer) => String::new(),
+            Err(error) => String::from_utf8_lossy(&error.payload().to_bytes()).into_owned(),
+        }
+    };
+    for (service, name, method) in methods::all() {
+        let needed = role_of(service, name);
+        for token in [None, Some(token(&[8; 32])), Some(token(&[9; 32]))] {
+            let said = ask(service, name, token.as_deref());
+            assert!(said.contains("UNAUTHENTICATED"), "{service}/{name} {token:?}: {said}");
+        }
+        for role in Role::ALL.into_iter().filter(|role| *role < needed || answers_at_once(method)) {
+            let said = ask(service, name, Some(&of(role)));
+            assert_eq!(said.contains("ROLE_TOO_LOW"), role < needed, "{service}/{name} as {role}: {said}");
+        }
+    }
+}
+
+/// Publications have no answer: what a viewer publishes is not taken, what an operator publishes is.
+#[tokio::test(flavor = "multi_thread")]
+async fn published_targets_are_taken_from_operators_alone() {
+    use prost::Message as _;
+    let guarded = guarded(|_, _| {}).await;
+    let admin = guarded.client(&of(Role::Admin)).await;
+    crate::load_arm(&admin, "bench_arm").await;
+    let mut settings = zenoh::Config::default();
+    settings.insert_json5("mode", "\"client\"").unwrap();
+    settings.insert_json5("connect/endpoints", &format!("[{:?}]", guarded.running.locators()[0])).unwrap();
+    let session = zenoh::open(settings).await.unwrap();
+    let publish = |position: f64, token: Option<&str>| {
+        let robot =
+            simd_client::robot_targets("bench_arm", [joint_target("shoulder", Target::position(position))]);
+        let request =
+            simd_client::proto::SetJointTargetsRequest { robots: vec![robot], ..Default::default() };
+        let put = session.put(keys::joint_targets("simd"), request.encode_to_vec());
+        put.attachment(headers(token)).wait().unwrap();
+    };
+    let target = async || {
+        let joints = admin.read_joints(&simd_client::every_joint("bench_arm")).await.unwrap().joints;
+        joints[0].target[0]
+    };
+    let before = target().await;
+    for token in [None, Some(of(Role::Viewer)), Some(token(&[8; 32])), Some(token(&[9; 32]))] {
+        publish(0.9, token.as_deref());
+    }
+    // They are taken in the order in which they come.
+    publish(0.25, Some(&of(Role::Operator)));
+    assert_ne!(before, 0.25);
+    soon("the operator's target", async {
+        loop {
+            match target().await {
+                0.25 => break,
+                now => assert_eq!(now, before, "nobody else's target is taken"),
+            }
+        }
+    })
+    .await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_revoked_token_ends_streams_and_a_new_one_is_taken_without_a_restart() {
+    let guarded = guarded(|_, _| {}).await;
+    let viewer = guarded.client(&of(Role::Viewer)).await;
+    let mut watch = viewer.watch_events(0).await.unwrap();
+    let other = token(&[11; 32]);
+    let mut tokens: Vec<_> = entries().into_iter().filter(|entry| entry.role != Role::Viewer).collect();
+    tokens.push(entry("other", Role::Viewer, &other, None));
+    guarded.rewrite(&tokens);
+    let ended = loop {
+        match watch.next().await {
+            Ok(Some(_)) => {}
+            Ok(None) => break None,
+            Err(error) => break Some(error),
+        }
+    };
+    assert_eq!(ended.and_then(|error| error.reason()), Some(ErrorReason::Unauthenticated));
+    assert_eq!(viewer.robots().await.unwrap_err().reason(), Some(ErrorReason::Unauthenticated));
+    guarded.client(&other).await.robots().await.unwrap();
+    // A file that is damaged changes nothing.
+    write(&guarded.folder.path().join("tokens"), "nonsense");
+    tokio::task::yield_now().await;
+    guarded.client(&other).await.robots().await.unwrap();
+}
+
+#[tokio::test]
+async fn a_daemon_does_not_start_with_tokens_that_others_can_read() {
+    let folder = TempDir::new().unwrap();
+    let tokens = folder.path().join("tokens");
+    let start = async |tokens: PathBuf| {
+        let zenoh = simd_server::config::Zenoh::off();
+        let listen = std::net::SocketAddr::from(([127, 0, 0, 1], 0));
+        let config = Config { listen, zenoh, tokens: Some(tokens), ..Config::default() };
+        daemon::start(config).await.map(drop).map_err(|error| (error.exit_code(), error.to_string()))
+    };
+    let (code, sentence) = start(tokens.clone()).await.unwrap_err();
+    assert!(code == 3 && sentence.contains("cannot be read"), "{sentence}");
+    write(&tokens, "alice king");
+    assert!(start(tokens.clone()).await.unwrap_err().1.contains("line 1"));
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        write(&tokens, "");
+        std::fs::set_permissions(&tokens, std::fs::Permissions::from_mode(0o640)).unwrap();
+        assert!(start(tokens.clone()).await.unwrap_err().1.contains("chmod 600"));
+    }
+    write(&tokens, "");
+    start(tokens).await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn clients_talk_over_tls_and_to_no_other_daemon() {
+    let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
+    let admin = guarded.client(&of(Role::Admin)).await;
+    assert!(admin.robots().await.unwrap().is_empty());
+    let connect = async |endpoint: &str, authority: Option<PathBuf>| {
+        let connected = Client::connect_with(endpoint, options(Some(of(Role::Admin)), authority)).await;
+        connected.map(drop).unwrap_err()
+    };
+    // Plain text, an authority that did not sign it, none, and a name that the certificate lacks.
+    let port = guarded.running.address.port();
+    let plain = Client::connect_with(&format!("localhost:{port}"), options(None, None)).await;
+    let plain = match plain {
+        Ok(client) => client.robots().await.map(drop),
+        Err(error) => Err(error),
+    };
+    assert!(matches!(plain, Err(Error::Unreachable { .. })), "{plain:?}");
+    let other = TempDir::new().unwrap();
+    certificates(other.path());
+    let unknown = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
+    assert!(
+        matches!(&unknown, Error::Unreachable { reason, .. } if reason.contains("invalid peer certificate")),
+        "{unknown:?}"
+    );
+    assert!(connect(&guarded.grpc(), None).await.to_string().contains("SIMD_TLS_CA"));
+    let wrong = connect(&format!("https://[::ffff:127.0.0.1]:{port}"), Some(guarded.authority())).await;
+    assert!(
+        matches!(&wrong, Error::Unreachable { reason, .. } if reason.contains("not valid for name")),
+        "{wrong:?}"
+    );
+    // A new certificate is taken for new connections; what is there goes on.
+    for file in ["server.pem", "server.key", "ca.pem", "ca.key"] {
+        std::fs::remove_file(guarded.folder.path().join(file)).unwrap();
+    }
+    guarded.running.reload();
+    admin.robots().await.unwrap();
+    certificates(guarded.folder.path());
+    guarded.running.reload();
+    admin.robots().await.unwrap();
+    let old = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
+    assert!(matches!(&old, Error::Unreachable { .. }), "{old:?}");
+    guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_without_a_certificate_is_not_served_where_one_is_asked_for() {
+    let guarded = guarded(|config, folder| {
+        let files = certificates(folder);
+        config.tls = Some(TlsFiles { client_authorities: Some(folder.join("ca.pem")), ..files });
+    })
+    .await;
+    let connected =
+        Client::connect_with(&guarded.grpc(), options(Some(of(Role::Admin)), Some(guarded.authority())))
+            .await;
+    let answered = match connected {
+        Ok(client) => client.robots().await.map(drop),
+        Err(error) => Err(error),
+    };
+    assert!(matches!(answered, Err(Error::Unreachable { .. })), "{answered:?}");
+}
+
+/// A connection that never shakes hands is closed as one that says nothing is.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_connects_and_says_nothing_is_cut_off() {
+    use tokio::io::AsyncReadExt as _;
+    let guarded = guarded(|config, folder| {
+        config.tls = Some(certificates(folder));
+        config.connections.begin = Duration::from_millis(50);
+    })
+    .await;
+    let mut silent = tokio::net::TcpStream::connect(guarded.running.address).await.unwrap();
+    let mut byte = [0];
+    let read = tokio::time::timeout(Duration::from_secs(20), silent.read(&mut byte)).await;
+    assert!(matches!(read, Ok(Ok(0) | Err(_))), "{read:?}");
+}
+
+/// The page's own files have nothing of the world; all else is asked for with the token, in the header or in the cookie.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_browser_gets_the_page_and_nothing_else_without_a_token() {
+    use simd_tests::http::{get, send};
+    let guarded = guarded(|_, _| {}).await;
+    let admin = guarded.client(&of(Role::Admin)).await;
+    crate::load_arm(&admin, "arm").await;
+    let address = guarded.running.address;
+    assert_eq!(get(address, "/", &[]).await.status, 200);
+    let hash = "0".repeat(64);
+    for path in [
+        "/robots".to_owned(),
+        "/robots/arm/robot.urdf".to_owned(),
+        format!("/meshes/{hash}.glb"),
+        format!("/colliders/{hash}.glb"),
+        format!("/assets/{hash}.stl"),
+    ] {
+        let status = async |headers: &[(&str, &str)]| get(address, &path, headers).await.status;
+        assert_eq!(status(&[]).await, 401, "{path}");
+        assert_eq!(status(&[("Cookie", "simd_token=simd_1")]).await, 401, "{path}");
+        let cookie = format!("a=b; simd_token={}", of(Role::Viewer));
+        assert_ne!(status(&[("Cookie", &cookie)]).await, 401, "{path}");
+        assert_ne!(status(&[("Authorization", &bearer(&of(Role::Viewer)))]).await, 401, "{path}");
+    }
+    let log_in = async |token: &str, more: &[(&str, &str)]| {
+        let said = bearer(token);
+        let headers: Vec<_> = more.iter().copied().chain([("Authorization", said.as_str())]).collect();
+        send(address, "POST", "/login", &headers, &[]).await
+    };
+    let taken = log_in(&of(Role::Operator), &[]).await;
+    assert_eq!(taken.status, 204);
+    for word in [&*of(Role::Operator), "HttpOnly", "Secure", "SameSite=Strict"] {
+        assert!(taken.header("set-cookie").contains(word), "{}", taken.header("set-cookie"));
+    }
+    assert_eq!(log_in("simd_1", &[]).await.status, 401);
+    assert_eq!(log_in(&token(&[9; 32]), &[]).await.status, 401, "it has expired");
+    let foreign = log_in(&of(Role::Operator), &[("Origin", "http://elsewhere.example")]).await;
+    assert_eq!(foreign.status, 403);
+    let foreign = log_in(&of(Role::Operator), &[("Host", "elsewhere.example")]).await;
+    assert_eq!(foreign.status, 403);
+    assert!(send(address, "DELETE", "/login", &[], &[]).await.header("set-cookie").contains("Max-Age=0"));
+}
