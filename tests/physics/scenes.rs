@@ -33,7 +33,7 @@ struct Known {
 
 impl Known {
     fn views(&self) -> Vec<View> {
-        self.scene.run((LOOK / self.scene.time_step).round() as u64)
+        self.scene.run((LOOK / self.scene.time_step).round() as u64, None)
     }
 
     fn stiff(&self) -> &Figures {

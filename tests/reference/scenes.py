@@ -20,9 +20,9 @@ class Thing:
 
     name: str
     shape: str
-    """box, sphere or plane; the plane's normal is z."""
+    """box, sphere, cylinder about z, plane whose normal is z, mesh or heights."""
     size: list
-    """Edges of a box, or the radius of a sphere, m."""
+    """Edges of a box; radius of a sphere, or radius and length of a cylinder; edges of what lies under heights, m."""
     at: list
     """Its centre, m."""
     mass: float = 0.0
@@ -37,6 +37,17 @@ class Thing:
     """From one to the next, m."""
     shift: list = field(default_factory=lambda: [0.0, 0.0])
     """Layer k is moved along x and y by k modulo 3 of these, so that no tower stands, m."""
+    turn: list = field(default_factory=lambda: [0.0, 0.0, 0.0, 1.0])
+    """x y z w."""
+    angular: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """How it spins at first, along the world's axes, rad/s."""
+    moment: list = field(default_factory=list)
+    """Principal moments of a mesh with a mass, about its own axes, kg m^2."""
+    vertices: list = field(default_factory=list)
+    """Corners of a mesh: what moves is their hull, what is fixed the triangles, m."""
+    triangles: list = field(default_factory=list)
+    rows: list = field(default_factory=list)
+    """Heights, from the largest y to the smallest, each row along x. Beside a mesh: the same for who has no meshes, m."""
 
     def places(self):
         """Name and centre of each, x first."""
@@ -75,6 +86,14 @@ class Robot:
     """Of the cycle, s."""
     begin: float = 0.0
     """When the cycle begins, s."""
+    velocities: dict = field(default_factory=dict)
+    """By joint: how it moves at first, rad/s or m/s."""
+    linear: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """How a free one is thrown, m/s."""
+    angular: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """How a free one spins at first, along the world's axes, rad/s."""
+    speeds: dict = field(default_factory=dict)
+    """By joint that is driven at a velocity: N m s/rad, and seconds and velocity in turn; between them straight lines."""
 
 
 @dataclass

@@ -63,7 +63,8 @@ def surface(geom, friction, setting, kinds, time_step):
 
 def add_thing(spec, thing, name, at, setting, time_step):
     kinds = mujoco.mjtGeom
-    body = spec.worldbody.add_body(name=name, pos=at)
+    x, y, z, w = thing.turn
+    body = spec.worldbody.add_body(name=name, pos=at, quat=[w, x, y, z])
     if thing.mass:
         body.add_freejoint()
     match thing.shape:
@@ -71,9 +72,31 @@ def add_thing(spec, thing, name, at, setting, time_step):
             shape = {"type": kinds.mjGEOM_BOX, "size": [edge / 2 for edge in thing.size]}
         case "sphere":
             shape = {"type": kinds.mjGEOM_SPHERE, "size": [thing.size[0], 0, 0]}
+        case "cylinder":
+            shape = {"type": kinds.mjGEOM_CYLINDER, "size": [thing.size[0], thing.size[1] / 2, 0]}
         case "plane":
             shape = {"type": kinds.mjGEOM_PLANE, "size": [50, 50, 1]}
-    surface(body.add_geom(name=name, mass=thing.mass, **shape), thing.friction, setting, (1 << 20, (1 << 21) - 1), time_step)
+        case _ if thing.mass:
+            spec.add_mesh(name=name, uservert=np.ravel(thing.vertices))
+            shape = {"type": kinds.mjGEOM_MESH, "meshname": name}
+        case _:
+            shape = heights(spec, thing, name)
+    geom = body.add_geom(name=name, mass=thing.mass, **shape)
+    surface(geom, thing.friction, setting, (1 << 20, (1 << 21) - 1), time_step)
+    if thing.moment:
+        body.explicitinertial = True
+        body.mass, body.ipos, body.inertia = thing.mass, [0, 0, 0], thing.moment
+
+
+def heights(spec, thing, name):
+    """A field, whose rows MuJoCo has from the smallest y up, between 0 and 1."""
+    rows = np.array(thing.rows)[::-1]
+    least, most = rows.min(), rows.max()
+    long, wide = thing.size
+    high = max(most - least, 1e-3)
+    spec.add_hfield(name=name, nrow=rows.shape[0], ncol=rows.shape[1], size=[long / 2, wide / 2, high, 1.0],
+                    userdata=np.ravel((rows - least) / high))
+    return {"type": mujoco.mjtGeom.mjGEOM_HFIELD, "hfieldname": name, "pos": [0, 0, least]}
 
 
 def add_robot(spec, robot, place, setting, time_step):
@@ -120,9 +143,14 @@ class World:
         data.qpos[self.joints] = [at for robot in scene.robots for at in robot.joints.values()]
         self.velocities = np.array([compiled.body_dofadr[body] for body in self.bodies], dtype=int)
         things = {name: thing for thing in scene.things for name, _ in thing.places()}
-        for name, first in zip(free, self.velocities):
-            if name in things:
-                data.qvel[first:first + 3] = things[name].linear
+        thrown = things | {robot.name: robot for robot in scene.robots}
+        for name, first, body in zip(free, self.velocities, self.bodies):
+            data.qvel[first:first + 3] = thrown[name].linear
+            # MuJoCo has the angular velocity in the body's own axes.
+            data.qvel[first + 3:first + 6] = turned(thrown[name].angular, compiled.body_quat[body] * [1, -1, -1, -1])
+        for robot in scene.robots:
+            for joint, velocity in robot.velocities.items():
+                data.qvel[compiled.joint(f"{robot.name}/{joint}").dofadr[0]] = velocity
         self.targets = [(compiled.actuator(f"{robot.name}/{joint}").id, robot, joint)
                         for robot in scene.robots for joint in robot.gains]
         self.watched = [self.geoms(*watch) for watch in scene.watch]
@@ -154,11 +182,20 @@ class World:
             roots[:, :3] = data.qpos[first[:, None] + [0, 1, 2]]
             roots[:, 3:7] = data.qpos[first[:, None] + [4, 5, 6, 3]]
             roots[:, 7:] = data.qvel[self.velocities[:, None] + np.arange(6)]
+            for root in roots:
+                root[10:] = turned(root[10:], root[[6, 3, 4, 5]])
         forces, force = np.zeros(len(self.watched)), np.zeros(6)
         for i, contact in enumerate(data.contact):
             mujoco.mj_contactForce(self.model, data, i, force)
             forces += [force[0] * any(watched[list(contact.geom)]) for watched in self.watched]
         return View(data.time, roots, data.qpos[self.joints].copy(), deepest, forces.tolist())
+
+
+def turned(vector, quaternion):
+    """By a quaternion w x y z."""
+    out = np.zeros(3)
+    mujoco.mju_rotVecQuat(out, np.array(vector, dtype=float), np.array(quaternion, dtype=float))
+    return out
 
 
 def body_of(compiled, prefix, name):
@@ -168,10 +205,15 @@ def body_of(compiled, prefix, name):
     return next(body for body in range(compiled.nbody) if compiled.body(body).name.startswith(prefix))
 
 
+def interpolated(path, now):
+    """Of seconds and values in turn."""
+    times, values = zip(*path)
+    return np.interp(now, times, values)
+
+
 def target(robot, joint, now):
     if joint in robot.path:
-        times, values = zip(*robot.path[joint])
-        return np.interp(now, times, values)
+        return interpolated(robot.path[joint], now)
     names = list(robot.joints)
     if not robot.cycle or now < robot.begin:
         return robot.joints[joint]
@@ -182,9 +224,11 @@ def target(robot, joint, now):
     return (1 - part) * robot.cycle[before % samples][column] + part * robot.cycle[(before + 1) % samples][column]
 
 
-def run(scene, setting, every):
-    """Views from the start on, one each `every` steps."""
+def run(scene, setting, every, may_diverge=False):
+    """Views from the start on, one each `every` steps. What diverges is an error, or goes on with what is no number."""
     world = World(scene, setting)
+    if may_diverge:
+        world.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     mujoco.mj_forward(world.model, world.data)
     views, deepest = [world.view(0.0)], 0.0
     for step in range(1, round(scene.seconds / scene.time_step) + 1):
@@ -193,6 +237,6 @@ def run(scene, setting, every):
         if step % every == 0:
             views.append(world.view(deepest))
             deepest = 0.0
-    if any(warning.number for warning in world.data.warning):
+    if not may_diverge and any(warning.number for warning in world.data.warning):
         raise RuntimeError(f"{scene.name}: MuJoCo warns of its state")
     return views

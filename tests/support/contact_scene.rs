@@ -2,15 +2,20 @@
 //! and `make scenes` run them.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
+use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::command::{
-    JointProperties, JointTarget, LinkWrench, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
+    JointProperties, JointReset, JointTarget, PhysicsChange, RobotReset, RobotTargets, SetTargets, Spawn,
+    Target,
 };
-use simd_core::{Command, PublishedState, Simulation};
+use simd_core::{Command, Integrator, PublishedState, Simulation};
 use simd_model::robot::JointLimits;
 
+use crate::scene_thing::Thing;
+pub use crate::scene_thing::keep_awake;
 use crate::{robots, scenes};
 
 /// What there is, what drives it, what is looked at.
@@ -28,24 +33,6 @@ pub struct Scene {
     pub time_step: f64,
     /// Robot and link whose normal forces are summed; all links where it is empty.
     watch: Vec<[String; 2]>,
-}
-
-/// A body of one shape, or a grid of them; fixed where it has no mass.
-#[derive(Clone, Debug, Deserialize)]
-struct Thing {
-    name: String,
-    /// `box`, `sphere` or `plane`.
-    shape: String,
-    size: Vec<f64>,
-    at: [f64; 3],
-    mass: f64,
-    friction: f64,
-    restitution: f64,
-    linear: [f64; 3],
-    grid: [u32; 3],
-    pitch: f64,
-    /// Layer k is moved along x and y by k modulo 3 of these.
-    shift: [f64; 2],
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -69,6 +56,17 @@ struct Robot {
     cycle: Vec<Vec<f64>>,
     period: f64,
     begin: f64,
+    /// How joints move at first.
+    #[serde(default)]
+    velocities: BTreeMap<String, f64>,
+    /// How a free one moves at first, along the world's axes.
+    #[serde(default)]
+    linear: [f64; 3],
+    #[serde(default)]
+    angular: [f64; 3],
+    /// By joint that is driven at a velocity: damping, and seconds and velocity in turn.
+    #[serde(default)]
+    speeds: BTreeMap<String, (f64, Vec<[f64; 2]>)>,
 }
 
 /// What is seen at an instant.
@@ -95,12 +93,16 @@ pub struct Run<'a> {
 }
 
 impl Scene {
-    /// Views from the start on, one each `every` steps.
+    /// Views from the start on, one each `every` steps, by an integrator or the one that a world has.
     ///
     /// # Panics
     /// Where the world refuses the scene: then the test has failed.
-    pub fn run(&self, every: u64) -> Vec<View> {
+    pub fn run(&self, every: u64, integrator: Option<Integrator>) -> Vec<View> {
         let mut run = Run::new(self);
+        if integrator.is_some() {
+            let change = PhysicsChange { integrator, ..PhysicsChange::default() };
+            scenes::apply(&mut run.world, Command::SetPhysics(change));
+        }
         let mut views = vec![run.view()];
         for step in 1..=(self.seconds / self.time_step).round() as u64 {
             run.step();
@@ -167,42 +169,17 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Thing {
-    fn put_into(&self, world: &mut Simulation) {
-        let model = match (&self.shape[..], &self.size[..]) {
-            ("sphere", &[radius]) => scenes::ball(radius, self.mass),
-            ("box", &[x, y, z]) => scenes::cuboid(DVec3::new(x, y, z), self.mass),
-            _ => scenes::plane(DVec3::Z),
-        };
-        let [nx, ny, nz] = self.grid;
-        let places = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-        for (i, place) in places.enumerate() {
-            let [x, y, z] = place.map(f64::from);
-            let layer = f64::from(place[2] % 3);
-            let shift = DVec3::new(self.shift[0] * layer, self.shift[1] * layer, 0.0);
-            let at =
-                DPose3::from_translation(DVec3::from(self.at) + DVec3::new(x, y, z) * self.pitch + shift);
-            let name = if nx * ny * nz == 1 { self.name.clone() } else { format!("{}-{i}", self.name) };
-            let contact_settings = scenes::surface(self.friction, self.restitution);
-            let fixed = self.mass == 0.0;
-            scenes::spawn(world, Spawn { contact_settings, ..scenes::robot(&name, &model, at, fixed) });
-            if !fixed {
-                scenes::throw(world, &name, self.linear.into(), DVec3::ZERO);
-                keep_awake(world, &name);
-            }
-        }
-    }
-}
-
 impl Robot {
     fn put_into(&self, world: &mut Simulation) {
         let (model, _) = robots::read(&self.urdf);
         let [x, y, z, w] = self.turn;
         let at = DPose3::from_parts(self.at.into(), DQuat::from_xyzw(x, y, z, w));
+        let shapes = Arc::new(Shapes::reusing(&model, self.fixed, MeshShapes::Mesh, &[]));
         let spawn = Spawn {
+            shapes,
             contact_settings: scenes::surface(self.friction, self.restitution),
             joint_positions: self.joints.iter().map(|(name, &at)| (name.clone(), at)).collect(),
-            passive: self.gains.is_empty(),
+            passive: self.gains.is_empty() && self.speeds.is_empty(),
             ..scenes::robot(&self.name, &model, at, self.fixed)
         };
         scenes::spawn(world, spawn);
@@ -223,10 +200,27 @@ impl Robot {
         });
         let joints = properties.collect();
         scenes::apply(world, Command::SetJointProperties { robot: self.name.clone(), joints });
+        let reset = |(name, &velocity): (&String, &f64)| {
+            let position = self.joints.get(name).copied().unwrap_or_default();
+            JointReset { joint: name.clone(), axis: 0, position, velocity }
+        };
+        let joints: Vec<_> = self.velocities.iter().map(reset).collect();
+        if !joints.is_empty() {
+            let robots = vec![RobotReset { robot: self.name.clone(), joints }];
+            scenes::apply(world, Command::ResetJoints { robots });
+        }
+        if !self.fixed && [self.linear, self.angular].concat().iter().any(|part| *part != 0.0) {
+            scenes::throw(world, &self.name, self.linear.into(), self.angular.into());
+        }
     }
 
     fn targets(&self, now: f64) -> Option<RobotTargets> {
         let joint = |(column, name): (usize, &String)| {
+            if let Some((damping, path)) = self.speeds.get(name) {
+                let (velocity, damping) = (along(path, now)?, Some(*damping));
+                let target = Target::Velocity { velocity, damping, feed_forward: 0.0, max_effort: None };
+                return Some(JointTarget { joint: name.clone(), axis: 0, target });
+            }
             let &[stiffness, damping] = self.gains.get(name)?;
             let target = Target::Position {
                 position: self.target(column, name, now)?,
@@ -241,15 +235,12 @@ impl Robot {
         };
         let joints: Vec<_> = self.order.iter().enumerate().filter_map(joint).collect();
         let targets = || RobotTargets { robot: self.name.clone(), joints, ..RobotTargets::default() };
-        (!self.gains.is_empty()).then(targets)
+        (!self.gains.is_empty() || !self.speeds.is_empty()).then(targets)
     }
 
     fn target(&self, column: usize, name: &str, now: f64) -> Option<f64> {
         if let Some(path) = self.path.get(name) {
-            let after = path.partition_point(|[time, _]| *time <= now);
-            let [from, to] = [path.get(after.checked_sub(1)?)?, path.get(after).or(path.last())?];
-            let part = if to[0] > from[0] { (now - from[0]) / (to[0] - from[0]) } else { 0.0 };
-            return Some(from[1] + part * (to[1] - from[1]));
+            return along(path, now);
         }
         let samples = self.cycle.len();
         if samples == 0 || now < self.begin {
@@ -272,16 +263,10 @@ impl Robot {
     }
 }
 
-/// Keeps a body from falling asleep, by a push that moves nothing.
-pub fn keep_awake(world: &mut Simulation, robot: &str) {
-    let push = LinkWrench {
-        robot: robot.into(),
-        link: "body".into(),
-        force: DVec3::Z * 1e-12,
-        torque: DVec3::ZERO,
-        in_link_axes: false,
-        point: DVec3::ZERO,
-        duration: WrenchDuration::UntilCleared,
-    };
-    scenes::apply(world, Command::ApplyWrench(push));
+/// The value at a time, of times and values in turn.
+fn along(path: &[[f64; 2]], now: f64) -> Option<f64> {
+    let after = path.partition_point(|[time, _]| *time <= now);
+    let [from, to] = [path.get(after.checked_sub(1)?)?, path.get(after).or(path.last())?];
+    let part = if to[0] > from[0] { (now - from[0]) / (to[0] - from[0]) } else { 0.0 };
+    Some(from[1] + part * (to[1] - from[1]))
 }

@@ -1,34 +1,10 @@
 """A scene in PyBullet, DIRECT: one `stepSimulation` a step, called from Python, as its users call it."""
 
-import ctypes
-import os
 import time
-from contextlib import contextmanager
+
+from quiet import pybullet, silence
 
 TIME_STEP = 1e-3
-
-
-@contextmanager
-def silence():
-    """PyBullet's C code writes a line for each link that it reads."""
-    libc = ctypes.CDLL(None)
-    libc.fflush(None)
-    kept = [os.dup(stream) for stream in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(nowhere, stream)
-    try:
-        yield
-    finally:
-        libc.fflush(None)
-        for stream, copy in zip((1, 2), kept):
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nowhere)
-
-
-with silence():
-    import pybullet
 
 
 def engine(scene, joints):

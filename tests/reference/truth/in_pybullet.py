@@ -7,39 +7,15 @@ constraint; actuators are torques that are computed before each step, since its 
 gains. It has no armature, and takes the axes of joints as long as they are written: here they have length 1.
 """
 
-import ctypes
-import os
 import xml.etree.ElementTree as xml
-from contextlib import contextmanager
 
 import numpy as np
 
 import robots
+from quiet import pybullet as p
+from quiet import silence
 
 FAST = 1e9
-
-
-@contextmanager
-def silence():
-    """PyBullet's C code writes a line for each link that it reads."""
-    libc = ctypes.CDLL(None)
-    libc.fflush(None)
-    kept = [os.dup(stream) for stream in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(nowhere, stream)
-    try:
-        yield
-    finally:
-        libc.fflush(None)
-        for stream, copy in zip((1, 2), kept):
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nowhere)
-
-
-with silence():
-    import pybullet as p
 
 
 def can(case):

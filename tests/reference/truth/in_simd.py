@@ -1,5 +1,6 @@
 """The cases in simd: the bench binary `truth`, and the closed forms of the physics suite."""
 
+import functools
 import json
 import os
 import subprocess
@@ -25,6 +26,7 @@ def ask(repository, folder, requests):
     return [json.loads(answer) for answer in answers.splitlines()]
 
 
+@functools.cache
 def build(repository):
     command = [CARGO, "bench", "--locked", "--profile", "dev", "--workspace", "--bench", "truth", "--no-run"]
     built = subprocess.run([*command, "--message-format=json"], cwd=repository, stdout=subprocess.PIPE, check=True)

@@ -28,6 +28,9 @@ enum Ask {
         scene: Scene,
         /// Steps from view to view.
         every: u64,
+        /// The one that a world has, where none is named.
+        #[serde(default)]
+        integrator: Option<Integrator>,
     },
 }
 
@@ -42,7 +45,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ask::At { case, time_step, integrator, instants } => {
                 serde_json::to_writer(&mut out, &case.run(integrator, time_step, &instants))?;
             }
-            Ask::Over { scene, every } => serde_json::to_writer(&mut out, &scene.run(every))?,
+            Ask::Over { scene, every, integrator } => {
+                serde_json::to_writer(&mut out, &scene.run(every, integrator))?;
+            }
         }
         writeln!(out)?;
     }

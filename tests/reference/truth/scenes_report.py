@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Scenes with contact, simd beside MuJoCo: started by `make scenes`.
+"""Scenes with contact, simd beside MuJoCo and PyBullet: started by `make scenes`.
 
-Runs the scenes of tests/reference/scenes.py in both, and writes a picture of each and a table, scenes.md, into
+Runs the scenes of tests/reference/scenes.py, terrain_scenes.py and solver_scenes.py, and writes a picture of each and a table, scenes.md, into
 target/scenes.
 """
 
@@ -20,6 +20,7 @@ import in_simd  # noqa: E402
 import make_scenes  # noqa: E402
 import scene_plots  # noqa: E402
 import scenes_in_mujoco  # noqa: E402
+import shown_scenes  # noqa: E402
 from scenes import scenes  # noqa: E402
 
 LOOK = 0.004
@@ -49,10 +50,18 @@ def main():
     options = arguments.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     chosen = [scene for scene in scenes() if options.only in scene.name]
+    text = beside_mujoco(chosen, options.out) if chosen else ""
+    text += beside_all(options.only, options.out)
+    (options.out / "scenes.md").write_text(text)
+    print(f"written: {options.out / 'scenes.md'}")
+
+
+def beside_mujoco(chosen, folder):
+    """The scenes that tests/physics/scenes.rs holds simd to."""
 
     every = [round((LOOK_AT_MANY if len(scene.free()) > 100 else LOOK) / scene.time_step) for scene in chosen]
     requests = [{"scene": scene.request(), "every": n} for scene, n in zip(chosen, every)]
-    answers = in_simd.ask(REPOSITORY, options.out, requests)
+    answers = in_simd.ask(REPOSITORY, folder, requests)
     results = []
     for scene, n, answer in zip(chosen, every, answers, strict=True):
         print(scene.name, flush=True)
@@ -65,10 +74,29 @@ def main():
     for scene, runs in results:
         for engine, views in runs.items():
             text += line(scene.name if engine == "simd" else "", engine, make_scenes.figures(scene, views))
-    for name, title in scene_plots.draw(results, options.out):
+    for name, title in scene_plots.draw(results, folder):
         text += f"\n![{title}]({name})\n"
-    (options.out / "scenes.md").write_text(text)
-    print(f"written: {options.out / 'scenes.md'}")
+    return text
+
+
+def beside_all(only, folder):
+    """The scenes that have something to show."""
+    out = ""
+    for title, text, scenes in shown_scenes.chosen(only):
+        out += shown_scenes.above(title, text)
+        pictures = ""
+        for shown in scenes:
+            print(shown.scene.name, flush=True)
+            ways = shown_scenes.integrators(title)
+            answers = in_simd.ask(REPOSITORY, folder, shown_scenes.requests(shown, ways))
+            names = ["simd" if way == "Euler" else f"simd, {way.lower()}" for way in ways]
+            runs = {name: [view(shown.scene, seen) for seen in answer] for name, answer in zip(names, answers)}
+            runs |= shown_scenes.peers(shown)
+            out += shown_scenes.lines(shown, runs)
+            name, title_of = shown_scenes.draw(shown, runs, folder)
+            pictures += f"\n![{title_of}]({name})\n"
+        out += pictures
+    return out
 
 
 def view(scene, seen):

@@ -1,0 +1,85 @@
+"""What a scene has to show: figures of a run, whichever simulator made it, with what each may be at the most."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from scenes import Scene
+
+
+@dataclass
+class Check:
+    says: str
+    """A sentence with a place for the figure."""
+    figure: Callable
+    """Of all views."""
+    most: float
+
+
+@dataclass
+class Shown:
+    """A scene, and how it is looked at."""
+
+    scene: Scene
+    checks: list
+    peers: tuple
+    """Who else runs it: MuJoCo, PyBullet."""
+    without: str = ""
+    """Why another one does not."""
+    eye: list = field(default_factory=lambda: [2.0, -3.0, 1.5])
+    at: list = field(default_factory=lambda: [0.0, 0.0, 0.3])
+    follows: bool = False
+    """Eye and what it looks at are relative to the first free body."""
+    instants: tuple = ()
+    look: float = 0.01
+    """Seconds from view to view."""
+
+
+def inside(views, start, end=1e9):
+    return [view for view in views if start - 1e-9 <= view.time <= end + 1e-9]
+
+
+def roots(views, columns, body=0):
+    """Of each view columns of a root: place 0 to 2, quaternion 3 to 6, velocity 7 to 9, angular velocity 10 to 12."""
+    return np.array([view.roots[body, columns] for view in views])
+
+
+def spread(values):
+    """The largest difference of any component; of what is no number infinity."""
+    return worst(np.ptp(values, axis=0))
+
+
+def worst(values):
+    """The largest size; infinity of what is no number."""
+    values = np.abs(np.asarray(values, dtype=float))
+    return float(values.max()) if np.isfinite(values).all() else float("inf")
+
+
+def moved(views, body=None):
+    """How far a body, or any, gets from where the first view has it, m."""
+    rows = slice(None) if body is None else [body]
+    first = views[0].roots[rows, :3]
+    return worst([np.linalg.norm(view.roots[rows, :3] - first, axis=1).max() for view in views])
+
+
+def rotation(quaternion):
+    x, y, z, w = quaternion
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def tilt(view, body=0):
+    """Of a body's z axis against the vertical, rad."""
+    return float(np.arccos(np.clip(rotation(view.roots[body, 3:7])[2, 2], -1.0, 1.0)))
+
+
+def spin_energy(view, moment, body=0):
+    """Of the rotation of a body with these principal moments, J."""
+    own = rotation(view.roots[body, 3:7]).T @ view.roots[body, 10:13]
+    return 0.5 * float(np.dot(moment, own**2))
+
+
+def deepest(start):
+    return lambda views: worst([view.deepest for view in inside(views, start)])
