@@ -4,7 +4,8 @@ Each is data: what there is, where, how heavy, how rough. The simulators' own fi
 """
 
 import random
-import re
+import sys
+import xml.etree.ElementTree as xml
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -16,6 +17,9 @@ from robots import ASSETS, PYBULLET
 FRICTION = 0.8
 """Between any two things. Restitution is zero."""
 
+
+OTHERS = "cmeel.prefix/share/example-robot-data/robots"
+"""Below a folder of Python's packages."""
 
 SETTLED = 3.0
 """Seconds after which what stands hardly moves, in every simulator."""
@@ -73,6 +77,7 @@ def contact_scenes(folder):
     return [
         standing("A1 standing", a1, crouched, folder),
         standing("humanoid standing", ASSETS / "humanoid/urdf/humanoid.urdf", {}, folder),
+        *detailed(folder),
         ContactScene("stack of 10 boxes", SETTLED, 5e-3, things=stack(10)),
         ContactScene("1000 spheres in a box", 1.0, 2e-2, things=heap(10, 0.05), heap=True),
     ]
@@ -80,8 +85,46 @@ def contact_scenes(folder):
 
 def standing(name, urdf, pose, folder):
     shaped = folder / f"shaped_{urdf.name}"
-    shaped.write_text(re.sub(r"<visual\b.*?</visual>", "", urdf.read_text(), flags=re.S))
+    root = xml.fromstring(urdf.read_text().replace("package://example-robot-data/robots", str(urdf.parents[2])))
+    root.insert(0, xml.fromstring('<mujoco><compiler strippath="false" balanceinertia="true"/></mujoco>'))
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+    for inertia in root.iter("inertia"):
+        sensible(inertia)
+    shaped.write_text(xml.tostring(root, encoding="unicode"))
+    known = {joint.get("name") for joint in root.findall("joint") if joint.get("type") != "fixed"}
+    pose = {joint: angle for joint, angle in pose.items() if joint in known}
     return ContactScene(name, SETTLED, 5e-3, urdf, shaped, pose, height(shaped, pose))
+
+
+def sensible(inertia):
+    """A sensor's that no body can have: MuJoCo refuses it."""
+    xx, xy, xz, yy, yz, zz = (float(inertia.get(part, 0)) for part in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() <= 0:
+        for part in ("ixy", "ixz", "iyz"):
+            inertia.set(part, "0")
+
+
+def detailed(folder):
+    """Robots of PyPI's `example-robot-data`, whose shapes are meshes of up to thousands of triangles, or many primitives."""
+    package = next(path for path in (Path(place) / OTHERS for place in sys.path) if path.is_dir())
+    bent = {f"{leg}_{part}": sign * angle for leg, sign in (("FL", 1), ("FR", 1), ("HL", -1), ("HR", -1))
+            for part, angle in (("HFE", 0.7), ("KFE", -1.4))}
+    solo, anymal, talos = (package / path for path in (
+        "solo_description/robots/solo12.urdf", "anymal_c_simple_description/urdf/anymal.urdf",
+        "talos_data/robots/talos_reduced.urdf"))
+    return [
+        standing("Solo12 standing", solo, bent, folder),
+        standing("Anymal standing", anymal, posture(package / "anymal_c_simple_description/srdf/anymal.srdf"), folder),
+        standing("Talos standing", talos, posture(package / "talos_data/srdf/talos.srdf"), folder),
+    ]
+
+
+def posture(srdf):
+    """The first one that the file names, of joints of one axis."""
+    joints = xml.parse(srdf).getroot().find("group_state").findall("joint")
+    return {joint.get("name"): float(joint.get("value")) for joint in joints if " " not in joint.get("value").strip()}
 
 
 def stack(count):
@@ -126,6 +169,10 @@ def height(shaped, pose):
                 reach = abs(down) @ size
             case kinds.mjGEOM_CYLINDER:
                 reach = abs(down[2]) * size[1] + np.sqrt(max(0.0, 1 - down[2] ** 2)) * size[0]
+            case kinds.mjGEOM_MESH:
+                mesh = model.geom_dataid[geom]
+                first = model.mesh_vertadr[mesh]
+                reach = -(model.mesh_vert[first:first + model.mesh_vertnum[mesh]] @ down).min()
             case kind:
                 raise RuntimeError(f"{shaped.name} has a shape of kind {kind}")
         lowest = min(lowest, data.geom_xpos[geom][2] - reach)
