@@ -31,6 +31,7 @@ mod sleeping;
 mod spinning;
 mod surface_queries;
 mod terrain;
+mod terrain_bits;
 mod truth;
 mod walking;
 mod world;

@@ -15,7 +15,7 @@ fn run(world: &mut Simulation, seconds: f64) {
     (0..steps).for_each(|_| world.step());
 }
 
-fn at(x: f64, y: f64, z: f64) -> DPose3 {
+pub(crate) fn at(x: f64, y: f64, z: f64) -> DPose3 {
     DPose3::from_translation(DVec3::new(x, y, z))
 }
 
@@ -183,7 +183,7 @@ fn what_starts_in_a_height_field_comes_out_of_it() {
 }
 
 /// A world on rough ground, which bodies hit, roll over and rest on.
-fn rough(rng: &mut Rng) -> Simulation {
+pub(crate) fn rough(rng: &mut Rng) -> Simulation {
     let mut world = world(2e-3);
     let bumps = |x: f64, y: f64| 0.1 * (3.0 * x).sin() * (2.0 * y).cos();
     let floor = grid(24, 3.0, || 0.0, bumps);
@@ -200,39 +200,8 @@ fn rough(rng: &mut Rng) -> Simulation {
     world
 }
 
-/// Bits, over everything that a step reads: the one world is left alone, the other is saved, runs ahead and is put back.
-#[test]
-fn runs_on_terrain_are_equal_to_the_bit_also_across_restores() {
-    let [mut alone, mut restored] = [0, 0].map(|_| rough(&mut Rng::with_seed(21)));
-    let mut rng = Rng::with_seed(22);
-    let (mut touching, mut ahead) = (0, 0);
-    for step in 0..4_000 {
-        if step % 500 == 0 {
-            touching += contacts(&alone, None).len();
-            let (linear, angular) =
-                (DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, 2.0), DVec3::ONE * rng.f64());
-            for world in [&mut alone, &mut restored] {
-                throw(world, &format!("body-{}", step / 500), linear, angular);
-            }
-        }
-        if rng.usize(0..200) == 0 {
-            apply(&mut restored, Command::SaveState { name: "here".into() });
-            let more = rng.usize(1..40);
-            (0..more).for_each(|_| restored.step());
-            ahead += more;
-            apply(&mut restored, Command::RestoreState { name: "here".into() });
-        }
-        alone.step();
-        restored.step();
-        assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
-    }
-    assert!(touching > 50 && ahead > 100, "{touching} {ahead}");
-    let fell = look(&alone).roots.iter().any(|root| root.pose.translation.z < -5.0);
-    println!("one fell off: {fell}");
-}
-
 /// Houses of a metre in a square, three metres apart.
-fn houses(count: usize) -> Vec<(DPose3, Geometry)> {
+pub(crate) fn houses(count: usize) -> Vec<(DPose3, Geometry)> {
     let side = (count as f64).sqrt().ceil() as usize;
     let house = |i: usize| {
         let place = |at: usize| 3.0 * (at as f64 - side as f64 / 2.0) + 1.0;

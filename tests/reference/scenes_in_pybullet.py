@@ -60,7 +60,7 @@ class World:
 
     def add_robot(self, robot):
         with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file, silence():
-            file.write(text(robot.urdf))
+            file.write(text(robot.urdf, robot.fixed))
             file.flush()
             flags = p.URDF_USE_INERTIA_FROM_FILE | p.URDF_MERGE_FIXED_LINKS
             body = p.loadURDF(file.name, robot.at, robot.turn, useFixedBase=robot.fixed, flags=flags)
@@ -174,17 +174,20 @@ def mesh_of_rows(thing):
     return vertices, triangles
 
 
-def text(urdf):
-    """Links without an inertial weigh a kilogram in PyBullet unless the file says 0; meshes are found by their full paths."""
+def text(urdf, fixed):
+    """Links without an inertial weigh a kilogram in PyBullet unless the file says 0, and a root of 0 is fixed; meshes are
+    found by their full paths."""
     root = robots.read(urdf)
     folder = Path(pybullet_data.getDataPath()) / urdf.removeprefix(robots.OTHERS)
     for mesh in root.iter("mesh"):
         mesh.set("filename", str(folder.parent / mesh.get("filename")))
-    for link in root.findall("link"):
+    for i, link in enumerate(root.findall("link")):
         if link.find("inertial") is None:
+            mass, moment = ("0", "0") if i or fixed else ("0.01", "1e-5")
             inertial = xml.SubElement(link, "inertial")
-            xml.SubElement(inertial, "mass", {"value": "0"})
-            xml.SubElement(inertial, "inertia", {part: "0" for part in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")})
+            xml.SubElement(inertial, "mass", {"value": mass})
+            xml.SubElement(inertial, "inertia", {part: moment if part[1] == part[2] else "0"
+                                                 for part in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")})
     return xml.tostring(root, encoding="unicode")
 
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use glamx::{DPose3, DQuat, DVec3};
+use glamx::{DPose3, DQuat};
 use serde::{Deserialize, Serialize};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::command::{

@@ -12,7 +12,6 @@ pub struct Broad {
     pairs: Vec<[usize; 2]>,
     /// Robots that cannot move, in order, and the tree of them. Made anew when one of them is elsewhere.
     still: Vec<(usize, Bounds)>,
-    still_before: Vec<(usize, Bounds)>,
     tree: Still,
     near: Vec<usize>,
 }
@@ -35,32 +34,36 @@ impl std::fmt::Debug for Broad {
 
 impl Broad {
     /// Pairs of robots, the earlier first, in their order: those of which one is awake, and
-    /// whose bounds overlap; and each one that is awake with itself, where it may touch itself. Robots come as colliders, in place, and whether they are awake;
-    /// those that take no part as `None`.
+    /// whose bounds overlap; and each one that is awake with itself, where it may touch itself. Robots come in their order, with
+    /// their colliders in place, and whether they are awake; those that take no part do not come. Where `others_stay`, those that
+    /// cannot move are as they were when this was last called, whether they come or not.
     ///
     /// Cohen, Lin, Manocha and Ponamgi, "I-COLLIDE" (1995): sweep and prune, along the axis on which
     /// the robots are spread the most.
     pub fn pairs<'a>(
         &mut self,
-        robots: impl Iterator<Item = Option<(&'a RobotColliders, bool)>>,
+        robots: impl Iterator<Item = (usize, &'a RobotColliders, bool)>,
+        others_stay: bool,
     ) -> &[[usize; 2]] {
-        let Self { bounds: moving, pairs, still, still_before, tree, near } = self;
+        let Self { bounds: moving, pairs, still, tree, near } = self;
         pairs.clear();
         moving.clear();
-        std::mem::swap(still, still_before);
-        still.clear();
-        for (robot, present) in robots.enumerate() {
-            let Some((colliders, awake)) = present.filter(|(colliders, _)| !colliders.is_empty()) else {
-                continue;
-            };
+        let (mut count, mut is_new) = (0, false);
+        for (robot, colliders, awake) in robots.filter(|(_, colliders, _)| !colliders.is_empty()) {
             let bounds = colliders.bounds;
             if awake || !colliders.is_still() {
                 moving.push(Entry { robot, awake, own: colliders.has_self_collision(), bounds });
-            } else {
-                still.push((robot, bounds));
+            } else if !others_stay {
+                if still.get(count) != Some(&(robot, bounds)) {
+                    still.truncate(count);
+                    still.push((robot, bounds));
+                    is_new = true;
+                }
+                count += 1;
             }
         }
-        if still != still_before {
+        if !others_stay && (is_new || count < still.len()) {
+            still.truncate(count);
             tree.replace(still.iter().copied());
         }
         let axis = widest_axis(moving);

@@ -242,6 +242,11 @@ impl RobotColliders {
         self.moving.is_empty()
     }
 
+    /// Whether a base there is where its shapes were last put in place.
+    pub fn are_placed_for(&self, base: DPose3) -> bool {
+        self.base == Some(base)
+    }
+
     /// Fills in those whose bounds meet others, in order.
     pub(super) fn near(&self, bounds: &Bounds, found: &mut Vec<usize>) {
         found.clear();

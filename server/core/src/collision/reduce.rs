@@ -30,27 +30,40 @@ pub(super) fn reduce(points: &[(DVec3, f64)], normal: DVec3, kept: &mut [usize; 
         }
         return count;
     }
-    let best = |kept: &[usize], score: &dyn Fn(DVec3) -> f64| {
-        let weighed = |i: usize| score(points[i].0) - DEPTH_WEIGHT * points[i].1;
-        let free = (0..points.len()).filter(|&i| !known(kept, i));
-        let best = free.max_by(|&a, &b| weighed(a).total_cmp(&weighed(b)))?;
-        Some((best, points[best].0))
-    };
     let (u, v) = normal.any_orthonormal_pair();
     // A direction that few shapes have an edge across.
     let start = u * 0.83 + v * 0.55;
-    let Some((first, a)) = best(&[], &|point| point.dot(start)) else { return 0 };
+    let Some((first, a)) = best(points, |_| false, |point| point.dot(start)) else { return 0 };
     kept[0] = first;
     count = 1;
-    let Some((second, b)) = best(&kept[..count], &|point| point.distance(a)) else { return count };
+    let Some((second, b)) = best(points, |i| known(&kept[..count], i), |point| point.distance(a)) else {
+        return count;
+    };
     kept[1] = second;
     count = 2;
     let across = normal.cross(b - a).normalize_or(v);
     for side in [across, -across] {
-        if let Some((next, _)) = best(&kept[..count], &|point| (point - a).dot(side)) {
+        if let Some((next, _)) = best(points, |i| known(&kept[..count], i), |point| (point - a).dot(side)) {
             kept[count] = next;
             count += 1;
         }
     }
     count
+}
+
+/// The point of the best score and depth, and its index; of equals the last one. What is known is asked only of
+/// what would be the best, since there may be a hundred points.
+fn best(
+    points: &[(DVec3, f64)],
+    known: impl Fn(usize) -> bool,
+    score: impl Fn(DVec3) -> f64,
+) -> Option<(usize, DVec3)> {
+    let mut best: Option<(usize, f64)> = None;
+    for (i, &(point, distance)) in points.iter().enumerate() {
+        let weighed = score(point) - DEPTH_WEIGHT * distance;
+        if best.is_none_or(|(_, most)| weighed.total_cmp(&most).is_ge()) && !known(i) {
+            best = Some((i, weighed));
+        }
+    }
+    best.map(|(i, _)| (i, points[i].0))
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glamx::DVec3;
 
 use super::entity::Entity;
-use super::sleep::acts;
+use super::sleep::{Busy, acts};
 use super::world_state::Pair;
 use crate::collision::{Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side};
 use crate::dynamics::constraint::contact::Contact;
@@ -59,17 +59,23 @@ impl Contacts {
     /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
     /// or an arm whose first link reaches into the table: no motion of joints ends such an overlap, and contact forces
     /// would only make the robots shake.
-    pub(super) fn find(&mut self, robots: &[Entity], slack: f64, interrupt: &dyn Fn() -> bool) -> bool {
+    pub(super) fn find(
+        &mut self,
+        robots: &[Entity],
+        busy: &Busy,
+        slack: f64,
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
         std::mem::swap(&mut self.list, &mut self.before);
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
         let Self { list, collision_pairs, before, fixed, fixed_before, broad, narrow } = self;
         list.clear();
         fixed.clear();
         narrow.compared = 0;
-        let present =
-            robots.iter().map(|robot| robot.is_active().then(|| (&robot.colliders, robot.is_awake())));
+        let active = busy.robots().iter().filter(|robot| robots[**robot].is_active());
+        let present = active.map(|&index| (index, &robots[index].colliders, robots[index].is_awake()));
         let mut known = fixed_before.drain(..).peekable();
-        for &pair in broad.pairs(present) {
+        for &pair in broad.pairs(present, busy.leaves_some()) {
             if interrupt() {
                 return false;
             }

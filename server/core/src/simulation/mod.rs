@@ -54,7 +54,7 @@ use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
 use serde::Serialize;
 pub use settings::{Integrator, PhysicsSettings};
-use sleep::Groups;
+use sleep::{Busy, Groups};
 use target_sources::RobotTargetSources;
 
 use crate::collision::ColliderPose;
@@ -91,6 +91,7 @@ pub struct Simulation {
 struct StepMemory {
     island: Island,
     groups: Groups,
+    busy: Busy,
 }
 
 /// What the world's owner allows.
@@ -132,6 +133,9 @@ impl Simulation {
     /// Applies a command: whole or, where it is refused, not at all. The next step
     /// is the first that it has an effect on.
     pub fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+        if !self.leaves_what_is_fixed(command) {
+            self.step_memory.busy.forget();
+        }
         let reply = match command {
             Command::Spawn(spawn) => self.spawn(spawn),
             Command::Reload(reload) => self.reload(reload),
@@ -153,6 +157,17 @@ impl Simulation {
             Command::ImportSavedState { name, saved } => self.import(name, saved),
         }?;
         Ok(Applied { at: self.now, reply })
+    }
+
+    /// Whether a command changes nothing of what cannot move: those that may come with every step.
+    fn leaves_what_is_fixed(&self, command: &Command) -> bool {
+        match command {
+            Command::SetTargets(_) | Command::Claim { .. } | Command::Release { .. } => true,
+            Command::ApplyWrench(wrench) => {
+                self.robot_index(&wrench.robot).is_ok_and(|robot| self.entities[robot].moves())
+            }
+            _ => false,
+        }
     }
 
     /// The moment that the world is at.

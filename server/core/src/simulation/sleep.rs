@@ -1,4 +1,4 @@
-//! Groups of robots that touch, and which of them sleep.
+//! Which robots a step looks at; groups of robots that touch, and which of them sleep.
 
 use super::entity::Entity;
 use crate::dynamics::constraint::contact::Contact;
@@ -11,6 +11,58 @@ const STILL_ANGULAR: f64 = 5e-3;
 
 /// After so many seconds.
 const STILL_FOR: f64 = 1.0;
+
+/// Robots that a step looks at: all of them, or after a step in which nothing else happened, all but those that no step
+/// changes: a town of a thousand houses costs it nothing. What follows from the others is kept as it was found then.
+#[derive(Debug, Default)]
+pub(super) struct Busy {
+    /// In their order.
+    robots: Vec<usize>,
+    /// How many of the others have shapes.
+    idle_shaped: usize,
+    is_known: bool,
+}
+
+impl Busy {
+    /// Something may have happened to any robot.
+    pub(super) fn forget(&mut self) {
+        self.is_known = false;
+    }
+
+    /// Before a step.
+    pub(super) fn begin_step(&mut self, robots: &[Entity]) {
+        if !self.is_known {
+            self.robots.clear();
+            self.robots.extend(0..robots.len());
+            self.idle_shaped = 0;
+        }
+    }
+
+    /// After a step, which has put all shapes where they are.
+    pub(super) fn end_step(&mut self, robots: &[Entity]) {
+        if !self.is_known {
+            self.robots.retain(|&robot| !robots[robot].is_idle());
+            let shaped = robots.iter().filter(|robot| robot.is_idle() && !robot.colliders.is_empty());
+            self.idle_shaped = shaped.count();
+            self.is_known = true;
+        }
+    }
+
+    /// Those that are looked at, in their order.
+    pub(super) fn robots(&self) -> &[usize] {
+        &self.robots
+    }
+
+    /// Whether those are not all.
+    pub(super) fn leaves_some(&self) -> bool {
+        self.is_known
+    }
+
+    /// How many of the others have shapes.
+    pub(super) fn idle_shaped(&self) -> usize {
+        self.idle_shaped
+    }
+}
 
 /// Robots that move, in groups that touch each other; kept from step to step for its memory.
 #[derive(Debug, Default)]
@@ -35,21 +87,24 @@ pub(super) struct Group<'a> {
 
 impl Groups {
     /// Joins what touches. What cannot move joins nothing.
-    pub(super) fn gather(&mut self, robots: &[Entity], contacts: &[Contact]) {
+    pub(super) fn gather(&mut self, robots: &[Entity], busy: &Busy, contacts: &[Contact]) {
         let Self { above, members, contacts: sorted, ends } = self;
-        above.clear();
-        above.extend(0..robots.len());
+        above.resize(robots.len(), 0);
+        for &robot in busy.robots() {
+            above[robot] = robot;
+        }
         for contact in contacts {
             if contact.point.bodies.iter().all(Option::is_some) {
                 let [a, b] = contact.robots.map(|robot| first(above, robot));
                 above[a.max(b)] = a.min(b);
             }
         }
-        for robot in 0..robots.len() {
+        for &robot in busy.robots() {
             above[robot] = first(above, robot);
         }
         members.clear();
-        members.extend((0..robots.len()).filter(|&robot| robots[robot].is_active() && robots[robot].moves()));
+        let moving = |robot: &usize| robots[*robot].is_active() && robots[*robot].moves();
+        members.extend(busy.robots().iter().copied().filter(moving));
         members.sort_unstable_by_key(|&robot| (above[robot], robot));
         // Of a contact with what cannot move, the side that can says where it belongs.
         let group = |index: &usize| {

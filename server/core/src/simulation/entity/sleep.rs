@@ -19,6 +19,16 @@ impl Entity {
         self.is_active() && !self.state.asleep && self.moves()
     }
 
+    /// Whether no step changes it, nor has anything left to do for it: it cannot move, and its shapes are in place.
+    pub(in crate::simulation) fn is_idle(&self) -> bool {
+        let state = &self.state;
+        !self.moves()
+            && !state.teleported
+            && state.applied_wrenches.is_empty()
+            && state.expired_wrenches.is_empty()
+            && (self.colliders.is_empty() || self.colliders.are_placed_for(self.body.base()))
+    }
+
     /// A single free body that nothing pushes.
     pub(in crate::simulation) fn may_sleep(&self) -> bool {
         let tree = self.body.tree();

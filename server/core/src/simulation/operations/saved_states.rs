@@ -54,6 +54,7 @@ impl Simulation {
             None => Entity::from_state(robot, state),
         };
         self.entities = states.into_iter().zip(&robots).map(entity).collect();
+        self.step_memory.busy.forget();
         self.contacts.replace(contacts, &ignored_overlaps);
         self.contacts.collision_pairs = collision_pairs;
     }

@@ -43,7 +43,10 @@ impl Simulation {
     fn try_step(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
         let PhysicsSettings { gravity, time_step, substeps, integrator } = self.settings;
         let h = time_step / f64::from(substeps);
-        self.entities.iter_mut().for_each(Entity::begin_step);
+        self.step_memory.busy.begin_step(&self.entities);
+        for &robot in self.step_memory.busy.robots() {
+            self.entities[robot].begin_step();
+        }
         self.contacts.begin_step(&self.entities);
         for part in 0..substeps {
             let part = Part {
@@ -58,7 +61,8 @@ impl Simulation {
                 return false;
             }
         }
-        for robot_index in 0..self.entities.len() {
+        for place in 0..self.step_memory.busy.robots().len() {
+            let robot_index = self.step_memory.busy.robots()[place];
             let entity = &mut self.entities[robot_index];
             if let Some(reason) = entity.end_step(time_step) {
                 let (robot, reason) = (entity.state.name.clone(), reason.to_string());
@@ -66,6 +70,7 @@ impl Simulation {
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
         }
+        self.step_memory.busy.end_step(&self.entities);
         self.now.step += 1;
         // A product instead of a sum: no error gathers over a month.
         let (step, time) = self.time_base;
@@ -91,24 +96,33 @@ struct Part {
 fn advance(
     robots: &mut [Entity],
     contacts: &mut Contacts,
-    StepMemory { island, groups }: &mut StepMemory,
+    StepMemory { island, groups, busy }: &mut StepMemory,
     Part { gravity, h, integrator, done, ends }: Part,
     interrupt: &dyn Fn() -> bool,
 ) -> bool {
     let slack = NEAR + 2.0 * gravity.length() * h * h;
     // One that is alone with its shapes meets nothing, and need not know where they are.
-    let shaped = robots.iter().filter(|robot| robot.is_active() && !robot.colliders.is_empty()).count();
-    for robot in robots.iter_mut().filter(|robot| robot.is_active()) {
-        robot.update_poses(shaped > 1, slack, h);
+    let is_shaped = |robot: &&usize| robots[**robot].is_active() && !robots[**robot].colliders.is_empty();
+    let shaped = busy.idle_shaped() + busy.robots().iter().filter(is_shaped).count();
+    for &robot in busy.robots() {
+        let robot = &mut robots[robot];
+        if robot.is_active() {
+            robot.update_poses(shaped > 1, slack, h);
+        }
     }
-    if !contacts.find(robots, slack, interrupt) {
+    if !contacts.find(robots, busy, slack, interrupt) {
         return false;
     }
-    robots.iter_mut().for_each(|robot| robot.state.teleported = false);
-    groups.gather(robots, &contacts.list);
+    for &robot in busy.robots() {
+        robots[robot].state.teleported = false;
+    }
+    groups.gather(robots, busy, &contacts.list);
     groups.wake(robots, &mut contacts.list, done);
-    for robot in robots.iter_mut().filter(|robot| robot.is_awake()) {
-        robot.body.start(gravity, h, integrator);
+    for &robot in busy.robots() {
+        let robot = &mut robots[robot];
+        if robot.is_awake() {
+            robot.body.start(gravity, h, integrator);
+        }
     }
     for group in (0..groups.len()).map(|group| groups.get(group)) {
         if !robots[group.members[0]].is_awake() {

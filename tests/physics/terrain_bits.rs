@@ -1,0 +1,125 @@
+//! Runs on terrain, and in towns, are equal to the bit.
+
+use fastrand::Rng;
+use glamx::{DPose3, DVec3};
+use simd_core::Command;
+use simd_core::simulation::command::{LinkWrench, PhysicsChange, WrenchDuration};
+use simd_tests::scenes::*;
+
+use crate::terrain::{at, houses, rough};
+
+/// Bits, over everything that a step reads: the one world is left alone, the other is saved, runs ahead and is put back.
+#[test]
+fn runs_on_terrain_are_equal_to_the_bit_also_across_restores() {
+    let [mut alone, mut restored] = [0, 0].map(|_| rough(&mut Rng::with_seed(21)));
+    let mut rng = Rng::with_seed(22);
+    let (mut touching, mut ahead) = (0, 0);
+    for step in 0..4_000 {
+        if step % 500 == 0 {
+            touching += contacts(&alone, None).len();
+            let (linear, angular) =
+                (DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, 2.0), DVec3::ONE * rng.f64());
+            for world in [&mut alone, &mut restored] {
+                throw(world, &format!("body-{}", step / 500), linear, angular);
+            }
+        }
+        if rng.usize(0..200) == 0 {
+            apply(&mut restored, Command::SaveState { name: "here".into() });
+            let more = rng.usize(1..40);
+            (0..more).for_each(|_| restored.step());
+            ahead += more;
+            apply(&mut restored, Command::RestoreState { name: "here".into() });
+        }
+        alone.step();
+        restored.step();
+        assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
+    }
+    assert!(touching > 50 && ahead > 100, "{touching} {ahead}");
+    let fell = look(&alone).roots.iter().any(|root| root.pose.translation.z < -5.0);
+    println!("one fell off: {fell}");
+}
+
+/// A step leaves out what cannot move, unless something was asked of the world: the one world is asked for a saved state before
+/// each step, so that it leaves out nothing, and both are equal to the bit, whatever happens to their houses.
+#[test]
+fn a_step_that_leaves_out_what_cannot_move_is_equal_to_the_bit() {
+    let [mut left_alone, mut asked] = [0, 1].map(|_| {
+        let mut world = rough(&mut Rng::with_seed(31));
+        for (i, (pose, shape)) in houses(60).into_iter().enumerate() {
+            let house = solid(&[(DPose3::IDENTITY, shape)], 1.0);
+            spawn(&mut world, robot(&format!("house-{i}"), &house, pose, true));
+        }
+        world
+    });
+    let wrench = |robot: &str, duration| {
+        Command::ApplyWrench(LinkWrench {
+            robot: robot.into(),
+            link: "body".into(),
+            force: DVec3::new(1.0, 2.0, 30.0),
+            torque: DVec3::ZERO,
+            in_link_axes: false,
+            point: DVec3::ZERO,
+            duration,
+        })
+    };
+    let to =
+        |robot: &str, pose| Command::SetEntityState { robot: robot.into(), pose: Some(pose), twist: None };
+    for step in 0..2_000 {
+        let body = look(&left_alone).roots[1].pose.translation;
+        let happens = match step {
+            100 => Some(to("house-7", DPose3::from_translation(body - DVec3::Z * 0.6))),
+            300 => Some(Command::Delete { robot: "house-3".into() }),
+            400 => Some(wrench("house-8", WrenchDuration::For(0.05))),
+            420 => Some(wrench("house-9", WrenchDuration::NextStep)),
+            500 => Some(wrench("body-1", WrenchDuration::NextStep)),
+            700 => Some(Command::SetPhysics(PhysicsChange { substeps: Some(3), ..PhysicsChange::default() })),
+            900 => Some(to("ground", at(0.3, 0.2, 0.4))),
+            1_200 => Some(Command::SaveState { name: "before".into() }),
+            1_500 => Some(Command::RestoreState { name: "before".into() }),
+            _ => None,
+        };
+        for world in [&mut left_alone, &mut asked] {
+            happens.iter().for_each(|command| apply(world, command.clone()));
+        }
+        apply(&mut asked, Command::SaveState { name: "each".into() });
+        left_alone.step();
+        asked.step();
+        assert_eq!(left_alone.fingerprint(), asked.fingerprint(), "step {step}");
+    }
+}
+
+/// Bits, for as long as the runs without terrain: bodies are thrown about and put back onto the mesh; the one world is left
+/// alone, the other is saved, runs ahead and is put back.
+#[test]
+fn a_hundred_thousand_steps_on_terrain_are_equal_to_the_bit() {
+    let [mut alone, mut restored] = [0, 0].map(|_| rough(&mut Rng::with_seed(41)));
+    let mut rng = Rng::with_seed(42);
+    let (mut touching, mut ahead) = (0, 0);
+    for step in 0..100_000 {
+        if step % 250 == 0 {
+            touching += contacts(&alone, None).len();
+            let mut any = || rng.f64() - 0.5;
+            let (pose, linear) = (at(3.0 * any() + 0.8, 2.0 * any(), 1.0), DVec3::new(any(), any(), 0.0));
+            let twist = Some((linear, DVec3::new(any(), any(), any()) * 8.0));
+            let robot = format!("body-{}", rng.usize(0..12));
+            for world in [&mut alone, &mut restored] {
+                let robot = robot.clone();
+                apply(world, Command::SetEntityState { robot, pose: Some(pose), twist });
+            }
+        }
+        if rng.usize(0..500) == 0 {
+            apply(&mut restored, Command::SaveState { name: "here".into() });
+            let more = rng.usize(1..50);
+            (0..more).for_each(|_| restored.step());
+            ahead += more;
+            apply(&mut restored, Command::RestoreState { name: "here".into() });
+        }
+        alone.step();
+        restored.step();
+        if step % 10 == 0 {
+            assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
+        }
+    }
+    println!("{touching} contacts looked at, {ahead} steps taken back");
+    assert!(touching > 1_000 && ahead > 1_000, "{touching} {ahead}");
+}
