@@ -71,15 +71,49 @@ def test_a_mesh_of_arrays_falls_and_comes_to_rest(sim: Simulation) -> None:
     assert hit.robots[0] == "mesh_1" and hit.points[0][2] == pytest.approx(0.4 - 0.02, abs=1e-6)
 
 
-def test_a_mesh_of_a_file_and_one_in_convex_parts(sim: Simulation) -> None:
-    part = ASSETS / "Two Link.v2" / "meshes" / "forearm.STL"
-    assert sim.add_mesh(part, name="from_file", fixed=True).links == ("link",)
-    # Two legs and a bar between them: a ray between the legs meets the hull, and not the parts.
+def arch() -> tuple[Any, Any]:
+    """Corners and triangles of two legs and a bar between them."""
     boxes = [((0, 0, 0), (0.1, 1, 1)), ((0.9, 0, 0), (1, 1, 1)), ((0.1, 0, 0.9), (0.9, 1, 1))]
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     sides = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
     vertices = np.concatenate([np.array(low) + corners * (np.array(high) - low) for low, high in boxes])
     faces = np.concatenate([np.array(sides) + 8 * index for index in range(3)])
+    return vertices, faces
+
+
+@pytest.mark.parametrize(
+    ("collision", "fixed", "closed"),
+    [("mesh", True, False), ("mesh", False, True), ("hull", True, True), ("parts", False, False)],
+)
+def test_a_file_says_what_its_meshes_are_to_become(
+    sim: Simulation, tmp_path: Path, collision: Any, fixed: bool, closed: bool
+) -> None:
+    """A ray between the legs of an arch meets what closed it."""
+    vertices, faces = arch()
+    lines = [*("v {} {} {}".format(*each) for each in vertices), *("f {} {} {}".format(*each) for each in faces + 1)]
+    (tmp_path / "arch.obj").write_text("\n".join(lines))
+    shape = '<collision><geometry><mesh filename="arch.obj"/></geometry></collision>'
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    urdf = tmp_path / "arch.urdf"
+    urdf.write_text(f'<robot name="arch"><link name="base">{inertial}{shape}</link></robot>')
+    robot = sim.load(urdf, fixed=fixed, collision=collision)
+    hit = sim.cast_rays([0.5, -1, 0.3], [[0.5, 2, 0.3]])
+    assert hit.hit.tolist() == [closed]
+    became = "touches as it is" if not closed and fixed else "convex hull" if closed else "convex part"
+    assert robot.report and any(became in each.message for each in robot.report.findings)
+
+
+def test_another_word_for_collision_is_refused(sim: Simulation) -> None:
+    word: Any = "meshes"
+    with pytest.raises(ValueError, match="'mesh', 'hull' or 'parts', and not 'meshes'"):
+        sim.load(ASSETS / "seven_arm", collision=word)
+
+
+def test_a_mesh_of_a_file_and_one_in_convex_parts(sim: Simulation) -> None:
+    part = ASSETS / "Two Link.v2" / "meshes" / "forearm.STL"
+    assert sim.add_mesh(part, name="from_file", fixed=True).links == ("link",)
+    vertices, faces = arch()
+    # A ray between the legs meets the hull, and not the parts.
     sim.add_mesh((vertices, faces), name="hull")  # one that can move
     sim.add_mesh((vertices, faces), fixed=True, name="arch", position=(5, 0, 0), convex_parts=True)
     hits = sim.cast_rays([[0.5, -1, 0.3], [5.5, -1, 0.3]], [[0.5, 2, 0.3], [5.5, 2, 0.3]])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,16 @@ from simd_client.surface import Surface, Surfaces, surfaces_to_proto
 
 UPRIGHT = (0, 0, 0, 1)
 """No rotation: a quaternion x y z w."""
+
+Collision = Literal["mesh", "hull", "parts"]
+"""What collision meshes become: of links that can never move the triangles that they are, and of others the hull; the
+hull of all; convex parts of all."""
+
+_MESH_SHAPES = {
+    "mesh": proto.MeshShapes.MESH_SHAPES_MESH,
+    "hull": proto.MeshShapes.MESH_SHAPES_HULL,
+    "parts": proto.MeshShapes.MESH_SHAPES_DECOMPOSITION,
+}
 
 _BASES = {None: proto.Base.BASE_UNSPECIFIED, True: proto.Base.BASE_FIXED, False: proto.Base.BASE_FREE}
 
@@ -35,10 +46,13 @@ class SpawnOptions:
     surfaces: Surfaces | None = None
     self_collision: bool = False
     srdf: bytes = b""
-    convex_parts: bool = False
+    collision: Collision = "mesh"
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
-        """The request that spawns a description."""
+        """The request that spawns a description. Raises `ValueError` for another word for `collision`."""
+        mesh_shapes = _MESH_SHAPES.get(self.collision)
+        if mesh_shapes is None:
+            raise ValueError(f"collision is 'mesh', 'hull' or 'parts', and not {self.collision!r}")
         passive, holding = proto.InitialMode.INITIAL_MODE_PASSIVE, proto.InitialMode.INITIAL_MODE_HOLDING
         return proto.SpawnEntityRequest(
             source=source,
@@ -53,9 +67,7 @@ class SpawnOptions:
             link_properties=surfaces_to_proto(self.surfaces),
             self_collision=self.self_collision,
             srdf=self.srdf,
-            mesh_shapes=proto.MeshShapes.MESH_SHAPES_DECOMPOSITION
-            if self.convex_parts
-            else proto.MeshShapes.MESH_SHAPES_UNSPECIFIED,
+            mesh_shapes=mesh_shapes,
         )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 from .conftest import SEVEN_ARM
@@ -84,11 +85,7 @@ def test_collision_shapes_and_boxes_are_told_as_pybullet_tells_them(
             told = p.getCollisionShapeData(body, -1)
             rows.append([(row[2], () if row[2] == p.GEOM_MESH else row[3], row[5:]) for row in told])
             assert told[0][:2] == (body, -1) and (p is bullet or all(row[:2] == (body, -1) for row in told))
-            rows.append(p.getAABB(body))
             rows.append(p.getDynamicsInfo(body, -1)[2])
-        arm = p.loadURDF(str(SEVEN_ARM), [0, 0, 7], useFixedBase=1)
-        p.resetJointState(arm, 2, 0.6)
-        rows += [p.getAABB(arm, link) for link in range(-1, p.getNumJoints(arm)) if p.getCollisionShapeData(arm, link)]
         found.append(rows)
         for call in (
             lambda: p.getAABB(99),
@@ -101,9 +98,45 @@ def test_collision_shapes_and_boxes_are_told_as_pybullet_tells_them(
         point = p.createMultiBody(1, basePosition=[1, 2, 3])
         assert p.getCollisionShapeData(point, -1) == () and p.getVisualShapeData(point) == ()
         assert p.getAABB(point) == ((1, 2, 3), (1, 2, 3))
-    assert len(found[0]) == len(found[1]) > 21
+    assert len(found[0]) == len(found[1]) > 13
     for theirs, ours in zip(*found, strict=True):
         assert list(flat(ours)) == pytest.approx(list(flat(theirs)), abs=MARGIN)
+
+
+def test_boxes_around_links_are_those_of_pybullet_or_within_them(
+    bullet: Any, script: ModuleType, tmp_path: Path
+) -> None:
+    """PyBullet turns the box that is around a cylinder, capsule or hull in its own axes, and with a frame or of several shapes
+    the box around all of a link: the daemon's is around what is there."""
+    mesh = tmp_path / "corner.obj"
+    mesh.write_text(OBJ)
+    found: list[list[Any]] = []
+    for p in (bullet, script):
+        made = bodies(p, mesh)
+        upright = [
+            p.createCollisionShape(p.GEOM_CYLINDER, radius=0.2, height=0.5),
+            p.createCollisionShape(p.GEOM_CAPSULE, radius=0.2, height=0.5),
+            p.createCollisionShape(p.GEOM_MESH, fileName=str(mesh), meshScale=[1, 2, 3]),
+        ]
+        made += [p.createMultiBody(1, shape, -1, [1, 2, 3]) for shape in upright]
+        arm = p.loadURDF(str(SEVEN_ARM), [0, 0, 7], useFixedBase=1)
+        p.resetJointState(arm, 2, 0.6)
+        rows = [p.getAABB(body) for body in made]
+        rows += [p.getAABB(arm, link) for link in range(-1, p.getNumJoints(arm)) if p.getCollisionShapeData(arm, link)]
+        found.append(rows)
+    theirs, ours = (np.array(rows) for rows in found)
+    assert theirs.shape == ours.shape and len(ours) > 14
+    assert (ours[:, 0] >= theirs[:, 0] - MARGIN).all() and (ours[:, 1] <= theirs[:, 1] + MARGIN).all()
+    # What stands upright, in no frame of its own.
+    assert ours[7:10] == pytest.approx(theirs[7:10], abs=MARGIN)
+    sizes = [rows[:, 1] - rows[:, 0] for rows in (ours, theirs)]
+    assert (sizes[0] > 0.4 * sizes[1]).all()
+
+
+def test_the_box_around_the_ground_has_no_end(script: ModuleType) -> None:
+    """PyBullet's is a kilometre wide and ten metres high."""
+    plane = script.createMultiBody(0, script.createCollisionShape(script.GEOM_PLANE))
+    assert script.getAABB(plane) == ((-1e30,) * 3, (1e30,) * 3)
 
 
 def test_what_meets_a_box_is_found(bullet: Any, script: ModuleType) -> None:

@@ -139,7 +139,7 @@ class Primitives(Loading):
         for finding in report.findings:
             if finding.file and finding.severity is not Severity.INFO:
                 raise refused_here(InvalidDescription, "INVALID_ARGUMENT", finding.message)
-        return await self._spawn(source, replace(options, convex_parts=convex_parts))
+        return await self._spawn(source, replace(options, collision="parts" if convex_parts else "mesh"))
 
     async def add_plane(
         self,

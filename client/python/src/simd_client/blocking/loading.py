@@ -21,7 +21,7 @@ from simd_client.geometry import Pose
 from simd_client.method import decoded
 from simd_client.progress import Bars, Progress
 from simd_client.proto import methods
-from simd_client.spawn import UPRIGHT, SpawnOptions, srdf_bytes
+from simd_client.spawn import UPRIGHT, Collision, SpawnOptions, srdf_bytes
 from simd_client.surface import Surfaces
 
 READING_SECONDS = 120.0
@@ -47,6 +47,7 @@ class Loading(Connection):
         surfaces: Surfaces | None = None,
         self_collision: bool = False,
         srdf: AnyPath | None = None,
+        collision: Collision = "mesh",
         packages: Packages | None = None,
         xacro_arguments: Arguments | None = None,
         progress: Progress = False,
@@ -61,12 +62,14 @@ class Loading(Connection):
         `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
         With `self_collision` its links collide with each other, except those that a joint connects and those that
         the file `srdf` switches off by its `disable_collisions`.
+        `collision` says what collision meshes become. `"mesh"`: of links that can never move the triangles that they are, of
+        other links their convex hulls; `"hull"`: hulls; `"parts"`: convex parts. `report` says what each became.
         With `progress` bars show how much is sent and read: `True` for bars on a terminal or in a notebook, or a class
         such as `tqdm.auto.tqdm`. The daemon then may take two minutes longer than the timeout of other calls.
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf),
+            surfaces, self_collision, srdf_bytes(srdf), collision,
         )  # fmt: skip
         if progress is False:
             return self._spawn(upload(self, path, packages, xacro_arguments), options)
@@ -90,11 +93,12 @@ class Loading(Connection):
         surfaces: Surfaces | None = None,
         self_collision: bool = False,
         srdf: AnyPath | None = None,
+        collision: Collision = "mesh",
     ) -> Robot:
         """The same for the text of a URDF that refers to no files."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf),
+            surfaces, self_collision, srdf_bytes(srdf), collision,
         )  # fmt: skip
         source = proto.DescriptionSource(urdf=urdf.encode() if isinstance(urdf, str) else urdf)
         return self._spawn(source, options)
@@ -115,11 +119,12 @@ class Loading(Connection):
         surfaces: Surfaces | None = None,
         self_collision: bool = False,
         srdf: AnyPath | None = None,
+        collision: Collision = "mesh",
     ) -> Robot:
         """The same for a path on the daemon's own disk, below one of its asset roots."""
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf),
+            surfaces, self_collision, srdf_bytes(srdf), collision,
         )  # fmt: skip
         return self._spawn(proto.DescriptionSource(path=path), options)
 

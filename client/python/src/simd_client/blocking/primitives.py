@@ -140,7 +140,7 @@ class Primitives(Loading):
         for finding in report.findings:
             if finding.file and finding.severity is not Severity.INFO:
                 raise refused_here(InvalidDescription, "INVALID_ARGUMENT", finding.message)
-        return self._spawn(source, replace(options, convex_parts=convex_parts))
+        return self._spawn(source, replace(options, collision="parts" if convex_parts else "mesh"))
 
     def add_plane(
         self,

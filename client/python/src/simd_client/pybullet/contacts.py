@@ -44,7 +44,7 @@ def getContactPoints(
     if asked >= 0 and asked not in world.bodies:
         return ()
     request = GetContactsRequest(robot=world.bodies[asked].robot if asked >= 0 else "")
-    numbers = _numbers(world)
+    numbers = world.numbers()
     found: list[tuple[Any, ...]] = []
     for contact in world.wire.call(methods.GetContacts, request).contacts:
         a = numbers.get((contact.robot_a, contact.link_a))
@@ -92,15 +92,6 @@ def _friction(force: Vector, normal: Vector) -> tuple[float, Vector, Vector]:
     return size, unit, cross(normal, unit)
 
 
-def _numbers(world: World) -> dict[tuple[str, str], tuple[int, int]]:
-    """PyBullet's numbers by the names of robot and link."""
-    return {
-        (body.robot, name): (body.unique_id, number)
-        for body in world.bodies.values()
-        for number, name in enumerate((body.base_link, *(joint.link for joint in body.joints)), start=-1)
-    }
-
-
 def getClosestPoints(
     bodyA: int,
     bodyB: int,
@@ -131,7 +122,7 @@ def getClosestPoints(
             if name is None:
                 return ()
             side.link = name
-    numbers = _numbers(world)
+    numbers = world.numbers()
     found: list[tuple[Any, ...]] = []
     for pair in world.wire.call(methods.GetClosestPoints, request).pairs:
         first, second = numbers.get((pair.robot_a, pair.link_a)), numbers.get((pair.robot_b, pair.link_b))
@@ -190,7 +181,7 @@ def rayTestBatch(
     if len(rayFromPositions) != len(rayToPositions):
         raise error("Size of from_positions need to be equal to size of to_positions.")
     frame = _frame(world, parentObjectUniqueId, parentLinkIndex)
-    numbers = _numbers(world)
+    numbers = world.numbers()
     answers: list[tuple[Any, ...]] = []
     for start in range(0, len(rayFromPositions), _MOST_RAYS):
         request = CastRaysRequest(collision_mask=mask)

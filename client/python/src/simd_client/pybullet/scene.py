@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
+from simd_client.proto import (
+    BoxGeometry,
+    FindOverlapsRequest,
+    GetLinkBoundsRequest,
+    GetSceneRequest,
+    QueryShape,
+    Shape,
+    Vector3,
+    methods,
+)
+from simd_client.proto import Pose as WirePose
 
-from simd_client.proto import GetSceneRequest, Shape, methods
-
-from . import constants, meshes
+from . import constants
 from .arguments import Pose, Vector, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error
 from .kinematics import link_pose
-from .meshes import Vertices
-from .rotations import compose, inverse, matrix
+from .rotations import compose, inverse
 from .world import World
 
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 # PyBullet's box around a plane.
 _ENDLESS = 1e30
-# Whose sizes are remembered.
-_MOST_MESHES = 4096
+# Of a box that is asked about, metres.
+_THINNEST = 1e-9
 # With this flag a shape has the number of its texture too.
 _TEXTURES = constants.VISUAL_SHAPE_DATA_TEXTURE_UNIQUE_IDS
 
@@ -65,11 +72,23 @@ def getCollisionShapeData(
 def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) -> tuple[Vector, Vector]:
     """The corners of the box along the world's axes around the shapes that a link touches with."""
     world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "getAABB failed.")
-    box = _box(world, body, linkIndex)
-    if box is None:
-        raise error("getAABB failed.")
-    return box
+    refusal = "getAABB failed."
+    body = world.body(bodyUniqueId, refusal)
+    name = body.link_name(linkIndex)
+    if name is None:
+        raise error(refusal)
+    for each in world.wire.call(methods.GetLinkBounds, GetLinkBoundsRequest(robots=[body.robot])).links:
+        if each.link == name:
+            least, most = each.lower, each.upper
+            return (least.x, least.y, least.z), (most.x, most.y, most.z)
+    shapes = _shapes(world, body, name)
+    if not shapes:
+        # As in PyBullet, a point.
+        place, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
+        return place, place
+    if all(shape.WhichOneof("geometry") == "plane" for shape in shapes):
+        return (-_ENDLESS,) * 3, (_ENDLESS,) * 3
+    raise error(refusal)
 
 
 def getOverlappingObjects(
@@ -79,13 +98,19 @@ def getOverlappingObjects(
     world = connected(physicsClientId)
     lower = vector(aabbMin, "aabbMin needs 3 numbers")
     upper = vector(aabbMax, "aabbMax needs 3 numbers")
-    found: list[tuple[int, int]] = []
-    for number, body in sorted(world.bodies.items()):
-        for link in range(-1, len(body.joints)):
-            box = _box(world, body, link)
-            if box is not None and all(box[0][i] <= upper[i] and lower[i] <= box[1][i] for i in range(3)):
-                found.append((number, link))
-    return tuple(found) or None
+    if any(b < a for a, b in zip(lower, upper, strict=True)):
+        return None
+    middle = [(a + b) / 2.0 for a, b in zip(lower, upper, strict=True)]
+    # The daemon takes no box without a volume.
+    size = [max(b - a, _THINNEST) for a, b in zip(lower, upper, strict=True)]
+    request = FindOverlapsRequest(
+        shape=QueryShape(box=BoxGeometry(size=Vector3(x=size[0], y=size[1], z=size[2]))),
+        pose=WirePose(position=Vector3(x=middle[0], y=middle[1], z=middle[2])),
+        bounds_only=True,
+    )
+    numbers = world.numbers()
+    named = ((link.robot, link.link) for link in world.wire.call(methods.FindOverlaps, request).links)
+    return tuple(sorted(numbers[name] for name in named if name in numbers)) or None
 
 
 def _scene(world: World, body: Body) -> Any:
@@ -134,77 +159,6 @@ def _geometry(body: Body, shape: Shape, drawn: bool) -> tuple[int, Vector, bytes
     scale = shape.mesh.scale
     file = body.paths.get(shape.mesh.uri, shape.mesh.uri)
     return constants.GEOM_MESH, (scale.x, scale.y, scale.z), file.encode()
-
-
-def _box(world: World, body: Body, link: int) -> tuple[Vector, Vector] | None:
-    name = body.link_name(link)
-    if name is None:
-        return None
-    frame = body.frame(name)
-    center = compose(link_pose(body, world.link_poses(body), name), frame)
-    shapes = [(compose(inverse(frame), _pose(shape)), shape) for shape in _shapes(world, body, name)]
-    if not shapes:
-        # As in PyBullet, a point.
-        return center[0], center[0]
-    if len(shapes) == 1 and _is_nothing(shapes[0][0]):
-        points = _around(world, center, shapes[0][1])
-    else:
-        # Bullet turns the box around all of them, not each.
-        corners = [_around(world, local, shape) for local, shape in shapes]
-        points = np.concatenate(corners)
-        if all(len(each) for each in corners):
-            lower, upper = points.min(axis=0), points.max(axis=0)
-            points = _corners(center, (lower + upper) / 2.0, (upper - lower) / 2.0)
-    if not len(points):
-        return None
-    lower, upper = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    return (lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2])
-
-
-def _is_nothing(pose: Pose) -> bool:
-    return all(abs(each) < 1e-12 for each in (*pose[0], *pose[1][:3]))
-
-
-def _corners(pose: Pose, center: Vertices, half: Vertices) -> Vertices:
-    signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    return (center + signs * half) @ np.array(matrix(pose[1])).T + np.array(pose[0])
-
-
-def _around(world: World, pose: Pose, shape: Shape) -> Vertices:
-    """World points whose box is that of the shape. As in Bullet, all but a sphere have
-    that of the box around them in their own axes."""
-    kind = shape.WhichOneof("geometry")
-    at = np.array(pose[0])
-    if kind == "sphere":
-        return at + shape.sphere.radius * np.array([[-1.0] * 3, [1.0] * 3])
-    if kind == "plane":
-        return np.array([[-_ENDLESS] * 3, [_ENDLESS] * 3])
-    if kind == "mesh":
-        bounds = _bounds(world, shape.mesh.sha256, shape.mesh.uri)
-        if bounds is None:
-            return np.zeros((0, 3))
-        scale = np.array([shape.mesh.scale.x, shape.mesh.scale.y, shape.mesh.scale.z])
-        center, half = bounds.mean(axis=0) * scale, (bounds[1] - bounds[0]) / 2.0 * scale
-    elif kind == "box":
-        center, half = np.zeros(3), np.array([shape.box.size.x, shape.box.size.y, shape.box.size.z]) / 2.0
-    else:
-        round_one = shape.cylinder if kind == "cylinder" else shape.capsule
-        length = round_one.length / 2.0 + (round_one.radius if kind == "capsule" else 0.0)
-        center, half = np.zeros(3), np.array([round_one.radius, round_one.radius, length])
-    return _corners(pose, center, half)
-
-
-def _bounds(world: World, sha256: str, uri: str) -> Vertices | None:
-    """The smallest and the largest coordinates of a mesh of the daemon's; `None` if its file is missing or of another
-    format."""
-    if sha256 not in world.mesh_bounds:
-        if len(world.mesh_bounds) >= _MOST_MESHES:
-            world.mesh_bounds.clear()
-        found = meshes.vertices(world.wire.file(sha256), uri) if sha256 else None
-        world.mesh_bounds[sha256] = (
-            np.array([found.min(axis=0), found.max(axis=0)]) if found is not None and len(found) else None
-        )
-    return world.mesh_bounds[sha256]
 
 
 __all__ = ["getAABB", "getCollisionShapeData", "getOverlappingObjects", "getVisualShapeData"]

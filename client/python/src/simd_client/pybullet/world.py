@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from .arguments import Pose, Vector
     from .constraints import Constraint
     from .log import Log
-    from .meshes import Vertices
     from .sliders import Sliders
     from .wire import Wire
 
@@ -95,9 +94,8 @@ class World(Readings):
         self.notes = Notes()
         self.collision_shapes = Shapes()
         self.visual_shapes = Shapes()
-        # Shapes of robots by name, and the smallest and largest coordinates of meshes by hash.
+        # Shapes of robots by name.
         self.scenes: dict[str, RobotScene] = {}
-        self.mesh_bounds: dict[str, Vertices | None] = {}
         self._said: set[str] = set()
         self._saved_states = 0
         self._script = uuid.uuid4().hex[:8]
@@ -117,6 +115,14 @@ class World(Readings):
         if found is None:
             raise error(refusal)
         return found
+
+    def numbers(self) -> dict[tuple[str, str], tuple[int, int]]:
+        """PyBullet's numbers by the names of robot and link."""
+        return {
+            (body.robot, name): (body.unique_id, number)
+            for body in self.bodies.values()
+            for number, name in enumerate((body.base_link, *(joint.link for joint in body.joints)), start=-1)
+        }
 
     def add(
         self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None
