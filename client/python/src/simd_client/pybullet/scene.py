@@ -87,7 +87,7 @@ def getAABB(bodyUniqueId: int, linkIndex: int = -1, physicsClientId: int = 0) ->
         place, _ = compose(link_pose(body, world.link_poses(body), name), body.frame(name))
         return place, place
     if all(shape.WhichOneof("geometry") == "plane" for shape in shapes):
-        return (-_ENDLESS,) * 3, (_ENDLESS,) * 3
+        return (-_ENDLESS, -_ENDLESS, -_ENDLESS), (_ENDLESS, _ENDLESS, _ENDLESS)
     raise error(refusal)
 
 
