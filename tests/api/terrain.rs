@@ -103,6 +103,56 @@ async fn a_ball_falls_into_what_is_open(via: Via) {
     assert!((at.z - 0.1).abs() < 1e-3, "{at:?}");
 }
 
+/// A ball of 10 cm at this height above the middle of the ground.
+async fn spawn_ball(client: &Client, z: f64) -> Spawned {
+    let sphere = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
+    let primitive = proto::Primitive { geometry: Some(sphere), mass: 1.0, color: None };
+    let source = proto::description_source::Source::Primitive(primitive);
+    let position = Some(proto::Vector3 { x: 0.25, y: 0.25, z });
+    let request = SpawnEntityRequest {
+        source: Some(proto::DescriptionSource { source: Some(source), ..Default::default() }),
+        name: "ball".into(),
+        allow_renaming: true,
+        base: Base::Free.into(),
+        pose: Some(proto::Pose { position, ..Default::default() }),
+        ..Default::default()
+    };
+    client.spawn(request).await.unwrap()
+}
+
+/// What a report says of links below a surface.
+fn sunk(spawned: &Spawned) -> Vec<&str> {
+    let messages = spawned.report.findings.iter().map(|finding| finding.message.as_str());
+    messages.filter(|message| message.contains("below the surface")).collect()
+}
+
+/// Of a sheet and of a height field, of what comes later and of what was there before; not of what is in a tub, which has no
+/// upper side above it, nor of what is above.
+async fn what_starts_below_a_surface_is_reported(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let client = &daemon.client;
+    let folder = tempfile::tempdir().unwrap();
+    let sheet = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
+    write_robot(folder.path(), "sheet.obj", sheet.as_bytes());
+    let before = spawn_ball(client, -0.4).await;
+    assert!(sunk(&before).is_empty(), "{before:?}");
+    let ground = load(client, folder.path(), Base::Fixed, MeshShapes::Mesh).await.unwrap();
+    let expected = "link \"link\" of \"ball\" starts 0.400 m below the surface of \"ground\"";
+    assert!(sunk(&ground).len() == 1 && sunk(&ground)[0].contains(expected), "{ground:?}");
+    let [above, below] = [spawn_ball(client, 0.05).await, spawn_ball(client, -0.25).await];
+    assert!(sunk(&above).is_empty(), "{above:?}");
+    assert!(sunk(&below).len() == 1 && sunk(&below)[0].contains("starts 0.250 m below"), "{below:?}");
+    client.delete_robot("ground").await.unwrap();
+    write_robot(folder.path(), "tub.obj", TUB.as_bytes());
+    let tub = load(client, folder.path(), Base::Fixed, MeshShapes::Mesh).await.unwrap();
+    let inside = spawn_ball(client, 0.5).await;
+    assert!(sunk(&inside).is_empty(), "{tub:?} {inside:?}");
+    let heights = folder.path().join("flat.csv");
+    fs::write(&heights, "2,2\n2,2\n").unwrap();
+    let field = spawn_file(client, &heights, "flat.csv").await;
+    assert!(sunk(&field).iter().any(|message| message.contains("starts 1.500 m below")), "{field:?}");
+}
+
 /// A PNG of 16 bits with one channel, whose pixels are these bytes as they are packed.
 fn png(width: u32, height: u32, packed: &[u8]) -> Vec<u8> {
     let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
@@ -168,5 +218,6 @@ async fn files_that_are_no_ground_are_a_sentence(via: Via) {
 crate::over_every_transport! {
     a_load_report_says_what_a_mesh_became,
     a_ball_falls_into_what_is_open,
+    what_starts_below_a_surface_is_reported,
     files_that_are_no_ground_are_a_sentence,
 }

@@ -8,16 +8,21 @@ use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
 use simd_core::simulation::command::{CollisionPair, ContactSettings, Reload, Spawn};
+use simd_core::simulation::queries::Sunk;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::{LoadReport, RobotModel, wire_name};
+use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, wire_name};
 use tokio::sync::watch;
 
+use super::heavy::Cancelled;
 use super::{CallError, SimHandle};
-use crate::driver::Done;
+use crate::driver::{Done, Published};
 use crate::loading::{
     LoadOptions, LoadedRobot, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, summary,
 };
+
+/// Links below the surface of terrain that a report names.
+const MOST_SUNK: usize = 8;
 
 /// A robot to bring in.
 #[derive(Clone, Debug)]
@@ -168,7 +173,7 @@ impl SimHandle {
             report.findings.extend(found.report.findings);
         }
         collision_pairs.extend_from_slice(&request.collision_pairs);
-        let summary = summary(&model, &report);
+        let read = Arc::clone(&model);
         let name = wire_name(if name.is_empty() { &model.name } else { name });
         let spawn = Spawn {
             contact_settings: request.contact_settings,
@@ -189,8 +194,37 @@ impl SimHandle {
         if let Reply::Spawned { name: given } = &done.applied.reply {
             name.clone_from(given);
         }
+        self.report_sunk(&name, &mut report).await;
+        let summary = summary(&read, &report);
         tracing::info!(robot = name, "spawned {summary}");
         Ok(Loaded { done, name, report, summary })
+    }
+
+    /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Says nothing where
+    /// nobody has time to look.
+    async fn report_sunk(&self, name: &str, report: &mut LoadReport) {
+        let newest = self.newest();
+        let Some((robot, _)) = newest.state.entity(name) else { return };
+        if !newest.state.world.entities.iter().any(|entity| entity.shapes.has_terrain()) {
+            return;
+        }
+        let look = move |cancelled: &Cancelled| {
+            let Published { state, physics, .. } = &*newest;
+            state.sunk(robot, physics.gravity, MOST_SUNK, || cancelled.is_set())
+        };
+        let found = self.heavy(look).await.unwrap_or_default();
+        report.findings.extend(found.into_iter().map(|Sunk { link, terrain, depth }| Finding {
+            severity: Severity::Warning,
+            disposition: Disposition::Used,
+            element: format!("link {:?}", link.1),
+            file: None,
+            line: None,
+            message: format!(
+                "link {:?} of {:?} starts {depth:.3} m below the surface of {:?}: a height field pushes it out, and a mesh \
+                 lets it fall; put it higher",
+                link.1, link.0, terrain.0
+            ),
+        }));
     }
 
     /// Gives a robot a new model: from a new source, or from where it came from, read again.

@@ -33,6 +33,7 @@ mod shapes;
 mod stand_in;
 mod still;
 mod surface_distance;
+mod sunk;
 #[cfg(test)]
 mod tests;
 

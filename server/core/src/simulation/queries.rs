@@ -59,6 +59,17 @@ pub struct DistanceReport {
     pub distance: f64,
 }
 
+/// A link that is below the surface of terrain.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sunk {
+    /// Names of the robot and of its link.
+    pub link: (String, String),
+    /// Names of the robot that is terrain, and of its link.
+    pub terrain: (String, String),
+    /// How far the middle of the link's deepest shape is below the surface, metres.
+    pub depth: f64,
+}
+
 /// A link and the corners of the box around its shapes, along the world's axes, metres.
 pub type LinkBounds = (String, [DVec3; 2]);
 
@@ -216,6 +227,45 @@ impl PublishedState {
         let bounds = link_bounds(&self.placed(robot, None), entity.model.links.len());
         let named = entity.model.links.iter().zip(bounds);
         named.filter_map(|(link, bounds)| Some((link.name.clone(), bounds?))).collect()
+    }
+
+    /// Links that can move and are below the surface of terrain, where the robot at this index is one of the two: at most so many.
+    pub fn sunk(
+        &self,
+        robot: usize,
+        gravity: DVec3,
+        most: usize,
+        is_cancelled: impl Fn() -> bool,
+    ) -> Vec<Sunk> {
+        let up = (-gravity).normalize_or(DVec3::Z);
+        let is_terrain =
+            |robot: usize| self.world.entities.get(robot).is_some_and(|entity| entity.shapes.has_terrain());
+        let count = self.world.entities.len();
+        // Where this one is no terrain, only terrain matters to it.
+        let others = (0..count).filter(|other| *other != robot && (is_terrain(robot) || is_terrain(*other)));
+        let own = self.placed(robot, None);
+        let mut found: Vec<Sunk> = Vec::new();
+        for other in others.take_while(|_| !is_cancelled()) {
+            let theirs = self.placed(other, None);
+            for [bodies, grounds] in [[&own, &theirs], [&theirs, &own]] {
+                for (body, ground) in bodies.iter().flat_map(|body| grounds.iter().map(move |of| (body, of)))
+                {
+                    let Some(depth) = body.depth_below(ground, up) else { continue };
+                    let names =
+                        (self.link_name(body.robot, body.link), self.link_name(ground.robot, ground.link));
+                    let (Some(link), Some(terrain)) = names else { continue };
+                    let known = found.iter().position(|known| known.link == link && known.terrain == terrain);
+                    match known.and_then(|place| found.get_mut(place)) {
+                        Some(known) => known.depth = known.depth.max(depth),
+                        None => found.push(Sunk { link, terrain, depth }),
+                    }
+                    if found.len() >= most {
+                        return found;
+                    }
+                }
+            }
+        }
+        found
     }
 
     /// What a shape that goes from a pose by a way, without turning, meets first.
