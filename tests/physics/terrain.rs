@@ -135,6 +135,23 @@ fn a_stair_is_touched_from_its_treads_and_its_risers() {
     assert!(place(3).x < -half + 1e-3 && (place(3).z - half).abs() < 1e-3, "{}", place(3));
 }
 
+/// The edge of an upright sheet, from above.
+#[test]
+fn an_edge_of_an_obtuse_triangle_carries() {
+    // An upright wall of two triangles. Upwards leads out of the first one also over the edge between the two, which is not
+    // where the ball is.
+    let corners = [[0.0, 1.0], [1.0, 1.0], [4.0, 0.0], [4.0, 1.0]].map(|[x, z]| DVec3::new(x, 0.0, z));
+    let wall = mesh(corners.to_vec(), vec![[0, 1, 2], [1, 3, 2]], None, DVec3::ONE);
+    for body in [ball(0.2, 1.0), cuboid(DVec3::splat(0.4), 1.0)] {
+        let mut world = world(1e-3);
+        spawn(&mut world, ground(&wall));
+        spawn(&mut world, robot("body", &body, at(0.5, 0.0, 1.25), false));
+        run(&mut world, 0.3);
+        let z = look(&world).roots[1].pose.translation.z;
+        assert!((z - 1.2).abs() < 1e-3, "{z}");
+    }
+}
+
 /// Of no thickness, and hit at 5 m/s from either side, flat and on a corner.
 #[test]
 fn a_thin_mesh_lets_nothing_through() {

@@ -23,6 +23,9 @@ const SAME_DIRECTION: f64 = 0.9962;
 /// A direction that leads less than this into a triangle does not lead into it, radians.
 const INTO: f64 = 1e-9;
 
+/// Corners that lie equally far along a direction, but for this part of the triangle's size, are both touched from there.
+const SAME_REACH: f64 = 1e-6;
+
 /// A direction that is at less than this angle to a face, radians, does not say from which side it is touched.
 const SIDEWAYS: f64 = 0.05;
 
@@ -210,6 +213,7 @@ impl Reach {
 /// The directions from which a triangle can be touched.
 struct Cone {
     normal: DVec3,
+    corners: [DVec3; 3],
     /// From each edge into the triangle, across the edge and in its plane.
     inward: [DVec3; 3],
     /// The same for what is beyond the edge.
@@ -247,15 +251,34 @@ impl Cone {
         let one_sided = matches!(surface, Facets::Field(_));
         let is_front = (middle - triangle.a).dot(normal) >= 0.0;
         let side = if is_front || one_sided { 1.0 } else { -1.0 };
-        Some(Self { normal, inward, beyond, side, one_sided })
+        Some(Self { normal, corners, inward, beyond, side, one_sided })
+    }
+}
+
+impl Cone {
+    /// Which edges what comes from a direction touches: the one that lies farthest along it, or those of the corner that does.
+    /// Of an obtuse triangle a direction may lead out over an edge that is nowhere near.
+    fn touched(&self, direction: DVec3) -> [bool; 3] {
+        let along = self.corners.map(|corner| (corner - self.corners[0]).dot(direction));
+        let most = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let size =
+            self.corners.map(|corner| corner.distance(self.corners[0])).into_iter().fold(0.0, f64::max);
+        let is_far = along.map(|along| along >= most - SAME_REACH * size);
+        let far = is_far.into_iter().filter(|is_far| *is_far).count();
+        [0, 1, 2].map(|edge| {
+            let [from, to] = [is_far[edge], is_far[(edge + 1) % 3]];
+            if far == 1 { from || to } else { from && to }
+        })
     }
 }
 
 impl NormalConstraints for Cone {
     fn project_local_normal_mut(&self, direction: &mut DVec3) -> bool {
         let along = direction.dot(self.normal);
-        let mut edges = self.inward.iter().zip(&self.beyond);
-        let is_open = edges.all(|(inward, beyond)| {
+        let touched = self.touched(*direction);
+        let mut edges =
+            self.inward.iter().zip(&self.beyond).zip(touched).filter(|(_, is_touched)| *is_touched);
+        let is_open = edges.all(|((inward, beyond), _)| {
             direction.dot(*inward) >= -INTO || beyond.is_none_or(|beyond| direction.dot(beyond) <= INTO)
         });
         if is_open && !(self.one_sided && along <= 0.0) {
