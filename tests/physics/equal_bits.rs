@@ -1,9 +1,10 @@
 //! Runs with contacts are equal to the bit, over everything that a step reads.
 
 use fastrand::Rng;
-use glamx::DVec3;
+use glamx::{DPose3, DVec3};
 use simd_core::simulation::command::*;
 use simd_core::{Command, Integrator, Simulation};
+use simd_model::robot::Material;
 use simd_tests::scenes::*;
 
 use crate::contact_runs::jumble;
@@ -19,7 +20,37 @@ fn stir(world: &mut Simulation, rng: &mut Rng) {
     apply(world, Command::SetTargets(SetTargets { robots, ..Default::default() }));
 }
 
-/// The one world is left alone; the other is saved, runs ahead and is put back again and again.
+/// What is solved directly, and what has friction against rolling and spinning and so is not: below the box a tower of
+/// masses as 1 to 1,000 and a ball, which is thrown again and again.
+fn add_tower_and_roller(world: &mut Simulation) {
+    let at = |x: f64, height: f64| DPose3::from_translation(DVec3::new(x, 0.0, height - 5.0));
+    spawn(world, robot("ground", &plane(DVec3::Z), at(0.0, 0.0), true));
+    for (i, mass) in [1.0, 1e3, 1.0, 1e3].into_iter().enumerate() {
+        let model = cuboid(DVec3::splat(0.2), mass);
+        spawn(world, robot(&format!("tall-{i}"), &model, at(10.0, 0.1 + 0.2 * i as f64), false));
+    }
+    let material =
+        Material { rolling_friction: Some(1e-3), spinning_friction: Some(1e-3), ..Material::default() };
+    let contact_settings = ContactSettings {
+        links: vec![LinkProperties { material, ..LinkProperties::default() }],
+        ..ContactSettings::default()
+    };
+    let roller = robot("roller", &ball(0.1, 1.0), at(20.0, 0.1), false);
+    spawn(world, Spawn { contact_settings, ..roller });
+}
+
+/// How many contacts have impulses of a direct solution, and how many have those of sweeps.
+fn solved(world: &mut Simulation) -> [usize; 2] {
+    apply(world, Command::SaveState { name: "solved".into() });
+    let state = look(world).saved("solved").unwrap().saved().clone();
+    let contacts = &state.world_state().contacts;
+    let pressing = contacts.iter().filter(|contact| contact.impulse != DVec3::ZERO);
+    let directly = pressing.clone().filter(|contact| contact.is_least).count();
+    [directly, pressing.count() - directly]
+}
+
+/// The one world is left alone; the other is saved, runs ahead and is put back again and again. Both ways of solving
+/// contacts take part.
 #[test]
 fn a_hundred_thousand_steps_are_equal_also_across_restores() {
     run_alone_and_restored(Integrator::Leapfrog);
@@ -33,16 +64,24 @@ fn a_hundred_thousand_steps_of_euler_are_equal_also_across_restores() {
 fn run_alone_and_restored(integrator: Integrator) {
     let [mut alone, mut restored] = [0, 0].map(|_| jumble(&mut Rng::with_seed(11)));
     for world in [&mut alone, &mut restored] {
+        add_tower_and_roller(world);
         let integrator = Some(integrator);
         apply(world, Command::SetPhysics(PhysicsChange { integrator, ..Default::default() }));
     }
     let (mut stirs, mut restores) = ([0, 0].map(|_| Rng::with_seed(12)), Rng::with_seed(13));
-    let (mut touching, mut ahead) = (0, 0);
+    let (mut touching, mut ahead, mut directly, mut by_sweeps) = (0, 0, 0, 0);
     for step in 0..100_000 {
         if step % 1_000 == 0 {
             stir(&mut alone, &mut stirs[0]);
             stir(&mut restored, &mut stirs[1]);
+            for world in [&mut alone, &mut restored] {
+                let way = if step % 2_000 == 0 { 1.0 } else { -1.0 };
+                throw(world, "roller", DVec3::Y * way, DVec3::new(-10.0 * way, 0.0, 5.0));
+                throw(world, "tall-3", DVec3::X * 0.02 * way, DVec3::ZERO);
+            }
             touching += contacts(&alone, None).len();
+            let [direct, swept] = solved(&mut alone);
+            (directly, by_sweeps) = (directly + direct, by_sweeps + swept);
         }
         if restores.usize(0..500) == 0 {
             apply(&mut restored, Command::SaveState { name: "here".into() });
@@ -55,8 +94,10 @@ fn run_alone_and_restored(integrator: Integrator) {
         restored.step();
         assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
     }
-    println!("{touching} contacts looked at, {ahead} steps taken back");
-    assert!(touching > 1_000 && ahead > 1_000);
+    println!(
+        "{touching} contacts looked at, {directly} solved directly and {by_sweeps} by sweeps, {ahead} steps taken back"
+    );
+    assert!(touching > 1_000 && ahead > 1_000 && directly > 500 && by_sweeps > 100);
 }
 
 /// Bits, over everything that a step reads: at random steps, in scenes that hit, slide, roll,

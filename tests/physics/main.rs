@@ -33,5 +33,6 @@ mod surface_queries;
 mod terrain;
 mod terrain_bits;
 mod truth;
+mod turning_friction;
 mod walking;
 mod world;

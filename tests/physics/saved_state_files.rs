@@ -146,7 +146,14 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
             Command::SetJointProperties { robot, joints: vec![properties] }
         }
         3 => {
-            let material = Material { friction: Some(number.abs()), restitution: None };
+            let rolling_friction = rng.bool().then(|| 0.01 * number.abs());
+            let spinning_friction = rng.bool().then(|| 0.01 * number.abs());
+            let material = Material {
+                friction: Some(number.abs()),
+                restitution: None,
+                rolling_friction,
+                spinning_friction,
+            };
             let collision_mask = rng.bool().then(|| rng.u32(..));
             let properties = LinkProperties { link, material, collision_mask, ..Default::default() };
             Command::SetLinkProperties { robot, links: vec![properties] }
@@ -195,7 +202,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
 #[test]
 fn an_imported_world_runs_on_to_the_bit() {
     let (mut slept, mut touched, mut pushed, mut ignored, mut saturated) = (0, 0, 0, 0, 0);
-    for seed in 0..4 {
+    for seed in 0..6 {
         let rng = &mut Rng::with_seed(seed);
         let mut world = scene(rng);
         for round in 0..4 {

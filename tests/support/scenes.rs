@@ -101,7 +101,8 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
 
 /// Friction and restitution of all of a robot's links.
 pub fn surface(friction: f64, restitution: f64) -> ContactSettings {
-    let material = Material { friction: Some(friction), restitution: Some(restitution) };
+    let material =
+        Material { friction: Some(friction), restitution: Some(restitution), ..Material::default() };
     ContactSettings {
         self_collision: false,
         links: vec![LinkProperties { material, ..LinkProperties::default() }],

@@ -68,17 +68,26 @@ pub(crate) struct Surface {
     /// 0: does not bounce, to 1: loses no speed; of two that touch the larger counts
     #[arg(long, value_name = "E")]
     restitution: Option<f64>,
+    /// Friction against rolling, metres: its torque is at most this times the normal force; of two that touch the larger
+    /// counts
+    #[arg(long, value_name = "M")]
+    rolling_friction: Option<f64>,
+    /// The same against turning about the normal
+    #[arg(long, value_name = "M")]
+    spinning_friction: Option<f64>,
 }
 
 impl Surface {
     /// For a link; for all where it is not named. None where nothing was given.
     pub(crate) fn of(self, link: Option<String>) -> Option<LinkProperties> {
-        let Self { friction, restitution } = self;
-        let is_given = friction.is_some() || restitution.is_some();
-        is_given.then(|| LinkProperties {
+        let Self { friction, restitution, rolling_friction, spinning_friction } = self;
+        let given = [friction, restitution, rolling_friction, spinning_friction];
+        given.iter().any(Option::is_some).then(|| LinkProperties {
             link: link.unwrap_or_default(),
             friction,
             restitution,
+            rolling_friction,
+            spinning_friction,
             ..LinkProperties::default()
         })
     }
@@ -102,7 +111,9 @@ pub(crate) async fn run(command: Contact, client: &Client, output: Output) -> an
         Contact::Surfaces { robot } => surfaces(&robot, client, output).await,
         Contact::Set(Set { robot, link, surface }) => {
             let Some(properties) = surface.of(link) else {
-                anyhow::bail!("give --friction, --restitution or both");
+                anyhow::bail!(
+                    "give one of --friction, --restitution, --rolling-friction and --spinning-friction at least"
+                );
             };
             client.set_link_properties(&robot, [properties]).await?;
             surfaces(&robot, client, output).await

@@ -76,6 +76,10 @@ pub struct Material {
     pub friction: Option<f64>,
     /// The part of the approach speed that is left after a hit, 0 to 1.
     pub restitution: Option<f64>,
+    /// The torque against rolling, as a part of the normal force, metres, at least 0.
+    pub rolling_friction: Option<f64>,
+    /// The same against turning about the normal.
+    pub spinning_friction: Option<f64>,
 }
 
 /// A shape, centred on its own origin. Metres.

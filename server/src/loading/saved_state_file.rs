@@ -34,7 +34,7 @@ use crate::handle::CallError;
 const MAGIC: &[u8; 8] = b"simdsave";
 
 /// The format that is read and written. It grows with every change of what a state is.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 /// Entries of lists that take more memory than bytes of the file, of all robots together: some fifty bytes for
 /// each, and in a file three. Far above a thousand robots with a hundred meshes each.
@@ -313,12 +313,15 @@ mod tests {
     #[test]
     fn another_format_is_refused_and_says_who_is_older() {
         let mut file = seal(&content());
-        file[8] = 4;
+        file[8..12].copy_from_slice(&(FORMAT + 1).to_le_bytes());
         let newer = refusal(&file);
-        assert!(newer.contains("format 4") && newer.contains("the daemon is older"), "{newer}");
-        file[8] = 1;
+        assert!(
+            newer.contains(&format!("format {}", FORMAT + 1)) && newer.contains("the daemon is older"),
+            "{newer}"
+        );
+        file[8..12].copy_from_slice(&1u32.to_le_bytes());
         let older = refusal(&file);
-        assert!(older.contains("format 1, and this daemon reads only 3"), "{older}");
+        assert!(older.contains(&format!("format 1, and this daemon reads only {FORMAT}")), "{older}");
     }
 
     #[test]

@@ -118,8 +118,9 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
     let mut numbers = of_body(body);
     numbers.extend(of_body(Arc::make_mut(&mut entity.spawned)));
     numbers.push(&mut entity.still_for);
-    for Surface { friction, restitution } in &mut entity.surfaces {
-        numbers.extend([friction, restitution]);
+    for surface in &mut entity.surfaces {
+        let Surface { friction, restitution, rolling_friction, spinning_friction } = surface;
+        numbers.extend([friction, restitution, rolling_friction, spinning_friction]);
     }
     for RestPose { world_from_shape, margin } in &mut entity.rest_poses {
         numbers.extend(pose(world_from_shape));
@@ -136,12 +137,13 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
 fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
     let mut numbers = vec![&mut world.sim_time, &mut world.time_base.1, &mut world.settings.time_step];
     numbers.extend(vector(&mut world.settings.gravity));
-    for Contact { robots: _, index: _, point, impulse, is_least: _, total } in &mut world.contacts {
+    for contact in &mut world.contacts {
+        let Contact { robots: _, index: _, point, impulse, turning_impulse, is_least: _, total } = contact;
         let [a, b] = &mut point.on;
-        let vectors = [a, b, &mut point.position, &mut point.normal, impulse, total];
+        let vectors = [a, b, &mut point.position, &mut point.normal, impulse, turning_impulse, total];
         numbers.extend(vectors.into_iter().flat_map(vector));
-        let Surface { friction, restitution } = &mut point.surface;
-        numbers.extend([&mut point.distance, friction, restitution]);
+        let Surface { friction, restitution, rolling_friction, spinning_friction } = &mut point.surface;
+        numbers.extend([&mut point.distance, friction, restitution, rolling_friction, spinning_friction]);
     }
     numbers
 }

@@ -119,20 +119,35 @@ pub(super) struct SurfaceView {
     /// Absent where the link touches nothing.
     friction: Option<f64>,
     restitution: Option<f64>,
+    /// Metres.
+    rolling_friction: Option<f64>,
+    spinning_friction: Option<f64>,
 }
 
 impl From<LinkProperties> for SurfaceView {
     fn from(properties: LinkProperties) -> Self {
-        let LinkProperties { link, friction, restitution, .. } = properties;
-        Self { link, friction, restitution }
+        let LinkProperties { link, friction, restitution, rolling_friction, spinning_friction, .. } = properties;
+        Self { link, friction, restitution, rolling_friction, spinning_friction }
     }
 }
 
 /// The table of `contact surfaces`.
 pub(super) fn surfaces(links: &[SurfaceView]) -> Page {
-    let columns = vec![Column::left("LINK"), Column::right("FRICTION"), Column::right("RESTITUTION")];
+    let columns = vec![
+        Column::left("LINK"),
+        Column::right("FRICTION"),
+        Column::right("RESTITUTION"),
+        Column::right("ROLLING (m)"),
+        Column::right("SPINNING (m)"),
+    ];
     let row = |surface: &SurfaceView| {
-        vec![surface.link.clone(), optional(surface.friction, 3), optional(surface.restitution, 3)]
+        vec![
+            surface.link.clone(),
+            optional(surface.friction, 3),
+            optional(surface.restitution, 3),
+            optional(surface.rolling_friction, 6),
+            optional(surface.spinning_friction, 6),
+        ]
     };
     Page::new().table(Table::new(columns, links.iter().map(row).collect()))
 }

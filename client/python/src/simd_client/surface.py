@@ -11,8 +11,8 @@ from simd_client import proto
 
 @dataclass(frozen=True)
 class Surface:
-    """Friction, restitution and collision groups of a link. In a contact the smaller friction and the larger
-    restitution apply."""
+    """Friction, restitution and collision groups of a link. In a contact the smaller friction applies, and the larger
+    restitution, rolling friction and spinning friction."""
 
     friction: float | None = None
     """Coefficient of dry friction, at least 0. `None` does not change it; in a reading it means that the link has no
@@ -24,6 +24,10 @@ class Surface:
     collision_mask: int | None = None
     """The groups that it touches: 32 bits, by default all. Two links touch if one of them is in a group that the other
     one touches. `None` as for friction."""
+    rolling_friction: float | None = None
+    """The torque against rolling is at most this many metres times the normal force; at least 0. `None` as for friction."""
+    spinning_friction: float | None = None
+    """The same against turning about the normal."""
 
 
 Surfaces = Union[Surface, Mapping[str, Surface]]
@@ -40,6 +44,8 @@ def surfaces_to_proto(surfaces: Surfaces | None) -> list[proto.LinkProperties]:
             link=link,
             friction=each.friction,
             restitution=each.restitution,
+            rolling_friction=each.rolling_friction,
+            spinning_friction=each.spinning_friction,
             collision_group=each.collision_group,
             collision_mask=each.collision_mask,
         )
@@ -54,4 +60,6 @@ def surface_from_proto(message: proto.LinkProperties) -> Surface:
         message.restitution if message.HasField("restitution") else None,
         message.collision_group if message.HasField("collision_group") else None,
         message.collision_mask if message.HasField("collision_mask") else None,
+        message.rolling_friction if message.HasField("rolling_friction") else None,
+        message.spinning_friction if message.HasField("spinning_friction") else None,
     )

@@ -200,10 +200,18 @@ def test_what_contacts_are_made_of_is_kept_and_said_to_do_nothing(
     script: ModuleType, capsys: pytest.CaptureFixture[str]
 ) -> None:
     body = box(script, 1.0)
-    script.changeDynamics(body, -1, rollingFriction=0.01, linearDamping=0)
-    script.changeDynamics(body, -1, rollingFriction=0.02, linearDamping=0)
-    assert script.getDynamicsInfo(body, -1)[6] == 0.02
+    script.changeDynamics(body, -1, contactStiffness=100, linearDamping=0)
+    script.changeDynamics(body, -1, contactStiffness=200, linearDamping=0)
+    assert script.getDynamicsInfo(body, -1)[9] == 200
     assert capsys.readouterr().err.count("do nothing") == 1
+
+
+def test_friction_against_rolling_and_spinning_is_the_daemons(script: ModuleType) -> None:
+    body = box(script, 1.0)
+    assert script.getDynamicsInfo(body, -1)[6:8] == (0, 0)
+    script.changeDynamics(body, -1, rollingFriction=0.01, spinningFriction=0.02)
+    script.changeDynamics(body, -1, lateralFriction=0.7)
+    assert script.getDynamicsInfo(body, -1)[6:8] == (0.01, 0.02)
 
 
 @pytest.mark.parametrize("frame", [pybullet.WORLD_FRAME, pybullet.LINK_FRAME])

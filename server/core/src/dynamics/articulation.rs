@@ -284,6 +284,11 @@ impl Articulation {
         Spatial::new(arm.cross(direction), direction)
     }
 
+    /// A unit torque impulse on a body about a world direction, in the base's axes.
+    pub(super) fn torque(&self, direction: DVec3) -> Spatial {
+        Spatial::new(self.state.base.rotation.inverse() * direction, DVec3::ZERO)
+    }
+
     /// Writes J for an impulse on a body about its origin, in the base's axes.
     pub(super) fn wrench_row(&self, body: usize, wrench: Spatial, jacobian: &mut [f64]) {
         project(&self.tree, &self.state.positions, &self.scratch.passes.bodies, (body, wrench), jacobian);

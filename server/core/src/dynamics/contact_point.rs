@@ -39,12 +39,16 @@ pub struct Surface {
     pub friction: f64,
     /// The part of the approach speed that is left after a hit.
     pub restitution: f64,
+    /// The largest torque against rolling, as a part of the normal force, metres.
+    pub rolling_friction: f64,
+    /// The same against turning about the normal.
+    pub spinning_friction: f64,
 }
 
 impl Default for Surface {
-    /// Friction 1, as MuJoCo and Gazebo have it, and no rebound.
+    /// Friction 1, as MuJoCo and Gazebo have it, no rebound, and nothing against rolling and spinning.
     fn default() -> Self {
-        Self { friction: 1.0, restitution: 0.0 }
+        Self { friction: 1.0, restitution: 0.0, rolling_friction: 0.0, spinning_friction: 0.0 }
     }
 }
 
@@ -54,25 +58,35 @@ impl Surface {
         Self {
             friction: material.friction.unwrap_or(self.friction),
             restitution: material.restitution.unwrap_or(self.restitution),
+            rolling_friction: material.rolling_friction.unwrap_or(self.rolling_friction),
+            spinning_friction: material.spinning_friction.unwrap_or(self.spinning_friction),
         }
     }
 
-    /// Of two surfaces that touch: the more slippery one's friction, as in Gazebo, and the
-    /// bouncier one's restitution.
+    /// Of two surfaces that touch: the more slippery one's friction, as in Gazebo, the
+    /// bouncier one's restitution, and the larger friction against rolling and spinning, as in MuJoCo: a ball that has some is
+    /// braked on any floor. What a surface is by default, friction 1 and else 0, so leaves the other one as it is.
     pub fn against(self, other: Self) -> Self {
         Self {
             friction: self.friction.min(other.friction),
             restitution: self.restitution.max(other.restitution),
+            rolling_friction: self.rolling_friction.max(other.rolling_friction),
+            spinning_friction: self.spinning_friction.max(other.spinning_friction),
         }
     }
 
     /// Whether a surface can be so; or what is wrong with it, as a fragment of a sentence.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let Self { friction, restitution } = *self;
+        let Self { friction, restitution, rolling_friction, spinning_friction } = *self;
         // A description may say more than a request may.
-        if friction >= 0.0 && friction.is_finite() && (0.0..=1.0).contains(&restitution) {
+        let is_friction = |value: f64| value >= 0.0 && value.is_finite();
+        let all = [friction, rolling_friction, spinning_friction].into_iter().all(is_friction);
+        if all && (0.0..=1.0).contains(&restitution) {
             return Ok(());
         }
-        Err(format!("a surface of friction {friction} and restitution {restitution}"))
+        Err(format!(
+            "a surface of friction {friction}, restitution {restitution}, and friction of {rolling_friction} m against \
+             rolling and {spinning_friction} m against spinning"
+        ))
     }
 }

@@ -22,6 +22,10 @@ use super::tree::{JointType, Tree};
 /// makes it grow from 0.7 rad on.
 const FAST: f64 = 0.1;
 
+/// Degrees of freedom up to which the derivative is used. It costs their cube and has the memory of their square: with
+/// so many as long as sixty steps, with a thousand a quarter of a second.
+const MOST_FACTORISED: usize = 64;
+
 /// Iterations at the most; five to ten are the rule.
 const MAX_ITERATIONS: usize = 20;
 
@@ -35,7 +39,7 @@ const SETTLED: f64 = 1e-13;
 #[derive(Debug)]
 pub struct VelocityTerms {
     bodies: Vec<Moving>,
-    /// 1 + h/2 M^-1 db/dv, factorised, row by row; as large as it ever had to be.
+    /// 1 + h/2 M^-1 db/dv, factorised, row by row; as large as it ever had to be, and at most [`MOST_FACTORISED`] squared.
     matrix: Vec<f64>,
     pivots: Vec<usize>,
     /// The terms at the extrapolated velocities.
@@ -80,7 +84,9 @@ impl VelocityTerms {
     /// Changes `new`, the velocities after a step of `h` from `half` with the terms at `qd`, into those with the
     /// terms at their mean. Needs kinematics, and IA, U and D of this step.
     ///
-    /// O(n) an iteration; O(n^2) for the matrix and O(n^3) to factorise it where it is needed, n the degrees of freedom.
+    /// O(n) an iteration, n the degrees of freedom; O(n^2) for the matrix and O(n^3) to factorise it where it is needed
+    /// and n is at most [`MOST_FACTORISED`]. Above that iteration is all there is, and where it does not settle
+    /// the terms stay those at `qd`.
     pub fn solve(
         &mut self,
         tree: &Tree,
@@ -91,8 +97,6 @@ impl VelocityTerms {
     ) {
         self.fit(tree, scratch);
         let n = new.len();
-        self.matrix.resize(n * n, 0.0);
-        self.pivots.resize(n, 0);
         self.first.copy_from_slice(new);
         self.velocities.copy_from_slice(qd);
         self.find_terms(tree, q, scratch, 0);
@@ -122,8 +126,13 @@ impl VelocityTerms {
                 break;
             }
             if !is_factorised && change > CONTRACTS * before {
-                self.factorise(tree, q, qd, h, scratch);
-                is_factorised = true;
+                if n <= MOST_FACTORISED {
+                    self.factorise(tree, q, qd, h, scratch);
+                    is_factorised = true;
+                } else if change >= before {
+                    new.copy_from_slice(&self.first);
+                    break;
+                }
             }
             before = change;
         }
@@ -226,6 +235,8 @@ impl VelocityTerms {
     /// width give the derivative exactly.
     fn factorise(&mut self, tree: &Tree, q: &[f64], qd: &[f64], h: f64, scratch: &Scratch) {
         let n = qd.len();
+        self.matrix.resize(n * n, 0.0);
+        self.pivots.resize(n, 0);
         let width = qd.iter().fold(0.0f64, |largest, velocity| largest.max(velocity.abs()));
         self.velocities.copy_from_slice(qd);
         for (j, &velocity) in qd.iter().enumerate() {

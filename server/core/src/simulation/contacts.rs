@@ -49,6 +49,7 @@ impl Contacts {
         for contact in &mut self.list {
             contact.total *= step;
             contact.impulse *= part;
+            contact.turning_impulse *= part;
         }
     }
 
@@ -88,6 +89,7 @@ impl Contacts {
                     index: 0,
                     point,
                     impulse: DVec3::ZERO,
+                    turning_impulse: DVec3::ZERO,
                     is_least: false,
                     total: DVec3::ZERO,
                 });
@@ -193,11 +195,11 @@ pub(super) fn complete(robots: &[Entity], contacts: &mut [Contact]) -> Result<()
         if sides.iter().all(|side| side.body.is_none()) {
             return Err("a contact is between what cannot move".into());
         }
-        let Contact { robots: _, index, point, impulse, is_least: _, total } = contact;
+        let Contact { robots: _, index, point, impulse, turning_impulse, is_least: _, total } = contact;
         (point.links, point.bodies) = (sides.map(|side| side.link), sides.map(|side| side.body));
         let ContactPoint { colliders: _, links: _, bodies: _, on, position, normal, distance, surface } =
             point;
-        let vectors = [on[0], on[1], *position, *normal, *impulse, *total];
+        let vectors = [on[0], on[1], *position, *normal, *impulse, *turning_impulse, *total];
         let values = vectors.into_iter().flat_map(|vector| vector.to_array()).chain([*distance]);
         finite("the contacts have numbers", values)?;
         if (normal.length_squared() - 1.0).abs() > 1e-6 {
@@ -283,8 +285,9 @@ fn inherit(list: &mut [Contact], before: &[Contact]) {
             let Some((i, known)) = nearest else { continue };
             if single || way(known) < SAME_POINT * SAME_POINT {
                 taken |= 1 << i;
-                (contact.impulse, contact.is_least, contact.total) =
-                    (known.impulse, known.is_least, known.total);
+                let Contact { impulse, turning_impulse, is_least, total, .. } = *known;
+                (contact.impulse, contact.turning_impulse) = (impulse, turning_impulse);
+                (contact.is_least, contact.total) = (is_least, total);
             }
         }
         start += len;

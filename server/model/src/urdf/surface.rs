@@ -70,8 +70,11 @@ impl Surfaces {
                 let node = mended.child(contact, tag)?;
                 numbers::of(node, "value", Shape::Exactly(1)).map(|[value]| (node, value))
             };
-            material.friction =
-                value("lateral_friction").and_then(|(node, value)| checked_friction(node, value, findings));
+            let mut friction =
+                |tag| value(tag).and_then(|(node, value)| checked_friction(node, value, findings));
+            material.friction = friction("lateral_friction");
+            material.rolling_friction = friction("rolling_friction");
+            material.spinning_friction = friction("spinning_friction");
             material.restitution =
                 value("restitution").map(|(node, value)| checked_restitution(node, value, findings));
         }

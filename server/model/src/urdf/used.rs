@@ -25,6 +25,8 @@ fn of_link(link: &Link) -> String {
     if let Some(material) = link.collisions.first().map(|collision| collision.material) {
         said.extend(material.friction.map(|friction| format!("friction {}", short(friction))));
         said.extend(material.restitution.map(|restitution| format!("restitution {}", short(restitution))));
+        said.extend(material.rolling_friction.map(|arm| format!("rolling friction {} m", short(arm))));
+        said.extend(material.spinning_friction.map(|arm| format!("spinning friction {} m", short(arm))));
     }
     said.join(", ")
 }

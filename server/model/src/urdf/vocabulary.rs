@@ -157,6 +157,8 @@ const CONTACT: Element = ours(
         &[
             element("lateral_friction", &[attribute("value", Numbers(1), Drop)], &[]),
             element("restitution", &[attribute("value", Numbers(1), Drop)], &[]),
+            element("rolling_friction", &[attribute("value", Numbers(1), Drop)], &[]),
+            element("spinning_friction", &[attribute("value", Numbers(1), Drop)], &[]),
         ],
     ),
     "",

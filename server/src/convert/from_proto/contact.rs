@@ -32,10 +32,18 @@ pub fn link_properties(
 ) -> Result<Vec<LinkProperties>, BadField> {
     let read = |(index, given): (usize, v1::LinkProperties)| {
         let at = at.item(list, index);
-        let v1::LinkProperties { link, friction, restitution, collision_group, collision_mask } = given;
+        let v1::LinkProperties {
+            link,
+            friction,
+            restitution,
+            collision_group,
+            collision_mask,
+            rolling_friction,
+            spinning_friction,
+        } = given;
         Ok(LinkProperties {
             link: at.field("link").short(link)?,
-            material: Material { friction, restitution },
+            material: Material { friction, restitution, rolling_friction, spinning_friction },
             collision_group,
             collision_mask,
         })

@@ -375,6 +375,16 @@ fn numbers_of_robots_and_physics_are_refused_by_the_world_under_the_path_of_thei
     };
     assert_eq!(surface(Some(-1.0), None), "links[0].friction");
     assert_eq!(surface(None, Some(1.5)), "links[0].restitution");
+    for (bad, rolls) in [(-0.1, true), (f64::NAN, true), (f64::INFINITY, false)] {
+        let links = vec![v1::LinkProperties {
+            rolling_friction: rolls.then_some(bad),
+            spinning_friction: (!rolls).then_some(bad),
+            ..Default::default()
+        }];
+        let request = v1::SetLinkPropertiesRequest { robot: "left".into(), links, ..Default::default() };
+        let field = if rolls { "links[0].rolling_friction" } else { "links[0].spinning_friction" };
+        assert_eq!(judged(entity::set_link_properties(request).unwrap()), field);
+    }
 
     let physics = |request: &v1::SetPhysicsRequest| {
         judged(Command::SetPhysics(simulation::physics_change(request).unwrap().0))

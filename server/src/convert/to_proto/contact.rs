@@ -51,6 +51,8 @@ pub fn link_properties(link: &str, surface: Option<Surface>, groups: Groups) -> 
         restitution: surface.map(|surface| surface.restitution),
         collision_group: surface.map(|_| groups.group),
         collision_mask: surface.map(|_| groups.mask),
+        rolling_friction: surface.map(|surface| surface.rolling_friction),
+        spinning_friction: surface.map(|surface| surface.spinning_friction),
     }
 }
 

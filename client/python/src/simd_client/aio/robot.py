@@ -285,10 +285,20 @@ class Robot(Motion):
         return {each.link: surface_from_proto(each) for each in answer.links}
 
     async def set_surface(
-        self, *, friction: float | None = None, restitution: float | None = None, link: str | None = None
+        self,
+        *,
+        friction: float | None = None,
+        restitution: float | None = None,
+        rolling_friction: float | None = None,
+        spinning_friction: float | None = None,
+        link: str | None = None,
     ) -> Stamp:
-        """Changes friction, restitution or both, of one link or of all of them."""
-        links = surfaces_to_proto({link or "": Surface(friction, restitution)})
+        """Changes what is given of friction, restitution, and friction against rolling and spinning (metres), of one link
+        or of all of them."""
+        surface = Surface(
+            friction, restitution, rolling_friction=rolling_friction, spinning_friction=spinning_friction
+        )
+        links = surfaces_to_proto({link or "": surface})
         request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
         return stamp_from_proto((await self._connection.call(methods.SetLinkProperties, request)).stamp)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,11 +26,16 @@ from .rotations import Matrix, matrix
 from .world import World
 
 # PyBullet's values for a link without a collision shape.
-_SURFACE = {"lateralFriction": 0.5, "restitution": 0.0}
+_SURFACE = {"lateralFriction": 0.5, "restitution": 0.0, "rollingFriction": 0.0, "spinningFriction": 0.0}
+# The daemon's names of them.
+_SURFACE_FIELDS = {
+    "lateralFriction": "friction",
+    "restitution": "restitution",
+    "rollingFriction": "rolling_friction",
+    "spinningFriction": "spinning_friction",
+}
 # PyBullet's default contact parameters.
 _CONTACT = {
-    "rollingFriction": 0.0,
-    "spinningFriction": 0.0,
     "contactDamping": -1.0,
     "contactStiffness": -1.0,
     "collisionMargin": 0.001,
@@ -76,15 +82,14 @@ def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0)
 
 
 def _surface(world: World, body: Body, link: str) -> dict[str, float]:
-    """Friction and restitution of a link, as the daemon has them."""
+    """What a link's surface is like, as the daemon has it."""
     surface = dict(_SURFACE)
     answer = world.wire.call(methods.GetLinkProperties, GetLinkPropertiesRequest(robot=body.robot))
     for properties in answer.links:
         if properties.link == link:
-            if properties.HasField("friction"):
-                surface["lateralFriction"] = properties.friction
-            if properties.HasField("restitution"):
-                surface["restitution"] = properties.restitution
+            for name, field in _SURFACE_FIELDS.items():
+                if properties.HasField(field):
+                    surface[name] = getattr(properties, field)
     return surface
 
 
@@ -139,8 +144,9 @@ def changeDynamics(
     if noted:
         body.noted.setdefault(linkIndex, {}).update(noted)
         world.say_once(f"changeDynamics: {', '.join(noted)} are kept, and do nothing")
-    if lateralFriction is not None or restitution is not None:
-        _set_surface(world, body, linkIndex, lateralFriction, restitution)
+    surface = {field: float(given[name]) for name, field in _SURFACE_FIELDS.items() if given[name] is not None}
+    if surface:
+        _set_surface(world, body, linkIndex, surface)
     if jointLimitForce is not None:
         world.say_once("changeDynamics: jointLimitForce does nothing: limits are hard stops")
     if mass is not None or localInertiaDiagonal is not None:
@@ -152,16 +158,9 @@ def changeDynamics(
         _set_joint(world, body, linkIndex, jointDamping, maxJointVelocity, jointLowerLimit, jointUpperLimit)
 
 
-def _set_surface(
-    world: World, body: Body, index: int, friction: float | None, restitution: float | None
-) -> None:
+def _set_surface(world: World, body: Body, index: int, given: Mapping[str, float]) -> None:
     link = body.link_name(index) or ""
-    before = body.surfaces.get(link, Surface())
-    wanted = replace(
-        before,
-        friction=before.friction if friction is None else float(friction),
-        restitution=before.restitution if restitution is None else float(restitution),
-    )
+    wanted = replace(body.surfaces.get(link, Surface()), **given)
     world.set_surfaces(body, {link: wanted})
 
 

@@ -10,6 +10,12 @@ use crate::plain::vector3;
 /// again in each step, and its normal with it, and nothing moves it.
 pub const SLOP: f64 = 2e-5;
 
+/// What rests is this deep, metres: points that arrive go on to here.
+const REST: f64 = SLOP / 2.0;
+
+/// Points this much above [`REST`] count as there, metres: they neither fall nor press for the sake of rounding.
+const AT_REST: f64 = 1e-9;
+
 /// The fraction of an overlap that position correction removes in a step.
 pub const OVERLAP_REDUCTION: f64 = 0.2;
 
@@ -32,6 +38,9 @@ pub struct Contact {
     /// On the second, world, N s; before solving that of the last step.
     #[serde(with = "vector3")]
     pub impulse: DVec3,
+    /// The torque against rolling and spinning, times the step: on the second, world, N m s. The same.
+    #[serde(with = "vector3")]
+    pub turning_impulse: DVec3,
     /// The impulse is the one of a solution with the least impulses, and not of sweeps.
     pub is_least: bool,
     /// The sum of the impulses of the parts of a step.
@@ -197,7 +206,8 @@ impl ContactRows {
     /// The least normal velocity for a step of `h`, from the normal velocity before the step and the
     /// unloaded one; and the velocity of position correction. `gravity` is its size.
     ///
-    /// Outside: arrive, half of [`SLOP`] deep, and do not pass. Inside: come no nearer. After a
+    /// Less deep than [`REST`]: arrive there, and do not pass. Deeper: come no nearer. So what rests is not where a
+    /// rounding decides between the two, and does not fall again and again. After a
     /// hit: leave with a part of the approach speed. Deeper than [`SLOP`]: position correction.
     ///
     /// If the correction were part of the velocities, warm starting would accumulate it, and
@@ -206,7 +216,7 @@ impl ContactRows {
     /// overlap, is above a.
     pub fn aim(&mut self, contact: &Contact, before: f64, gravity: f64, h: f64) {
         let ContactPoint { distance, surface, .. } = contact.point;
-        self.target = if distance > 0.0 { -(distance + SLOP / 2.0) / h } else { 0.0 };
+        self.target = if distance + REST > AT_REST { -(distance + REST) / h } else { 0.0 };
         let hits = distance + h * self.unloaded[0] <= 0.0 && before < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
         // What does not bounce arrives: to end it where the hit was found would leave a gap.
         if hits && surface.restitution > 0.0 {

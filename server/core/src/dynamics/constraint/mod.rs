@@ -9,6 +9,7 @@ pub mod direct;
 mod response;
 mod rows;
 mod solve;
+pub mod turning;
 
 pub use response::{project, respond, respond_to_force, single_body_rows};
 pub use rows::{Impulses, collect};

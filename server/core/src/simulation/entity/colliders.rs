@@ -11,7 +11,7 @@ use crate::simulation::check;
 use crate::simulation::contact_settings::LinkProperties;
 use crate::simulation::error::Error;
 
-/// Coulomb's coefficient at the most.
+/// Coulomb's coefficient at the most, and metres of that against rolling and spinning.
 const MOST_FRICTION: f64 = 1e6;
 
 impl Entity {
@@ -61,10 +61,14 @@ impl Entity {
         list: &str,
     ) -> Result<Vec<Option<usize>>, Error> {
         let check = |(index, properties): (usize, &LinkProperties)| {
-            let LinkProperties { link, material: Material { friction, restitution }, .. } = properties;
-            for (field, value, most) in
-                [("friction", friction, MOST_FRICTION), ("restitution", restitution, 1.0)]
-            {
+            let LinkProperties { link, material, .. } = properties;
+            let Material { friction, restitution, rolling_friction, spinning_friction } = material;
+            for (field, value, most) in [
+                ("friction", friction, MOST_FRICTION),
+                ("restitution", restitution, 1.0),
+                ("rolling_friction", rolling_friction, MOST_FRICTION),
+                ("spinning_friction", spinning_friction, MOST_FRICTION),
+            ] {
                 let Some(value) = *value else { continue };
                 let whose = || if link.is_empty() { "all links".into() } else { format!("link {link:?}") };
                 check::within(field, value, 0.0..=most)

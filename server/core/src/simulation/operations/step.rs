@@ -27,7 +27,7 @@ impl Simulation {
 
     /// The same, given up as soon as `interrupt` says so: then all is as if the step had never begun, to
     /// the bit, and the answer is false. It is asked before each part of the step, each pair of robots that
-    /// are near each other and each sweep of the solver.
+    /// are near each other, each contact that is measured and each sweep of the solver.
     ///
     /// Costs a copy of the world's state, which is what is gone back to.
     pub fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {

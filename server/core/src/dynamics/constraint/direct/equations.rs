@@ -1,0 +1,210 @@
+//! The equations of the active rows: their matrix, its solution, and the refinement that makes it exact.
+
+use super::{Direct, SOFTNESS, State, System, TOLERANCE};
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::contact::ContactRows;
+
+/// Steps of refinement at the most.
+const REFINEMENTS: usize = 4;
+
+/// What is left in a row's velocity after refinement, m/s or rad/s.
+const EXACT: f64 = 1e-14;
+
+impl Direct {
+    /// 1 / R of the contacts, the same for those of the same two robots, which follow each other.
+    pub(super) fn measure<R>(&mut self, system: &System<'_, R>) {
+        let pair = |rows: &ContactRows| rows.sides.map(|side| (side.len > 0).then_some(side.member));
+        for rows in system.rows.chunk_by(|a, b| pair(a) == pair(b)) {
+            let sum: f64 = rows.iter().map(|rows| rows.effect[0]).sum();
+            let hardness = rows.len() as f64 / (SOFTNESS * sum);
+            self.hardness.extend(rows.iter().map(|_| hardness));
+        }
+    }
+
+    /// Finds the velocities for the active rows, soft by [`SOFTNESS`], from velocities without their
+    /// impulses. False where there are none.
+    pub(super) fn solve_active<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) -> bool {
+        self.given.clear();
+        self.given.extend_from_slice(system.free);
+        for (rows, state) in system.rows.iter_mut().zip(&self.states) {
+            let [_, t, u] = rows.impulse;
+            match state {
+                State::Slips => rows.apply_impulse(system.blocks, [0.0, t, u], &mut self.given),
+                State::Open => rows.impulse = [0.0; 3],
+                State::Sticks => {}
+            }
+        }
+        for joint in self.joints.iter().filter(|joint| !joint.is_active && joint.impulse != 0.0) {
+            let member = &system.members[joint.member];
+            let own = &mut self.given[member.first..member.first + member.len];
+            joint.apply(system.robots[member.robot].as_mut().constraints_mut(), joint.impulse, own);
+        }
+        self.assemble(system);
+        if !self.matrix.factorise() {
+            return false;
+        }
+        system.velocities.copy_from_slice(&self.given);
+        self.take_residuals(system);
+        self.solve_residuals(system);
+        for (velocity, change) in system.velocities.iter_mut().zip(&self.change) {
+            *velocity += change;
+        }
+        system.velocities.iter().all(|velocity| velocity.is_finite())
+    }
+
+    /// M + J' R^-1 J of the active rows.
+    pub(super) fn assemble<R>(&mut self, system: &System<'_, R>) {
+        self.matrix.clear();
+        let mut at = 0;
+        for (index, member) in system.members.iter().enumerate() {
+            let end = at + member.len * member.len;
+            self.matrix.diagonal_mut(index).copy_from_slice(&self.inertias[at..end]);
+            at = end;
+        }
+        for joint in self.joints.iter().filter(|joint| joint.is_active) {
+            let member = &system.members[joint.member];
+            let block = self.matrix.diagonal_mut(joint.member);
+            for (i, a) in joint.entries.map(|(velocity, factor)| (velocity - member.first, factor)) {
+                for (j, b) in joint.entries.map(|(velocity, factor)| (velocity - member.first, factor)) {
+                    block[i * member.len + j] += joint.hardness * a * b;
+                }
+            }
+        }
+        for ((rows, state), &hardness) in system.rows.iter().zip(&self.states).zip(&self.hardness) {
+            let tangents = match state {
+                State::Open => continue,
+                State::Slips => 0.0,
+                State::Sticks => hardness,
+            };
+            let [a, b] = &rows.sides;
+            let [j, k] = [a, b].map(|side| side.jacobian(system.blocks));
+            add_weighted(self.matrix.diagonal_mut(a.member), j, j, [hardness, tangents]);
+            if b.len > 0 {
+                add_weighted(self.matrix.diagonal_mut(b.member), k, k, [hardness, tangents]);
+                if a.member == b.member {
+                    continue;
+                }
+                let (block, is_swapped) = self.matrix.block_mut(a.member, b.member);
+                let (rows, columns) = if is_swapped { (k, j) } else { (j, k) };
+                add_weighted(block, rows, columns, [hardness, tangents]);
+            }
+        }
+    }
+
+    /// What is left of each active row's equation without its R. The largest.
+    pub(super) fn take_residuals<R>(&mut self, system: &System<'_, R>) -> f64 {
+        let mut largest = 0.0f64;
+        for ((rows, state), residual) in system.rows.iter().zip(&self.states).zip(&mut self.residuals) {
+            *residual = [0.0; 3];
+            if *state == State::Open {
+                continue;
+            }
+            let [n, t, u] = rows.velocities(system.blocks, system.velocities);
+            residual[0] = rows.target - n;
+            if *state == State::Sticks {
+                (residual[1], residual[2]) = (-t, -u);
+            }
+            largest = residual.iter().fold(largest, |largest, value| largest.max(value.abs()));
+        }
+        for joint in self.joints.iter_mut().filter(|joint| joint.is_active) {
+            joint.residual = -joint.velocity(system.velocities);
+            largest = largest.max(joint.residual.abs());
+        }
+        largest
+    }
+
+    /// The change of velocities by which the active rows, soft, lose their residuals.
+    pub(super) fn solve_residuals<R>(&mut self, system: &System<'_, R>) {
+        let Self { change, residuals, hardness, joints, .. } = self;
+        change.clear();
+        change.resize(system.velocities.len(), 0.0);
+        for ((rows, residual), &hardness) in system.rows.iter().zip(&*residuals).zip(&*hardness) {
+            if *residual == [0.0; 3] {
+                continue;
+            }
+            let [n, t, u] = residual.map(|residual| residual * hardness);
+            for side in &rows.sides {
+                let own = &mut change[side.first..side.first + side.len];
+                for (own, j) in own.iter_mut().zip(side.jacobian(system.blocks).chunks_exact(4)) {
+                    *own += j[0] * n + j[1] * t + j[2] * u;
+                }
+            }
+        }
+        for joint in joints.iter().filter(|joint| joint.is_active) {
+            for (velocity, factor) in joint.entries {
+                change[velocity] += factor * joint.residual * joint.hardness;
+            }
+        }
+        self.matrix.solve(change);
+    }
+
+    /// Takes the softness out of velocities and impulses. False where that does not succeed.
+    pub(super) fn refine<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) -> bool {
+        system.velocities.copy_from_slice(system.free);
+        for rows in system.rows.iter().filter(|rows| rows.impulse != [0.0; 3]) {
+            rows.apply_impulse(system.blocks, rows.impulse, system.velocities);
+        }
+        for joint in self.joints.iter().filter(|joint| joint.impulse != 0.0) {
+            let member = &system.members[joint.member];
+            let own = &mut system.velocities[member.first..member.first + member.len];
+            joint.apply(system.robots[member.robot].as_mut().constraints_mut(), joint.impulse, own);
+        }
+        let mut left = self.take_residuals(system);
+        for _ in 0..REFINEMENTS {
+            if left <= EXACT {
+                break;
+            }
+            self.solve_residuals(system);
+            for (i, rows) in system.rows.iter_mut().enumerate() {
+                if self.states[i] == State::Open {
+                    continue;
+                }
+                let moved = rows.velocities(system.blocks, &self.change);
+                let mut added = [0, 1, 2].map(|k| (self.residuals[i][k] - moved[k]) * self.hardness[i]);
+                if self.states[i] == State::Slips {
+                    (added[1], added[2]) = (0.0, 0.0);
+                }
+                (0..3).for_each(|k| rows.impulse[k] += added[k]);
+                rows.apply_impulse(system.blocks, added, system.velocities);
+            }
+            for joint in self.joints.iter_mut().filter(|joint| joint.is_active) {
+                let moved: f64 = joint.entries.iter().map(|&(at, factor)| factor * self.change[at]).sum();
+                let added = (joint.residual - moved) * joint.hardness;
+                joint.impulse += added;
+                let member = &system.members[joint.member];
+                let own = &mut system.velocities[member.first..member.first + member.len];
+                joint.apply(system.robots[member.robot].as_mut().constraints_mut(), added, own);
+            }
+            let after = self.take_residuals(system);
+            let is_nearer = after < left;
+            left = after;
+            if !is_nearer {
+                break;
+            }
+        }
+        left <= TOLERANCE
+    }
+}
+
+/// block += a' w b for columns of normal and two tangents, four numbers each, with weights of the normal and of the
+/// tangents.
+fn add_weighted(block: &mut [f64], a: &[f64], b: &[f64], weights: [f64; 2]) {
+    // Single free bodies are many, and fast where the length is known.
+    match (block.first_chunk_mut::<36>(), a.first_chunk::<24>(), b.first_chunk::<24>()) {
+        (Some(block), Some(j), Some(k)) if a.len() == 24 && b.len() == 24 => {
+            add_products(block, j, k, weights)
+        }
+        _ => add_products(block, a, b, weights),
+    }
+}
+
+#[inline(always)]
+fn add_products(block: &mut [f64], a: &[f64], b: &[f64], [normal, tangents]: [f64; 2]) {
+    let width = b.len() / 4;
+    for (row, a) in block.chunks_exact_mut(width).zip(a.chunks_exact(4)) {
+        let [n, t, u] = [a[0] * normal, a[1] * tangents, a[2] * tangents];
+        for (value, b) in row.iter_mut().zip(b.chunks_exact(4)) {
+            *value += n * b[0] + t * b[1] + u * b[2];
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The impulses of an island: which ones are started from, and which way they are found.
+
+use super::{Island, Member};
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::direct::{Outcome, System};
+
+/// Sweeps at the most.
+const MAX_SWEEPS: usize = 50;
+
+/// Sweeping ends when no impulse changes its own velocity by more than this, m/s or rad/s.
+const SETTLED: f64 = 1e-6;
+
+/// The same where the impulses are the least ones of the step before: then there is nothing to solve.
+const UNCHANGED: f64 = 1e-13;
+
+/// After so many sweeps a direct solution is tried, in so many rounds: at once, and when sweeps take long.
+const DIRECT_AT: [(usize, usize); 2] = [(0, 8), (10, 12)];
+
+/// The same where sweeps have settled.
+const SETTLED_ROUNDS: usize = 4;
+
+impl Island {
+    /// Gives the velocities the impulses that are started from.
+    ///
+    /// Those of the last step, p, unless they are worse than none. Sweeps lower the energy
+    /// f(p) = p' (J v0 - target) + p' J M^-1 J' p / 2, in which the kinetic energy changes by f(p) + p' target, and targets
+    /// are not positive but for rebounds: from f(p) <= 0 on, however few sweeps there are, contacts without
+    /// friction add no energy. After a hit the impulses of the hit would; then they are scaled by the factor that f is least with.
+    pub(super) fn start<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
+        self.free.clear();
+        self.free.extend_from_slice(&self.velocities);
+        for rows in &mut self.rows {
+            if rows.acts() {
+                let impulse = rows.impulse;
+                rows.apply_impulse(&self.blocks, impulse, &mut self.velocities);
+            }
+        }
+        for turning in self.turning.iter().filter(|turning| turning.acts()) {
+            turning.rows.apply_impulse(&self.blocks, turning.rows.impulse, &mut self.velocities);
+        }
+        for &Member { robot, first, len } in &self.members {
+            robots[robot].as_mut().prepare_rows(&mut self.velocities[first..first + len]);
+        }
+        let Self { members, rows, turning, blocks, velocities, free, .. } = self;
+        // -p' (J v0 - target), and p' J M^-1 J' p.
+        let (mut linear, mut square) = (0.0, 0.0);
+        let turns = turning.iter().filter(|turning| turning.acts()).map(|turning| &turning.rows);
+        for rows in rows.iter().filter(|rows| rows.acts() && rows.impulse[0] > 0.0).chain(turns) {
+            let (before, after) = (rows.unloaded, rows.velocities(blocks, velocities));
+            linear += rows.impulse[0] * rows.target;
+            for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
+                linear -= impulse * before;
+                square += impulse * (after - before);
+            }
+        }
+        for &Member { robot, first, len } in &*members {
+            let own = first..first + len;
+            for row in &robots[robot].as_mut().constraints_mut().rows {
+                let (before, after) =
+                    (row.velocity(&free[own.clone()]), row.velocity(&velocities[own.clone()]));
+                linear -= row.impulse * (before + row.bias);
+                square += row.impulse * (after - before);
+            }
+        }
+        if linear < 0.5 * square {
+            let part = (linear / square).max(0.0);
+            for rows in rows.iter_mut().chain(turning.iter_mut().map(|turning| &mut turning.rows)) {
+                rows.impulse = rows.impulse.map(|impulse| impulse * part);
+            }
+            for member in members {
+                for row in &mut robots[member.robot].as_mut().constraints_mut().rows {
+                    row.impulse *= part;
+                }
+            }
+            velocities
+                .iter_mut()
+                .zip(free)
+                .for_each(|(velocity, free)| *velocity = *free + part * (*velocity - *free));
+        }
+    }
+
+    /// Finds the impulses: where the least ones of the last step still hold, those; else directly where that may be, at
+    /// once or after some sweeps, which then know better what presses and slips; else by sweeps. False where it
+    /// was interrupted. Friction against rolling and spinning is for sweeps alone.
+    pub(super) fn find_impulses<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
+        if self.was_least && self.sweep(robots) <= UNCHANGED {
+            return true;
+        }
+        self.was_least = false;
+        let is_direct = self.turning.is_empty() && self.direct.plan(robots, &self.members, &self.rows);
+        let mut settled = false;
+        for sweep in 0..MAX_SWEEPS {
+            let rounds = DIRECT_AT.iter().find(|(at, _)| *at == sweep).map(|(_, rounds)| *rounds);
+            if let Some(rounds) = rounds.or(settled.then_some(SETTLED_ROUNDS)).filter(|_| is_direct) {
+                let Self { members, rows, blocks, velocities, free, direct, .. } = self;
+                let system = System { robots, members, rows, blocks, free, velocities };
+                match direct.solve(system, rounds, interrupt) {
+                    Outcome::Solved => {
+                        self.was_least = true;
+                        return true;
+                    }
+                    Outcome::Interrupted => return false,
+                    Outcome::Unsolved => {}
+                }
+            }
+            if settled {
+                break;
+            }
+            if interrupt() {
+                return false;
+            }
+            settled = self.sweep(robots) <= SETTLED;
+            if settled && !is_direct {
+                break;
+            }
+        }
+        true
+    }
+
+    /// Once through all rows. The largest change of a row's own velocity.
+    pub(super) fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> f64 {
+        let mut largest = 0.0f64;
+        for &Member { robot, first, len } in &self.members {
+            let body = robots[robot].as_mut();
+            largest = largest.max(body.sweep_rows(&mut self.velocities[first..first + len]));
+        }
+        let Self { rows, turning, blocks, velocities, .. } = self;
+        for rows in rows.iter_mut().filter(|rows| rows.acts()) {
+            largest = largest.max(rows.solve(blocks, velocities));
+        }
+        for turning in turning.iter_mut().filter(|turning| turning.acts()) {
+            let normal = rows[turning.of].impulse[0];
+            largest = largest.max(turning.solve(normal, blocks, velocities));
+        }
+        largest
+    }
+}

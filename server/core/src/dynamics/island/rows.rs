@@ -1,0 +1,228 @@
+//! The rows of contacts: their sides, J and M^-1 J', and what they aim at.
+
+use glamx::DVec3;
+
+use super::{Basis, Island, Member};
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::contact::{Contact, ContactRows, Side};
+use crate::dynamics::constraint::turning::TurningRows;
+use crate::dynamics::contact_point::Surface;
+use crate::dynamics::spatial::Spatial;
+
+/// With so many points, the responses of a body are summed from those of the six wrenches.
+const MANY: usize = 3;
+
+impl Island {
+    /// One for each contact, with its sides laid out.
+    pub(super) fn make_rows(&mut self, contacts: &[Contact], which: &[usize]) {
+        self.rows.clear();
+        self.turning.clear();
+        self.was_least = which.iter().all(|&index| contacts[index].is_least);
+        let mut at = 0;
+        for &index in which {
+            let contact = &contacts[index];
+            let mut sides = [Side::default(); 2];
+            let mut count = 0;
+            let own = contact.robots[0] == contact.robots[1];
+            for (robot, body) in contact.robots.into_iter().zip(contact.point.bodies) {
+                // Two links of one robot are one side.
+                if body.is_none() || (own && count == 1) {
+                    continue;
+                }
+                let Ok(member) = self.members.binary_search_by_key(&robot, |member| member.robot) else {
+                    continue;
+                };
+                let Member { first, len, .. } = self.members[member];
+                sides[count] = Side { member, first, len, at };
+                at += Side::size(len);
+                count += 1;
+            }
+            let (t, u) = contact.point.normal.any_orthonormal_pair();
+            let axes = [contact.point.normal, t, u];
+            let kept = axes.map(|axis| contact.impulse.dot(axis));
+            let pressed = kept[0] > 0.0;
+            let impulse = if pressed { kept } else { [0.0; 3] };
+            let Surface { friction, rolling_friction, spinning_friction, .. } = contact.point.surface;
+            let rows = ContactRows { contact: index, sides, axes, ..ContactRows::default() };
+            if rolling_friction > 0.0 || spinning_friction > 0.0 {
+                let kept = axes.map(|axis| contact.turning_impulse.dot(axis));
+                let mut rows = ContactRows { impulse: if pressed { kept } else { [0.0; 3] }, ..rows };
+                for side in &mut rows.sides[..count] {
+                    side.at = at;
+                    at += Side::size(side.len);
+                }
+                let of = self.rows.len();
+                let (spinning, rolling) = (spinning_friction, rolling_friction);
+                self.turning.push(TurningRows { rows, of, spinning, rolling });
+            }
+            self.rows.push(ContactRows { friction, impulse, ..rows });
+        }
+        if self.blocks.len() < at {
+            self.blocks.resize(at, 0.0);
+        }
+        let longest = self.members.iter().map(|member| member.len).max().unwrap_or(0);
+        if self.scratch.len() < 2 * longest {
+            self.scratch.resize(2 * longest, 0.0);
+        }
+    }
+
+    /// J and M^-1 J' of all contacts. False where it was interrupted.
+    pub(super) fn measure<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        contacts: &[Contact],
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
+        self.find_bases(robots, contacts);
+        let Self { rows, turning, blocks, scratch, bases, basis_responses, .. } = self;
+        let mut measure = Measure { blocks, scratch, bases, basis_responses };
+        for rows in rows {
+            if interrupt() {
+                return false;
+            }
+            measure.rows(robots, &contacts[rows.contact], rows, false);
+        }
+        for TurningRows { rows, .. } in turning {
+            if interrupt() {
+                return false;
+            }
+            measure.rows(robots, &contacts[rows.contact], rows, true);
+        }
+        true
+    }
+
+    /// M^-1 J' of the six unit wrenches, for each body that has many contacts.
+    pub(super) fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[Contact]) {
+        let Self { rows, bases, basis_responses, touched, .. } = self;
+        touched.clear();
+        for rows in rows {
+            let contact = &contacts[rows.contact];
+            for (robot, body) in contact.robots.into_iter().zip(contact.point.bodies) {
+                let is_single = robots[robot].as_mut().tree().bodies.len() == 1;
+                touched.extend(body.filter(|_| !is_single).map(|body| (robot, body)));
+            }
+        }
+        touched.sort_unstable();
+        bases.clear();
+        let mut end = 0;
+        for points in touched.chunk_by(|a, b| a == b).filter(|points| points.len() >= MANY) {
+            let (robot, body) = points[0];
+            let articulation = robots[robot].as_mut();
+            let n = articulation.velocities().len();
+            bases.push(Basis { robot, body, at: end });
+            if basis_responses.len() < end + 6 * n {
+                basis_responses.resize(end + 6 * n, 0.0);
+            }
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+            let turns = axes.map(|axis| Spatial::new(axis, DVec3::ZERO));
+            let forces = axes.map(|axis| Spatial::new(DVec3::ZERO, axis));
+            for wrench in turns.into_iter().chain(forces) {
+                articulation.wrench_response(body, wrench, &mut basis_responses[end..end + n]);
+                end += n;
+            }
+        }
+    }
+
+    /// Sets the targets of the normal velocities.
+    pub(super) fn aim<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        contacts: &[Contact],
+        gravity: DVec3,
+        h: f64,
+    ) {
+        self.before.clear();
+        for member in &self.members {
+            self.before.extend_from_slice(robots[member.robot].as_mut().half_velocities());
+        }
+        for rows in &mut self.rows {
+            let before = rows.velocities(&self.blocks, &self.before)[0];
+            rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
+            rows.aim(&contacts[rows.contact], before, gravity.length(), h);
+        }
+        for TurningRows { rows, .. } in &mut self.turning {
+            rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
+        }
+    }
+}
+
+/// Memory for measuring, and where numbers go.
+struct Measure<'a> {
+    blocks: &'a mut [f64],
+    scratch: &'a mut [f64],
+    bases: &'a [Basis],
+    basis_responses: &'a [f64],
+}
+
+impl Measure<'_> {
+    /// J and M^-1 J' of a contact's forces, or of the torques against its turning.
+    ///
+    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
+    /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
+    fn rows<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        contact: &Contact,
+        rows: &mut ContactRows,
+        turns: bool,
+    ) {
+        let mut used = 0;
+        for (i, (robot, body)) in contact.robots.into_iter().zip(contact.point.bodies).enumerate() {
+            let Some(body) = body else { continue };
+            let sign = if i == 0 { -1.0 } else { 1.0 };
+            let again = i == 1 && used == 1 && contact.robots[0] == contact.robots[1];
+            let side = rows.sides[if again { 0 } else { used }];
+            used += 1;
+            let n = side.len;
+            if n == 6 && !again && !turns {
+                let block = &mut self.blocks[side.at..side.at + Side::size(n)];
+                let (columns, responses) = block.split_at_mut(4 * n);
+                let at = (contact.point.position, rows.axes.map(|axis| axis * sign));
+                if robots[robot].as_mut().single_body_rows(at, columns, responses) {
+                    continue;
+                }
+            }
+            let (jacobian, response) = self.scratch.split_at_mut(n);
+            let response = &mut response[..n];
+            let block = &mut self.blocks[side.at..side.at + Side::size(n)];
+            let (columns, responses) = block.split_at_mut(4 * n);
+            if !again {
+                columns.fill(0.0);
+                responses.fill(0.0);
+            }
+            let basis = self.bases.binary_search_by_key(&(robot, body), |basis| (basis.robot, basis.body));
+            for (k, axis) in rows.axes.iter().enumerate() {
+                let articulation = robots[robot].as_mut();
+                let wrench = if turns {
+                    articulation.torque(axis * sign)
+                } else {
+                    articulation.wrench(body, contact.point.position, axis * sign)
+                };
+                let kept = &mut responses[k * n..(k + 1) * n];
+                articulation.wrench_row(body, wrench, jacobian);
+                columns[k..].iter_mut().step_by(4).zip(&*jacobian).for_each(|(sum, j)| *sum += j);
+                match basis.ok().map(|basis| self.bases[basis].at) {
+                    Some(at) => {
+                        let (a, l) = (wrench.angular, wrench.linear);
+                        add_sum([a.x, a.y, a.z, l.x, l.y, l.z], &self.basis_responses[at..], kept);
+                    }
+                    None => {
+                        articulation.wrench_response(body, wrench, response);
+                        kept.iter_mut().zip(&*response).for_each(|(sum, response)| *sum += response);
+                    }
+                }
+            }
+        }
+        rows.measure(self.blocks);
+    }
+}
+
+/// Adds six responses, which lie one after the other, each times its factor.
+fn add_sum(factors: [f64; 6], responses: &[f64], sums: &mut [f64]) {
+    let n = sums.len();
+    let [a, b, c, d, e, f] = factors;
+    let [r, s, t, u, v, w] = [0, 1, 2, 3, 4, 5].map(|at| &responses[at * n..][..n]);
+    for (i, sum) in sums.iter_mut().enumerate() {
+        *sum += a * r[i] + b * s[i] + c * t[i] + d * u[i] + e * v[i] + f * w[i];
+    }
+}
