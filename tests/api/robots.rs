@@ -78,10 +78,10 @@ async fn a_ball_and_a_box_are_spawned_without_a_description(via: Via) {
     let spawned = daemon.client.spawn(request).await.unwrap();
     assert_eq!((spawned.entity.name.as_str(), spawned.entity.mass), ("sphere", 2.0));
     assert_eq!(spawned.entity.base(), proto::Base::Free);
-    // It falls: semi-implicit Euler, h g h (n (n + 1) / 2).
+    // It falls by g t^2 / 2.
     daemon.pass(0.1).await;
     let state = daemon.client.robot_state("sphere").await.unwrap();
-    let fallen = -9.81 * 1e-6 * 100.0 * 101.0 / 2.0;
+    let fallen = -9.81 * 0.1 * 0.1 / 2.0;
     let z = state.pose.unwrap().position.unwrap().z;
     assert!((z - fallen).abs() < 1e-12, "{z} {fallen}");
 }

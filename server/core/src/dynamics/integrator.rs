@@ -18,9 +18,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Integrator {
     /// Of second order where motion is smooth.
+    #[default]
     Leapfrog,
     /// Semi-implicit Euler with implicit damping: the arithmetic of MuJoCo's `Euler`.
-    #[default]
     Euler,
 }
 

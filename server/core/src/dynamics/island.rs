@@ -104,6 +104,9 @@ impl Island {
             if !self.find_impulses(robots, interrupt) {
                 return false;
             }
+            if self.postpone_hits(contacts, gravity.length(), h) && !self.find_impulses(robots, interrupt) {
+                return false;
+            }
             let mut changed = false;
             for member in &self.members {
                 let body = robots[member.robot].as_mut();

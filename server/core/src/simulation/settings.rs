@@ -27,13 +27,13 @@ pub struct PhysicsSettings {
 }
 
 impl Default for PhysicsSettings {
-    /// Earth, 1 ms, one part, Euler.
+    /// Earth, 1 ms, one part, leapfrog.
     fn default() -> Self {
         Self {
             gravity: DVec3::new(0.0, 0.0, -9.81),
             time_step: 1e-3,
             substeps: 1,
-            integrator: Integrator::Euler,
+            integrator: Integrator::Leapfrog,
         }
     }
 }

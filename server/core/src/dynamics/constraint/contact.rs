@@ -16,6 +16,9 @@ const REST: f64 = SLOP / 2.0;
 /// Points this much above [`REST`] count as there, metres: they neither fall nor press for the sake of rounding.
 const AT_REST: f64 = 1e-9;
 
+/// What is hit by another hit may go this deep before it rebounds, metres.
+const MOST_PASSED: f64 = 2e-3;
+
 /// The fraction of an overlap that position correction removes in a step.
 pub const OVERLAP_REDUCTION: f64 = 0.2;
 
@@ -174,6 +177,16 @@ impl ContactRows {
         self.sides[1].apply_impulse(blocks, impulse, velocities);
     }
 
+    /// Adds J' times an impulse along the axes.
+    pub fn add_momentum(&self, blocks: &[f64], [n, t, u]: [f64; 3], momentum: &mut [f64]) {
+        for side in &self.sides {
+            let own = &mut momentum[side.first..side.first + side.len];
+            for (own, j) in own.iter_mut().zip(side.jacobian(blocks).chunks_exact(4)) {
+                *own += j[0] * n + j[1] * t + j[2] * u;
+            }
+        }
+    }
+
     /// Takes J M^-1 J' from the blocks.
     pub fn measure(&mut self, blocks: &[f64]) {
         let mut effect = [0.0; 6];
@@ -225,6 +238,31 @@ impl ContactRows {
         self.correction_velocity =
             (-OVERLAP_REDUCTION * (distance + SLOP) / h).clamp(0.0, MAX_CORRECTION_VELOCITY);
         self.split_impulse = 0.0;
+    }
+
+    /// Leaves a hit to the next step that another hit in this one has caused, and takes its impulse back. Whether it did.
+    ///
+    /// A ball that is hit and meets another one within the step was not seen to do so: to stop it where they meet, which is
+    /// no rebound, would take energy. It goes on, by at most [`MOST_PASSED`], and rebounds in the next step.
+    pub fn postpone_hit(
+        &mut self,
+        contact: &Contact,
+        (gravity, h): (f64, f64),
+        blocks: &[f64],
+        velocities: &mut [f64],
+    ) -> bool {
+        let ContactPoint { distance, surface, .. } = contact.point;
+        if surface.restitution == 0.0 || self.impulse[0] <= 0.0 || self.target >= 0.0 {
+            return false;
+        }
+        let approach = self.velocities(blocks, velocities)[0] - self.effect[0] * self.impulse[0];
+        let hits = approach < -(BOUNCE_THRESHOLD + 2.0 * gravity * h);
+        if !hits || distance + h * approach < -MOST_PASSED {
+            return false;
+        }
+        self.apply_impulse(blocks, self.impulse.map(|impulse| -impulse), velocities);
+        (self.impulse, self.target) = ([0.0; 3], 2.0 * approach);
+        true
     }
 
     /// Applies the split impulse along the normal: it changes the velocities that positions are integrated

@@ -11,12 +11,15 @@
 //! unconstrained convex formulation of compliant contact" (2022). From zero, the steps of refinement take the
 //! softness out again and keep to the least impulses: what they add is R^-1 times velocities of bodies as well.
 //!
-//! Which rows are active is found as by Newton's method on the projections (Alart and Curnier, "A mixed
-//! formulation for frictional contact problems prone to Newton like solution methods" (1991)), with the friction
-//! of what slips taken from the normal impulse of the round before.
+//! Which rows are active is found by Newton's method. With the bounds of friction given, the soft problem is the minimum of a convex
+//! function of the velocities, and a step of Newton goes only as far as that function falls: so rows do not change to and
+//! fro, as they may where each round takes the whole step (Alart and Curnier, "A mixed formulation for frictional contact
+//! problems prone to Newton like solution methods" (1991)). The bounds of what slips are those of the normal impulses, a
+//! fixed point, which is accelerated by Anderson's method.
 
-mod active_set;
+mod anderson;
 mod equations;
+mod newton;
 
 use super::contact::ContactRows;
 use super::{Constraints, Row};
@@ -24,12 +27,17 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES};
 use crate::dynamics::inertia::Rigid;
 use crate::dynamics::island::Member;
+use anderson::Anderson;
+use newton::Progress;
 
 /// R as a part of the mean J M^-1 J' of the rows it belongs to.
 const SOFTNESS: f64 = 1e-7;
 
 /// A row is violated beyond this part of its impulse, or this velocity, m/s or rad/s.
 const TOLERANCE: f64 = 1e-9;
+
+/// The friction of what slips has settled when it changes by less than this part of the normal impulse.
+const SLIP_TOLERANCE: f64 = 1e-7;
 
 /// Multiplications that a factorisation may take for each that a sweep takes, and those that it always may.
 const COST: (usize, usize) = (20, 100_000);
@@ -64,11 +72,29 @@ pub struct Direct {
     /// M of each member, one after the other.
     inertias: Vec<f64>,
     composite: Vec<Rigid>,
-    /// The same with impulses that are given.
-    given: Vec<f64>,
+    /// M (v - v0), by all impulses so far.
+    momentum: Vec<f64>,
+    /// The right side of a system, and then what its solution changes `momentum` by.
+    force: Vec<f64>,
     /// The solution of a system.
     change: Vec<f64>,
     states: Vec<State>,
+    /// Velocities of each contact's rows, and what the solution changes them by.
+    speeds: Vec<[f64; 3]>,
+    ways: Vec<[f64; 3]>,
+    /// The most that friction of each contact can do, N s.
+    bounds: Vec<f64>,
+    /// What normal impulses make of these, less them.
+    bound_residuals: Vec<f64>,
+    /// Those of contacts that slip, else 0.
+    slip_bounds: Vec<f64>,
+    anderson: Anderson,
+    /// Which contacts slipped in the last round.
+    slipped: Vec<bool>,
+    /// The impulses that the last step of each contact began with.
+    used: Vec<[f64; 3]>,
+    /// Weights of each contact's rows in the matrix: of the normal, and tt, tu, uu of the tangents.
+    weights: Vec<[f64; 4]>,
     /// 1 / R of each contact.
     hardness: Vec<f64>,
     /// Of each contact, what is left of its equations.
@@ -95,6 +121,9 @@ struct Joint {
     hardness: f64,
     residual: f64,
     is_active: bool,
+    /// J qd + bias, and what the solution changes it by.
+    speed: f64,
+    way: f64,
 }
 
 /// An island, as it is being solved.
@@ -162,20 +191,18 @@ impl Direct {
         interrupt: &dyn Fn() -> bool,
     ) -> Outcome {
         self.keep(&mut system);
-        self.choose_states(&system);
-        for _ in 0..rounds {
+        self.begin_rounds(&system);
+        for round in 0..rounds {
             if interrupt() {
                 return Outcome::Interrupted;
             }
-            if !self.solve_active(&mut system) {
-                break;
-            }
-            if !self.project(&mut system) {
-                if self.refine(&mut system) && self.holds(&system) {
+            match self.advance(&mut system, round == 0) {
+                Some(Progress::Goes) => {}
+                Some(Progress::Settled) if self.refine(&mut system) && self.holds(&system) => {
                     self.finish(&mut system);
                     return Outcome::Solved;
                 }
-                break;
+                Some(Progress::Settled) | None => break,
             }
         }
         self.go_back(&mut system);
@@ -204,6 +231,8 @@ impl Direct {
                         hardness: 1.0 / (SOFTNESS * effect),
                         residual: 0.0,
                         is_active: true,
+                        speed: 0.0,
+                        way: 0.0,
                     });
                 }
             }
@@ -232,6 +261,11 @@ impl Joint {
     fn velocity(&self, velocities: &[f64]) -> f64 {
         let [a, b] = self.entries;
         a.1 * velocities[a.0] + b.1 * velocities[b.0] + self.bias
+    }
+
+    /// The impulse of the soft row at this J qd + bias.
+    fn soft(&self, speed: f64) -> f64 {
+        (-speed * self.hardness).clamp(self.least, self.most)
     }
 
     /// Adds what an impulse does to the velocities of its robot.

@@ -2,6 +2,7 @@
 
 use super::{Island, Member};
 use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::{Outcome, System};
 
 /// Sweeps at the most.
@@ -119,6 +120,17 @@ impl Island {
             }
         }
         true
+    }
+
+    /// Leaves hits to the next step that hits in this one have caused. Whether there are any.
+    pub(super) fn postpone_hits(&mut self, contacts: &[Contact], gravity: f64, h: f64) -> bool {
+        let Self { rows, blocks, velocities, .. } = self;
+        let mut any = false;
+        for rows in rows.iter_mut().filter(|rows| rows.acts()) {
+            any |= rows.postpone_hit(&contacts[rows.contact], (gravity, h), blocks, velocities);
+        }
+        self.was_least &= !any;
+        any
     }
 
     /// Once through all rows. The largest change of a row's own velocity.

@@ -21,38 +21,7 @@ impl Direct {
         }
     }
 
-    /// Finds the velocities for the active rows, soft by [`SOFTNESS`], from velocities without their
-    /// impulses. False where there are none.
-    pub(super) fn solve_active<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) -> bool {
-        self.given.clear();
-        self.given.extend_from_slice(system.free);
-        for (rows, state) in system.rows.iter_mut().zip(&self.states) {
-            let [_, t, u] = rows.impulse;
-            match state {
-                State::Slips => rows.apply_impulse(system.blocks, [0.0, t, u], &mut self.given),
-                State::Open => rows.impulse = [0.0; 3],
-                State::Sticks => {}
-            }
-        }
-        for joint in self.joints.iter().filter(|joint| !joint.is_active && joint.impulse != 0.0) {
-            let member = &system.members[joint.member];
-            let own = &mut self.given[member.first..member.first + member.len];
-            joint.apply(system.robots[member.robot].as_mut().constraints_mut(), joint.impulse, own);
-        }
-        self.assemble(system);
-        if !self.matrix.factorise() {
-            return false;
-        }
-        system.velocities.copy_from_slice(&self.given);
-        self.take_residuals(system);
-        self.solve_residuals(system);
-        for (velocity, change) in system.velocities.iter_mut().zip(&self.change) {
-            *velocity += change;
-        }
-        system.velocities.iter().all(|velocity| velocity.is_finite())
-    }
-
-    /// M + J' R^-1 J of the active rows.
+    /// M + J' R^-1 J of the active rows, with the weights that they have.
     pub(super) fn assemble<R>(&mut self, system: &System<'_, R>) {
         self.matrix.clear();
         let mut at = 0;
@@ -70,23 +39,21 @@ impl Direct {
                 }
             }
         }
-        for ((rows, state), &hardness) in system.rows.iter().zip(&self.states).zip(&self.hardness) {
-            let tangents = match state {
-                State::Open => continue,
-                State::Slips => 0.0,
-                State::Sticks => hardness,
-            };
+        for (rows, &weights) in system.rows.iter().zip(&self.weights) {
+            if weights == [0.0; 4] {
+                continue;
+            }
             let [a, b] = &rows.sides;
             let [j, k] = [a, b].map(|side| side.jacobian(system.blocks));
-            add_weighted(self.matrix.diagonal_mut(a.member), j, j, [hardness, tangents]);
+            add_weighted(self.matrix.diagonal_mut(a.member), j, j, weights);
             if b.len > 0 {
-                add_weighted(self.matrix.diagonal_mut(b.member), k, k, [hardness, tangents]);
+                add_weighted(self.matrix.diagonal_mut(b.member), k, k, weights);
                 if a.member == b.member {
                     continue;
                 }
                 let (block, is_swapped) = self.matrix.block_mut(a.member, b.member);
                 let (rows, columns) = if is_swapped { (k, j) } else { (j, k) };
-                add_weighted(block, rows, columns, [hardness, tangents]);
+                add_weighted(block, rows, columns, weights);
             }
         }
     }
@@ -122,13 +89,7 @@ impl Direct {
             if *residual == [0.0; 3] {
                 continue;
             }
-            let [n, t, u] = residual.map(|residual| residual * hardness);
-            for side in &rows.sides {
-                let own = &mut change[side.first..side.first + side.len];
-                for (own, j) in own.iter_mut().zip(side.jacobian(system.blocks).chunks_exact(4)) {
-                    *own += j[0] * n + j[1] * t + j[2] * u;
-                }
-            }
+            rows.add_momentum(system.blocks, residual.map(|residual| residual * hardness), change);
         }
         for joint in joints.iter().filter(|joint| joint.is_active) {
             for (velocity, factor) in joint.entries {
@@ -148,6 +109,18 @@ impl Direct {
             let member = &system.members[joint.member];
             let own = &mut system.velocities[member.first..member.first + member.len];
             joint.apply(system.robots[member.robot].as_mut().constraints_mut(), joint.impulse, own);
+        }
+        // What slips is given from here on: the matrix is to be that of the other rows.
+        if self.states.contains(&State::Slips) {
+            for (weights, state) in self.weights.iter_mut().zip(&self.states) {
+                if *state == State::Slips {
+                    (weights[1], weights[2], weights[3]) = (0.0, 0.0, 0.0);
+                }
+            }
+            self.assemble(system);
+            if !self.matrix.factorise() {
+                return false;
+            }
         }
         let mut left = self.take_residuals(system);
         for _ in 0..REFINEMENTS {
@@ -186,9 +159,9 @@ impl Direct {
     }
 }
 
-/// block += a' w b for columns of normal and two tangents, four numbers each, with weights of the normal and of the
-/// tangents.
-fn add_weighted(block: &mut [f64], a: &[f64], b: &[f64], weights: [f64; 2]) {
+/// block += a' w b for columns of normal and two tangents, four numbers each, with weights of the normal and tt, tu, uu of
+/// the tangents.
+fn add_weighted(block: &mut [f64], a: &[f64], b: &[f64], weights: [f64; 4]) {
     // Single free bodies are many, and fast where the length is known.
     match (block.first_chunk_mut::<36>(), a.first_chunk::<24>(), b.first_chunk::<24>()) {
         (Some(block), Some(j), Some(k)) if a.len() == 24 && b.len() == 24 => {
@@ -199,10 +172,10 @@ fn add_weighted(block: &mut [f64], a: &[f64], b: &[f64], weights: [f64; 2]) {
 }
 
 #[inline(always)]
-fn add_products(block: &mut [f64], a: &[f64], b: &[f64], [normal, tangents]: [f64; 2]) {
+fn add_products(block: &mut [f64], a: &[f64], b: &[f64], [normal, tt, tu, uu]: [f64; 4]) {
     let width = b.len() / 4;
     for (row, a) in block.chunks_exact_mut(width).zip(a.chunks_exact(4)) {
-        let [n, t, u] = [a[0] * normal, a[1] * tangents, a[2] * tangents];
+        let [n, t, u] = [a[0] * normal, a[1] * tt + a[2] * tu, a[1] * tu + a[2] * uu];
         for (value, b) in row.iter_mut().zip(b.chunks_exact(4)) {
             *value += n * b[0] + t * b[1] + u * b[2];
         }
