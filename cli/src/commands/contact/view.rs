@@ -126,7 +126,8 @@ pub(super) struct SurfaceView {
 
 impl From<LinkProperties> for SurfaceView {
     fn from(properties: LinkProperties) -> Self {
-        let LinkProperties { link, friction, restitution, rolling_friction, spinning_friction, .. } = properties;
+        let LinkProperties { link, friction, restitution, rolling_friction, spinning_friction, .. } =
+            properties;
         Self { link, friction, restitution, rolling_friction, spinning_friction }
     }
 }

@@ -37,7 +37,8 @@ pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
         return findings.warn(child, Ignored, message);
     }
     if parent.tag == "contact" {
-        let message = "not read by simd: a surface has friction, also against rolling and spinning, and restitution";
+        let message =
+            "not read by simd: a surface has friction, also against rolling and spinning, and restitution";
         return findings.info(child, Ignored, message);
     }
     if let Some(reason) = REASONS.iter().find(|(known, _)| *known == tag).map(|(_, reason)| reason) {
