@@ -32,8 +32,8 @@ mod separation;
 mod shapes;
 mod stand_in;
 mod still;
-mod surface_distance;
 mod sunk;
+mod surface_distance;
 #[cfg(test)]
 mod tests;
 
