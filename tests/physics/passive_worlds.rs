@@ -55,8 +55,8 @@ fn any_body(rng: &mut Rng, mass: f64, number: u8) -> (Arc<RobotModel>, f64) {
 }
 
 /// Rolling and spinning friction too, since balls would roll for ever.
-fn rough(friction: f64) -> ContactSettings {
-    let mut settings = surface(friction, 0.0);
+fn rough(friction: f64, restitution: f64) -> ContactSettings {
+    let mut settings = surface(friction, restitution);
     for properties in &mut settings.links {
         let material = &mut properties.material;
         (material.rolling_friction, material.spinning_friction) = (Some(2e-3), Some(2e-3));
@@ -65,10 +65,10 @@ fn rough(friction: f64) -> ContactSettings {
 }
 
 /// Bodies are thrown into a box with walls, each above the others, and turn as they fall. Kilograms of all together.
-fn any_world(rng: &mut Rng, friction: f64) -> (Simulation, f64) {
+fn any_world(rng: &mut Rng, friction: f64, restitution: f64) -> (Simulation, f64) {
     let mut world = world(H);
     let walls = robot("walls", &container(DVec3::new(0.8, 0.8, 3.0)), DPose3::IDENTITY, true);
-    spawn(&mut world, Spawn { contact_settings: rough(friction), ..walls });
+    spawn(&mut world, Spawn { contact_settings: rough(friction, restitution), ..walls });
     let (mut height, mut total) = (0.0, 0.0);
     for number in 0..rng.u8(3..12) {
         let mass = 10f64.powf(3.0 * rng.f64() - 1.5);
@@ -78,7 +78,7 @@ fn any_world(rng: &mut Rng, friction: f64) -> (Simulation, f64) {
         let turn = DQuat::from_scaled_axis(direction(rng) * 3.0 * rng.f64());
         let name = format!("body-{number}");
         let own = robot(&name, &model, DPose3::from_parts(at, turn), false);
-        spawn(&mut world, Spawn { contact_settings: rough(friction), ..own });
+        spawn(&mut world, Spawn { contact_settings: rough(friction, restitution), ..own });
         throw(&mut world, &name, direction(rng) * 0.5, direction(rng) * 3.0);
         total += mass;
     }
@@ -116,7 +116,7 @@ fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
     for seed in 0..seeds(12) {
         let rng = &mut Rng::with_seed(seed);
         let friction = rng.f64();
-        let (mut world, mass) = any_world(rng, friction);
+        let (mut world, mass) = any_world(rng, friction, 0.0);
         let bodies = look(&world).roots.len() as f64;
         let mut least = energy(&world).0;
         let (mut most_gain, mut top) = (0.0f64, 0.0f64);
@@ -162,6 +162,34 @@ fn heaps_of_random_hulls_gain_no_energy_and_come_to_rest() {
     assert!(restless.is_empty(), "these seeds are not at rest: {restless:?}");
 }
 
+/// The same that bounce, with friction: hits at once may give energy, which no law of restitution with friction excludes (Kane 1984).
+/// Never more than the heap has fallen with, and in the end they rest as well.
+#[test]
+fn heaps_that_bounce_stay_below_the_energy_that_they_began_with() {
+    let mut worst = 0.0f64;
+    for seed in 0..seeds(8) {
+        let rng = &mut Rng::with_seed(seed);
+        let (friction, restitution) = (rng.f64(), rng.f64());
+        let (mut world, _) = any_world(rng, friction, restitution);
+        let start = energy(&world).0;
+        let (mut least, mut gain, mut most) = (start, 0.0f64, 0.0f64);
+        for _ in 0..6_000 {
+            world.step();
+            let (now, _) = energy(&world);
+            (gain, most) = (gain.max(now - least), most.max(now / start));
+            least = least.min(now);
+        }
+        worst = worst.max(gain / start);
+        let (own, count) = asleep(&mut world);
+        println!(
+            "seed {seed}: friction {friction:.2}, restitution {restitution:.2}, gain {:.2e} of the start, at most {most:.4}, {own} of {count} sleep",
+            gain / start
+        );
+        assert!(most < 1.001, "seed {seed}: {most} of the energy at the start");
+    }
+    println!("{worst:e} of the energy at the start were gained at the most");
+}
+
 /// Momentum and angular momentum about the origin of the free bodies, world; and the sums of their sizes.
 fn momentum(world: &Simulation) -> ([DVec3; 2], [f64; 2]) {
     let seen = look(world);
@@ -181,7 +209,7 @@ fn momentum(world: &Simulation) -> ([DVec3; 2], [f64; 2]) {
 }
 
 /// Bodies without gravity that fly at each other, hit, rub and bounce: momentum is kept to rounding, and angular momentum within
-/// a thousandth of what the bodies have, since overlap is corrected in positions alone.
+/// 1e-4 of what the bodies have, since overlap is corrected in positions alone.
 #[test]
 fn momentum_is_kept_where_nothing_fixed_is_touched() {
     let mut worst = [0.0f64; 2];
@@ -209,7 +237,7 @@ fn momentum_is_kept_where_nothing_fixed_is_touched() {
                 let off = (now[i] - start[i]).length() / sizes[i];
                 worst[i] = worst[i].max(off);
                 assert!(
-                    off < [1e-12, 1e-3][i],
+                    off < [1e-12, 1e-4][i],
                     "seed {seed}, step {step}: off by {off}, {}",
                     ["linear", "angular"][i]
                 );
