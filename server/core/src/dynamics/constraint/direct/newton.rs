@@ -91,7 +91,6 @@ impl Direct {
         system: &mut System<'_, R>,
         is_first: bool,
     ) -> Option<Progress> {
-        let size = system.velocities.len();
         self.force.clear();
         self.force.extend(self.momentum.iter().map(|momentum| -momentum));
         self.speeds.clear();
@@ -137,9 +136,11 @@ impl Direct {
         let slope: f64 = self.change.iter().zip(&self.force).map(|(change, force)| -change * force).sum();
         self.find_ways(system);
         let length = if is_first { 1.0 } else { self.find_length(system, slope) };
-        for i in 0..size {
-            system.velocities[i] += length * self.change[i];
-            self.momentum[i] += length * self.force[i];
+        for (velocity, change) in system.velocities.iter_mut().zip(&self.change) {
+            *velocity += length * change;
+        }
+        for (momentum, force) in self.momentum.iter_mut().zip(&self.force) {
+            *momentum += length * force;
         }
         let changed = self.project(system) || length < 1.0;
         Some(if changed { Progress::Goes } else { Progress::Settled })
