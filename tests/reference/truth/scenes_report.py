@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Scenes with contact, simd beside MuJoCo and PyBullet: started by `make scenes`.
 
-Runs the scenes of tests/reference/scenes.py, terrain_scenes.py and solver_scenes.py, and writes a picture of each and a table, scenes.md, into
-target/scenes.
+Runs the scenes of tests/reference/scenes.py, terrain_scenes.py and solver_scenes.py, and writes a picture of each and a
+table, scenes.md, into target/scenes.
 """
 
 import argparse
@@ -58,7 +58,6 @@ def main():
 
 def beside_mujoco(chosen, folder):
     """The scenes that tests/physics/scenes.rs holds simd to."""
-
     every = [round((LOOK_AT_MANY if len(scene.free()) > 100 else LOOK) / scene.time_step) for scene in chosen]
     requests = [{"scene": scene.request(), "every": n} for scene, n in zip(chosen, every)]
     answers = in_simd.ask(REPOSITORY, folder, requests)

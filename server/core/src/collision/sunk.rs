@@ -2,7 +2,7 @@
 
 use glamx::DVec3;
 use rapier3d_f64::parry::query::{Ray, RayCast as _};
-use rapier3d_f64::parry::shape::{ShapeType, TriMesh, TypedShape};
+use rapier3d_f64::parry::shape::{Shape, ShapeType, TriMesh, TypedShape};
 
 use super::Shapes;
 use super::facets::above;
@@ -14,12 +14,20 @@ const FARTHEST: f64 = 1e4;
 impl Shapes {
     /// Whether some of it are of triangles.
     pub fn has_terrain(&self) -> bool {
-        let is_terrain = |kind| matches!(kind, ShapeType::TriMesh | ShapeType::HeightField);
-        self.parts.iter().any(|part| is_terrain(part.shape.shape_type()))
+        self.parts.iter().any(|part| is_terrain(&*part.shape))
     }
 }
 
+fn is_terrain(shape: &dyn Shape) -> bool {
+    matches!(shape.shape_type(), ShapeType::TriMesh | ShapeType::HeightField)
+}
+
 impl PlacedShape {
+    /// Whether it is of triangles.
+    pub fn is_terrain(&self) -> bool {
+        is_terrain(&*self.shape)
+    }
+
     /// How far the middle of this shape, which can move, is below terrain, metres, upwards; `None` where it is not, and where the
     /// other shape is not of triangles. All below a height field is ground. A mesh may be a roof: what is below its upper side is
     /// below the surface where nothing of the mesh is beneath.

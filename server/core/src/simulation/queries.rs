@@ -248,7 +248,10 @@ impl PublishedState {
         for other in others.take_while(|_| !is_cancelled()) {
             let theirs = self.placed(other, None);
             for [bodies, grounds] in [[&own, &theirs], [&theirs, &own]] {
-                for (body, ground) in bodies.iter().flat_map(|body| grounds.iter().map(move |of| (body, of)))
+                let grounds: Vec<_> = grounds.iter().filter(|shape| shape.is_terrain()).collect();
+                let bodies = bodies.iter().filter(|shape| shape.body.is_some());
+                for (body, ground) in
+                    bodies.flat_map(|body| grounds.iter().map(move |ground| (body, *ground)))
                 {
                     let Some(depth) = body.depth_below(ground, up) else { continue };
                     let names =
