@@ -148,8 +148,9 @@ impl Direct {
         self.hardness.clear();
     }
 
-    /// Takes in an island whose contacts are measured. Whether it can be solved here: the factorisation must cost
-    /// little beside the sweeps that it saves, which it does for chains, stacks and single robots, and not for heaps.
+    /// Takes in an island whose contacts are measured. Whether it can be solved here: the matrix and its factorisation must
+    /// each cost little beside the sweeps that they save, which they do for chains, stacks and single robots, and not for
+    /// heaps, nor for a robot of many joints with many contacts.
     pub fn plan<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -160,15 +161,17 @@ impl Direct {
             return false;
         }
         self.matrix.begin(members.iter().map(|member| member.len));
-        let mut sweep = 0;
+        let (mut sweep, mut matrix) = (0usize, 0usize);
         for rows in rows {
             let [a, b] = &rows.sides;
             sweep += 7 * (a.len + b.len);
+            matrix = matrix.saturating_add(4 * (a.len * a.len + b.len * b.len + a.len * b.len));
             if b.len > 0 {
                 self.matrix.join(a.member, b.member);
             }
         }
-        if self.matrix.plan(COST.0 * sweep + COST.1).is_none() {
+        let most = COST.0 * sweep + COST.1;
+        if matrix > most || self.matrix.plan(most).is_none() {
             return false;
         }
         self.inertias.clear();
