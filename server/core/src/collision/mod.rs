@@ -22,6 +22,7 @@ pub mod filter;
 mod fixed_pair;
 mod geometry;
 mod hull;
+mod mesh;
 mod narrow;
 mod overlaps;
 mod plane;

@@ -9,30 +9,15 @@ use std::sync::Arc;
 
 use glamx::{DPose3, DQuat, DVec3};
 use rapier3d_f64::parry::shape::{SharedShape, TypedShape};
-use rapier3d_f64::parry::transformation::vhacd::{VHACD, VHACDParameters};
-use rapier3d_f64::parry::transformation::voxelization::FillMode;
 use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
-use simd_model::robot::{Geometry, JointKind, Material, MeshAsset, Sha256};
+use simd_model::robot::{Geometry, JointKind, Material, Sha256};
 
-use super::facets::{self, Neighbours};
-use super::geometry::ConvexMesh;
+use super::facets::Neighbours;
 use super::hull::Graph;
+use super::mesh::{MadeMesh, is_field, mesh_shapes};
 use super::separation::Inner;
-use super::stand_in::{StandIn, StandInShape, largest_distance};
-
-/// A plate this thin still has a volume, metres.
-const THINNEST: f64 = 1e-6;
-
-/// A mesh with more corners than this has its hull made of its extremes alone: the time
-/// that a hull takes is then bounded, and so is what a contact with it costs.
-const MOST_POINTS: usize = 1_000;
-
-/// Directions in which extremes are looked for.
-const DIRECTIONS: usize = 256;
-
-/// A mesh with more triangles than this is not taken apart: its hull stands for it.
-const MOST_DIVIDED: usize = 100_000;
+use super::stand_in::StandIn;
 
 /// Meshes of one robot that take more bytes than this in all are not collided with as they are: from there on hulls stand
 /// for them. A million triangles.
@@ -46,19 +31,6 @@ const SAMPLE_BYTES: u64 = 9;
 
 /// What a corner of a convex hull takes, with its edges and its part of the faces.
 const CORNER_BYTES: u64 = 700;
-
-/// How finely a mesh is taken apart, and into how many parts at the most.
-const DECOMPOSITION: VHACDParameters = VHACDParameters {
-    concavity: 0.01,
-    alpha: 0.05,
-    beta: 0.05,
-    resolution: 64,
-    plane_downsampling: 4,
-    convex_hull_downsampling: 4,
-    fill_mode: FillMode::FloodFill { detect_cavities: false },
-    convex_hull_approximation: true,
-    max_convex_hulls: 32,
-};
 
 /// What collision meshes become.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -213,7 +185,7 @@ fn welded_to_world(model: &RobotModel, fixed_base: bool) -> Vec<bool> {
 
 /// What the mesh of one link is to become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Way {
+pub(super) enum Way {
     Facets,
     Hull,
     Decomposition,
@@ -258,23 +230,6 @@ impl Made {
             _ => size_of::<Self>() as u64,
         }
     }
-
-    /// The convex hull of points, or `None` where they have none.
-    fn convex(points: &[DVec3]) -> Option<Self> {
-        let shape = SharedShape::convex_hull(points)?;
-        let surface = ConvexMesh::of(&*shape).map(|mesh| mesh.sha256());
-        let graph = shape.as_convex_polyhedron().and_then(Graph::of).map(Arc::new);
-        Some(Self { graph, surface, ..Self::new(shape) })
-    }
-}
-
-/// What a mesh became.
-#[derive(Clone)]
-struct MadeMesh {
-    shapes: Vec<Made>,
-    kind: StandInShape,
-    /// See [`StandIn::distance`].
-    distance: f64,
 }
 
 /// What a mesh is made from: the hash of its file, its scale and what it is to become.
@@ -342,35 +297,6 @@ fn shapes(
     }
 }
 
-/// Whether the triangles of a mesh are those of a height field.
-fn is_field(mesh: &MeshAsset, scale: DVec3) -> bool {
-    mesh.grid.is_some() && scale.min_element() > 0.0
-}
-
-/// What a mesh becomes, or what stands in where that cannot be.
-fn mesh_shapes(mesh: &MeshAsset, scale: DVec3, way: Way) -> MadeMesh {
-    let facets = || match &mesh.grid {
-        Some(grid) if is_field(mesh, scale) => facets::height_field(mesh, grid, scale),
-        _ => facets::triangles(mesh, scale),
-    };
-    let exact = match way {
-        Way::Facets => facets(),
-        Way::Hull | Way::Decomposition => None,
-    };
-    if let Some(made) = exact {
-        return MadeMesh { shapes: vec![made], kind: StandInShape::Mesh, distance: 0.0 };
-    }
-    let parts = if way == Way::Decomposition { decomposition(mesh, scale) } else { Vec::new() };
-    let (shapes, kind) = if parts.is_empty() {
-        (hull(mesh, scale).into_iter().collect(), StandInShape::Hull)
-    } else {
-        let count = parts.len();
-        (parts, StandInShape::Parts(count))
-    };
-    let distance = largest_distance(mesh, scale, &shapes);
-    MadeMesh { shapes, kind, distance }
-}
-
 /// The shape of a primitive, and parry's axes for it in its own; `None` for a mesh without a hull.
 pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
     let made = shapes(geometry, Way::Hull, &mut 0, &mut MadeMeshes::new(), &[]);
@@ -380,57 +306,4 @@ pub(super) fn own_shape(geometry: &Geometry) -> Option<(SharedShape, DPose3)> {
 /// parry's cylinders stand along y, URDF's along z.
 pub(super) fn upright() -> DPose3 {
     DPose3::from_rotation(DQuat::from_rotation_x(FRAC_PI_2))
-}
-
-/// Convex parts of a mesh; none where it cannot be taken apart.
-fn decomposition(mesh: &MeshAsset, scale: DVec3) -> Vec<Made> {
-    let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-    let first = points.first().copied().unwrap_or_default();
-    let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
-    if mesh.triangles.len() > MOST_DIVIDED || (most - least).min_element() <= THINNEST {
-        return Vec::new();
-    }
-    let parts = VHACD::decompose(&DECOMPOSITION, &points, &mesh.triangles, true);
-    let parts = parts.compute_exact_convex_hulls(&points, &mesh.triangles);
-    let hull = |(points, _): (Vec<DVec3>, Vec<[u32; 3]>)| {
-        Made::convex(&if points.len() > MOST_POINTS { extremes(&points) } else { points })
-    };
-    parts.into_iter().filter_map(hull).collect()
-}
-
-/// The convex hull of a mesh; of one that is flat, its bounding box.
-fn hull(mesh: &MeshAsset, scale: DVec3) -> Option<Made> {
-    let points: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-    let points = if points.len() > MOST_POINTS { extremes(&points) } else { points };
-    let first = *points.first()?;
-    let (least, most) = points.iter().fold((first, first), |(l, m), p| (l.min(*p), m.max(*p)));
-    let solid = (most - least).min_element() > THINNEST;
-    if let Some(hull) = solid.then(|| Made::convex(&points)).flatten() {
-        return Some(hull);
-    }
-    // The box stands where the points are, not about the origin.
-    let half = ((most - least) / 2.0).max(DVec3::splat(THINNEST));
-    Some(Made {
-        own_from_shape: DPose3::from_translation((most + least) / 2.0),
-        ..Made::new(SharedShape::cuboid(half.x, half.y, half.z))
-    })
-}
-
-/// The points that are farthest in directions spread evenly over the sphere (a Fibonacci
-/// lattice), each once. Their hull lies within that of all points.
-fn extremes(points: &[DVec3]) -> Vec<DVec3> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    let mut kept: Vec<usize> = (0..DIRECTIONS)
-        .filter_map(|i| {
-            let z = 1.0 - (2.0 * i as f64 + 1.0) / DIRECTIONS as f64;
-            let (sin, cos) = (golden * i as f64).sin_cos();
-            let across = (1.0 - z * z).sqrt();
-            let direction = DVec3::new(across * cos, across * sin, z);
-            let far = |a: &usize, b: &usize| points[*a].dot(direction).total_cmp(&points[*b].dot(direction));
-            (0..points.len()).max_by(far)
-        })
-        .collect();
-    kept.sort_unstable();
-    kept.dedup();
-    kept.into_iter().map(|i| points[i]).collect()
 }

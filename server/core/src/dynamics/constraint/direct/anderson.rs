@@ -65,10 +65,11 @@ impl Anderson {
                 matrix[i] = [0.0; DEPTH];
                 (matrix[i][i], right[i]) = (1.0, 0.0);
             }
+            let pivot = matrix[i];
             for j in i + 1..kept {
                 let factor = matrix[j][i] / matrix[i][i];
-                for k in i..kept {
-                    matrix[j][k] -= factor * matrix[i][k];
+                for (value, above) in matrix[j].iter_mut().zip(pivot).take(kept).skip(i) {
+                    *value -= factor * above;
                 }
                 right[j] -= factor * right[i];
             }
