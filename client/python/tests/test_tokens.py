@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -59,19 +58,15 @@ def test_without_a_token_of_the_daemon_nothing_is_answered(
         p.connect(p.DIRECT, options=f"--endpoint={daemon.endpoint}")
 
 
-def test_the_token_of_the_environment_is_taken_everywhere(daemon: Daemon, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_the_token_of_the_environment_is_taken_everywhere(
+    daemon: Daemon, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("SIMD_TOKEN", ADMIN)
-    with simd_client.connect(daemon.endpoint) as sim:
-        sim.step(1)
-
-    async def steps() -> None:
-        async with simd_client.aio.connect(daemon.endpoint) as connected:
+    async with simd_client.aio.connect(daemon.endpoint) as connected:
+        await connected.step(1)
+    with pytest.raises(RoleTooLow):
+        async with simd_client.aio.connect(daemon.endpoint, token=VIEWER) as connected:
             await connected.step(1)
-        with pytest.raises(RoleTooLow):
-            async with simd_client.aio.connect(daemon.endpoint, token=VIEWER) as connected:
-                await connected.step(1)
-
-    asyncio.run(steps())
     number = p.connect(p.DIRECT, options=f"--endpoint={daemon.endpoint}")
     assert number >= 0
     p.disconnect(number)
