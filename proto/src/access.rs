@@ -2,7 +2,7 @@
 //!
 //! A token is `simd_` and 64 hexadecimal digits, which are 32 random bytes. A client sends it as `authorization: Bearer
 //! TOKEN`, in the header of that name or, over Zenoh, in a line of the attachment. The file has no token, but the SHA-256 of
-//! each: since a token is random, its hash can be looked up as it is, and whoever reads the file cannot find the token.
+//! each: since a token is random, its hash can be looked up as it is, and a reader of the file cannot find the token.
 //! The file is text, one token a line:
 //!
 //! ```text

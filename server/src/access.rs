@@ -89,7 +89,7 @@ impl Denied {
 }
 
 impl Access {
-    /// Nobody needs a token.
+    /// No client needs a token.
     pub fn open() -> Self {
         Self::default()
     }

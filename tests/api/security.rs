@@ -215,7 +215,7 @@ async fn published_targets_are_taken_from_operators_alone() {
         loop {
             match target().await {
                 0.25 => break,
-                now => assert_eq!(now, before, "nobody else's target is taken"),
+                now => assert_eq!(now, before, "no other target is taken"),
             }
         }
     })

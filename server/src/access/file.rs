@@ -39,7 +39,7 @@ impl TokenFile {
         Ok(Self { path, table, read: Mutex::new((version, None)) })
     }
 
-    /// By a hash of what was presented: the time of the search says nothing about a token, since nobody chooses its hash.
+    /// By a hash of what was presented: the time of the search says nothing about a token, since a caller cannot choose its hash.
     pub(super) fn find(&self, hash: &Hash) -> Option<(TokenEntry, Arc<Grant>)> {
         self.table.load().get(hash).cloned()
     }
