@@ -10,7 +10,7 @@ mod roles;
 mod tests;
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use simd_proto::access::{Role, token_hash};
@@ -22,11 +22,38 @@ pub use self::roles::role_of;
 /// How often the file is looked at, and tokens that expired are revoked.
 const LOOK: Duration = Duration::from_secs(1);
 
+/// Refusals that are logged a second; the others are counted, so that a flood of them does not fill the disk.
+const REFUSALS: u32 = 10;
+
 /// Whether clients need a token, and which there are. Clones are the same.
 #[derive(Clone, Debug, Default)]
 pub struct Access {
     /// `None`: no tokens are asked for.
     file: Option<Arc<TokenFile>>,
+    refusals: Arc<Mutex<Refusals>>,
+}
+
+/// Refusals of this second.
+#[derive(Debug, Default)]
+struct Refusals {
+    second: i64,
+    logged: u32,
+    /// Since the last that was logged.
+    unlogged: u64,
+}
+
+impl Refusals {
+    fn may_log(&mut self, now: i64) -> Option<u64> {
+        if self.second != now {
+            (self.second, self.logged) = (now, 0);
+        }
+        if self.logged >= REFUSALS {
+            self.unlogged += 1;
+            return None;
+        }
+        self.logged += 1;
+        Some(std::mem::take(&mut self.unlogged))
+    }
 }
 
 /// What a token allows.
@@ -99,7 +126,7 @@ impl Access {
     /// # Errors
     /// Where the file cannot be read, is no file of tokens, or can be read by others; a sentence.
     pub fn from_file(path: PathBuf) -> Result<Self, String> {
-        Ok(Self { file: Some(Arc::new(TokenFile::read(path)?)) })
+        Ok(Self { file: Some(Arc::new(TokenFile::read(path)?)), ..Self::default() })
     }
 
     /// Whether clients need a token.
@@ -129,6 +156,11 @@ impl Access {
             return Err(Denied::Role { name, has: entry.role, method, needed });
         }
         Ok(Some(grant))
+    }
+
+    /// Whether a refusal may have a line of the log, and how many before it had none.
+    pub(crate) fn may_log_refusal(&self) -> Option<u64> {
+        self.refusals.lock().unwrap_or_else(PoisonError::into_inner).may_log(now())
     }
 
     /// Looks now and then whether the file has changed. Never returns.

@@ -29,7 +29,7 @@ use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnReq
 use crate::http;
 use crate::loading::Loader;
 use crate::zenoh;
-use signals::{Signals, Told};
+use signals::{SignalAction, Signals};
 
 /// Calls and streams end within this time of a drain, or are cut off.
 const DRAIN: Duration = Duration::from_millis(2200);
@@ -315,8 +315,8 @@ pub async fn run(config: Config) -> Result<(), Error> {
     let signal = loop {
         tokio::select! {
             signal = signals.next() => match signal {
-                Told::End(name) => break name,
-                Told::Reload => running.reload(),
+                SignalAction::End(name) => break name,
+                SignalAction::Reload => running.reload(),
             },
             error = running.failed() => {
                 running.drain().await;

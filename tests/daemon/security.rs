@@ -37,8 +37,8 @@ async fn the_documented_lines_make_a_daemon_that_only_those_with_a_token_reach()
     let environment = client.lines().find(|line| line.starts_with("export")).unwrap();
     let paused = shell(&home, &format!("{environment}; simctl sim pause")).await;
     assert!(paused.code == 71 && paused.err.contains("needs an admin"), "{paused:?}");
-    let stranger = shell(&home, &format!("{environment}; SIMD_TOKEN= simctl robot list")).await;
-    assert!(stranger.code == 80 && stranger.err.contains("asks for a token"), "{stranger:?}");
+    let unknown = shell(&home, &format!("{environment}; SIMD_TOKEN= simctl robot list")).await;
+    assert!(unknown.code == 80 && unknown.err.contains("asks for a token"), "{unknown:?}");
     let plain = daemon.endpoint.replace("https", "http");
     let plain = shell(&home, &format!("{environment}; simctl -e {plain} robot list")).await;
     assert!(plain.code == 78 && plain.out.is_empty(), "{plain:?}");

@@ -3,7 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
@@ -18,6 +18,10 @@ use crate::{
         table::{Column, Page, Table},
     },
 };
+
+/// How long another simctl is waited for that changes the file, and how often it is looked for.
+const LOCK: Duration = Duration::from_secs(3);
+const LOOK: Duration = Duration::from_millis(10);
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Token {
@@ -132,13 +136,7 @@ fn change(
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
-    let mut file = private(&new).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => anyhow::anyhow!(
-            "{} is there: another simctl changes the tokens; if none does, delete it",
-            new.display()
-        ),
-        _ => anyhow::Error::new(error).context(format!("cannot write {}", new.display())),
-    })?;
+    let mut file = locked(&new)?;
     let changed = (|| {
         let mut entries = if path.exists() { read(path)? } else { Vec::new() };
         change(&mut entries)?;
@@ -150,6 +148,23 @@ fn change(
         let _ = fs::remove_file(&new);
     }
     changed
+}
+
+/// A new file, once no other simctl has it.
+fn locked(path: &Path) -> anyhow::Result<File> {
+    let until = Instant::now() + LOCK;
+    loop {
+        match private(path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && Instant::now() < until => {
+                std::thread::sleep(LOOK);
+            }
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                let path = path.display();
+                bail!("{path} is there: another simctl changes the tokens; if none does, delete it")
+            }
+            outcome => return outcome.with_context(|| format!("cannot write {}", path.display())),
+        }
+    }
 }
 
 /// A new file that others can neither read nor write.

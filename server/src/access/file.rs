@@ -98,6 +98,10 @@ fn entries(path: &Path) -> Result<(Vec<TokenEntry>, Version), String> {
     let of_file = |sentence: String| format!("the file of tokens {}: {sentence}", path.display());
     let unreadable = |error| of_file(format!("it cannot be read: {error}"));
     let metadata = fs::metadata(path).map_err(unreadable)?;
+    // A pipe would be waited for.
+    if !metadata.is_file() {
+        return Err(of_file("it is no file".to_owned()));
+    }
     check_mode(&metadata).map_err(of_file)?;
     if metadata.len() > MAX_BYTES {
         return Err(of_file(format!("it has more than {MAX_BYTES} bytes")));

@@ -54,6 +54,20 @@ fn a_token_allows_its_role_and_those_below() {
 }
 
 #[test]
+fn what_is_no_file_is_not_waited_for() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("tokens");
+    let (text, alice) = entry("alice", Role::Viewer);
+    write(&path, &[alice]);
+    let access = Access::from_file(path.clone()).unwrap();
+    fs::remove_file(&path).unwrap();
+    fs::create_dir(&path).unwrap();
+    access.refresh();
+    access.check(Some(&text), Role::Viewer, "Method").unwrap();
+    assert!(Access::from_file(path).unwrap_err().contains("it is no file"));
+}
+
+#[test]
 fn what_changes_in_the_file_changes_what_is_allowed() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("tokens");
@@ -85,4 +99,13 @@ fn what_changes_in_the_file_changes_what_is_allowed() {
     access.refresh();
     assert!(before.revoked.is_cancelled());
     assert_eq!(granted(&a).unwrap_err(), Denied::Expired { name: "alice".into() });
+}
+
+#[test]
+fn a_flood_of_refusals_has_few_lines_and_is_counted() {
+    let mut refusals = Refusals::default();
+    let lines: Vec<_> = (0..1_000).filter_map(|_| refusals.may_log(7)).collect();
+    assert_eq!(lines, [0; REFUSALS as usize]);
+    assert_eq!(refusals.may_log(8), Some(1_000 - u64::from(REFUSALS)));
+    assert_eq!(refusals.may_log(8), Some(0));
 }

@@ -7,7 +7,7 @@ use tokio::sync::oneshot;
 
 /// What a signal tells the daemon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Told {
+pub(super) enum SignalAction {
     /// To end; by the signal of this name.
     End(&'static str),
     /// To read files anew.
@@ -45,11 +45,11 @@ impl Signals {
 
     /// Returns when the daemon is to end.
     pub(super) async fn end(&mut self) {
-        while self.next().await == Told::Reload {}
+        while self.next().await == SignalAction::Reload {}
     }
 
     /// The next one.
-    pub(super) async fn next(&mut self) -> Told {
+    pub(super) async fn next(&mut self) -> SignalAction {
         let stdin = async {
             match &mut self.stdin {
                 Some(end) => drop(end.await),
@@ -59,9 +59,9 @@ impl Signals {
         #[cfg(unix)]
         let signal = async {
             tokio::select! {
-                _ = self.terminate.recv() => Told::End("SIGTERM"),
-                _ = self.interrupt.recv() => Told::End("SIGINT"),
-                _ = self.hangup.recv() => Told::Reload,
+                _ = self.terminate.recv() => SignalAction::End("SIGTERM"),
+                _ = self.interrupt.recv() => SignalAction::End("SIGINT"),
+                _ = self.hangup.recv() => SignalAction::Reload,
             }
         };
         // There is only Ctrl-C elsewhere.
@@ -70,16 +70,16 @@ impl Signals {
             if tokio::signal::ctrl_c().await.is_err() {
                 std::future::pending::<()>().await;
             }
-            Told::End("Ctrl-C")
+            SignalAction::End("Ctrl-C")
         };
-        let (told, is_stdin) = tokio::select! {
-            told = signal => (told, false),
-            () = stdin => (Told::End("the end of stdin"), true),
+        let (action, is_stdin) = tokio::select! {
+            action = signal => (action, false),
+            () = stdin => (SignalAction::End("the end of stdin"), true),
         };
         if is_stdin {
             self.stdin = None;
         }
-        told
+        action
     }
 }
 

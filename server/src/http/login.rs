@@ -23,7 +23,10 @@ pub(super) async fn check(State(access): State<Access>, request: Request, next: 
 
 /// Whether the token in these headers allows reading; else the refusal.
 pub(super) fn allow(access: &Access, headers: &HeaderMap) -> Result<(), Response<Body>> {
-    access.check(token(headers), Role::Viewer, "the page").map(drop).map_err(|denied| refused(&denied))
+    access.check(token(headers), Role::Viewer, "the page").map(drop).map_err(|denied| {
+        log(access, &denied);
+        refused(&denied)
+    })
 }
 
 /// `POST /login` with `authorization: Bearer TOKEN`: 204 and the cookie, or 401.
@@ -32,7 +35,16 @@ pub(super) async fn log_in(State(page): State<Arc<Page>>, request: Request) -> R
     let said = said.and_then(simd_proto::access::parse_bearer);
     match page.handle.access().check(said, Role::Viewer, "the page") {
         Ok(_grant) => with_cookie(&format!("{TOKEN_COOKIE}={}", said.unwrap_or_default())),
-        Err(denied) => refused(&denied),
+        Err(denied) => {
+            log(page.handle.access(), &denied);
+            refused(&denied)
+        }
+    }
+}
+
+fn log(access: &Access, denied: &Denied) {
+    if let Some(unlogged) = access.may_log_refusal() {
+        tracing::info!(target: "simd::audit", token = denied.name(), transport = "http", result = %denied, unlogged, "refused");
     }
 }
 

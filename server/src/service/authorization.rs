@@ -84,7 +84,9 @@ where
                 Answer::Passed { answer, grant: grant.filter(|_| is_stream), line }
             }
             Err(denied) => {
-                said(denied.name()).write(&denied.to_string());
+                if let Some(unlogged) = self.access.may_log_refusal() {
+                    said(denied.name()).write_refusal(&denied.to_string(), unlogged);
+                }
                 Answer::Denied(ready(Ok(Status::from(refusal(&denied)).into_http())))
             }
         }
@@ -130,6 +132,13 @@ impl Line {
         let Self { token, client, peer, transport, path } = self;
         let transport = transport.name();
         tracing::info!(target: "simd::audit", token, client, peer, transport, path, result, "call");
+    }
+
+    /// The same of a refusal, and how many before it had no line.
+    fn write_refusal(&self, result: &str, unlogged: u64) {
+        let Self { token, client, peer, transport, path } = self;
+        let transport = transport.name();
+        tracing::info!(target: "simd::audit", token, client, peer, transport, path, result, unlogged, "refused");
     }
 }
 
