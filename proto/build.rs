@@ -19,6 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("simd.v1.bin"), descriptors.encode_to_vec())?;
     fs::write(out.join("shapes.rs"), shapes::generate(&descriptors))?;
+    fs::write(out.join("claiming.rs"), shapes::generate_claiming(&descriptors))?;
     tonic_prost_build::configure()
         .build_server(env::var_os("CARGO_FEATURE_SERVER").is_some())
         .build_client(env::var_os("CARGO_FEATURE_CLIENT").is_some())

@@ -4,7 +4,9 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::commands::{contact, context, daemon, event, joint, parameter, robot, server, sim, state, token};
+use crate::commands::{
+    claim, contact, context, daemon, event, joint, parameter, robot, server, sim, state, token,
+};
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -48,6 +50,9 @@ pub(crate) struct Options {
     /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) tls_ca: Option<PathBuf>,
+    /// The claim that calls come with, by its secret; else $SIMD_CLAIM
+    #[arg(long, global = true, value_name = "SECRET", help_heading = "Options everywhere")]
+    pub(crate) claim: Option<String>,
     /// Tables for people, or JSON for programs
     #[arg(
         short,
@@ -96,6 +101,9 @@ pub(crate) enum Command {
     /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
     #[command(subcommand)]
     Parameter(parameter::Parameter),
+    /// Who may change what, where that is not everybody: take, release, list
+    #[command(subcommand)]
+    Claim(claim::Claim),
     /// What touches what: list, ray, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),

@@ -106,6 +106,14 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
         }
+        ErrorReason::JointClaimed | ErrorReason::RobotClaimed | ErrorReason::WorldClaimed => Some(
+            "its holder comes with --claim or SIMD_CLAIM; `simctl claim list` shows who holds what"
+                .to_owned(),
+        ),
+        ErrorReason::WorldNotClaimed => Some(
+            "`simctl claim take --world` claims the world; `simctl claim list` shows who holds what"
+                .to_owned(),
+        ),
         ErrorReason::Unauthenticated => {
             Some("set SIMD_TOKEN, or `token` of the context in the configuration file".to_owned())
         }

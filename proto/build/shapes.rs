@@ -13,13 +13,13 @@ const PACKAGE: &str = ".simd.v1.";
 const TIMESTAMP: &str = ".google.protobuf.Timestamp";
 /// The field by which a request is known again.
 const REQUEST_ID: &str = "request_id";
+/// The field with the claim that a request acts for.
+const CLAIM: &str = "claim";
 
-/// Rust text: a `Shape` for each message, and what implements `Known` and `Identified`.
+/// Rust text: a `Shape` for each message, what implements `Known` and `Identified`.
 pub(crate) fn generate(schema: &FileDescriptorSet) -> String {
     let files = || schema.file.iter().filter(|file| file.package() == PACKAGE.trim_matches('.'));
-    let services = files().flat_map(|file| &file.service);
-    let inputs = services.flat_map(|service| &service.method).map(|method| bare(method.input_type()));
-    let requests: BTreeSet<&str> = inputs.collect();
+    let requests = requests(schema);
     let mut text = String::new();
     for message in files().flat_map(|file| &file.message_type) {
         write_message(&mut text, message, requests.contains(message.name()));
@@ -29,6 +29,32 @@ pub(crate) fn generate(schema: &FileDescriptorSet) -> String {
         .map(|name| format!("(\"{name}\", |bytes| decode::<crate::v1::{name}>(bytes).map(drop)), "));
     let _ = writeln!(text, "static REQUESTS: &[Request] = &[{}];", rows.collect::<String>());
     text
+}
+
+/// Rust text: what implements `Claiming`, and the table of the requests that do.
+pub(crate) fn generate_claiming(schema: &FileDescriptorSet) -> String {
+    let files = || schema.file.iter().filter(|file| file.package() == PACKAGE.trim_matches('.'));
+    let is_request = |message: &DescriptorProto| requests(schema).contains(message.name());
+    let claims = |message: &DescriptorProto| message.field.iter().any(|field| field.name() == CLAIM);
+    let claiming = files().flat_map(|file| &file.message_type).filter(|&of| is_request(of) && claims(of));
+    let (mut text, mut rows) = (String::new(), String::new());
+    for message in claiming {
+        let name = message.name();
+        let _ = writeln!(
+            text,
+            "impl Claiming for crate::v1::{name} {{ fn claim_mut(&mut self) -> &mut String {{ &mut self.{CLAIM} }} }}"
+        );
+        let _ = write!(rows, "(\"{name}\", seal_in::<crate::v1::{name}>), ");
+    }
+    let _ = writeln!(text, "static CLAIMING: &[(&str, Seal)] = &[{rows}];");
+    text
+}
+
+/// Names of the messages that methods take.
+fn requests(schema: &FileDescriptorSet) -> BTreeSet<&str> {
+    let files = schema.file.iter().filter(|file| file.package() == PACKAGE.trim_matches('.'));
+    let services = files.flat_map(|file| &file.service);
+    services.flat_map(|service| &service.method).map(|method| bare(method.input_type())).collect()
 }
 
 fn write_message(text: &mut String, message: &DescriptorProto, is_request: bool) {
@@ -49,10 +75,13 @@ fn write_message(text: &mut String, message: &DescriptorProto, is_request: bool)
          Shape = &{}; const IS_REQUEST: bool = {is_request}; }}",
         shape(name)
     );
-    if is_request && message.field.iter().any(|field| field.name() == REQUEST_ID) {
+    let has = |name: &str| message.field.iter().any(|field| field.name() == name);
+    if is_request && has(REQUEST_ID) {
+        let claim =
+            if has(CLAIM) { format!("fn claim(&self) -> &str {{ &self.{CLAIM} }}") } else { String::new() };
         let _ = writeln!(
             text,
-            "impl Identified for crate::v1::{name} {{ fn request_id(&self) -> &str {{ &self.{REQUEST_ID} }} }}"
+            "impl Identified for crate::v1::{name} {{ fn request_id(&self) -> &str {{ &self.{REQUEST_ID} }} {claim} }}"
         );
     }
 }

@@ -12,11 +12,12 @@
 //! ```
 
 use std::fmt;
-use std::fmt::Write as _;
 use std::str::FromStr;
 
 use prost_types::Timestamp;
 use sha2::{Digest as _, Sha256};
+
+use crate::hex;
 
 /// The header (gRPC metadata, a line of Zenoh's attachment) that has the token after `Bearer `.
 pub const TOKEN_HEADER: &str = "authorization";
@@ -106,7 +107,7 @@ impl fmt::Display for TokenEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, role, hash, expires } = self;
         let expires = expires.map_or_else(|| "never".to_owned(), |expires| expires.to_string());
-        write!(f, "{name} {role} {} {expires}", hexadecimal(hash))
+        write!(f, "{name} {role} {} {expires}", hex::text(hash))
     }
 }
 
@@ -121,7 +122,7 @@ impl FromStr for TokenEntry {
         if !Self::is_name(name) {
             return Err(format!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @"));
         }
-        let hash = bytes(hash).ok_or("its third word is no SHA-256 in hexadecimal")?;
+        let hash = hex::bytes(hash).ok_or("its third word is no SHA-256 in hexadecimal")?;
         let expires = match expires {
             "never" => None,
             time => Some(time.parse().map_err(|_| {
@@ -161,12 +162,12 @@ pub fn write_tokens(entries: &[TokenEntry]) -> String {
 
 /// The token of these random bytes.
 pub fn token(random: &[u8; TOKEN_BYTES]) -> String {
-    format!("{PREFIX}{}", hexadecimal(random))
+    format!("{PREFIX}{}", hex::text(random))
 }
 
 /// What a file has of a token. `None` where the text is no token.
 pub fn token_hash(token: &str) -> Option<[u8; 32]> {
-    bytes::<TOKEN_BYTES>(token.strip_prefix(PREFIX)?)?;
+    hex::bytes::<TOKEN_BYTES>(token.strip_prefix(PREFIX)?)?;
     Some(Sha256::digest(token.as_bytes()).into())
 }
 
@@ -184,28 +185,6 @@ pub fn parse_bearer(value: &str) -> Option<&str> {
 /// The token in the values of a `cookie` header.
 pub fn parse_cookie(value: &str) -> Option<&str> {
     value.split(';').find_map(|pair| pair.trim().strip_prefix(TOKEN_COOKIE)?.strip_prefix('='))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(2 * bytes.len());
-    for byte in bytes {
-        // Writing to a string does not fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
-}
-
-/// Lowercase hexadecimal digits of just so many bytes.
-fn bytes<const N: usize>(text: &str) -> Option<[u8; N]> {
-    let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
-    if text.len() != 2 * N || !text.bytes().all(is_digit) {
-        return None;
-    }
-    let mut bytes = [0; N];
-    for (byte, digits) in bytes.iter_mut().zip(text.as_bytes().chunks(2)) {
-        *byte = u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
-    }
-    Some(bytes)
 }
 
 #[cfg(test)]

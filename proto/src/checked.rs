@@ -41,6 +41,11 @@ pub trait Known: Message + Default {
 pub trait Identified: Known {
     /// Empty for none.
     fn request_id(&self) -> &str;
+
+    /// The claim that it acts for; empty for none.
+    fn claim(&self) -> &str {
+        ""
+    }
 }
 
 /// The fields of a message.

@@ -108,6 +108,22 @@ pub fn parse_daemon(key: &str) -> Option<(&str, &str)> {
     (is_daemon_name(name) && is_session_id(zid)).then_some((name, zid))
 }
 
+/// The liveliness token by which a client of a daemon, whose session has this id, says that it is there.
+pub fn client(daemon: &str, zid: &str) -> String {
+    format!("@simd/clients/{daemon}/{zid}")
+}
+
+/// Matches the tokens of all clients of a daemon.
+pub fn every_client(daemon: &str) -> String {
+    client(daemon, "*")
+}
+
+/// The session's id of a client of this daemon; none where the key is no token's.
+pub fn parse_client<'a>(daemon: &str, key: &'a str) -> Option<&'a str> {
+    let zid = key.strip_prefix("@simd/clients/")?.strip_prefix(daemon)?.strip_prefix('/')?;
+    is_session_id(zid).then_some(zid)
+}
+
 /// Whether this is the id of a session as Zenoh writes it: up to 16 bytes in lowercase hexadecimal, and not zero.
 fn is_session_id(text: &str) -> bool {
     let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');

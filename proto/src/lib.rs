@@ -4,6 +4,7 @@
 
 pub mod access;
 pub mod checked;
+mod hex;
 pub mod keys;
 pub mod methods;
 pub mod proof;
@@ -29,6 +30,10 @@ pub const API_VERSION_HEADER: &str = "simd-api-version";
 
 /// The header (gRPC metadata) in which a client says who it is, for people to read.
 pub const CLIENT_HEADER: &str = "simd-client";
+
+/// The line of a Zenoh attachment in which a client says the id of its session, which has a token (see
+/// [`keys::client`]): what the call binds to it ends with the session.
+pub const SESSION_HEADER: &str = "simd-session";
 
 /// Characters of a client's name; more are cut.
 pub const MAX_CLIENT_NAME: usize = 64;

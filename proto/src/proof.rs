@@ -16,7 +16,10 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use hmac::{Hmac, Mac};
+use prost::Message;
 use sha2::Sha256;
+
+use crate::hex;
 
 /// The line of the attachment.
 pub const PROOF_HEADER: &str = "simd-claim";
@@ -49,15 +52,10 @@ impl Proof {
     pub fn parse(text: &str) -> Option<Self> {
         let mut words = text.split(' ');
         let (claim, counter, code) = (words.next()?, words.next()?, words.next()?);
-        if words.next().is_some() || code.len() != 2 * CODE_BYTES {
+        if words.next().is_some() {
             return None;
         }
-        let mut bytes = [0; CODE_BYTES];
-        for (byte, digits) in bytes.iter_mut().zip(code.as_bytes().chunks(2)) {
-            let digits = std::str::from_utf8(digits).ok()?;
-            *byte = u8::from_str_radix(digits, 16).ok()?;
-        }
-        Some(Self { claim: number(claim)?, counter: number(counter)?, code: bytes })
+        Some(Self { claim: number(claim)?, counter: number(counter)?, code: hex::bytes(code)? })
     }
 
     /// Whether it was made with the secret, for this key and payload. Takes
@@ -70,9 +68,34 @@ impl Proof {
 
 impl std::fmt::Display for Proof {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {} ", self.claim, self.counter)?;
-        self.code.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        write!(f, "{} {} {}", self.claim, self.counter, hex::text(&self.code))
     }
+}
+
+/// A request that may act for a claim.
+pub trait Claiming: Message + Default {
+    /// The claim's secret, or its id where others read the request; empty for none.
+    fn claim_mut(&mut self) -> &mut String;
+}
+
+/// A request with the id of its claim in place of the secret, and the secret.
+type Seal = fn(&[u8]) -> Option<(Vec<u8>, String)>;
+
+include!(concat!(env!("OUT_DIR"), "/claiming.rs"));
+
+/// Takes the secret out of a request, given by the name of its message and its bytes: the request as others may read
+/// it, and the secret that is to be proven with it. None where there is no secret in it.
+pub fn seal(name: &str, message: &[u8]) -> Option<(Vec<u8>, String)> {
+    let (_, seal) = CLAIMING.iter().find(|(of, _)| *of == name)?;
+    seal(message)
+}
+
+fn seal_in<R: Claiming>(message: &[u8]) -> Option<(Vec<u8>, String)> {
+    // What is no message has no claim, and is refused by the daemon.
+    let mut request = R::decode(message).ok()?;
+    let id = id_of(request.claim_mut())?.to_owned();
+    let secret = std::mem::replace(request.claim_mut(), id);
+    Some((request.encode_to_vec(), secret))
 }
 
 /// The id within a claim's secret, which is no secret; none where the text has none.
@@ -139,6 +162,8 @@ mod tests {
             format!("7 12 {}", "0".repeat(63)),
             format!("7 12 {}", "g".repeat(64)),
             format!("7 12 {}ä", "0".repeat(62)),
+            format!("7 12 +f{}", "0".repeat(62)),
+            format!("7 12 {}", "F".repeat(64)),
             format!("7 12 {code} 1"),
             format!("+7 12 {code}"),
             format!("7 -12 {code}"),
@@ -149,6 +174,40 @@ mod tests {
         for secret in ["", "secret", "a.b", ".b", "-1.b"] {
             assert_eq!(Proof::new(secret, 1, KEY, b""), None, "{secret}");
         }
+    }
+
+    #[test]
+    fn the_secret_is_taken_out_of_every_request_that_names_a_claim() {
+        for (name, number) in
+            [("SetJointTargetsRequest", 3), ("ReleaseJointsRequest", 1), ("SetEntityStateRequest", 5)]
+        {
+            let mut wire = vec![(number << 3) | 2, u8::try_from(SECRET.len()).unwrap()];
+            wire.extend_from_slice(SECRET.as_bytes());
+            assert_eq!(
+                seal(name, &wire),
+                Some((vec![(number << 3) | 2, 1, b'7'], SECRET.to_owned())),
+                "{name}"
+            );
+        }
+        let schema = [
+            include_str!("../simd/v1/entity.proto"),
+            include_str!("../simd/v1/joint.proto"),
+            include_str!("../simd/v1/simulation.proto"),
+        ];
+        let named =
+            schema.iter().flat_map(|file| file.lines()).filter(|line| line.starts_with("  string claim = "));
+        // And in the answer to ClaimJoints, which has the secret.
+        assert_eq!(named.count(), CLAIMING.len() + 1);
+    }
+
+    #[test]
+    fn what_has_no_secret_is_left_as_it_is() {
+        for claim in ["", "unknown", "a.b"] {
+            let request = crate::v1::ReleaseJointsRequest { claim: claim.into(), ..Default::default() };
+            assert_eq!(seal("ReleaseJointsRequest", &request.encode_to_vec()), None, "{claim}");
+        }
+        assert_eq!(seal("GetJointStatesRequest", &[]), None);
+        assert_eq!(seal("ReleaseJointsRequest", &[0xff]), None);
     }
 
     #[test]

@@ -67,6 +67,18 @@ pub struct Grant {
     pub revoked: CancellationToken,
 }
 
+impl Grant {
+    /// # Errors
+    /// Where it allows less than `needed`, which `method` needs.
+    pub fn check(&self, needed: Role, method: &str) -> Result<(), Denied> {
+        if self.role >= needed {
+            return Ok(());
+        }
+        let (name, method) = (self.name.clone(), method.to_owned());
+        Err(Denied::Role { name, has: self.role, method, needed })
+    }
+}
+
 /// Why a call is not allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
@@ -151,10 +163,7 @@ impl Access {
         if entry.is_expired(now()) {
             return Err(Denied::Expired { name: entry.name.clone() });
         }
-        if entry.role < needed {
-            let (name, method) = (entry.name.clone(), method.to_owned());
-            return Err(Denied::Role { name, has: entry.role, method, needed });
-        }
+        grant.check(needed, method)?;
         Ok(Some(grant))
     }
 

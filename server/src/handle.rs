@@ -21,12 +21,13 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
 
+use simd_core::simulation::command::ClaimId;
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 pub use claims::Unproven;
-pub use clients::{Caller, Client, Peer, TargetSource, Transport};
+pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};
 pub(crate) use clients::{Scope, UnderWay};
 pub use entities::{Loaded, Reloaded, SpawnRequest};
 pub(crate) use heavy::Cancelled;
@@ -57,6 +58,8 @@ const TIDY: Duration = Duration::from_secs(10);
 #[derive(Clone, Debug)]
 pub struct SimHandle {
     inner: Arc<Inner>,
+    /// That commands come with.
+    claim: Option<ClaimId>,
 }
 
 #[derive(Debug)]
@@ -92,6 +95,7 @@ impl SimHandle {
         let (answers, leases, clients, heavy, draining) = Default::default();
         let parameters = Parameters::new(info.limits.parameters);
         Self {
+            claim: None,
             inner: Arc::new(Inner {
                 driver,
                 loader: Arc::new(loader),
@@ -106,6 +110,12 @@ impl SimHandle {
                 draining,
             }),
         }
+    }
+
+    /// The same for the holder of a claim, whom the caller has found to be that: each command begins its lease anew.
+    #[must_use]
+    pub fn acting_for(&self, claim: Option<ClaimId>) -> Self {
+        Self { inner: Arc::clone(&self.inner), claim }
     }
 
     /// Who this daemon is, and its limits.

@@ -4,6 +4,7 @@
 //! physics can get wrong is tested once, over gRPC: `control`, `others_robots`.
 #![cfg(test)]
 
+mod claims;
 mod clients;
 mod collision_filters;
 mod connections;

@@ -104,8 +104,13 @@ async fn over_zenoh_a_claims_secret_is_given_once() {
     let daemon = arm(Via::Zenoh).await;
     let session = network::session("client", &daemon.running.locators()[0]).await;
     let (holder, request_id) = ("bench".to_owned(), "x".to_owned());
-    let request =
-        ClaimJointsRequest { selections: vec![every_joint("arm")], holder, lease: 60.0, request_id };
+    let request = ClaimJointsRequest {
+        selections: vec![every_joint("arm")],
+        holder,
+        lease: 60.0,
+        request_id,
+        ..Default::default()
+    };
     let ask = async || {
         let query = session.get("simd/simd/rpc/JointService/ClaimJoints").payload(request.encode_to_vec());
         let replies = query.attachment("simd-client: bench").await.unwrap();

@@ -170,7 +170,6 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
                 ..RobotTargets::default()
             }],
             refuse_beyond_limits: rng.bool(),
-            claim: None,
             source: None,
         }),
     }

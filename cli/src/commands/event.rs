@@ -3,7 +3,10 @@
 use clap::Subcommand;
 use serde::Serialize;
 use serde_json::{Value, json};
-use simd_client::{Client, Observed, proto::event::Kind};
+use simd_client::{
+    Client, Observed,
+    proto::{ReleaseCause, event::Kind},
+};
 
 use super::{ended, present};
 use crate::{
@@ -137,16 +140,27 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
         ),
         Some(Kind::JointsClaimed(it)) => (
             "joints_claimed",
-            json!({ "holder": it.holder, "joints": it.joints }),
-            format!("{} claimed {}", it.holder, it.joints.join(", ")),
+            json!({ "holder": it.holder, "joints": it.joints, "robots": it.robots, "world": it.world }),
+            format!("{} claimed {}", it.holder, claimed(it.world, &it.robots, &it.joints)),
         ),
         Some(Kind::JointsReleased(it)) => {
-            let verb = if it.lapsed { "let lapse" } else { "released" };
-            (
-                "joints_released",
-                json!({ "holder": it.holder, "joints": it.joints, "lapsed": it.lapsed }),
-                format!("{} {verb} {}", it.holder, it.joints.join(", ")),
-            )
+            let cause = json::name("RELEASE_CAUSE_", it.cause().as_str_name());
+            let what = claimed(it.world, &it.robots, &it.joints);
+            let sentence = match it.cause() {
+                ReleaseCause::Unspecified | ReleaseCause::Released => {
+                    format!("{} released {what}", it.holder)
+                }
+                ReleaseCause::Lapsed => format!("{} let lapse {what}", it.holder),
+                ReleaseCause::Disconnected => format!("{} disconnected and released {what}", it.holder),
+                ReleaseCause::TakenOver => {
+                    format!("{} took over from {}: {what}", it.taken_over_by, it.holder)
+                }
+            };
+            let details = json!({
+                "holder": it.holder, "joints": it.joints, "robots": it.robots, "world": it.world, "cause": cause,
+                "taken_over_by": it.taken_over_by,
+            });
+            ("joints_released", details, sentence)
         }
         Some(Kind::StateRestored(it)) => {
             ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))
@@ -154,4 +168,13 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
         // A newer daemon may have kinds that this client does not know.
         None => ("unknown", json!({}), "something that this simctl does not know".to_owned()),
     }
+}
+
+/// What a claim is on, in words: joints of robots that are claimed whole are not listed.
+fn claimed(world: bool, robots: &[String], joints: &[String]) -> String {
+    let is_of_whole = |joint: &&String| robots.iter().any(|robot| joint.split('/').next() == Some(robot));
+    let joints = joints.iter().filter(|joint| !is_of_whole(joint)).cloned();
+    let world = world.then(|| "the world".to_owned());
+    let all: Vec<String> = world.into_iter().chain(robots.iter().cloned()).chain(joints).collect();
+    if all.is_empty() { "nothing that is still there".to_owned() } else { all.join(", ") }
 }

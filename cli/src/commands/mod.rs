@@ -1,5 +1,6 @@
 //! The commands, one file per noun, and what they share: the connection.
 
+pub(crate) mod claim;
 pub(crate) mod contact;
 pub(crate) mod context;
 pub(crate) mod daemon;
@@ -31,6 +32,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Robot(robot::Robot::Validate(arguments)) => robot::validate::run(&arguments, output),
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
+        Command::Claim(command) => claim::run(command, &connect(options).await?, output).await,
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
@@ -50,7 +52,9 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
 
 async fn connect(options: &Options) -> anyhow::Result<Client> {
     let choice = choose(options)?;
-    Ok(Client::connect_with(&choice.endpoint, connect_options(options, &choice)).await?)
+    let client = Client::connect_with(&choice.endpoint, connect_options(options, &choice)).await?;
+    let claim = options.claim.clone().or_else(|| std::env::var("SIMD_CLAIM").ok());
+    Ok(client.with_claim(&claim.unwrap_or_default()))
 }
 
 /// What is said on the command line and by the environment beats the context.

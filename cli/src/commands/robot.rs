@@ -237,7 +237,7 @@ async fn reload(arguments: Reload, client: &Client, output: Output) -> anyhow::R
         robot: arguments.robot,
         source,
         strict: arguments.strict,
-        request_id: String::new(),
+        ..Default::default()
     };
     let reloaded = match &arguments.path {
         Some(path) => client.reload(request).await.map_err(|error| naming(path, error))?,
@@ -286,8 +286,8 @@ fn naming(path: &Path, error: Error) -> anyhow::Error {
     if is_about_file { error.context(path.display().to_string()) } else { error }
 }
 
-/// Where warnings are seen even if stdout is read by a program. Lines of a xacro are told
-/// in its own files.
+/// Where warnings are seen even if stdout is read by a program. Lines are those of the
+/// xacro's own files.
 fn warn_of(report: &LoadReport, package: Option<&Package>) {
     let source = |line| package.and_then(|package| package.xacro_source(line));
     for finding in report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning) {

@@ -129,7 +129,7 @@ async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow:
             Some(Integrator::Euler) => proto::Integrator::Euler,
         }
         .into(),
-        request_id: String::new(),
+        ..Default::default()
     };
     let physics = if request == SetPhysicsRequest::default() {
         client.physics().await?
@@ -156,6 +156,8 @@ struct Status {
     /// Wall seconds.
     step_duration: f64,
     mailbox_refusals: u64,
+    /// Who holds a claim on the world.
+    claimed_by: Option<String>,
 }
 
 impl Status {
@@ -172,6 +174,7 @@ impl Status {
             joints: statistics.joints,
             step_duration: statistics.step_duration,
             mailbox_refusals: statistics.mailbox_refusals,
+            claimed_by: Some(statistics.claimed_by.clone()).filter(|holder| !holder.is_empty()),
         })
     }
 }
@@ -195,6 +198,7 @@ impl View for Status {
             ("robots", self.robots.to_string()),
             ("moving joints", self.joints.to_string()),
             ("mailbox refusals", self.mailbox_refusals.to_string()),
+            ("claimed by", self.claimed_by.clone().unwrap_or_else(|| "-".to_owned())),
         ])
     }
 }

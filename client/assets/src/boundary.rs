@@ -23,8 +23,8 @@ pub enum Inside {
     LeadsOut,
 }
 
-/// Follows `rest` from `folder`, link by link, and looks at nothing outside of it: whoever
-/// asks learns of no path outside whether it exists. `..` goes where links have led.
+/// Follows `rest` from `folder`, link by link, and looks at nothing outside of it: a caller
+/// learns of no path outside whether it exists. `..` goes where links have led.
 ///
 /// `folder` is a real path, as [`Path::canonicalize`] gives it.
 pub fn inside(folder: &Path, rest: &Path) -> Inside {

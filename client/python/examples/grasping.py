@@ -27,7 +27,7 @@ def main() -> None:
         crate = sim.add_box((CRATE, CRATE, CRATE), 0.4, (10, 0, CRATE / 2), name="crate", friction=1.0)
 
         gripper.move_to({"lift": -0.34}, steps=10)
-        # A finger cannot get where it is told to, and pushes with no more than it may.
+        # A finger cannot reach its target, and pushes with no more than it may.
         closed = Target.position(0.0, max_effort=SQUEEZE)
         gripper.set_targets({"left": closed, "right": closed})
         gripper.wait_until(lambda state: state["left"].effort <= -0.9 * SQUEEZE, steps=10)

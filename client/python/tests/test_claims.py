@@ -5,11 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from daemon import Daemon
 
 import simd_client
-from simd_client import Robot, Simulation
+from simd_client import Robot, Simulation, proto
 
 
 def test_calls_carry_the_claim_and_others_are_refused(sim: Simulation, arm: Robot, daemon: Daemon) -> None:
@@ -22,7 +23,7 @@ def test_calls_carry_the_claim_and_others_are_refused(sim: Simulation, arm: Robo
             with pytest.raises(simd_client.JointClaimed) as refused:
                 rival.set_positions([0.0, 0.0])
             assert refused.value.metadata["holder"] == "first"
-            with pytest.raises(simd_client.JointClaimed):
+            with pytest.raises(simd_client.RobotClaimed):
                 rival.claim()
             assert rival.refresh().joints[0].claimed_by == "first"
         rival.set_positions([0.4, 0.4])
@@ -69,6 +70,61 @@ def test_a_killed_client_leaves_nothing_behind(sim: Simulation, arm: Robot, daem
         process.kill()
     assert events.wait(20).kind == "joints_claimed"
     released = events.wait(20)
-    assert (released.kind, released.detail.lapsed) == ("joints_released", True)
+    assert released.kind == "joints_released"
+    assert released.detail.cause == proto.ReleaseCause.RELEASE_CAUSE_LAPSED
     arm.set_positions([0.1, 0.1])
     assert arm.refresh().joints[0].claimed_by == ""
+
+
+def test_a_claimed_robot_is_changed_by_its_holder_alone(sim: Simulation, arm: Robot, daemon: Daemon) -> None:
+    with simd_client.connect(daemon.endpoint) as other, arm.claim():
+        rival = other.robot("arm")
+        for change in (
+            rival.reset_joints,
+            rival.delete,
+            rival.reload,
+            lambda: rival.set_surface(friction=0.5),
+            lambda: rival.set_state(simd_client.Pose(np.array([0.0, 0.0, 1.0]))),
+        ):
+            with pytest.raises((simd_client.RobotClaimed, simd_client.JointClaimed)):
+                change()
+        for pausing in (other.pause, other.play, other.reset):
+            with pytest.raises(simd_client.WorldNotClaimed):
+                pausing()
+        # Its holder does all that, and says nothing of the claim.
+        arm.reset_joints()
+        arm.set_state(simd_client.Pose(np.array([0.0, 0.0, 1.0])))
+        sim.pause()
+        sim.step(1)
+        arm.delete()
+
+
+def test_the_world_is_claimed_beside_its_robots(sim: Simulation, arm: Robot, daemon: Daemon) -> None:
+    with simd_client.connect(daemon.endpoint) as other, other.claim(world=True, holder="operator") as world:
+        assert repr(world) == "<Claim of the world>"
+        with pytest.raises(simd_client.WorldClaimed) as refused:
+            sim.pause()
+        assert refused.value.metadata["holder"] == "operator"
+        with arm.claim():
+            other.pause()
+            other.step(1)
+    sim.pause()
+
+
+def test_a_claim_that_is_taken_over_is_lost_and_one_that_is_bound_ends_with_the_connection(
+    sim: Simulation, arm: Robot, daemon: Daemon
+) -> None:
+    events = sim.events()
+    low = arm.claim(priority=1)
+    assert events.wait(20).kind == "joints_claimed"
+    with simd_client.connect(daemon.endpoint) as other:
+        other.claim({"arm": ()}, holder="safety", priority=2, lease=3600, until_disconnect=True)
+        lost = events.wait(20).detail
+        assert (lost.cause, lost.taken_over_by) == (proto.ReleaseCause.RELEASE_CAUSE_TAKEN_OVER, "safety")
+        with pytest.raises(simd_client.ClaimNotFound):
+            arm.set_positions([0.0, 0.0])
+        assert events.wait(20).kind == "joints_claimed"
+    assert events.wait(20).detail.cause == proto.ReleaseCause.RELEASE_CAUSE_DISCONNECTED
+    with pytest.raises(simd_client.ClaimNotFound):
+        low.release()
+    arm.set_positions([0.0, 0.0])

@@ -22,7 +22,7 @@ FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 
 
 class Bar:
-    """Keeps what it is told, as a `tqdm` would show it."""
+    """Keeps what it is called with, as a `tqdm` would show it."""
 
     made: list[Bar] = []
 

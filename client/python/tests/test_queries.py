@@ -53,8 +53,8 @@ def test_an_srdf_comes_with_the_robot(sim: Simulation, tmp_path: Path) -> None:
     srdf = tmp_path / "arm.srdf"
     srdf.write_text('<robot name="arm"><disable_collisions link1="link_1" link2="link_3"/></robot>')
     arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True, self_collision=True, srdf=srdf)
-    told = arm.collision_filter()
-    assert told.self_collision and told.pairs == (CollisionPair("link_1", "link_3", False),)
+    answer = arm.collision_filter()
+    assert answer.self_collision and answer.pairs == (CollisionPair("link_1", "link_3", False),)
     arm.set_collision_filter(self_collision=False)
     assert not arm.collision_filter().self_collision
 

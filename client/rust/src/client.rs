@@ -10,6 +10,7 @@ use std::{
     time::Duration,
 };
 
+use simd_proto::proof::Claiming;
 use simd_proto::{
     API_VERSION, API_VERSION_HEADER, CLIENT_HEADER,
     access::{TOKEN_HEADER, bearer},
@@ -50,6 +51,8 @@ pub struct Client {
     channel: WithHeaders,
     endpoint: Arc<str>,
     timeout: Duration,
+    /// Empty for none.
+    claim: Arc<str>,
 }
 
 /// A token, which nothing prints.
@@ -159,7 +162,34 @@ impl Client {
     pub(crate) fn over(channel: Channel, endpoint: Arc<str>, options: &ConnectOptions) -> Self {
         let headers = ClientHeaders::new(options.token.as_ref());
         let with_headers = InterceptedService::new(channel.clone(), headers.clone());
-        Self { bare: channel, headers, channel: with_headers, endpoint, timeout: options.timeout }
+        Self {
+            bare: channel,
+            headers,
+            channel: with_headers,
+            endpoint,
+            timeout: options.timeout,
+            claim: Arc::default(),
+        }
+    }
+
+    /// The same connection for the holder of a claim (see [`claim`](Self::claim)): requests that name no claim come with
+    /// this one. Empty for none.
+    #[must_use]
+    pub fn with_claim(self, claim: &str) -> Self {
+        Self { claim: claim.into(), ..self }
+    }
+
+    /// The claim of this client; empty for none.
+    pub fn held_claim(&self) -> &str {
+        &self.claim
+    }
+
+    /// A request with the claim of this client, where it names none.
+    pub(crate) fn claimed<R: Claiming>(&self, mut request: R) -> R {
+        if request.claim_mut().is_empty() {
+            (*self.claim).clone_into(request.claim_mut());
+        }
+        request
     }
 
     /// The same connection under another name, which viewers show: printable ASCII, of which 64 characters count. A client that is not named has the name of

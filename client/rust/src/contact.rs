@@ -91,7 +91,7 @@ impl Client {
     ) -> Result<Stamp, Error> {
         let links = links.into_iter().collect();
         let request = SetLinkPropertiesRequest { robot: robot.to_owned(), links, ..Default::default() };
-        present(self.unary(self.entity().set_link_properties(request)).await?.stamp, "stamp")
+        present(self.unary(self.entity().set_link_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
     /// What a robot touches: itself or not, and which pairs of links are switched off or on.
@@ -108,6 +108,6 @@ impl Client {
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn set_collision_filter(&self, request: SetCollisionFilterRequest) -> Result<Stamp, Error> {
-        present(self.unary(self.entity().set_collision_filter(request)).await?.stamp, "stamp")
+        present(self.unary(self.entity().set_collision_filter(self.claimed(request))).await?.stamp, "stamp")
     }
 }

@@ -23,7 +23,7 @@ pub struct ControlOptions {
     pub timeout: Option<Duration>,
     /// What to do with a target beyond a limit.
     pub limit_policy: LimitPolicy,
-    /// From [`Client::claim_joints`]; empty for joints without a claim.
+    /// From [`Client::claim_joints`]; empty for that of the client.
     pub claim: String,
 }
 
@@ -96,7 +96,7 @@ impl Control {
         if self.is_waiting {
             return Err(Error::CreditInUse);
         }
-        let request = ControlRequest {
+        let request = self.client.claimed(ControlRequest {
             selections: self.options.selections.clone(),
             robots,
             limit_policy: self.options.limit_policy.into(),
@@ -104,7 +104,7 @@ impl Control {
             wait: self.options.wait.into(),
             timeout: self.options.timeout.map_or(0.0, |timeout| timeout.as_secs_f64()),
             ..ControlRequest::default()
-        };
+        });
         // Full cannot be: the answer before was read, so the request before was taken.
         self.requests.try_send(request).map_err(|_| self.ended())?;
         self.is_waiting = true;

@@ -85,7 +85,7 @@ impl Client {
     /// # Errors
     /// `ROBOT_NOT_FOUND`, and as [`spawn`](Self::spawn).
     pub async fn reload(&self, request: ReloadEntityRequest) -> Result<Reloaded, Error> {
-        let answer = self.unary(self.entity().reload_entity(request)).await?;
+        let answer = self.unary(self.entity().reload_entity(self.claimed(request))).await?;
         Ok(Reloaded {
             entity: present(answer.entity, "entity")?,
             report: present(answer.report, "report")?,
@@ -114,7 +114,7 @@ impl Client {
     /// `ROBOT_NOT_FOUND`.
     pub async fn delete_robot(&self, robot: &str) -> Result<Stamp, Error> {
         let request = DeleteEntityRequest { robot: robot.to_owned(), ..Default::default() };
-        present(self.unary(self.entity().delete_entity(request)).await?.stamp, "stamp")
+        present(self.unary(self.entity().delete_entity(self.claimed(request))).await?.stamp, "stamp")
     }
 
     /// The robots in the world, in the order in which they came.
@@ -148,7 +148,7 @@ impl Client {
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `INVALID_VALUE`.
     pub async fn set_robot_state(&self, request: SetEntityStateRequest) -> Result<Stamp, Error> {
-        present(self.unary(self.entity().set_entity_state(request)).await?.stamp, "stamp")
+        present(self.unary(self.entity().set_entity_state(self.claimed(request))).await?.stamp, "stamp")
     }
 
     /// World poses of links; of all robots where none is named.
@@ -195,7 +195,7 @@ impl Client {
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `LINK_NOT_FOUND`, `INVALID_VALUE`.
     pub async fn apply_wrench(&self, request: ApplyLinkWrenchRequest) -> Result<Stamp, Error> {
-        present(self.unary(self.entity().apply_link_wrench(request)).await?.stamp, "stamp")
+        present(self.unary(self.entity().apply_link_wrench(self.claimed(request))).await?.stamp, "stamp")
     }
 }
 

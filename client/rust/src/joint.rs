@@ -68,7 +68,7 @@ impl Client {
         &self,
         request: SetJointTargetsRequest,
     ) -> Result<SetJointTargetsResponse, Error> {
-        self.unary(self.joint().set_joint_targets(request)).await
+        self.unary(self.joint().set_joint_targets(self.claimed(request))).await
     }
 
     /// Gives joints of one robot new targets. What lies beyond a limit is clamped,
@@ -94,7 +94,7 @@ impl Client {
     pub async fn reset_joints(&self, robot: &str, joints: Vec<JointReset>) -> Result<Stamp, Error> {
         let robots = vec![RobotReset { robot: robot.to_owned(), joints }];
         let request = ResetJointsRequest { robots, ..Default::default() };
-        present(self.unary(self.joint().reset_joints(request)).await?.stamp, "stamp")
+        present(self.unary(self.joint().reset_joints(self.claimed(request))).await?.stamp, "stamp")
     }
 
     /// Changes joints' damping, friction, armature, limits and default gains.
@@ -107,13 +107,22 @@ impl Client {
         joints: Vec<JointProperties>,
     ) -> Result<Stamp, Error> {
         let request = SetJointPropertiesRequest { robot: robot.to_owned(), joints, ..Default::default() };
-        present(self.unary(self.joint().set_joint_properties(request)).await?.stamp, "stamp")
+        present(self.unary(self.joint().set_joint_properties(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Takes joints for this client. The answer is the secret to set them with.
+    /// Takes robots, joints or the world for one client. The answer is the secret that requests come with from then on:
+    /// see [`with_claim`](Self::with_claim). `until_disconnect` is not for Zenoh.
     ///
     /// # Errors
-    /// `JOINT_CLAIMED` where another holds one of them.
+    /// `JOINT_CLAIMED`, `ROBOT_CLAIMED` or `WORLD_CLAIMED` where another holds one of them.
+    pub async fn claim(&self, request: ClaimJointsRequest) -> Result<String, Error> {
+        Ok(self.unary(self.joint().claim_joints(request)).await?.claim)
+    }
+
+    /// The same for joints, with a lease and nothing else.
+    ///
+    /// # Errors
+    /// As [`claim`](Self::claim).
     pub async fn claim_joints(
         &self,
         selections: Vec<JointSelection>,
@@ -126,10 +135,10 @@ impl Client {
             lease: lease.as_secs_f64(),
             ..Default::default()
         };
-        Ok(self.unary(self.joint().claim_joints(request)).await?.claim)
+        self.claim(request).await
     }
 
-    /// Gives claimed joints back. They hold their position.
+    /// Gives a claim back. Joints hold their position.
     ///
     /// # Errors
     /// `CLAIM_NOT_FOUND`.

@@ -60,7 +60,7 @@ impl Client {
     /// Where the daemon refuses or does not answer.
     pub async fn set_simulation_state(&self, state: SimulationState) -> Result<Stamp, Error> {
         let request = SetSimulationStateRequest { state: state.into(), ..Default::default() };
-        let answer = self.unary(self.simulation().set_simulation_state(request)).await?;
+        let answer = self.unary(self.simulation().set_simulation_state(self.claimed(request))).await?;
         present(answer.stamp, "stamp")
     }
 
@@ -98,7 +98,7 @@ impl Client {
     /// # Errors
     /// As [`step`](Self::step), and as [`set_targets`](Self::set_targets): then nothing was done.
     pub async fn step_with(&self, request: StepSimulationRequest) -> Result<StepSimulationResponse, Error> {
-        self.opened(self.simulation().step_simulation(request).await)
+        self.opened(self.simulation().step_simulation(self.claimed(request)).await)
     }
 
     /// Puts the world back, by scope.
@@ -106,7 +106,7 @@ impl Client {
     /// # Errors
     /// Where the daemon refuses or does not answer.
     pub async fn reset(&self, request: ResetSimulationRequest) -> Result<ResetSimulationResponse, Error> {
-        self.unary(self.simulation().reset_simulation(request)).await
+        self.unary(self.simulation().reset_simulation(self.claimed(request))).await
     }
 
     /// Gravity, time step, substeps, integrator, pace.
@@ -123,7 +123,7 @@ impl Client {
     /// # Errors
     /// `INVALID_VALUE` where one value is refused; then none is changed.
     pub async fn set_physics(&self, request: SetPhysicsRequest) -> Result<SetPhysicsResponse, Error> {
-        self.unary(self.simulation().set_physics(request)).await
+        self.unary(self.simulation().set_physics(self.claimed(request))).await
     }
 
     /// How well the world keeps time. Never waits for a step, and so is also a ping.
@@ -152,7 +152,7 @@ impl Client {
     /// `SAVED_STATE_NOT_FOUND`.
     pub async fn restore_state(&self, name: &str) -> Result<Stamp, Error> {
         let request = RestoreStateRequest { name: name.to_owned(), ..Default::default() };
-        let answer = self.unary(self.simulation().restore_state(request)).await?;
+        let answer = self.unary(self.simulation().restore_state(self.claimed(request))).await?;
         present(answer.stamp, "stamp")
     }
 

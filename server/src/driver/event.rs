@@ -1,6 +1,6 @@
 //! Everything that can wake the driver.
 
-use simd_core::simulation::command::{PhysicsChange, SetTargets};
+use simd_core::simulation::command::{ClaimId, PhysicsChange, SetTargets};
 use simd_core::{Command, PhysicsSettings};
 use tokio::sync::oneshot;
 
@@ -21,6 +21,8 @@ pub(crate) enum Event {
     Command {
         /// How.
         command: Command,
+        /// That its sender holds.
+        claim: Option<ClaimId>,
         /// Once it holds.
         reply: ReplyTo<Done>,
     },
@@ -28,6 +30,8 @@ pub(crate) enum Event {
     SetState {
         /// Which of them.
         state: RunState,
+        /// That its sender holds.
+        claim: Option<ClaimId>,
         /// Once it holds.
         reply: ReplyTo<Done>,
     },
@@ -38,6 +42,8 @@ pub(crate) enum Event {
         targets: Option<SetTargets>,
         /// At least 1.
         steps: u64,
+        /// That its sender holds.
+        claim: Option<ClaimId>,
         /// After the last one; dropped by a caller who does not want them any more.
         reply: ReplyTo<Stepped>,
     },
@@ -47,6 +53,8 @@ pub(crate) enum Event {
         change: PhysicsChange,
         /// When; its factor is checked before it gets here.
         pace: PaceChange,
+        /// That its sender holds.
+        claim: Option<ClaimId>,
         /// With what is in force from then on.
         reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
     },

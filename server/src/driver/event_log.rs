@@ -144,8 +144,10 @@ fn bytes_of(what: &Happened) -> usize {
         | EventKind::EntityDeleted { robot }
         | EventKind::EntityReloaded { robot, .. } => robot.len(),
         EventKind::EntityDisabled { robot, reason } => robot.len() + reason.len(),
-        EventKind::JointsClaimed { holder, joints } | EventKind::JointsReleased { holder, joints, .. } => {
-            holder.len() + joints.iter().map(|joint| joint.len() + size_of::<String>()).sum::<usize>()
+        EventKind::JointsClaimed { holder, claimed: of }
+        | EventKind::JointsReleased { holder, released: of, cause: _ } => {
+            let names = of.joints.iter().chain(&of.robots);
+            holder.len() + names.map(|name| name.len() + size_of::<String>()).sum::<usize>()
         }
         EventKind::StateRestored { name } => name.len(),
         EventKind::Reset(_) | EventKind::PhysicsChanged(_) => 0,
@@ -154,6 +156,8 @@ fn bytes_of(what: &Happened) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use simd_core::simulation::event::Claimed;
+
     use super::*;
 
     fn overrun(log: &EventLog) {
@@ -184,8 +188,8 @@ mod tests {
     fn long_events_are_kept_in_bytes_and_the_newest_always() {
         let log = EventLog::default();
         let claimed = |joints: usize| {
-            let kind =
-                EventKind::JointsClaimed { holder: "me".into(), joints: vec!["j".repeat(1024); joints] };
+            let claimed = Claimed { joints: vec!["j".repeat(1024); joints], ..Claimed::default() };
+            let kind = EventKind::JointsClaimed { holder: "me".into(), claimed };
             let event = Event { at: Moment::default(), kind };
             log.push(SystemTime::UNIX_EPOCH, 0, Happened::World(event));
         };

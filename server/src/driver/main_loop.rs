@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use simd_core::simulation::EventKind;
-use simd_core::simulation::command::{Clamped, PhysicsChange, ResetScope, SetTargets};
+use simd_core::simulation::command::{ClaimId, Clamped, PhysicsChange, ResetScope, SetTargets};
 use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
@@ -94,14 +94,16 @@ impl<W: World> Driver<W> {
         self.calls.served();
         match event {
             Event::StepDue => self.step(),
-            Event::Command { command, reply } => drop(reply.send(self.command(&command))),
-            Event::SetState { state, reply } => drop(reply.send(self.set_state(state))),
+            Event::Command { command, claim, reply } => drop(reply.send(self.command(&command, claim))),
+            Event::SetState { state, claim, reply } => drop(reply.send(self.set_state(state, claim))),
             Event::Step { reply, .. } if reply.is_closed() => {}
-            Event::Step { targets, steps, reply } => match self.begin_steps(targets) {
+            Event::Step { targets, steps, claim, reply } => match self.begin_steps(targets, claim) {
                 Ok(clamped) => self.steps.push(steps, clamped, reply),
                 Err(refused) => drop(reply.send(Err(refused))),
             },
-            Event::SetPhysics { change, pace, reply } => drop(reply.send(self.set_physics(change, pace))),
+            Event::SetPhysics { change, pace, claim, reply } => {
+                drop(reply.send(self.set_physics(change, pace, claim)));
+            }
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())
@@ -109,8 +111,8 @@ impl<W: World> Driver<W> {
 
     /// The one place where a command reaches the world: what passes here, with
     /// the step at which it did, is a complete recording of a run.
-    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
-        let applied = self.world.apply(command)?;
+    fn apply(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
+        let applied = self.world.apply_for(command, claim)?;
         tracing::trace!(epoch = applied.at.epoch, step = applied.at.step, ?command, "applied");
         // A restored state brings its own time step.
         self.follow_pace();
@@ -118,8 +120,8 @@ impl<W: World> Driver<W> {
         Ok(applied)
     }
 
-    fn command(&mut self, command: &Command) -> Result<Done, CallError> {
-        let applied = self.apply(command)?;
+    fn command(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Done, CallError> {
+        let applied = self.apply(command, claim)?;
         match command {
             Command::Reset(_) => self.steps.supersede("a reset"),
             Command::RestoreState { .. } => self.steps.supersede("a restored state"),
@@ -140,16 +142,21 @@ impl<W: World> Driver<W> {
 
     /// What comes before the steps of a call. Its targets are applied and not
     /// published: the first step shows them.
-    fn begin_steps(&mut self, targets: Option<SetTargets>) -> Result<Vec<Clamped>, CallError> {
+    fn begin_steps(
+        &mut self,
+        targets: Option<SetTargets>,
+        claim: Option<ClaimId>,
+    ) -> Result<Vec<Clamped>, CallError> {
         if self.state == RunState::Playing {
             return Err(CallError::WrongState {
                 state: self.state,
                 message: "simulation is playing; pause it before stepping".into(),
             });
         }
+        self.world.allow_step(claim)?;
         self.steps.has_room()?;
         let Some(targets) = targets else { return Ok(Vec::new()) };
-        let applied = self.apply(&Command::SetTargets(targets))?;
+        let applied = self.apply(&Command::SetTargets(targets), claim)?;
         self.has_unpublished = true;
         match applied.reply {
             Reply::Targets { clamped, changed_law: _ } => Ok(clamped),
@@ -206,7 +213,8 @@ impl<W: World> Driver<W> {
         }
     }
 
-    fn set_state(&mut self, state: RunState) -> Result<Done, CallError> {
+    fn set_state(&mut self, state: RunState, claim: Option<ClaimId>) -> Result<Done, CallError> {
+        self.world.allow_world(claim)?;
         let now = Instant::now();
         let before = self.state;
         match state {
@@ -218,7 +226,8 @@ impl<W: World> Driver<W> {
             }
             RunState::Paused => self.steps.supersede("a pause"),
             RunState::Stopped => {
-                self.apply(&Command::Reset(ResetScope { time: true, state: true, spawned: false }))?;
+                let scope = ResetScope { time: true, state: true, spawned: false };
+                self.apply(&Command::Reset(scope), claim)?;
                 self.steps.supersede("a stop");
             }
         }
@@ -236,12 +245,14 @@ impl<W: World> Driver<W> {
         &mut self,
         change: PhysicsChange,
         pace: PaceChange,
+        claim: Option<ClaimId>,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
+        self.world.allow_world(claim)?;
         let (settings_before, pace_before) = (self.world.settings(), self.pace);
         let at = if change == PhysicsChange::default() {
             self.world.now()
         } else {
-            self.apply(&Command::SetPhysics(change))?.at
+            self.apply(&Command::SetPhysics(change), claim)?.at
         };
         // Here and not where the change was asked for: another may have come between.
         self.pace = pace.of(self.pace);

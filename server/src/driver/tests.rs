@@ -5,7 +5,7 @@ mod long_steps;
 mod pace;
 mod steps;
 
-use simd_core::simulation::command::{ClaimId, PhysicsChange, ResetScope, RobotTargets, SetTargets};
+use simd_core::simulation::command::{ClaimRequest, PhysicsChange, ResetScope, RobotTargets, SetTargets};
 use simd_core::{Applied, Command};
 use tokio::sync::oneshot::{self, Receiver};
 
@@ -39,22 +39,22 @@ impl Bench {
     }
 
     fn steps(&self, steps: u64) -> Answer<Stepped> {
-        self.post(|reply| Event::Step { targets: None, steps, reply })
+        self.post(|reply| Event::Step { targets: None, steps, claim: None, reply })
     }
 
     /// With targets, which a toy refuses for `missing`.
     fn steps_of(&self, robot: &str, steps: u64) -> Answer<Stepped> {
         let targets = RobotTargets { robot: robot.into(), ..RobotTargets::default() };
         let targets = Some(SetTargets { robots: vec![targets], ..SetTargets::default() });
-        self.post(|reply| Event::Step { targets, steps, reply })
+        self.post(|reply| Event::Step { targets, steps, claim: None, reply })
     }
 
     fn command(&self, command: Command) -> Answer<Done> {
-        self.post(|reply| Event::Command { command, reply })
+        self.post(|reply| Event::Command { command, claim: None, reply })
     }
 
     fn state(&self, state: RunState) -> Answer<Done> {
-        self.post(|reply| Event::SetState { state, reply })
+        self.post(|reply| Event::SetState { state, claim: None, reply })
     }
 
     fn iterations(&mut self, count: u32) {

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
 use simd_core::simulation::EventKind;
-use simd_core::simulation::command::PhysicsChange;
+use simd_core::simulation::command::{ClaimId, PhysicsChange};
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation};
 
 use super::world::World;
@@ -69,7 +69,7 @@ impl Drop for Toy {
 }
 
 impl World for Toy {
-    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+    fn apply_for(&mut self, command: &Command, _claim: Option<ClaimId>) -> Result<Applied, Error> {
         let reply = match command {
             Command::Delete { robot } => {
                 return Err(Error::RobotNotFound { robot: robot.clone(), known: Vec::new() });
@@ -147,7 +147,7 @@ impl Stuck {
 }
 
 impl World for Stuck {
-    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+    fn apply_for(&mut self, command: &Command, _claim: Option<ClaimId>) -> Result<Applied, Error> {
         self.world.apply(command)
     }
 

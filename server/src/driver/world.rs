@@ -1,12 +1,21 @@
 //! What the driver needs of a world. There is one world, [`Simulation`]; tests of
 //! the driver bring their own, which stalls and fails when a test asks for it.
 
+use simd_core::simulation::command::ClaimId;
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Simulation};
 
 /// A world that commands change and steps move.
 pub(crate) trait World: Send + 'static {
-    /// See [`Simulation::apply`].
-    fn apply(&mut self, command: &Command) -> Result<Applied, Error>;
+    /// See [`Simulation::apply_for`].
+    fn apply_for(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error>;
+    /// See [`Simulation::allow_world`].
+    fn allow_world(&self, _claim: Option<ClaimId>) -> Result<(), Error> {
+        Ok(())
+    }
+    /// See [`Simulation::allow_step`].
+    fn allow_step(&self, _claim: Option<ClaimId>) -> Result<(), Error> {
+        Ok(())
+    }
     /// See [`Simulation::step`].
     fn step(&mut self);
     /// See [`Simulation::step_interruptible`].
@@ -22,8 +31,16 @@ pub(crate) trait World: Send + 'static {
 }
 
 impl World for Simulation {
-    fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
-        Simulation::apply(self, command)
+    fn apply_for(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
+        Simulation::apply_for(self, command, claim)
+    }
+
+    fn allow_world(&self, claim: Option<ClaimId>) -> Result<(), Error> {
+        Simulation::allow_world(self, claim)
+    }
+
+    fn allow_step(&self, claim: Option<ClaimId>) -> Result<(), Error> {
+        Simulation::allow_step(self, claim)
     }
 
     fn step(&mut self) {

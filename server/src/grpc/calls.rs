@@ -19,7 +19,7 @@ use tonic::Status;
 
 use super::activity::{Activity, Call};
 use crate::config::Connections;
-use crate::handle::Peer;
+use crate::handle::{Disconnect, Peer};
 use crate::service::status::Explained;
 
 /// By which connection a request came.
@@ -27,14 +27,16 @@ use crate::service::status::Explained;
 pub(super) struct Origin {
     pub(super) peer: Peer,
     pub(super) activity: Arc<Activity>,
+    pub(super) disconnect: Disconnect,
 }
 
 /// Wraps request and answer, where the request came by a connection.
 pub(super) async fn follow(State(limits): State<Connections>, mut request: Request, next: Next) -> Response {
-    let Some(Origin { peer, activity }) = request.extensions_mut().remove() else {
+    let Some(Origin { peer, activity, disconnect }) = request.extensions_mut().remove() else {
         return next.run(request).await;
     };
     request.extensions_mut().insert(peer);
+    request.extensions_mut().insert(disconnect);
     let call = Call::begin(&activity);
     let pace = match is_stream(&request) {
         true => Pace::Stream { silence: limits.stream_silence },

@@ -16,7 +16,7 @@ use tonic::transport::server::Connected;
 
 use super::calls::Origin;
 use super::connections::{Address, Connections, Place};
-use crate::handle::Peer;
+use crate::handle::{Disconnect, Peer};
 
 /// How long nothing is accepted after an error: most, such as too many open
 /// files, are still there at once.
@@ -218,6 +218,10 @@ impl<T> Connected for Connection<T> {
     type ConnectInfo = Origin;
 
     fn connect_info(&self) -> Origin {
-        Origin { peer: Peer::Connection(self.place.number), activity: Arc::clone(&self.place.activity) }
+        Origin {
+            peer: Peer::Connection(self.place.number),
+            activity: Arc::clone(&self.place.activity),
+            disconnect: Disconnect(self.place.cut.clone()),
+        }
     }
 }

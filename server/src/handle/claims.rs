@@ -1,13 +1,13 @@
-//! Claims on joints, what proves that a caller holds one, and the leases that end them: the world knows which
-//! claim has which joints, and only the handle knows secrets and what time it is.
+//! Claims, what proves that a caller holds one, and the leases that end them: the world knows which claim is on
+//! what, and only the handle knows secrets and what time it is.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use simd_core::Command;
-use simd_core::simulation::command::{ClaimId, JointSelection};
+use simd_core::simulation::command::{ClaimId, ClaimRequest, ReleaseCause};
+use simd_core::{Applied, Command, Reply};
 use simd_proto::proof::{self, Proof};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
@@ -122,17 +122,18 @@ impl From<Unproven> for CallError {
 }
 
 impl SimHandle {
-    /// Takes joints for one client until the claim is released or was not used
-    /// for as long as the lease. The answer has the secret that targets must carry.
+    /// Takes robots, joints or the world for one client until the claim is released, was not used for as long as
+    /// the lease, or `until` is cancelled. The id of the claim is made here. The answer has the secret by which the
+    /// client is known from then on.
     ///
     /// # Errors
     /// Where the lease is not within 0.1 s and an hour, where there are too many
     /// claims, or where the world refuses.
     pub async fn claim(
         &self,
-        joints: Vec<JointSelection>,
-        holder: String,
+        request: ClaimRequest,
         lease: Duration,
+        until: Option<CancellationToken>,
     ) -> Result<(String, Done), CallError> {
         if !LEASE.contains(&lease) {
             return Err(CallError::InvalidValue {
@@ -162,26 +163,32 @@ impl SimHandle {
         let (reply, answer) = oneshot::channel();
         let handle = self.clone();
         tokio::spawn(async move {
-            let done = handle.command(Command::Claim { claim, holder, joints }).await;
+            let done = handle.command(Command::Claim(ClaimRequest { claim, ..request })).await;
+            let ended = match &done {
+                Ok(Done { applied: Applied { reply: Reply::Claimed { ended }, .. }, .. }) => ended.as_slice(),
+                Ok(_) => &[],
+                Err(_) => std::slice::from_ref(&claim),
+            };
+            handle.inner.leases.lock().retain(|claim, _| !ended.contains(claim));
             if done.is_err() {
-                handle.inner.leases.lock().remove(&claim);
                 drop(reply.send(done));
                 return;
             }
             handle.renew(claim);
             drop(reply.send(done));
-            handle.watch_lease(claim, over).await;
+            handle.watch_lease(claim, over, until).await;
         });
         let lost = |_| CallError::Internal { message: "a claim was not answered".into() };
         Ok((secret, answer.await.map_err(lost)??))
     }
 
-    /// Gives claimed joints back.
+    /// Gives back the claim that this handle acts for.
     ///
     /// # Errors
-    /// Where there is no such claim.
-    pub async fn release(&self, claim: ClaimId) -> Result<Done, CallError> {
-        let done = self.command(Command::Release { claim, lapsed: false }).await?;
+    /// Where there is no such claim (any more).
+    pub async fn release(&self) -> Result<Done, CallError> {
+        let claim = self.claim.ok_or(CallError::from(Unproven::NotFound))?;
+        let done = self.command(Command::Release { claim, cause: ReleaseCause::Released }).await?;
         self.inner.leases.lock().remove(&claim);
         Ok(done)
     }
@@ -202,34 +209,45 @@ impl SimHandle {
         self.inner.leases.of_proof(proof, key, payload)
     }
 
+    /// The claim that this handle acts for, whose lease begins anew.
+    pub(super) fn renewed_claim(&self) -> Option<ClaimId> {
+        self.claim.inspect(|claim| self.renew(*claim))
+    }
+
     /// Begins the lease of a claim anew, if there is such a claim.
     pub fn renew(&self, claim: ClaimId) {
         self.inner.leases.renew(claim);
     }
 
-    /// Releases the claim when its lease ends. Holds no handle while it waits, so
+    /// Releases the claim when its lease ends, or `until` is cancelled. Holds no handle while it waits, so
     /// that a lease of an hour does not keep a daemon alive.
-    async fn watch_lease(self, claim: ClaimId, over: CancellationToken) {
+    async fn watch_lease(self, claim: ClaimId, over: CancellationToken, until: Option<CancellationToken>) {
+        // One that is never cancelled where there is none.
+        let until = until.unwrap_or_default();
         let (weak, draining) = (Arc::downgrade(&self.inner), self.draining());
         drop(self);
         loop {
             let Some(inner) = weak.upgrade() else { return };
-            let handle = Self { inner };
+            let handle = Self { inner, claim: None };
             let Some(ends) = handle.inner.leases.end(claim) else { return };
-            let wake = if ends > Instant::now() {
-                ends
-            } else {
-                match handle.command(Command::Release { claim, lapsed: true }).await {
+            let cause = match until.is_cancelled() {
+                true => Some(ReleaseCause::Disconnected),
+                false => (ends <= Instant::now()).then_some(ReleaseCause::Lapsed),
+            };
+            let wake = match cause {
+                None => ends,
+                Some(cause) => match handle.command(Command::Release { claim, cause }).await {
                     Err(CallError::MailboxFull { .. }) => Instant::now() + RETRY,
                     Ok(_) | Err(_) => {
                         handle.inner.leases.lock().remove(&claim);
                         return;
                     }
-                }
+                },
             };
             drop(handle);
             tokio::select! {
                 () = tokio::time::sleep_until(wake) => {}
+                () = until.cancelled(), if !until.is_cancelled() => {}
                 () = over.cancelled() => return,
                 () = draining.cancelled() => return,
             }
@@ -255,6 +273,11 @@ mod tests {
     use super::super::tests::paused;
     use super::*;
 
+    async fn claim_nothing(handle: &SimHandle, seconds: u64) -> Result<(String, Done), CallError> {
+        let request = ClaimRequest { holder: "me".into(), ..ClaimRequest::default() };
+        handle.claim(request, Duration::from_secs(seconds), None).await
+    }
+
     fn lease(handle: &SimHandle, claim: u64) -> Option<Duration> {
         handle.inner.leases.end(ClaimId(claim)).map(|ends| ends - Instant::now())
     }
@@ -263,7 +286,7 @@ mod tests {
     async fn targets_that_carry_a_claim_renew_its_lease_and_others_do_not() {
         let handle = paused();
         let length = Duration::from_secs(10);
-        let [mine, yours, nobodys] = [1, 2, 3];
+        let [mine, yours, unknown] = [1, 2, 3];
         for claim in [mine, yours] {
             let over = CancellationToken::new().drop_guard();
             let ends = Instant::now() + length;
@@ -271,25 +294,25 @@ mod tests {
             handle.inner.leases.lock().insert(ClaimId(claim), lease);
         }
         tokio::time::advance(Duration::from_secs(4)).await;
-        let targets = SetTargets { claim: Some(ClaimId(mine)), ..SetTargets::default() };
-        let mut command = std::pin::pin!(handle.command(Command::SetTargets(targets)));
+        let acting = handle.acting_for(Some(ClaimId(mine)));
+        let mut command = std::pin::pin!(acting.command(Command::SetTargets(SetTargets::default())));
         // Once is enough to post it; waiting would let the paused clock run on.
         let _ = std::future::poll_fn(|cx| Poll::Ready(command.as_mut().poll(cx))).await;
         assert_eq!(lease(&handle, mine), Some(length));
         assert_eq!(lease(&handle, yours), Some(Duration::from_secs(6)));
         handle.renew(ClaimId(yours));
-        handle.renew(ClaimId(nobodys));
+        handle.renew(ClaimId(unknown));
         assert_eq!(lease(&handle, yours), Some(length));
-        assert_eq!(lease(&handle, nobodys), None);
+        assert_eq!(lease(&handle, unknown), None);
     }
 
     #[tokio::test]
     async fn a_released_claim_has_no_lease() {
         let handle = paused();
-        let (secret, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(3600)).await.unwrap();
+        let (secret, _) = claim_nothing(&handle, 3600).await.unwrap();
         let claim = handle.claim_of(&secret).unwrap();
         assert!(lease(&handle, claim.0).is_some());
-        handle.release(claim).await.unwrap();
+        handle.acting_for(Some(claim)).release().await.unwrap();
         assert_eq!(lease(&handle, claim.0), None);
         assert!(handle.claim_of(&secret).is_err());
     }
@@ -297,7 +320,7 @@ mod tests {
     #[tokio::test]
     async fn a_secret_is_of_one_claim_and_its_id_is_none() {
         let handle = paused();
-        let (secret, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(10)).await.unwrap();
+        let (secret, _) = claim_nothing(&handle, 10).await.unwrap();
         let (id, random) = secret.split_once('.').unwrap();
         assert_eq!(random.len(), 32);
         let wrong = format!("{id}.{}", "0".repeat(32));
@@ -309,7 +332,7 @@ mod tests {
     #[tokio::test]
     async fn a_proof_is_taken_once_and_an_older_one_never() {
         let handle = paused();
-        let (secret, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(10)).await.unwrap();
+        let (secret, _) = claim_nothing(&handle, 10).await.unwrap();
         let claim = handle.claim_of(&secret).unwrap();
         let take = |secret: &str, counter, key, payload: &[u8]| {
             let proof = Proof::new(secret, counter, "key", b"payload").unwrap();

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use simd_core::simulation::target_sources;
 use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
 
 use super::SimHandle;
 
@@ -72,6 +73,10 @@ impl Peer {
         }
     }
 }
+
+/// Cancelled when the connection, or the session of Zenoh, by which a call came has ended.
+#[derive(Clone, Debug)]
+pub struct Disconnect(pub CancellationToken);
 
 /// Whose ids of requests are meant: two callers with the same id have nothing to do with each other.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -200,8 +200,8 @@ impl SimHandle {
         Ok(Loaded { done, name, report, summary })
     }
 
-    /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Says nothing where
-    /// nobody has time to look.
+    /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Adds nothing where
+    /// all permits for heavy reads are taken.
     async fn report_sunk(&self, name: &str, report: &mut LoadReport) {
         let newest = self.newest();
         let Some((robot, _)) = newest.state.entity(name) else { return };

@@ -15,12 +15,8 @@ impl SimHandle {
     /// # Errors
     /// Where the world refuses, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
-        if let Command::SetTargets(targets) = &command
-            && let Some(claim) = targets.claim
-        {
-            self.renew(claim);
-        }
-        self.ask(|reply| Event::Command { command, reply }).await
+        let claim = self.renewed_claim();
+        self.ask(|reply| Event::Command { command, claim, reply }).await
     }
 
     /// Plays, pauses or stops.
@@ -28,7 +24,8 @@ impl SimHandle {
     /// # Errors
     /// Where the mailbox is full.
     pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
-        self.ask(|reply| Event::SetState { state, reply }).await
+        let claim = self.renewed_claim();
+        self.ask(|reply| Event::SetState { state, claim, reply }).await
     }
 
     /// Does steps as fast as possible, and answers when they are done. Dropping
@@ -58,10 +55,8 @@ impl SimHandle {
         if steps > limit {
             return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
         }
-        if let Some(claim) = targets.as_ref().and_then(|targets| targets.claim) {
-            self.renew(claim);
-        }
-        self.until_drained(self.ask(|reply| Event::Step { targets, steps, reply })).await?
+        let claim = self.renewed_claim();
+        self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, reply })).await?
     }
 
     /// Changes how steps follow the wall clock.
@@ -86,7 +81,8 @@ impl SimHandle {
         if let Some(factor) = pace.factor {
             Pace::RealTime { factor }.check()?;
         }
-        self.ask(|reply| Event::SetPhysics { change, pace, reply }).await
+        let claim = self.renewed_claim();
+        self.ask(|reply| Event::SetPhysics { change, pace, claim, reply }).await
     }
 
     /// The newest state, at once.

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use simd_core::Command;
-use simd_core::simulation::command::PhysicsChange;
+use simd_core::simulation::command::{ClaimRequest, PhysicsChange, ReleaseCause};
 use tokio::time::Instant;
 
 use super::*;
@@ -166,7 +166,7 @@ async fn a_second_upload_outlives_a_first_that_fails() {
 async fn a_lease_out_of_bounds_is_refused() {
     let handle = paused();
     for lease in [Duration::ZERO, Duration::from_secs(3601)] {
-        let refused = handle.claim(Vec::new(), "me".into(), lease).await;
+        let refused = handle.claim(ClaimRequest::default(), lease, None).await;
         assert!(matches!(refused, Err(CallError::InvalidValue { .. })));
     }
 }
@@ -177,7 +177,7 @@ async fn a_lease_out_of_bounds_is_refused() {
 async fn a_claim_that_is_not_used_lapses_and_is_released() {
     let (handle, applied) = handle(Toy::default(), RunState::Paused);
     let begun = Instant::now();
-    let (claim, _) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(10)).await.unwrap();
+    let (claim, _) = handle.claim(ClaimRequest::default(), Duration::from_secs(10), None).await.unwrap();
     let claim = handle.claim_of(&claim).unwrap();
     let mut released = false;
     while !released {
@@ -187,7 +187,7 @@ async fn a_claim_that_is_not_used_lapses_and_is_released() {
         let _ = wait.await.unwrap();
         let applied = applied.lock().unwrap();
         released = applied.iter().any(
-            |(_, command)| matches!(command, Command::Release { claim: of, lapsed: true } if *of == claim),
+            |(_, command)| matches!(command, Command::Release { claim: of, cause: ReleaseCause::Lapsed } if *of == claim),
         );
     }
     assert!(begun.elapsed() >= Duration::from_secs(10));

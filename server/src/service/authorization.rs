@@ -59,7 +59,7 @@ where
         self.service.poll_ready(context)
     }
 
-    fn call(&mut self, request: Request<Body>) -> Self::Future {
+    fn call(&mut self, mut request: Request<Body>) -> Self::Future {
         let transport = request.extensions().get().copied().unwrap_or(self.transport);
         // Who is within the process has it anyway.
         if !self.access.is_required() || transport == Transport::Handle {
@@ -80,6 +80,9 @@ where
                 let is_noted = needed > Role::Viewer && !FREQUENT.contains(&path.as_str());
                 let line = grant.as_ref().filter(|_| is_noted).map(|grant| said(&grant.name));
                 let is_stream = methods::find(service, method).is_some_and(|method| method.gives_many);
+                if let Some(grant) = &grant {
+                    request.extensions_mut().insert(Arc::clone(grant));
+                }
                 let answer = self.service.call(request);
                 Answer::Passed { answer, grant: grant.filter(|_| is_stream), line }
             }

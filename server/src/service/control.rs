@@ -21,7 +21,7 @@ use super::once::Refused;
 use super::status::Explained;
 use super::transport::with_reason;
 use crate::SimHandle;
-use crate::convert::from_proto::joint::{Claimed, set_targets};
+use crate::convert::from_proto::joint::set_targets;
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{Selection, to_proto};
 use crate::handle::{CallError, Caller, Done, Published, RunState};
@@ -104,9 +104,8 @@ impl Control {
         }
         let timeout = control_timeout(request.timeout)?;
         let wait = wait(request.wait)?;
-        let Claimed { mut targets, claim } =
-            set_targets(request.robots, request.limit_policy, request.claim)?;
-        let claim = self.presented.claim(&self.handle, &claim);
+        let mut targets = set_targets(request.robots, request.limit_policy)?;
+        let claim = self.presented.claim(&self.handle, &request.claim);
         // Targets hold only where their answer can be given.
         self.selection.resolve(&self.handle.newest().state.world)?;
 
@@ -117,9 +116,8 @@ impl Control {
                 self.handle.renew(claim);
             }
         } else {
-            targets.claim = claim?;
             targets.source = Some(self.handle.target_source(self.caller.as_ref()));
-            let done = self.handle.command(Command::SetTargets(targets)).await?;
+            let done = self.handle.acting_for(claim?).command(Command::SetTargets(targets)).await?;
             after = after.max(self.before_shown(&done));
             clamped = match done.applied.reply {
                 Reply::Targets { clamped, changed_law: _ } => to_proto::joint::clamped(clamped),

@@ -37,7 +37,9 @@ impl Service {
 
     fn info(&self, state: &Published, place: usize, entity: &EntityLayout) -> v1::EntityInfo {
         let description = self.handle.description_of_model(&entity.model);
-        to_proto::entity::entity_info(entity, state.state.roots.get(place), description)
+        let info = to_proto::entity::entity_info(entity, state.state.roots.get(place), description);
+        let holder = state.state.settings.get(place).and_then(|settings| settings.claimed_by.as_deref());
+        v1::EntityInfo { claimed_by: holder.unwrap_or_default().to_owned(), ..info }
     }
 
     /// A robot that has just come; `None` where it is gone again by now.

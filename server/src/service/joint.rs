@@ -1,20 +1,25 @@
 //! The joint service: what joints are, what they do, what they are asked to do.
 
+use std::sync::Arc;
+
 use futures_util::stream;
 use simd_core::{Command, Reply};
+use simd_proto::access::Role;
 use simd_proto::v1::{self, joint_service_server::JointService};
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Request, Response, Status, Streaming};
 
+use super::authorization::refusal;
 use super::claims::Presented;
 use super::control::Control;
-use super::once::{once, once_allowed, once_in_secret};
+use super::once::{once, once_in_secret};
 use super::{BoxStream, PublishedRobot, joints_of, mismatched};
 use crate::SimHandle;
+use crate::access::{Denied, Grant};
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
-use crate::handle::{CallError, Caller, Unproven};
+use crate::handle::{CallError, Caller, Disconnect};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -55,15 +60,8 @@ impl JointService for Service {
         request: Request<v1::SetJointTargetsRequest>,
     ) -> Result<Response<v1::SetJointTargetsResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
-        let presented = Presented::of(request.extensions());
-        // Here and not by the command alone: a retry that is answered from memory renews too.
-        let claim = presented.claim(&self.handle, &request.get_ref().claim);
-        if let Ok(Some(claim)) = &claim {
-            self.handle.renew(*claim);
-        }
-        once_allowed(&self.handle, request, claim, |handle, request, claim| async move {
-            let mut targets = from_proto::set_joint_targets(request)?.targets;
-            targets.claim = claim;
+        once(&self.handle, request, |handle, request| async move {
+            let mut targets = from_proto::set_joint_targets(request)?;
             targets.source = Some(handle.target_source(caller.as_ref()));
             let done = handle.command(Command::SetTargets(targets)).await?;
             let stamp = Some(stamp::done(&done));
@@ -104,9 +102,16 @@ impl JointService for Service {
         &self,
         request: Request<v1::ClaimJointsRequest>,
     ) -> Result<Response<v1::ClaimJointsResponse>, Status> {
+        may_take_over(&request).map_err(|denied| Status::from(refusal(&denied)))?;
+        let disconnect = request.extensions().get::<Disconnect>().cloned();
         once_in_secret(&self.handle, request, |handle, request| async move {
-            let (joints, holder, lease) = from_proto::claim_joints(request)?;
-            let (claim, done) = handle.claim(joints, holder, lease).await?;
+            let until_disconnect = request.until_disconnect;
+            let (request, lease) = from_proto::claim_joints(request)?;
+            let until = match until_disconnect {
+                true => Some(disconnect.ok_or_else(no_connection)?.0),
+                false => None,
+            };
+            let (claim, done) = handle.claim(request, lease, until).await?;
             Ok(v1::ClaimJointsResponse { claim, stamp: Some(stamp::done(&done)) })
         })
         .await
@@ -116,11 +121,9 @@ impl JointService for Service {
         &self,
         request: Request<v1::ReleaseJointsRequest>,
     ) -> Result<Response<v1::ReleaseJointsResponse>, Status> {
-        let claim = Presented::of(request.extensions()).claim(&self.handle, &request.get_ref().claim);
-        once_allowed(&self.handle, request, claim, |handle, request, claim| async move {
+        once(&self.handle, request, |handle, request| async move {
             from_proto::claim(&request)?;
-            let claim = claim.ok_or(CallError::from(Unproven::NotFound))?;
-            let done = handle.release(claim).await?;
+            let done = handle.release().await?;
             Ok(v1::ReleaseJointsResponse { stamp: Some(stamp::done(&done)) })
         })
         .await
@@ -180,6 +183,25 @@ impl JointService for Service {
         selection.resolve(&self.handle.newest().state.world).map_err(CallError::World)?;
         let watcher = Watcher { handle: self.handle.clone(), selection, ticks, sent: 0 };
         Ok(Response::new(Box::pin(stream::try_unfold(watcher, Watcher::next))))
+    }
+}
+
+/// Whether the token of the caller allows to take over, where tokens are asked for.
+fn may_take_over(request: &Request<v1::ClaimJointsRequest>) -> Result<(), Denied> {
+    match request.extensions().get::<Arc<Grant>>() {
+        Some(grant) if request.get_ref().take_over => grant.check(Role::Admin, "ClaimJoints with take_over"),
+        Some(_) | None => Ok(()),
+    }
+}
+
+/// The end of the connection is not noticed.
+fn no_connection() -> CallError {
+    CallError::InvalidValue {
+        element: "until_disconnect".into(),
+        value: "true".into(),
+        expected: "over Zenoh it needs a liveliness token of the session, and a line simd-session in the attachment: \
+                   see docs/zenoh.md"
+            .into(),
     }
 }
 

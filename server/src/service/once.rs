@@ -13,6 +13,7 @@ use simd_proto::checked::{Identified, Known};
 use tonic::{Extensions, Request, Response, Status};
 use tonic_types::pb;
 
+use super::claims::Presented;
 use super::status::Explained;
 use crate::SimHandle;
 use crate::convert::BadField;
@@ -59,7 +60,8 @@ impl From<Refused> for Status {
 }
 
 /// Answers a request by `work`, or as the same request was answered before. Work for a request with an id runs to
-/// its end, also where its caller goes away.
+/// its end, also where its caller goes away. The handle that it gets acts for the claim that the request names. That a
+/// caller does not hold that claim is not the answer to the request, which another caller may have made.
 pub(super) async fn once<M, A, W>(
     handle: &SimHandle,
     request: Request<M>,
@@ -70,23 +72,7 @@ where
     A: Known,
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
-    answer(handle, request, false, Ok(()), |handle, request, ()| work(handle, request)).await
-}
-
-/// The same of work that not every caller may have done: `allowed` is what the work needs, or why this caller may
-/// not. Such a refusal is not the answer to the request, which another caller may have made.
-pub(super) async fn once_allowed<M, T, A, W>(
-    handle: &SimHandle,
-    request: Request<M>,
-    allowed: Result<T, CallError>,
-    work: impl FnOnce(SimHandle, M, T) -> W,
-) -> Result<Response<A>, Status>
-where
-    M: Identified,
-    A: Known,
-    W: Future<Output = Result<A, Refused>> + Send + 'static,
-{
-    answer(handle, request, false, allowed, work).await
+    answer(handle, request, false, work).await
 }
 
 /// The same of an answer that is for one caller alone, also where another caller gives the same name.
@@ -100,15 +86,14 @@ where
     A: Known,
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
-    answer(handle, request, true, Ok(()), |handle, request, ()| work(handle, request)).await
+    answer(handle, request, true, work).await
 }
 
-async fn answer<M, T, A, W>(
+async fn answer<M, A, W>(
     handle: &SimHandle,
     request: Request<M>,
     is_secret: bool,
-    allowed: Result<T, CallError>,
-    work: impl FnOnce(SimHandle, M, T) -> W,
+    work: impl FnOnce(SimHandle, M) -> W,
 ) -> Result<Response<A>, Status>
 where
     M: Identified,
@@ -116,7 +101,12 @@ where
     W: Future<Output = Result<A, Refused>> + Send + 'static,
 {
     let identified = identified(&request, is_secret)?;
-    let work = allowed.map(|allowed| work(handle.clone(), request.into_inner(), allowed));
+    let claim = Presented::of(request.extensions()).claim(handle, request.get_ref().claim());
+    // Here and not by its commands alone: a retry that is answered from memory renews too.
+    if let Ok(Some(claim)) = &claim {
+        handle.renew(*claim);
+    }
+    let work = claim.map(|claim| work(handle.acting_for(claim), request.into_inner()));
     let Some(identified) = identified else { return Ok(Response::new(work?.await?)) };
     let outcome = handle.once(identified, work.map(|work| async { outcome(work.await) })).await?;
     let broken = || CallError::Internal { message: "a remembered answer cannot be read".into() };

@@ -4,9 +4,8 @@ use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
-use super::claims::Presented;
 use super::mismatched;
-use super::once::{once, once_allowed};
+use super::once::once;
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
@@ -61,17 +60,9 @@ impl SimulationService for Service {
         request: Request<v1::StepSimulationRequest>,
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
-        // Here and not by the step alone: a retry that is answered from memory renews too.
-        let claim = Presented::of(request.extensions()).claim(&self.handle, &request.get_ref().claim);
-        if let Ok(Some(claim)) = &claim {
-            self.handle.renew(*claim);
-        }
-        // It is for targets; without them nothing depends on it.
-        let claim = if request.get_ref().robots.is_empty() { Ok(None) } else { claim };
-        once_allowed(&self.handle, request, claim, |handle, request, claim| async move {
+        once(&self.handle, request, |handle, request| async move {
             let Steps { steps, mut targets, mut selection, with_links } = from_proto::steps(request)?;
             if let Some(targets) = &mut targets {
-                targets.claim = claim;
                 targets.source = Some(handle.target_source(caller.as_ref()));
             }
             // Nothing is done where its answer cannot be given.

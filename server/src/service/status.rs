@@ -82,7 +82,10 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::AssetNotUploaded
         | ErrorReason::WrongState
         | ErrorReason::VersionMismatch
-        | ErrorReason::JointClaimed => Code::FailedPrecondition,
+        | ErrorReason::JointClaimed
+        | ErrorReason::RobotClaimed
+        | ErrorReason::WorldClaimed
+        | ErrorReason::WorldNotClaimed => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
         ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow => Code::PermissionDenied,
         ErrorReason::Unauthenticated => Code::Unauthenticated,
@@ -170,6 +173,11 @@ impl From<&simd_core::Error> for Explained {
                 .with("robot", robot)
                 .with("joint", joint)
                 .with("holder", holder),
+            Error::RobotClaimed { robot, holder } => {
+                new(ErrorReason::RobotClaimed).with("robot", robot).with("holder", holder)
+            }
+            Error::WorldClaimed { holder } => new(ErrorReason::WorldClaimed).with("holder", holder),
+            Error::WorldShared { holder } => new(ErrorReason::WorldNotClaimed).with("holder", holder),
             Error::ClaimNotFound => new(ErrorReason::ClaimNotFound),
             Error::SavedStateNotFound { name, known: _ } => {
                 new(ErrorReason::SavedStateNotFound).with("saved_state", name)

@@ -8,7 +8,7 @@ use bytes::Bytes;
 use futures_util::stream;
 use prost::Message;
 use simd_core::Command;
-use simd_core::simulation::command::ClaimId;
+use simd_core::simulation::command::{ClaimId, ClaimRequest};
 use simd_proto::methods;
 use simd_proto::raw::RawCodec;
 use simd_proto::v1;
@@ -201,7 +201,8 @@ async fn a_request_without_its_proof_is_not_remembered_for_the_one_who_has_it() 
         info,
     );
     let service = joint::Service::new(handle.clone());
-    let (secret, _done) = handle.claim(Vec::new(), "me".into(), Duration::from_secs(60)).await.unwrap();
+    let request = ClaimRequest { holder: "me".into(), ..ClaimRequest::default() };
+    let (secret, _done) = handle.claim(request, Duration::from_secs(60), None).await.unwrap();
     let claim = handle.claim_of(&secret).unwrap();
     let named = |proven: Proven, message: v1::SetJointTargetsRequest| {
         let mut request = Request::new(message);

@@ -4,6 +4,7 @@
 //! * Here: from the session to the drain.
 //! * `queries`: a query becomes a call of the services.
 //! * `senders`: threads that replies leave on.
+//! * `sessions`: which clients are there, for what is bound to them.
 //! * `publications`: what is published, and to whom.
 //! * `targets`: joint targets without an answer.
 //! * `proofs`: whether a message's sender holds the claim that it names.
@@ -18,6 +19,7 @@ mod proofs;
 mod publications;
 mod queries;
 mod senders;
+mod sessions;
 mod targets;
 
 use std::sync::Arc;
@@ -31,6 +33,7 @@ use zenoh::query::Queryable;
 use self::presence::Presence;
 pub use self::senders::Replies;
 use self::senders::Senders;
+use self::sessions::Sessions;
 use crate::SimHandle;
 use crate::config;
 
@@ -145,7 +148,9 @@ impl Opened {
     pub async fn serve(self, handle: &SimHandle) -> Result<Serving, Error> {
         let Self { session, name, locators, state_rate } = self;
         let (answers, ended) = (TaskTracker::new(), CancellationToken::new());
-        let (queries, senders) = queries::serve(&session, &name, handle, &answers).await?;
+        let (queries, senders) =
+            queries::serve(&session, &name, handle, Sessions::follow(&session, &name).await?, &answers)
+                .await?;
         targets::serve(&session, &name, handle, &ended).await?;
         publications::serve(&session, &name, handle, state_rate, &ended).await?;
         let presence = presence::announce(&session, &name).await?;

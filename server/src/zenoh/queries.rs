@@ -15,7 +15,7 @@ use simd_proto::access::TOKEN_HEADER;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
 use simd_proto::v1::ErrorReason;
-use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, keys};
+use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, SESSION_HEADER, keys};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -33,6 +33,7 @@ use zenoh::{Session, Wait as _};
 use super::Error;
 use super::proofs::proven;
 use super::senders::Senders;
+use super::sessions::Sessions;
 use crate::SimHandle;
 use crate::handle::{CallError, Peer, Transport};
 use crate::service::claims::Proven;
@@ -63,6 +64,7 @@ pub(super) async fn serve(
     session: &Session,
     name: &str,
     handle: &SimHandle,
+    sessions: Sessions,
     answers: &TaskTracker,
 ) -> Result<(Queryable<()>, Arc<Senders>), Error> {
     let system = |error| Error::Session(format!("there are no threads for replies: {error}"));
@@ -71,6 +73,7 @@ pub(super) async fn serve(
     let calls = Arc::new(Calls {
         routes: routes(handle, Transport::Zenoh),
         handle: handle.clone(),
+        sessions,
         draining: handle.draining(),
         under_way: Arc::new(Semaphore::new(UNDER_WAY)),
         room: Arc::new(Semaphore::new(MESSAGES.saturating_mul(limit))),
@@ -92,6 +95,7 @@ type Place = (OwnedSemaphorePermit, OwnedSemaphorePermit);
 struct Calls {
     routes: Routes,
     handle: SimHandle,
+    sessions: Sessions,
     draining: CancellationToken,
     under_way: Arc<Semaphore>,
     /// A permit for each byte of the queries under way.
@@ -189,6 +193,9 @@ impl Calls {
         let mut request = Request::new(stream::iter([payload.unwrap_or_default()]));
         copy_headers(query, request.metadata_mut())?;
         request.extensions_mut().insert(proven);
+        if let Some(disconnect) = session(query).and_then(|zid| self.sessions.of(&zid)) {
+            request.extensions_mut().insert(disconnect);
+        }
         if let Some(source) = query.source_info() {
             request.extensions_mut().insert(Peer::Session(source.source_id().zid().to_string().into()));
         }
@@ -218,6 +225,12 @@ fn copy_headers(query: &Query, metadata: &mut MetadataMap) -> Result<(), Status>
         }
     }
     Ok(())
+}
+
+/// The session that a query says it is of.
+fn session(query: &Query) -> Option<String> {
+    let text = query.attachment()?.to_bytes();
+    keys::parse_attachment(&String::from_utf8_lossy(&text), SESSION_HEADER).map(str::to_owned)
 }
 
 /// What a query gets: a method's answer, or why there is none.

@@ -23,7 +23,7 @@ use super::Error;
 use super::proofs::{MAX_ATTACHMENT_BYTES, proven};
 use crate::SimHandle;
 use crate::access::role_of;
-use crate::convert::from_proto::joint::{Claimed, set_joint_targets};
+use crate::convert::from_proto::joint::set_joint_targets;
 use crate::handle::{Caller, Transport};
 use crate::service::claims::{Presented, Proven};
 
@@ -123,9 +123,9 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     check(handle, sent.attachment.as_ref())?;
     let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
         .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
-    let Claimed { mut targets, claim } = set_joint_targets(request).map_err(|error| error.to_string())?;
-    let claim = Presented::Id(sent.proven).claim(handle, &claim);
-    targets.claim = claim.map_err(|error| error.to_string())?;
+    let claim = Presented::Id(sent.proven).claim(handle, &request.claim);
+    let handle = handle.acting_for(claim.map_err(|error| error.to_string())?);
+    let mut targets = set_joint_targets(request).map_err(|error| error.to_string())?;
     let caller = sent.attachment.as_ref().and_then(|attachment| caller(&attachment.to_bytes()));
     targets.source = Some(handle.target_source(caller.as_ref()));
     handle.command(Command::SetTargets(targets)).await.map_err(|error| error.to_string())?;

@@ -6,7 +6,7 @@ use glamx::{DPose3, DVec3};
 use prost::Message;
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
-use simd_core::simulation::command::{ClaimId, Reload, Spawn};
+use simd_core::simulation::command::{ClaimId, ClaimRequest, ReleaseCause, Reload, Spawn};
 use simd_core::simulation::rays::RayReport;
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_model::{ReadOptions, wire_name};
@@ -34,6 +34,8 @@ pub fn commands(bytes: &[u8]) {
         }
     }
     let mut rest = bytes;
+    // That the sender of each second command holds.
+    let mut claim = None;
     for turn in 0..MOST {
         let [kind, low, high, left @ ..] = rest else { break };
         let (message, left) = left.split_at(left.len().min(usize::from(u16::from_le_bytes([*low, *high]))));
@@ -42,7 +44,11 @@ pub fn commands(bytes: &[u8]) {
         match asked(*kind, message, turn) {
             None => continue,
             Some(Asked::Command(command)) => {
-                if world.apply(&command).is_err() {
+                let applied = world.apply_for(&command, claim.filter(|_| turn % 2 == 0));
+                if let (Ok(_), Command::Claim(request)) = (&applied, &command) {
+                    claim = Some(request.claim);
+                }
+                if applied.is_err() {
                     assert_eq!(world.fingerprint(), before, "a refusal changes nothing: {command:?}");
                 }
             }
@@ -87,7 +93,7 @@ enum Asked {
 /// What a message asks for; none where its bytes are no message, or it is refused.
 fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
     let command = match kind % 19 {
-        0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(|it| Command::SetTargets(it.targets))),
+        0 => taken(bytes, |asked| joint::set_joint_targets(asked).map(Command::SetTargets)),
         1 => taken(bytes, joint::reset_joints),
         2 => taken(bytes, joint::set_joint_properties),
         3 => taken(bytes, entity::set_entity_state),
@@ -108,13 +114,13 @@ fn asked(kind: u8, bytes: &[u8], turn: usize) -> Option<Asked> {
             read(shape.urdf().as_bytes(), "shape", 0.0).map(spawn)
         }
         9 => taken(bytes, |asked| {
-            let (joints, holder, _lease) = joint::claim_joints(asked)?;
-            Ok(Command::Claim { claim: ClaimId(turn as u64), holder, joints })
+            let (request, _lease) = joint::claim_joints(asked)?;
+            Ok(Command::Claim(ClaimRequest { claim: ClaimId(turn as u64), ..request }))
         }),
         10 => taken(bytes, |asked: v1::ReleaseJointsRequest| {
             // Of those that the sequence made, where it can be read as one.
             let claim = ClaimId(joint::claim(&asked)?.parse().unwrap_or_default());
-            Ok(Command::Release { claim, lapsed: false })
+            Ok(Command::Release { claim, cause: ReleaseCause::Released })
         }),
         11 => taken(bytes, |asked: v1::DeleteEntityRequest| {
             Ok(Command::Delete { robot: entity::robot(asked.robot)? })

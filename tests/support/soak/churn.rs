@@ -6,7 +6,7 @@ use std::time::Duration;
 use fastrand::Rng;
 use simd_client::proto::entity_service_client::EntityServiceClient;
 use simd_client::proto::primitive::Geometry;
-use simd_client::proto::{self, NameTakenPolicy, description_source::Source};
+use simd_client::proto::{self, ClaimJointsRequest, NameTakenPolicy, description_source::Source};
 use simd_client::{Client, Error, Package, Target, every_joint, joint_target, slide};
 use tokio::task::JoinSet;
 use tokio::time::timeout;
@@ -172,13 +172,18 @@ impl Churn {
             self.note("import", self.client.import_saved_state(&file, &other).await);
             self.note("delete state", self.client.delete_saved_state(&other).await);
         }
-        if self.note("restore", self.client.restore_state(&kept).await).is_some() {
+        // Others hold claims on robots meanwhile.
+        let world = ClaimJointsRequest { world: true, holder: self.name("operator"), ..Default::default() };
+        let Some(secret) = self.note("claim the world", self.client.claim(world).await) else { return };
+        let operator = self.client.clone().with_claim(&secret);
+        if self.note("restore", operator.restore_state(&kept).await).is_some() {
             self.check_robot(&robot, false).await;
         }
         self.note("delete state", self.client.delete_saved_state(&kept).await);
-        self.note("pause", self.client.pause().await);
-        self.note("step", self.client.step(5).await);
-        self.note("play", self.client.play().await);
+        self.note("pause", operator.pause().await);
+        self.note("step", operator.step(5).await);
+        self.note("play", operator.play().await);
+        self.note("release", operator.release_joints(&secret).await);
     }
 
     /// Claims that are refused, released, and left to run out.

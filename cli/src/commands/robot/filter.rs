@@ -65,12 +65,8 @@ pub(super) async fn run(arguments: Filter, client: &Client, output: Output) -> a
         client.set_link_properties(&robot, [properties]).await?;
     }
     if self_collision.is_some() || !pairs.is_empty() {
-        let request = SetCollisionFilterRequest {
-            robot: robot.clone(),
-            self_collision,
-            pairs,
-            request_id: String::new(),
-        };
+        let request =
+            SetCollisionFilterRequest { robot: robot.clone(), self_collision, pairs, ..Default::default() };
         client.set_collision_filter(request).await?;
     }
     output.one(&FilterView::of(client, &robot).await?)

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from simd_client.errors import LayoutChanged
 from simd_client.layout import Layout
@@ -13,12 +14,14 @@ from simd_client.layout import Layout
 
 @dataclass(frozen=True)
 class HeldClaim:
-    """Joints that this client has claimed."""
+    """What this client has claimed."""
 
     secret: str
-    """A call that carries it may set the joints."""
+    """A call that carries it acts for the claim."""
     joints: frozenset[tuple[str, str]]
-    """`(robot, joint)` each; an empty joint means all joints of the robot."""
+    """`(robot, joint)` each; an empty joint means the whole robot."""
+    world: bool = False
+    """What concerns all robots."""
 
 
 class Cache:
@@ -60,7 +63,7 @@ class Cache:
             raise
 
     def keep_claim(self, held: HeldClaim) -> None:
-        """From now on, calls for these joints carry the claim."""
+        """From now on, calls for what is claimed carry the claim."""
         with self._lock:
             self._claims = [*self._claims, held]
 
@@ -79,6 +82,26 @@ class Cache:
         if len(secrets) > 1:
             raise ValueError("one call sets joints of two claims; claim them together, or make two calls")
         return secrets.pop() if secrets else ""
+
+    def carry_claim(self, request: Any) -> None:
+        """Lets a request that changes something carry a claim, if it can and names none."""
+        fields = request.DESCRIPTOR.fields_by_name
+        if not self._claims or "claim" not in fields or request.claim:
+            return
+        named = [request.robot] if "robot" in fields else [each.robot for each in getattr(request, "robots", ())]
+        request.claim = self.claim_for_robots(named)
+
+    def claim_for_robots(self, robots: Iterable[str]) -> str:
+        """The claim that a call for these robots carries, or, if there are none, a call for the world; empty for none.
+        The call carries one: if it would need two, the daemon refuses it."""
+        named = set(robots)
+        for held in self._claims:
+            if named & {robot for robot, _ in held.joints}:
+                return held.secret
+        if named or not self._claims:
+            return ""
+        # Without a claim on the world, one's own is enough if nobody else holds any.
+        return next((held.secret for held in self._claims if held.world), self._claims[0].secret)
 
 
 def _covers(held: HeldClaim, wanted: tuple[str, str]) -> bool:

@@ -141,8 +141,20 @@ class JointClaimed(Refused):
     """Another client holds a claim on the joint. Metadata: `joint`, `holder`."""
 
 
+class RobotClaimed(Refused):
+    """Another client holds a claim on the robot. Metadata: `robot`, `holder`."""
+
+
+class WorldClaimed(Refused):
+    """Another client holds a claim on the world. Metadata: `holder`."""
+
+
+class WorldNotClaimed(Refused):
+    """What concerns everybody needs a claim on the world while another client holds a claim. Metadata: `holder`."""
+
+
 class ClaimNotFound(NotFound):
-    """There is no such claim: it was released, or it lapsed."""
+    """There is no such claim: it was released, it lapsed, or another one took over."""
 
 
 class SavedStateNotFound(NotFound):

@@ -38,6 +38,11 @@ def daemons_named(daemon: str) -> str:
     return f"@simd/daemons/{daemon}/*"
 
 
+def client(daemon: str, session: str) -> str:
+    """The liveliness token by which a client of a daemon says that it is there."""
+    return f"@simd/clients/{daemon}/{session}"
+
+
 _TOKEN = re.compile(r"@simd/daemons/([A-Za-z0-9_-]{1,64})/([1-9a-f][0-9a-f]{0,31})")
 
 

@@ -21,7 +21,7 @@ from simd_client.endpoint import DEFAULT_NAME, Endpoint
 from simd_client.errors import ERROR_DOMAIN, DeadlineExceeded, EndpointError, SimdError, Unavailable, refusal
 from simd_client.method import Method
 from simd_client.proof import Counter, sealed
-from simd_client.proto import SetJointTargetsRequest
+from simd_client.proto import SetJointTargetsRequest, methods
 from simd_client.proto.status_pb2 import BadRequest, ErrorInfo, Status
 from simd_client.retry import RequestIds
 from simd_client.version import API_VERSION
@@ -99,6 +99,7 @@ class Link:
         self.endpoint = endpoint
         self.name = name
         self._publisher: zenoh.Publisher | None = None
+        self._token: zenoh.LivelinessToken | None = None
         self._routes: dict[str, tuple[zenoh.KeyExpr, dict[str, Any]]] = {}
         self._lock = threading.Lock()
         self._is_forked = False
@@ -203,11 +204,21 @@ class Link:
         """Sends a query, with the proof of its claim if it has one."""
         payload, secret = sealed(method.request, payload)
         key, options = self._request(method, payload, timeout)
+        if method is methods.ClaimJoints:
+            options["attachment"] = f"{self._attachment}\nsimd-session: {self._present()}"
         if not secret:
             return send(key, options)
         return self._counter.prove(
             secret, str(key), payload, lambda proof: send(key, {**options, "attachment": f"{self._attachment}\n{proof}"})
         )
+
+    def _present(self) -> str:
+        """Puts up the token that says that this client is there, for claims that end with it. Returns the session's id."""
+        session = str(self.session.zid())
+        with self._lock:
+            if self._token is None:
+                self._token = self.session.liveliness().declare_token(keys.client(self.name, session))
+        return session
 
     def _request(
         self, method: AnyMethod, payload: bytes, timeout: float

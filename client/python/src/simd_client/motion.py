@@ -1,4 +1,4 @@
-"""Where a robot is told to go, and whether it is there."""
+"""Where a robot is to go, and whether it is there."""
 
 from __future__ import annotations
 

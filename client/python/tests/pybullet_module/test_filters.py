@@ -101,13 +101,13 @@ def overlapping(p: Any, body: int) -> list[tuple[int, int]]:
 
     world = connected(0)
     robot = world.bodies[body]
-    told = world.wire.call(methods.GetCollisionFilter, GetCollisionFilterRequest(robot=robot.robot))
-    if not told.self_collision:
+    answer = world.wire.call(methods.GetCollisionFilter, GetCollisionFilterRequest(robot=robot.robot))
+    if not answer.self_collision:
         return []
     names = {robot.link_name(link): link for link in range(-1, len(robot.joints))}
     off = PairCollision.PAIR_COLLISION_DISABLED
     pairs = {(a, b): b - a > 1 for a in range(-1, 3) for b in range(a + 1, 3)}
-    for pair in told.pairs:
+    for pair in answer.pairs:
         a, b = sorted((names[pair.link], names[pair.other_link]))
         pairs[a, b] = pair.collision != off
     return sorted(pair for pair, on in pairs.items() if on)
@@ -121,11 +121,11 @@ def test_flags_of_self_collision_let_the_same_links_touch(
     seen: list[list[list[tuple[int, int]]]] = []
     for p in (script, bullet):
         body = p.loadURDF(file, useFixedBase=1, flags=flags)
-        told = [overlapping(p, body)]
+        answer = [overlapping(p, body)]
         for a, b, on in ((-1, 0, 1), (-1, 1, 0), (0, 2, 0), (0, 2, 1), (-1, 2, 1), (0, 1, 0)):
             p.setCollisionFilterPair(body, body, a, b, on)
-            told.append(overlapping(p, body))
-        seen.append(told)
+            answer.append(overlapping(p, body))
+        seen.append(answer)
     assert seen[0] == seen[1]
 
 

@@ -82,9 +82,9 @@ def test_collision_shapes_and_boxes_are_told_as_pybullet_tells_them(
         rows: list[Any] = []
         for body in bodies(p, mesh):
             # PyBullet forgets the scale of a mesh, and tells the body of the first shape only.
-            told = p.getCollisionShapeData(body, -1)
-            rows.append([(row[2], () if row[2] == p.GEOM_MESH else row[3], row[5:]) for row in told])
-            assert told[0][:2] == (body, -1) and (p is bullet or all(row[:2] == (body, -1) for row in told))
+            shown = p.getCollisionShapeData(body, -1)
+            rows.append([(row[2], () if row[2] == p.GEOM_MESH else row[3], row[5:]) for row in shown])
+            assert shown[0][:2] == (body, -1) and (p is bullet or all(row[:2] == (body, -1) for row in shown))
             rows.append(p.getDynamicsInfo(body, -1)[2])
         found.append(rows)
         for call in (

@@ -13,7 +13,7 @@ use prost::Message as _;
 use simd_proto::access::TOKEN_HEADER;
 use simd_proto::methods::{self, Method};
 use simd_proto::raw::RawCodec;
-use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, keys};
+use simd_proto::{API_VERSION_HEADER, CLIENT_HEADER, keys, proof};
 use tonic::body::Body;
 use tonic::codegen::{Service, http};
 use tonic::metadata::MetadataMap;
@@ -24,7 +24,6 @@ use zenoh::Wait as _;
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply, ReplyError};
 use zenoh::session::ZenohId;
 
-use super::claims::{Sealed, seal};
 use super::{MAX_MESSAGE_BYTES, Network, daemons, streams};
 
 /// Zenoh gives up on a query after this time. Calls have their own, shorter ones; a
@@ -110,9 +109,18 @@ impl ZenohChannel {
         let daemon = self.daemon().await?;
         let (service, name) = methods::parse_path(&method.path).unwrap_or_default();
         let key = keys::rpc(&self.name, service, name);
-        let Sealed { message, secret } = seal(method, asked.message);
+        // The secret of a claim stays here.
+        let (message, secret) = match proof::seal(&method.request, &asked.message) {
+            Some((message, secret)) => (message.into(), Some(secret)),
+            None => (asked.message, None),
+        };
+        // What it claims may be bound to the session.
+        let session =
+            (name == "ClaimJoints").then(|| self.network.tokens.declare(&self.network.session, &self.name));
+        let session = session.transpose().map_err(|error| Status::unavailable(super::first_words(&error)))?;
         let send = |proof: Option<String>| {
-            let lines = [(!asked.headers.is_empty()).then(|| asked.headers.to_string()), proof];
+            let headers = (!asked.headers.is_empty()).then(|| asked.headers.to_string());
+            let lines = [headers, session.clone(), proof];
             let lines: Vec<String> = lines.into_iter().flatten().collect();
             let query = self
                 .network

@@ -3,12 +3,14 @@
 //! * Here: a network of daemons, joined at one place.
 //! * `channel`: carries gRPC's calls as queries, so that the generated clients work on it.
 //! * `daemons`: which session is which daemon. `claims`: what proves that this client holds a claim.
+//! * `tokens`: what says that this client is there.
 //! * `streams`: calls of many messages, of which Zenoh has none.
 
 mod channel;
 mod claims;
 mod daemons;
 mod streams;
+mod tokens;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,6 +24,7 @@ pub(crate) use channel::ZenohChannel;
 
 use self::claims::Counter;
 use self::daemons::Daemons;
+use self::tokens::Tokens;
 use crate::endpoint::Place;
 use crate::{Client, ConnectOptions, Error};
 
@@ -38,6 +41,7 @@ pub struct Network {
     session: Session,
     daemons: Daemons,
     counter: Arc<Counter>,
+    tokens: Arc<Tokens>,
     locator: Arc<str>,
     options: ConnectOptions,
 }
@@ -86,6 +90,7 @@ impl Network {
             session,
             daemons: Daemons::default(),
             counter: Arc::default(),
+            tokens: Arc::default(),
             locator: locator.into(),
             options,
         };

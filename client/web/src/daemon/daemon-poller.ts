@@ -104,6 +104,7 @@ function staleAfter(events: Event[]): { physics: boolean; robots: Set<string> } 
         break;
       case "jointsClaimed":
       case "jointsReleased":
+        for (const robot of kind.value.robots) robots.add(robot);
         for (const joint of kind.value.joints) robots.add(joint.split("/", 1)[0] ?? "");
         break;
       case "entityDisabled":

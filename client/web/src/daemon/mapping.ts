@@ -39,6 +39,7 @@ export function robotOf(entity: EntityInfo, layout: JointLayout): Robot {
     axes: layout.joints.flatMap((joint) => axesOf(entity.name, joint)),
     links: entity.links.map((link) => link.name),
     disabledReason: entity.disabledReason,
+    claimedBy: entity.claimedBy,
     mass: entity.mass,
   };
 }
@@ -223,6 +224,7 @@ export function simulationOf(statistics: WorldStatistics): Omit<Simulation, "beh
     actual: statistics.realTimeFactor,
     overruns: statistics.overruns,
     stepDuration: statistics.stepDuration,
+    claimedBy: statistics.claimedBy,
   };
 }
 

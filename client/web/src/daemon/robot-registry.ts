@@ -70,10 +70,10 @@ export class RobotRegistry {
     const newRobots: Robot[] = [];
     const newScenes = new Map<string, RobotScene>();
     for (const entity of entities) {
-      const { name, layoutVersion, disabledReason } = entity;
+      const { name, layoutVersion, disabledReason, claimedBy } = entity;
       const layout = layouts.get(name);
       const old = oldRobots.get(name);
-      const robot = layout ? robotOf(entity, layout) : old && { ...old, disabledReason };
+      const robot = layout ? robotOf(entity, layout) : old && { ...old, disabledReason, claimedBy };
       const wire = wireScenes.get(name);
       const scene = wire && layout ? sceneOf(entity, layout, wire) : scenes.value.get(name);
       // A robot that was reloaded between the calls is fetched again with the next state.

@@ -85,7 +85,7 @@ function RobotTabs(): JSX.Element {
 
 /** The summary of the robot, and actions on all of it. */
 function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
-  const { name, model, mass, axes, disabledReason } = robot;
+  const { name, model, mass, axes, disabledReason, claimedBy } = robot;
   const report = reports.value.get(name);
   const warnings = report?.findings.filter(({ severity }) => severity !== "info").length ?? 0;
   const about = [model === name ? "" : model, `${axes.length} ${axes.length === 1 ? "axis" : "axes"}`, mass > 0 ? `${shortened(mass)} kg` : ""];
@@ -136,6 +136,11 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
         </Popover>
       </div>
       <p class="about">{about.filter((part) => part !== "").join(" · ")}</p>
+      {claimedBy !== "" && (
+        <p class="about" data-testid="robot-claimed">
+          <Icon name="lock" /> Claimed by {claimedBy}: others cannot change it
+        </p>
+      )}
       {disabledReason !== "" && (
         <p class="disabled" role="status">
           <Icon name="warning" /> Out of the simulation: {disabledReason}

@@ -62,7 +62,19 @@ function Transport(): JSX.Element {
       <button type="button" class="button sign" data-testid="reset" aria-label="Reset" title="Reset time and robots (Backspace)" disabled={away} onClick={() => void reset()}>
         <Icon name="reset" />
       </button>
+      <WorldClaim />
     </div>
+  );
+}
+
+/** Who alone plays, pauses and resets. */
+function WorldClaim(): JSX.Element | null {
+  const holder = useComputed(() => simulation.value.claimedBy).value;
+  if (holder === "") return null;
+  return (
+    <span class="rate" data-testid="world-claimed" title={`${holder} has claimed the world: others cannot play, pause, step or reset it`}>
+      <Icon name="lock" /> {holder}
+    </span>
   );
 }
 

@@ -21,7 +21,7 @@ function show(simTime: number, mode: Mode = "position", epoch = 0n): void {
 
 beforeEach(() => {
   frame.value = null;
-  robots.value = [{ name: "arm", model: "arm", layoutVersion: 1n, axes, links: [], disabledReason: "", mass: 1 }];
+  robots.value = [{ name: "arm", model: "arm", layoutVersion: 1n, axes, links: [], disabledReason: "", claimedBy: "", mass: 1 }];
   plottedSlots.value = [];
   recording.clear();
 });
@@ -35,7 +35,7 @@ test("the joints of the robot that is shown are recorded before a plot shows the
 test("of robots that are not shown only plotted joints are recorded", () => {
   const other = { ...axis("k", 0), key: "other/k", robot: "other" };
   const idle = { ...axis("l", 0), key: "other/l", robot: "other" };
-  robots.value = [...robots.value, { name: "other", model: "", layoutVersion: 1n, axes: [other, idle], links: [], disabledReason: "", mass: 1 }];
+  robots.value = [...robots.value, { name: "other", model: "", layoutVersion: 1n, axes: [other, idle], links: [], disabledReason: "", claimedBy: "", mass: 1 }];
   addPlot("other/k");
   show(0);
   expect(recording.names).toContain(columnOf("other/k", "target"));

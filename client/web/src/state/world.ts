@@ -45,6 +45,8 @@ export interface Robot {
   links: string[];
   /** Why it is disabled; empty if it is not. */
   disabledReason: string;
+  /** The client that has claimed all of it; empty if none has. */
+  claimedBy: string;
   /** Kilograms. */
   mass: number;
 }
@@ -114,6 +116,8 @@ export interface Simulation {
   overruns: bigint;
   /** Wall seconds that a step takes. */
   stepDuration: number;
+  /** The client that has claimed the world; empty if none has. */
+  claimedBy: string;
 }
 
 /** The physics settings. */
@@ -155,6 +159,7 @@ export const simulation = signal<Simulation>({
   behind: false,
   overruns: 0n,
   stepDuration: 0,
+  claimedBy: "",
 });
 export const physics = signal<Physics | null>(null);
 export const parameters = signal<Parameter[]>([]);

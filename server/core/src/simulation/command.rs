@@ -55,21 +55,14 @@ pub enum Command {
     },
     /// Changes what a robot touches; see [`CollisionFilterChange`].
     SetCollisionFilter(CollisionFilterChange),
-    /// Takes joints for one client.
-    Claim {
-        /// What targets must carry from now on. Unique; the caller makes it.
-        claim: ClaimId,
-        /// Who claims, for people.
-        holder: String,
-        /// Which joints.
-        joints: Vec<JointSelection>,
-    },
-    /// Gives joints back; they hold their position.
+    /// Takes robots, joints or the world for one client.
+    Claim(ClaimRequest),
+    /// Gives them back; joints hold their position.
     Release {
-        /// What [`Command::Claim`] was given.
+        /// What [`ClaimRequest`] was given.
         claim: ClaimId,
-        /// The claim was not given back but ran out.
-        lapsed: bool,
+        /// Why.
+        cause: ReleaseCause,
     },
     /// Puts a robot's root link elsewhere.
     SetEntityState {
@@ -179,6 +172,39 @@ pub struct Reload {
     pub model: Arc<RobotModel>,
     /// What it touches with now.
     pub shapes: Arc<Shapes>,
+}
+
+/// What one client takes, so that only commands that come with the claim change it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClaimRequest {
+    /// Which it is from now on. Unique; the caller makes it.
+    pub claim: ClaimId,
+    /// Who claims, for people.
+    pub holder: String,
+    /// Which joints. A selection that names none is of the whole robot.
+    pub joints: Vec<JointSelection>,
+    /// The world: what concerns all robots, such as a pause.
+    pub world: bool,
+    /// Claims with a lower one that are in the way end.
+    pub priority: u32,
+    /// Claims that are in the way end, whatever their priority.
+    pub take_over: bool,
+}
+
+/// Why a claim ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ReleaseCause {
+    /// Its holder gave it back.
+    Released,
+    /// It was not used for as long as its lease.
+    Lapsed,
+    /// The connection that it was bound to ended.
+    Disconnected,
+    /// Another claim took over.
+    TakenOver {
+        /// The other one's holder.
+        by: String,
+    },
 }
 
 /// Joints of a robot; none named means all that move.
@@ -304,6 +330,11 @@ pub enum Reply {
         clamped: Vec<Clamped>,
         /// A joint has another mode or other gains than before.
         changed_law: bool,
+    },
+    /// The claim holds.
+    Claimed {
+        /// Claims that it took over from, which ended.
+        ended: Vec<ClaimId>,
     },
     /// The world is put back.
     Reset {

@@ -12,7 +12,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
 
 use self::joints::is_actuated;
-use super::claim::Claim;
+use super::claim::RobotClaims;
 use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};
 use crate::collision::{Groups, RobotColliders, Shapes, Surface};
@@ -32,8 +32,8 @@ pub(super) struct Entity {
     pub body: Articulation,
     /// What it touches with: its shapes, and scratch that follows from the state.
     pub colliders: RobotColliders,
-    /// Who holds a claim on which joint of the model.
-    pub claims: Vec<Option<Arc<Claim>>>,
+    /// Who holds it and its joints.
+    pub claims: RobotClaims,
 }
 
 /// What of a robot never changes while it has one version. Cheap to copy.
@@ -75,7 +75,7 @@ impl Entity {
                 }
             }
         }
-        let claims = vec![None; model.joints.len()];
+        let claims = RobotClaims::none(model.joints.len());
         let state = EntityState {
             name,
             loaded_at_start: false,
@@ -107,7 +107,7 @@ impl Entity {
             state: entity,
             body: Articulation::with_state(Arc::clone(tree), body),
             colliders,
-            claims: vec![None; model.joints.len()],
+            claims: RobotClaims::none(model.joints.len()),
         };
         new.follow_state();
         new
@@ -201,12 +201,13 @@ impl Entity {
 
     /// Claims of another state of this robot, with the model that it had there, for the joints that both have and
     /// that can be driven.
-    pub(super) fn take_claims(&mut self, claims: &[Option<Arc<Claim>>], model: &RobotModel) {
-        self.claims.fill(None);
-        for (claim, joint) in claims.iter().zip(&model.joints) {
+    pub(super) fn take_claims(&mut self, claims: &RobotClaims, model: &RobotModel) {
+        self.claims =
+            RobotClaims { whole: claims.whole.clone(), ..RobotClaims::none(self.model.joints.len()) };
+        for (claim, joint) in claims.joints.iter().zip(&model.joints) {
             let Some(claim) = claim else { continue };
             let index = self.joint(&joint.name).ok().filter(|&index| self.actuated_body(index, 0).is_ok());
-            if let Some(slot) = index.and_then(|index| self.claims.get_mut(index)) {
+            if let Some(slot) = index.and_then(|index| self.claims.joints.get_mut(index)) {
                 *slot = Some(Arc::clone(claim));
             }
         }

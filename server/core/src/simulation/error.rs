@@ -85,6 +85,28 @@ pub enum Error {
         /// What there is.
         present: u64,
     },
+    /// Somebody else's robot.
+    #[error("robot {robot:?} is claimed by {holder:?}")]
+    RobotClaimed {
+        /// Which.
+        robot: String,
+        /// By whom.
+        holder: String,
+    },
+    /// Somebody else's world.
+    #[error("the world is claimed by {holder:?}")]
+    WorldClaimed {
+        /// By whom.
+        holder: String,
+    },
+    /// What concerns everybody, while somebody else holds a claim.
+    #[error(
+        "{holder:?} holds a claim in this world: claim the world to pause, play, reset or restore it, or to change its physics"
+    )]
+    WorldShared {
+        /// Who.
+        holder: String,
+    },
     /// Somebody else's joint.
     #[error("joint {joint:?} of robot {robot:?} is claimed by {holder:?}")]
     JointClaimed {

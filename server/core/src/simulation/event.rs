@@ -1,6 +1,6 @@
 //! What happened in a world, for those who watch it.
 
-use super::command::ResetScope;
+use super::command::{ReleaseCause, ResetScope};
 use super::moment::Moment;
 use super::settings::PhysicsSettings;
 
@@ -44,25 +44,36 @@ pub enum EventKind {
     Reset(ResetScope),
     /// Gravity, time step, substeps or integrator changed.
     PhysicsChanged(PhysicsSettings),
-    /// Joints were taken for one client.
+    /// Robots, joints or the world were taken for one client.
     JointsClaimed {
         /// Who claims.
         holder: String,
-        /// `robot/joint` each.
-        joints: Vec<String>,
+        /// What.
+        claimed: Claimed,
     },
-    /// Joints were given back.
+    /// They were given back.
     JointsReleased {
         /// Who claimed.
         holder: String,
-        /// `robot/joint` each.
-        joints: Vec<String>,
-        /// The claim ran out.
-        lapsed: bool,
+        /// What.
+        released: Claimed,
+        /// Why.
+        cause: ReleaseCause,
     },
     /// The world was put back to a kept state.
     StateRestored {
         /// Its name.
         name: String,
     },
+}
+
+/// What a claim is on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Claimed {
+    /// Whole robots.
+    pub robots: Vec<String>,
+    /// `robot/joint` each, those of whole robots too.
+    pub joints: Vec<String>,
+    /// The world.
+    pub world: bool,
 }

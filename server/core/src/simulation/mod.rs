@@ -74,6 +74,8 @@ pub struct Simulation {
     contacts: Contacts,
     step_memory: StepMemory,
     claims: BTreeMap<ClaimId, Arc<Claim>>,
+    /// Whose the world is, beside its robots and joints.
+    world_claim: Option<Arc<Claim>>,
     /// Oldest first. Shared with what is published.
     saved: Arc<Vec<Kept>>,
     /// One a robot. Shared with what is published.
@@ -121,6 +123,7 @@ impl Simulation {
             contacts: Contacts::default(),
             step_memory: StepMemory::default(),
             claims: BTreeMap::new(),
+            world_claim: None,
             saved: Arc::default(),
             robot_settings: Arc::default(),
             target_sources: Arc::default(),
@@ -130,9 +133,21 @@ impl Simulation {
         }
     }
 
+    /// Applies a command of somebody who holds no claim: see [`Simulation::apply_for`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::apply_for`].
+    pub fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+        self.apply_for(command, None)
+    }
+
     /// Applies a command: whole or, where it is refused, not at all. The next step
     /// is the first that it has an effect on.
-    pub fn apply(&mut self, command: &Command) -> Result<Applied, Error> {
+    ///
+    /// # Errors
+    /// Where the command cannot be done, what it changes is claimed by somebody else, or there is no such claim.
+    pub fn apply_for(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
+        self.allow(command, claim)?;
         if !self.leaves_what_is_fixed(command) {
             self.step_memory.busy.forget();
         }
@@ -140,13 +155,13 @@ impl Simulation {
             Command::Spawn(spawn) => self.spawn(spawn),
             Command::Reload(reload) => self.reload(reload),
             Command::Delete { robot } => self.delete(robot),
-            Command::SetTargets(targets) => self.set_targets(targets),
+            Command::SetTargets(targets) => self.set_targets(targets, claim),
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
             Command::SetLinkProperties { robot, links } => self.set_link_properties(robot, links),
             Command::SetCollisionFilter(change) => self.set_collision_filter(change),
-            Command::Claim { claim, holder, joints } => self.claim(*claim, holder, joints),
-            Command::Release { claim, lapsed } => self.release(*claim, *lapsed),
+            Command::Claim(request) => self.claim(request),
+            Command::Release { claim, cause } => self.release(*claim, cause.clone()),
             Command::SetEntityState { robot, pose, twist } => self.set_entity_state(robot, *pose, *twist),
             Command::ApplyWrench(wrench) => self.apply_wrench(wrench),
             Command::SetPhysics(change) => self.set_physics(change),
@@ -162,7 +177,7 @@ impl Simulation {
     /// Whether a command changes nothing of what cannot move: those that may come with every step.
     fn leaves_what_is_fixed(&self, command: &Command) -> bool {
         match command {
-            Command::SetTargets(_) | Command::Claim { .. } | Command::Release { .. } => true,
+            Command::SetTargets(_) | Command::Claim(_) | Command::Release { .. } => true,
             Command::ApplyWrench(wrench) => {
                 self.robot_index(&wrench.robot).is_ok_and(|robot| self.entities[robot].moves())
             }

@@ -53,6 +53,8 @@ pub struct PublishedState {
     pub collision_pairs: Arc<Vec<RobotLinkPair>>,
     /// Who set the targets of each robot's joints. Shared like `settings`.
     pub target_sources: Arc<Vec<RobotTargetSources>>,
+    /// Who holds a claim on the world.
+    pub claimed_by: Option<Arc<str>>,
     /// The states that the world can go back to, oldest first. Shared like `settings`.
     pub saved: Arc<Vec<Kept>>,
 }

@@ -19,6 +19,8 @@ pub struct RobotSettings {
     pub self_collision: bool,
     /// One for each link of the model, in its order.
     pub groups: Vec<Groups>,
+    /// Who holds a claim on all of it.
+    pub claimed_by: Option<Arc<str>>,
     /// Its own links that were switched off or on, in order.
     pub collision_pairs: Arc<Vec<LinkPair>>,
 }
@@ -48,6 +50,7 @@ impl Entity {
             surfaces: (0..self.model.links.len()).map(|link| self.colliders.surface(link)).collect(),
             self_collision: self.state.contact_settings.self_collision,
             groups: self.state.groups.clone(),
+            claimed_by: self.claims.whole.as_ref().map(|claim| Arc::clone(&claim.holder)),
             collision_pairs: Arc::clone(&self.state.collision_pairs),
         }
     }
@@ -63,7 +66,7 @@ impl Entity {
             friction: settings.friction,
             armature: settings.armature,
             default_gains: (settings.default_stiffness, settings.default_damping),
-            claimed_by: self.claims[joint].as_ref().map(|claim| Arc::clone(&claim.holder)),
+            claimed_by: self.claims.of_joint(joint).map(|claim| Arc::clone(&claim.holder)),
         }
     }
 }

@@ -214,7 +214,7 @@ pub fn set_link_properties(request: v1::SetLinkPropertiesRequest) -> Result<Comm
 
 /// What a robot touches from now on.
 pub fn set_collision_filter(request: v1::SetCollisionFilterRequest) -> Result<Command, BadField> {
-    let v1::SetCollisionFilterRequest { robot, self_collision, pairs, request_id: _ } = request;
+    let v1::SetCollisionFilterRequest { robot, self_collision, pairs, request_id: _, claim: _ } = request;
     Ok(Command::SetCollisionFilter(CollisionFilterChange {
         robot: self::robot(robot)?,
         self_collision,

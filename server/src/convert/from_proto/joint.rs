@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use simd_core::Command;
 use simd_core::simulation::command::{
-    JointProperties, JointReset, JointSelection, JointTarget, RobotReset, RobotTargets, SetTargets, Target,
-    WholeTarget,
+    ClaimId, ClaimRequest, JointProperties, JointReset, JointTarget, RobotReset, RobotTargets, SetTargets,
+    Target, WholeTarget,
 };
 use simd_model::robot::JointLimits;
 use simd_proto::v1;
@@ -13,21 +13,8 @@ use simd_proto::v1;
 use super::state;
 use crate::convert::field::{BadField, Path};
 
-/// Targets, and the claim that they are said to be set with: whether their sender holds it is not known here.
-#[derive(Debug)]
-pub struct Claimed {
-    /// Without a claim.
-    pub targets: SetTargets,
-    /// As the request has it; empty for none.
-    pub claim: String,
-}
-
 /// Targets for joints of one or several robots.
-pub fn set_targets(
-    robots: Vec<v1::RobotTargets>,
-    limit_policy: i32,
-    claim: String,
-) -> Result<Claimed, BadField> {
+pub fn set_targets(robots: Vec<v1::RobotTargets>, limit_policy: i32) -> Result<SetTargets, BadField> {
     let refuse_beyond_limits = match Path::ROOT.field("limit_policy").known(limit_policy)? {
         v1::LimitPolicy::Unspecified | v1::LimitPolicy::Clamp => false,
         v1::LimitPolicy::Refuse => true,
@@ -37,16 +24,15 @@ pub fn set_targets(
         .enumerate()
         .map(|(index, robot)| robot_targets(&Path::ROOT.item("robots", index), robot))
         .collect::<Result<_, _>>()?;
-    let claim = Path::ROOT.field("claim").short(claim)?;
-    Ok(Claimed { targets: SetTargets { robots, refuse_beyond_limits, ..SetTargets::default() }, claim })
+    Ok(SetTargets { robots, refuse_beyond_limits, ..SetTargets::default() })
 }
 
 /// Targets of a request that is about nothing else.
-pub fn set_joint_targets(request: v1::SetJointTargetsRequest) -> Result<Claimed, BadField> {
+pub fn set_joint_targets(request: v1::SetJointTargetsRequest) -> Result<SetTargets, BadField> {
     if request.robots.is_empty() {
         return Err(Path::ROOT.field("robots").refuse("empty", "it must name at least one robot"));
     }
-    set_targets(request.robots, request.limit_policy, request.claim)
+    set_targets(request.robots, request.limit_policy)
 }
 
 fn robot_targets(at: &Path<'_>, given: v1::RobotTargets) -> Result<RobotTargets, BadField> {
@@ -180,19 +166,19 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
     })
 }
 
-/// Which joints are claimed, by whom, for how long.
-pub fn claim_joints(
-    request: v1::ClaimJointsRequest,
-) -> Result<(Vec<JointSelection>, String, Duration), BadField> {
-    if request.selections.is_empty() {
-        return Err(Path::ROOT.field("selections").refuse("empty", "it must name at least one robot"));
+/// What is claimed, by whom, and the lease. The claim's id is not made yet.
+pub fn claim_joints(request: v1::ClaimJointsRequest) -> Result<(ClaimRequest, Duration), BadField> {
+    if request.selections.is_empty() && !request.world {
+        let expected = "it must name at least one robot where the world is not claimed";
+        return Err(Path::ROOT.field("selections").refuse("empty", expected));
     }
-    let selections = state::selections(request.selections)?;
+    let joints = state::selections(request.selections)?;
     let holder = Path::ROOT.field("holder").name(request.holder)?;
     let seconds = if request.lease == 0.0 { 10.0 } else { request.lease };
     let lease = Duration::try_from_secs_f64(seconds)
         .map_err(|_error| Path::ROOT.field("lease").refuse(seconds, "it must be a number of seconds"))?;
-    Ok((selections, holder, lease))
+    let (world, priority, take_over) = (request.world, request.priority, request.take_over);
+    Ok((ClaimRequest { claim: ClaimId::default(), holder, joints, world, priority, take_over }, lease))
 }
 
 /// A claim that must be named.

@@ -6,7 +6,6 @@ use simd_model::robot::Sha256;
 use simd_proto::v1;
 
 use super::entity::sha256;
-use super::joint::Claimed;
 use super::{geometry, joint, state};
 use crate::convert::Selection;
 use crate::convert::field::{BadField, Path};
@@ -40,8 +39,7 @@ pub struct Steps {
 
 /// How many steps to do, and what comes with them.
 pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
-    let Claimed { targets, claim: _ } =
-        joint::set_targets(request.robots, request.limit_policy, request.claim)?;
+    let targets = joint::set_targets(request.robots, request.limit_policy)?;
     let selections = state::selections(request.selections)?;
     Ok(Steps {
         steps: request.steps,

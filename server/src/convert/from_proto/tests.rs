@@ -33,23 +33,18 @@ fn whole(mode: v1::JointMode, values: Vec<f64>) -> Vec<v1::RobotTargets> {
 
 #[test]
 fn targets_keep_their_numbers_and_absent_gains_stay_absent() {
-    let none = joint::set_targets(for_arm(vec![position_target("elbow", 0.5)]), 0, String::new()).unwrap();
-    let targets = none.targets;
+    let targets = joint::set_targets(for_arm(vec![position_target("elbow", 0.5)]), 0).unwrap();
     assert!(!targets.refuse_beyond_limits);
-    assert_eq!((targets.claim, none.claim.as_str()), (None, ""));
     assert_eq!(targets.robots[0].robot, "arm");
     assert_eq!(targets.robots[0].joints[0].target, Target::position(0.5));
-    let some = joint::set_targets(whole(v1::JointMode::Effort, vec![1.0, 2.0]), 2, "c".into()).unwrap();
-    let targets = some.targets;
+    let targets = joint::set_targets(whole(v1::JointMode::Effort, vec![1.0, 2.0]), 2).unwrap();
     assert!(targets.refuse_beyond_limits);
-    // Who says that it holds a claim does not hold it yet.
-    assert_eq!((targets.claim, some.claim.as_str()), (None, "c"));
     assert_eq!(targets.robots[0].whole, Some(WholeTarget::Effort(vec![1.0, 2.0])));
 }
 
 #[test]
 fn a_target_that_cannot_be_is_refused_by_its_path() {
-    let refused = |joints| blamed(joint::set_targets(for_arm(joints), 0, String::new()));
+    let refused = |joints| blamed(joint::set_targets(for_arm(joints), 0));
     let fine = || position_target("elbow", 0.0);
     assert_eq!(refused(vec![position_target("", 0.0)]), "robots[0].joints[0].joint");
     assert_eq!(refused(vec![v1::JointTarget { target: None, ..fine() }]), "robots[0].joints[0].target");
@@ -59,13 +54,13 @@ fn a_target_that_cannot_be_is_refused_by_its_path() {
 #[test]
 fn the_axes_of_a_planar_joint_are_not_the_same_joint_twice() {
     let axis = |axis| v1::JointTarget { axis, ..position_target("puck", 0.0) };
-    assert!(joint::set_targets(for_arm(vec![axis(0), axis(1), axis(2)]), 0, String::new()).is_ok());
-    assert!(joint::set_targets(for_arm(vec![axis(1), axis(1)]), 0, String::new()).is_err());
+    assert!(joint::set_targets(for_arm(vec![axis(0), axis(1), axis(2)]), 0).is_ok());
+    assert!(joint::set_targets(for_arm(vec![axis(1), axis(1)]), 0).is_err());
 }
 
 #[test]
 fn a_whole_target_has_a_mode_that_can_be_asked_for_and_the_values_it_needs() {
-    let refused = |robots| blamed(joint::set_targets(robots, 0, String::new()));
+    let refused = |robots| blamed(joint::set_targets(robots, 0));
     assert_eq!(refused(whole(v1::JointMode::Unspecified, vec![])), "robots[0].whole.mode");
     assert_eq!(refused(whole(v1::JointMode::None, vec![])), "robots[0].whole.mode");
     assert_eq!(refused(whole(v1::JointMode::Hold, vec![0.0])), "robots[0].whole.values");
@@ -75,14 +70,14 @@ fn a_whole_target_has_a_mode_that_can_be_asked_for_and_the_values_it_needs() {
         ..Default::default()
     }];
     assert_eq!(refused(robots), "robots[0].whole.mode");
-    assert_eq!(blamed(joint::set_targets(vec![], 9, String::new())), "limit_policy");
+    assert_eq!(blamed(joint::set_targets(vec![], 9)), "limit_policy");
     assert_eq!(blamed(joint::set_joint_targets(v1::SetJointTargetsRequest::default())), "robots");
 }
 
 #[test]
 fn a_reset_without_joints_is_of_the_whole_robot() {
     let robots = vec![v1::RobotReset { robot: "arm".into(), joints: vec![] }];
-    let request = v1::ResetJointsRequest { robots, request_id: String::new() };
+    let request = v1::ResetJointsRequest { robots, ..Default::default() };
     let Command::ResetJoints { robots } = joint::reset_joints(request).unwrap() else { panic!() };
     assert!(robots[0].joints.is_empty());
 }
@@ -94,10 +89,13 @@ fn a_claim_names_joints_a_holder_and_a_lease() {
             selections: vec![v1::JointSelection { robot: robot.into(), joints: vec![] }],
             holder: holder.into(),
             lease,
-            request_id: String::new(),
+            ..Default::default()
         })
     };
-    assert_eq!(claim("arm", "me", 0.0).unwrap().2, Duration::from_secs(10));
+    let nothing = v1::ClaimJointsRequest { holder: "me".into(), ..Default::default() };
+    assert_eq!(blamed(joint::claim_joints(nothing.clone())), "selections");
+    joint::claim_joints(v1::ClaimJointsRequest { world: true, ..nothing }).unwrap();
+    assert_eq!(claim("arm", "me", 0.0).unwrap().1, Duration::from_secs(10));
     assert_eq!(blamed(claim("", "me", 0.0)), "selections[0].robot");
     assert_eq!(blamed(claim("arm", "", 0.0)), "holder");
     for lease in [-1.0, f64::NAN, f64::INFINITY] {
@@ -205,8 +203,7 @@ fn a_push_needs_a_wrench_and_acts_at_the_links_origin_where_nothing_else_is_said
 
 #[test]
 fn a_state_is_one_of_three() {
-    let state =
-        |state| simulation::run_state(&v1::SetSimulationStateRequest { state, request_id: String::new() });
+    let state = |state| simulation::run_state(&v1::SetSimulationStateRequest { state, ..Default::default() });
     assert_eq!(state(v1::SimulationState::Playing.into()), Ok(RunState::Playing));
     assert_eq!(blamed(state(0)), "state");
     assert_eq!(blamed(state(17)), "state");
@@ -246,7 +243,7 @@ fn for_left(joints: Vec<v1::JointTarget>, whole: Option<v1::WholeRobotTarget>) -
         v1::RobotTargets { robot: "right".into(), ..Default::default() },
         v1::RobotTargets { robot: "left".into(), joints, whole, ..Default::default() },
     ];
-    Command::SetTargets(joint::set_targets(robots, 0, String::new()).unwrap().targets)
+    Command::SetTargets(joint::set_targets(robots, 0).unwrap())
 }
 
 #[test]
@@ -328,7 +325,7 @@ fn numbers_of_joints_are_refused_by_the_world_under_the_path_of_their_field() {
     let reset = |axis, position, velocity| {
         let put = v1::JointReset { joint: "slide".into(), axis, position, velocity };
         let robots = vec![v1::RobotReset { robot: "left".into(), joints: vec![put] }];
-        judged(joint::reset_joints(v1::ResetJointsRequest { robots, request_id: String::new() }).unwrap())
+        judged(joint::reset_joints(v1::ResetJointsRequest { robots, ..Default::default() }).unwrap())
     };
     assert_eq!(reset(0, f64::NAN, 0.0), "robots[0].joints[0].position");
     assert_eq!(reset(0, 1e300, 0.0), "robots[0].joints[0].position");

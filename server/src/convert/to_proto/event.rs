@@ -1,6 +1,8 @@
 //! Answers of the event service.
 
 use simd_core::simulation::EventKind;
+use simd_core::simulation::command::ReleaseCause;
+use simd_core::simulation::event::Claimed;
 use simd_core::{Event, Moment};
 use simd_proto::v1;
 
@@ -51,12 +53,31 @@ fn world(kind: EventKind) -> v1::event::Kind {
         EventKind::PhysicsChanged(settings) => v1::event::Kind::PhysicsChanged(v1::PhysicsChanged {
             physics: Some(simulation::physics(&settings, Pace::default())),
         }),
-        EventKind::JointsClaimed { holder, joints } => {
-            v1::event::Kind::JointsClaimed(v1::JointsClaimed { holder, joints })
+        EventKind::JointsClaimed { holder, claimed: Claimed { robots, joints, world } } => {
+            v1::event::Kind::JointsClaimed(v1::JointsClaimed { holder, joints, robots, world })
         }
-        EventKind::JointsReleased { holder, joints, lapsed } => {
-            v1::event::Kind::JointsReleased(v1::JointsReleased { holder, joints, lapsed })
+        EventKind::JointsReleased { holder, released: Claimed { robots, joints, world }, cause } => {
+            let (cause, taken_over_by) = release_cause(cause);
+            let cause = cause.into();
+            v1::event::Kind::JointsReleased(v1::JointsReleased {
+                holder,
+                joints,
+                robots,
+                world,
+                cause,
+                taken_over_by,
+            })
         }
         EventKind::StateRestored { name } => v1::event::Kind::StateRestored(v1::StateRestored { name }),
+    }
+}
+
+/// Why a claim ended, and whose claim took over.
+fn release_cause(cause: ReleaseCause) -> (v1::ReleaseCause, String) {
+    match cause {
+        ReleaseCause::Released => (v1::ReleaseCause::Released, String::new()),
+        ReleaseCause::Lapsed => (v1::ReleaseCause::Lapsed, String::new()),
+        ReleaseCause::Disconnected => (v1::ReleaseCause::Disconnected, String::new()),
+        ReleaseCause::TakenOver { by } => (v1::ReleaseCause::TakenOver, by),
     }
 }

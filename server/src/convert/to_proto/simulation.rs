@@ -92,6 +92,7 @@ pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
         joints: count(moving),
         step_duration: now.step_duration,
         mailbox_refusals: now.mailbox_refusals,
+        claimed_by: newest.state.claimed_by.as_deref().unwrap_or_default().to_owned(),
     }
 }
 

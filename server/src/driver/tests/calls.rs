@@ -7,7 +7,7 @@ fn a_full_mailbox_refuses_at_once_and_counts() {
     let (driver, link) = build(Toy::default(), Config { mailbox: 2, ..Config::default() });
     let post = || {
         let (reply, _answer) = oneshot::channel();
-        link.mailbox.post(Event::Command { command: nothing(), reply })
+        link.mailbox.post(Event::Command { command: nothing(), claim: None, reply })
     };
     assert!(post().is_ok() && post().is_ok());
     assert!(matches!(post(), Err(CallError::MailboxFull { capacity: 2 })));
@@ -58,7 +58,7 @@ fn a_playing_world_shows_values_of_targets_with_the_next_step_and_all_else_at_on
     let targets = bench.command(nothing());
     let robots = vec![RobotTargets { robot: "arm".into(), ..RobotTargets::default() }];
     let law = bench.command(Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
-    let claim = bench.command(Command::Claim { claim: ClaimId(1), holder: "me".into(), joints: Vec::new() });
+    let claim = bench.command(Command::Claim(ClaimRequest::default()));
     let reset = bench.command(Command::Reset(ResetScope { time: true, ..ResetScope::default() }));
     bench.iterations(4);
     assert_eq!(done(targets).sequence, before);

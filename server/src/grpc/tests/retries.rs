@@ -103,7 +103,11 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     let (mut entities, mut simulation) = (daemon.entities(), daemon.simulation());
     let save = v1::SaveStateRequest { name: "mark".into(), request_id: "x".into() };
     simulation.save_state(save).await.unwrap();
-    let delete = |robot: &str| v1::DeleteEntityRequest { robot: robot.into(), request_id: "x".into() };
+    let delete = |robot: &str| v1::DeleteEntityRequest {
+        robot: robot.into(),
+        request_id: "x".into(),
+        ..Default::default()
+    };
     entities.delete_entity(delete("arm")).await.unwrap();
     assert_eq!(reason(&entities.delete_entity(delete("other")).await.unwrap_err()), "REQUEST_ID_REUSED");
     let robots = |daemon: &Daemon| {
@@ -111,11 +115,15 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
         newest.state.world.entities.iter().map(|entity| entity.name.clone()).collect::<Vec<_>>()
     };
     assert_eq!(robots(&daemon), ["other"]);
-    let restore = v1::RestoreStateRequest { name: "mark".into(), request_id: "x".into() };
+    let restore =
+        v1::RestoreStateRequest { name: "mark".into(), request_id: "x".into(), ..Default::default() };
     simulation.restore_state(restore).await.unwrap();
     assert_eq!(robots(&daemon), ["arm", "other"]);
-    let play =
-        v1::SetSimulationStateRequest { state: v1::SimulationState::Playing.into(), request_id: "x".into() };
+    let play = v1::SetSimulationStateRequest {
+        state: v1::SimulationState::Playing.into(),
+        request_id: "x".into(),
+        ..Default::default()
+    };
     simulation.set_simulation_state(play).await.unwrap();
     assert_eq!(daemon.handle.statistics().state, RunState::Playing);
     let delete = v1::DeleteSavedStateRequest { name: "mark".into(), request_id: "x".into() };
@@ -133,6 +141,7 @@ async fn a_claims_secret_is_given_again_over_its_own_connection_alone() {
         holder: "bench".into(),
         lease: 3600.0,
         request_id: id.into(),
+        ..Default::default()
     };
     let mut joints = daemon.joints();
     let claimed = joints.claim_joints(named("bench", request("x"))).await.unwrap().into_inner();

@@ -82,10 +82,8 @@ async fn stepping_needs_a_world_that_is_not_playing() {
     let refused = simulation.step_simulation(step()).await.unwrap_err();
     assert_eq!(reason(&refused), "WRONG_STATE");
 
-    let stop = v1::SetSimulationStateRequest {
-        state: v1::SimulationState::Stopped.into(),
-        request_id: String::new(),
-    };
+    let stop =
+        v1::SetSimulationStateRequest { state: v1::SimulationState::Stopped.into(), ..Default::default() };
     simulation.set_simulation_state(stop).await.unwrap();
     let stamp = simulation.step_simulation(step()).await.unwrap().into_inner().stamp.unwrap();
     assert_eq!(stamp.step, 10);
@@ -227,7 +225,7 @@ async fn a_robot_can_be_spawned_looked_at_and_deleted() {
     let poses = entities.get_link_poses(v1::GetLinkPosesRequest { robots: vec!["one".into()] }).await;
     assert_eq!(poses.unwrap().into_inner().robots[0].poses.len(), 7);
 
-    let delete = || v1::DeleteEntityRequest { robot: "one".into(), request_id: String::new() };
+    let delete = || v1::DeleteEntityRequest { robot: "one".into(), ..Default::default() };
     entities.delete_entity(delete()).await.unwrap();
     assert_eq!(reason(&entities.delete_entity(delete()).await.unwrap_err()), "ROBOT_NOT_FOUND");
 }

@@ -77,6 +77,24 @@ fn table() -> Vec<(CallError, Code, &'static str, &'static [&'static str])> {
             "JOINT_CLAIMED",
             &["holder", "joint", "robot"],
         ),
+        (
+            Error::RobotClaimed { robot: text("arm"), holder: text("me") }.into(),
+            Code::FailedPrecondition,
+            "ROBOT_CLAIMED",
+            &["holder", "robot"],
+        ),
+        (
+            Error::WorldClaimed { holder: text("me") }.into(),
+            Code::FailedPrecondition,
+            "WORLD_CLAIMED",
+            &["holder"],
+        ),
+        (
+            Error::WorldShared { holder: text("me") }.into(),
+            Code::FailedPrecondition,
+            "WORLD_NOT_CLAIMED",
+            &["holder"],
+        ),
         (Error::ClaimNotFound.into(), Code::NotFound, "CLAIM_NOT_FOUND", &[]),
         (
             Error::SavedStateNotFound { name: text("a"), known }.into(),

@@ -132,7 +132,7 @@ class Background:
 
     @property
     def is_done(self) -> bool:
-        """Whether it has ended, or has been told to."""
+        """Whether it has ended, or was asked to end."""
         return self.is_stopped or self._task.done()
 
     async def call(self, function: Callable[[Item], object], item: Item) -> None:

@@ -1,5 +1,5 @@
 # Generated from simd_client/aio/claim.py by tools/make_blocking.py; do not edit.
-"""A claim on joints: only its holder can set their targets."""
+"""A claim on robots, joints or the world: only its holder can change them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 
 
 class Claim:
-    """Until it is released or lapses, no other client can set targets of these joints. Use it with `with`.
+    """Until it is released, lapses or is taken over, no other client can change what is claimed: targets, resets,
+    properties, poses, wrenches, reloads, deletes. Use it with `with`.
 
-    While it is held, all calls of the same `Simulation` that set these joints carry it, and each of them renews
+    While it is held, all calls of the same `Simulation` that change what is claimed carry it, and each of them renews
     its lease; nothing else does. The claim of a client that is killed lapses. Released joints hold their position.
     """
 
@@ -29,11 +30,11 @@ class Claim:
 
     @property
     def secret(self) -> str:
-        """A call that carries it may set the joints."""
+        """A call that carries it acts for the claim."""
         return self._held.secret
 
     def release(self) -> None:
-        """Releases the joints. Raises `ClaimNotFound` if the claim has lapsed."""
+        """Gives it back. Raises `ClaimNotFound` if the claim has lapsed or was taken over."""
         if self._is_held:
             self._is_held = False
             self._connection.cache.drop_claim(self.secret)
@@ -48,9 +49,9 @@ class Claim:
         try:
             self.release()
         except (ClaimNotFound, Unavailable):
-            # The claim has lapsed, or it ended with the daemon.
+            # The claim has lapsed, was taken over, or ended with the daemon.
             pass
 
     def __repr__(self) -> str:
         names = ", ".join(f"{robot}/{joint or '*'}" for robot, joint in sorted(self._held.joints))
-        return f"<Claim of {names or 'all joints'}>"
+        return f"<Claim of {', '.join(filter(None, [names, 'the world' if self._held.world else '']))}>"

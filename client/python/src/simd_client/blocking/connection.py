@@ -69,6 +69,7 @@ class Connection:
     def call(self, method: Method[Request, Reply], request: Request, *, wait: float = 0.0) -> Reply:
         """Calls any method of the schema (`simd_client.proto.methods`) with its message. `wait` is how long the
         request tells the daemon to wait, in seconds."""
+        self._cache.carry_claim(request)
         sent = self._link.request_ids.identified(method, request)
         if sent is None:
             payload = query(self._link, method, request.SerializeToString(), self._timeout + wait)
@@ -229,14 +230,38 @@ class Connection:
         request = proto.SetJointTargetsRequest(robots=messages, claim=claim)
         self._link.publish_targets(request.SerializeToString())
 
-    def claim(self, selection: Selection, *, holder: str = "", lease: float = 10.0) -> Claim:
-        """Claims joints for this client, until the claim is released or was not used for `lease` seconds (0.1 to
-        3,600). `holder` is the name that others see. Raises `JointClaimed` if another client holds one of them."""
+    def claim(
+        self,
+        selection: Selection = None,
+        *,
+        world: bool = False,
+        holder: str = "",
+        lease: float = 10.0,
+        priority: int = 0,
+        take_over: bool = False,
+        until_disconnect: bool = False,
+    ) -> Claim:
+        """Claims robots, joints or the world for this client, until the claim is released or was not used for `lease`
+        seconds (0.1 to 3,600); with `until_disconnect` also until the connection ends. A robot without names of joints
+        is claimed whole. While another client holds a claim, only the holder of the world can pause, play, reset or
+        restore it, or change its physics.
+
+        `holder` is the name that others see. Claims with a lower `priority` that are in the way end; with `take_over`,
+        which is for admins, whatever their priority. Raises `JointClaimed`, `RobotClaimed` or `WorldClaimed` if another
+        client holds what is wanted."""
         selected = selections_to_proto(selection)
-        request = proto.ClaimJointsRequest(selections=selected, holder=holder or "simd_client", lease=lease)
+        request = proto.ClaimJointsRequest(
+            selections=selected,
+            holder=holder or "simd_client",
+            lease=lease,
+            world=world,
+            priority=priority,
+            take_over=take_over,
+            until_disconnect=until_disconnect,
+        )
         answer = self.call(methods.ClaimJoints, request)
         joints = ((each.robot, joint) for each in selected for joint in (tuple(each.joints) or ("",)))
-        held = HeldClaim(answer.claim, frozenset(joints))
+        held = HeldClaim(answer.claim, frozenset(joints), world)
         self._cache.keep_claim(held)
         return Claim(self, held)
 

@@ -176,9 +176,9 @@ class Robot(Motion):
         """Sends targets without waiting for an answer; see `Simulation.stream_targets`."""
         self._connection.stream_targets({self.name: targets})
 
-    def claim(self, *names: str, holder: str = "", lease: float = 10.0) -> Claim:
-        """Claims these joints, or all of them, for this client; see `Simulation.claim`."""
-        return self._connection.claim({self.name: names}, holder=holder, lease=lease)
+    def claim(self, *names: str, holder: str = "", lease: float = 10.0, priority: int = 0) -> Claim:
+        """Claims these joints, or the whole robot, for this client; see `Simulation.claim`."""
+        return self._connection.claim({self.name: names}, holder=holder, lease=lease, priority=priority)
 
     def reset_joints(
         self,

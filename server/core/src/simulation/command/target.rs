@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::simulation::claim::ClaimId;
 use crate::simulation::target_sources::TargetSource;
 
 /// New targets for joints of one or several robots, all or none.
@@ -12,8 +11,6 @@ pub struct SetTargets {
     pub robots: Vec<RobotTargets>,
     /// Refuse a target beyond a limit instead of clamping it.
     pub refuse_beyond_limits: bool,
-    /// For joints that are claimed.
-    pub claim: Option<ClaimId>,
     /// Who sets them. Nothing is allowed or refused by it.
     pub source: Option<Arc<TargetSource>>,
 }

@@ -1,13 +1,12 @@
-//! Joints: where they are put, what they are like, who may drive them.
+//! Joints: where they are put, and what they are like.
 
 use std::sync::Arc;
 
 use crate::dynamics::{Actuator, Mode};
-use crate::simulation::claim::{Claim, ClaimId};
-use crate::simulation::command::{JointProperties, JointSelection, RobotReset};
+use crate::simulation::command::{JointProperties, RobotReset};
 use crate::simulation::entity::{Entity, apply_mimic_velocities, apply_mimics};
 use crate::simulation::error::Error;
-use crate::simulation::{EventKind, Reply, Simulation, check};
+use crate::simulation::{Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
@@ -82,78 +81,6 @@ impl Simulation {
             }
         }
         self.settings_changed(robot_index);
-        Ok(Reply::Done)
-    }
-
-    pub(in crate::simulation) fn claim(
-        &mut self,
-        claim: ClaimId,
-        holder: &str,
-        selections: &[JointSelection],
-    ) -> Result<Reply, Error> {
-        let mut taken = Vec::new();
-        for selection in selections {
-            let robot_index = self.robot_index(&selection.robot)?;
-            let entity = &self.entities[robot_index];
-            let joints = if selection.joints.is_empty() {
-                let mut all: Vec<usize> = entity.actuated().map(|(joint, _)| joint).collect();
-                all.dedup();
-                all
-            } else {
-                let joints = selection.joints.iter().map(|joint| {
-                    let index = entity.joint(joint)?;
-                    entity.actuated_body(index, 0).map(|_| index)
-                });
-                joints.collect::<Result<_, _>>()?
-            };
-            for joint in joints {
-                if let Some(other) = &entity.claims[joint] {
-                    return Err(Error::JointClaimed {
-                        robot: entity.state.name.clone(),
-                        joint: entity.model.joints[joint].name.clone(),
-                        holder: other.holder.to_string(),
-                    });
-                }
-                taken.push((robot_index, joint));
-            }
-        }
-        let record = Arc::new(Claim { id: claim, holder: holder.into() });
-        self.claims.insert(claim, Arc::clone(&record));
-        let mut names = Vec::new();
-        let mut robots: Vec<usize> = taken.iter().map(|(robot_index, _)| *robot_index).collect();
-        robots.dedup();
-        for (robot_index, joint) in taken {
-            let entity = &mut self.entities[robot_index];
-            entity.claims[joint] = Some(Arc::clone(&record));
-            names.push(format!("{}/{}", entity.state.name, entity.model.joints[joint].name));
-        }
-        robots.into_iter().for_each(|robot| self.settings_changed(robot));
-        self.happened(EventKind::JointsClaimed { holder: holder.to_owned(), joints: names });
-        Ok(Reply::Done)
-    }
-
-    pub(in crate::simulation) fn release(&mut self, claim: ClaimId, lapsed: bool) -> Result<Reply, Error> {
-        let record = self.claims.remove(&claim).ok_or(Error::ClaimNotFound)?;
-        let mut joints = Vec::new();
-        for robot_index in 0..self.entities.len() {
-            let entity = &mut self.entities[robot_index];
-            let before = joints.len();
-            for joint in 0..entity.claims.len() {
-                if entity.claims[joint].as_ref().is_none_or(|held| held.id != claim) {
-                    continue;
-                }
-                entity.claims[joint] = None;
-                joints.push(format!("{}/{}", entity.state.name, entity.model.joints[joint].name));
-                // It is no longer driven: it holds its position.
-                for body in entity.body.tree().joints[joint].clone() {
-                    entity.body.hold(body);
-                }
-            }
-            if joints.len() > before {
-                self.settings_changed(robot_index);
-            }
-        }
-        self.happened(EventKind::JointsReleased { holder: record.holder.to_string(), joints, lapsed });
         Ok(Reply::Done)
     }
 }

@@ -1,6 +1,7 @@
 //! What can be done with a world: commands, the step, publishing. All of it is methods of
 //! [`Simulation`](super::Simulation), and nothing below imports it.
 
+mod claims;
 mod collision_filter;
 mod joints;
 mod links;

@@ -38,6 +38,7 @@ impl Simulation {
         share(&mut state.collision_pairs, &self.contacts.collision_pairs);
         share(&mut state.target_sources, &self.target_sources);
         share(&mut state.saved, &self.saved);
+        state.claimed_by = self.world_claim.as_ref().map(|claim| Arc::clone(&claim.holder));
     }
 
     /// What acted on links over the last step or acts over the next one.

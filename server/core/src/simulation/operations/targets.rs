@@ -1,9 +1,7 @@
 //! Targets for joints: checked as a whole, then applied as a whole.
 
-use std::sync::Arc;
-
 use crate::dynamics::{Actuator, Axis, Mode};
-use crate::simulation::claim::Claim;
+use crate::simulation::claim::ClaimId;
 use crate::simulation::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
@@ -18,13 +16,12 @@ struct Accepted {
 }
 
 impl Simulation {
-    pub(in crate::simulation) fn set_targets(&mut self, request: &SetTargets) -> Result<Reply, Error> {
-        if let Some(claim) = &request.claim
-            && !self.claims.contains_key(claim)
-        {
-            return Err(Error::ClaimNotFound);
-        }
-        let mut check = Check { request, accepted: Vec::new(), clamped: Vec::new() };
+    pub(in crate::simulation) fn set_targets(
+        &mut self,
+        request: &SetTargets,
+        claim: Option<ClaimId>,
+    ) -> Result<Reply, Error> {
+        let mut check = Check { request, claim, accepted: Vec::new(), clamped: Vec::new() };
         for (index, targets) in request.robots.iter().enumerate() {
             let robot_index = self.robot_index(&targets.robot)?;
             let within = |error: Error| error.within(|| format!("robots[{index}]"));
@@ -47,6 +44,8 @@ impl Simulation {
 /// The check of one request.
 struct Check<'a> {
     request: &'a SetTargets,
+    /// That the request came with.
+    claim: Option<ClaimId>,
     accepted: Vec<Accepted>,
     clamped: Vec<Clamped>,
 }
@@ -120,14 +119,7 @@ impl Check<'_> {
         target: &Target,
     ) -> Result<(), Error> {
         let name = &entity.model.joints[joint].name;
-        let is_another = |claim: &&Arc<Claim>| self.request.claim != Some(claim.id);
-        if let Some(claim) = entity.claims[joint].as_ref().filter(is_another) {
-            return Err(Error::JointClaimed {
-                robot: entity.state.name.clone(),
-                joint: name.clone(),
-                holder: claim.holder.to_string(),
-            });
-        }
+        entity.allow_joint(joint, self.claim)?;
         let body = &entity.body.tree().bodies[body];
         let axis = &entity.body.axes()[body.velocity];
         let (position, joint_velocity) =

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::dynamics::BodyState;
+use crate::simulation::claim::RobotClaims;
 use crate::simulation::command::{PhysicsChange, ResetScope};
 use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
@@ -92,8 +93,10 @@ impl Simulation {
             .collect();
         self.go_back(state, robots);
         for entity in &mut self.entities {
-            let (claims, model) =
-                held.get(&entity.state.name).cloned().unwrap_or_else(|| (Vec::new(), entity.model.clone()));
+            let (claims, model) = held
+                .get(&entity.state.name)
+                .cloned()
+                .unwrap_or_else(|| (RobotClaims::default(), entity.model.clone()));
             entity.take_claims(&claims, &model);
         }
         self.begin_epoch(at, time_base);

@@ -52,26 +52,6 @@ fn refusals_name_the_element_and_what_there_is() {
 }
 
 #[test]
-fn a_claimed_joint_takes_targets_of_its_holder_only_and_holds_when_released() {
-    let mut world = world_with(1e-3, spawn("arm", arm()));
-    let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
-    let claim = Command::Claim { claim: ClaimId(7), holder: "planner".into(), joints };
-    world.apply(&claim).unwrap();
-    assert_eq!(
-        set(&mut world, position(0.1)).unwrap_err().to_string(),
-        "joint \"shoulder\" of robot \"arm\" is claimed by \"planner\""
-    );
-    let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: velocity(1.0) }];
-    let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
-    let own = SetTargets { robots, claim: Some(ClaimId(7)), ..SetTargets::default() };
-    world.apply(&Command::SetTargets(own)).unwrap();
-    run(&mut world, 0.1);
-    world.apply(&Command::Release { claim: ClaimId(7), lapsed: true }).unwrap();
-    assert_eq!(look(&world).modes, [Mode::Hold]);
-    set(&mut world, position(0.1)).unwrap();
-}
-
-#[test]
 fn a_reload_keeps_pose_positions_and_targets_of_joints_that_still_exist() {
     let at = DPose3::from_translation(DVec3::new(1.0, 2.0, 3.0));
     let mut world = world_with(1e-3, Spawn { pose: at, ..spawn("arm", arm()) });
@@ -176,22 +156,6 @@ fn a_free_root_falls_as_the_formula_says() {
     }
 }
 
-/// Claims are agreements between clients: a restored state neither ends one nor brings one back.
-#[test]
-fn a_restored_state_leaves_claims_as_they_are() {
-    let mut world = world_with(1e-3, spawn("arm", arm()));
-    world.apply(&Command::SaveState { name: "before".into() }).unwrap();
-    let joints = vec![JointSelection { robot: "arm".into(), joints: Vec::new() }];
-    let claim = Command::Claim { claim: ClaimId(7), holder: "planner".into(), joints };
-    world.apply(&claim).unwrap();
-    world.apply(&Command::SaveState { name: "claimed".into() }).unwrap();
-    world.apply(&Command::RestoreState { name: "before".into() }).unwrap();
-    assert!(matches!(set(&mut world, position(0.1)), Err(Error::JointClaimed { .. })));
-    world.apply(&Command::Release { claim: ClaimId(7), lapsed: false }).unwrap();
-    world.apply(&Command::RestoreState { name: "claimed".into() }).unwrap();
-    set(&mut world, position(0.1)).unwrap();
-}
-
 #[test]
 fn a_joint_is_not_put_where_its_follower_could_not_be_computed() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
@@ -226,10 +190,11 @@ fn settings_are_shared_from_state_to_state_and_replaced_where_a_command_changes_
     assert!(Arc::ptr_eq(&before.settings[1], &after.settings[1]));
 
     let joints = vec![JointSelection { robot: "other".into(), joints: Vec::new() }];
-    world.apply(&Command::Claim { claim: ClaimId(7), holder: "me".into(), joints }).unwrap();
+    let request = ClaimRequest { claim: ClaimId(7), holder: "me".into(), joints, ..ClaimRequest::default() };
+    world.apply(&Command::Claim(request)).unwrap();
     let holder = |world: &Simulation| look(world).joint_status(1).unwrap()[0].settings.claimed_by.clone();
     assert_eq!(holder(&world).as_deref(), Some("me"));
-    world.apply(&Command::Release { claim: ClaimId(7), lapsed: false }).unwrap();
+    world.apply(&Command::Release { claim: ClaimId(7), cause: ReleaseCause::Released }).unwrap();
     assert_eq!(holder(&world), None);
 
     world.apply(&Command::Delete { robot: "arm".into() }).unwrap();

@@ -1,6 +1,7 @@
 //! Tests of the world, with the tutorial's arm: one continuous joint
 //! about y, 0.19992 kg, whose closed forms are known.
 
+mod claims;
 mod commands;
 mod wrenches;
 
