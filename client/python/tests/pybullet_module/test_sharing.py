@@ -160,6 +160,28 @@ def test_without_a_program_to_start_the_error_says_what_to_do(
         daemon_process.start()
 
 
+def test_the_program_of_the_wheel_is_found_though_its_folder_is_not_on_the_path(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    # As pip leaves it: paths of RECORD begin at the folder of packages.
+    packages = tmp_path / "lib" / "site-packages"
+    about = packages / "simd_daemon-0.1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: simd-daemon\nVersion: 0.1.0\n")
+    (about / "RECORD").write_text("../../bin/simctl,,\n../../bin/simd,,\n")
+    (tmp_path / "bin").mkdir()
+    program, other = tmp_path / "bin" / "simd", tmp_path / "simd"
+    other.touch(mode=0o755)
+    monkeypatch.delenv("SIMD_BINARY")
+    monkeypatch.syspath_prepend(packages)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert daemon_process.binary() == other, "what is listed is not there"
+    program.touch(mode=0o755)
+    assert daemon_process.binary() == program
+    monkeypatch.setenv("SIMD_BINARY", str(other))
+    assert daemon_process.binary() == other
+
+
 def test_robots_go_where_the_script_asks_for_it(daemon: DaemonProcess) -> None:
     p.connect(p.DIRECT, endpoint=daemon.endpoint, options="--remove-robots")
     p.loadURDF(str(BENCH_ARM), useFixedBase=1)

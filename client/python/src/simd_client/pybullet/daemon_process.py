@@ -10,6 +10,7 @@ import sys
 import threading
 import uuid
 from collections import deque
+from importlib import metadata
 from pathlib import Path
 
 from .errors import error
@@ -53,7 +54,7 @@ class DaemonProcess:
 
 
 def binary() -> Path:
-    """The daemon's program: $SIMD_BINARY, or `simd` on the PATH.
+    """The daemon's program: $SIMD_BINARY, that of the package `simd-daemon`, or `simd` on the PATH.
 
     Raises:
         error: if there is none, with what to do.
@@ -63,13 +64,29 @@ def binary() -> Path:
         if not Path(named).is_file():
             raise error(f"SIMD_BINARY names {named}, which is not there")
         return Path(named)
+    installed = _installed()
+    if installed is not None:
+        return installed
     found = shutil.which("simd")
     if found is None:
         raise error(
-            "no daemon answers, and none can be started: `simd` is not on the PATH; install it, name it "
-            "with SIMD_BINARY, or name a running daemon with SIMD_ENDPOINT"
+            "no daemon answers, and none can be started: `simd` is not on the PATH; install it (the wheel "
+            "simd-daemon has it), name it with SIMD_BINARY, or name a running daemon with SIMD_ENDPOINT"
         )
     return Path(found)
+
+
+def _installed() -> Path | None:
+    """The program of the package `simd-daemon`, where this interpreter has it.
+
+    The folder of an environment's programs is on the PATH only while it is activated.
+    """
+    try:
+        files = metadata.files("simd-daemon")
+    except metadata.PackageNotFoundError:
+        return None
+    programs = (Path(str(file.locate())) for file in files or [] if file.name in ("simd", "simd.exe"))
+    return next((program.resolve() for program in programs if program.is_file()), None)
 
 
 def start() -> DaemonProcess:
