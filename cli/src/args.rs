@@ -130,6 +130,12 @@ pub(crate) enum Command {
         /// The shell it is for
         shell: clap_complete::Shell,
     },
+    /// Writes the manual pages, one for each command, into a folder
+    #[command(hide = true)]
+    Man {
+        /// Where to; it has to be there
+        folder: PathBuf,
+    },
 }
 
 /// The folder of a ROS package that a URDF names.

@@ -169,6 +169,9 @@ impl Config {
     /// One sentence for the first mistake. The help and the version come this way too.
     pub fn from_args(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
         let flags = flags::Flags::read(args)?;
+        if flags.man {
+            return Err(ConfigError::HelpOrVersion(flags::Flags::manual()));
+        }
         let mut config = Self::default();
         if let Some(path) = &flags.config {
             file::read(path)

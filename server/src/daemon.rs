@@ -4,6 +4,7 @@
 //! So an operator learns of a mistake in the first second, and the first step is
 //! the first that any robot sees.
 
+mod service_manager;
 mod signals;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnReq
 use crate::http;
 use crate::loading::Loader;
 use crate::zenoh;
+use service_manager::ServiceManager;
 use signals::{SignalAction, Signals};
 
 /// Calls and streams end within this time of a drain, or are cut off.
@@ -292,12 +294,13 @@ fn announce(text: String) -> std::io::Result<()> {
 }
 
 /// Runs a daemon as the process: says on stdout when it is ready, in one line, and where the
-/// viewer is in another, and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
+/// viewer is in another, tells the service manager too if one started it, and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
 ///
 /// # Errors
 /// See [`Error`]; its exit code is the process's.
 pub async fn run(config: Config) -> Result<(), Error> {
     let mut signals = Signals::new(config.until_stdin_closes).map_err(Error::System)?;
+    let manager = ServiceManager::of_this_process().map_err(Error::System)?;
     let name = config.name.clone();
     tracing::info!(version = env!("CARGO_PKG_VERSION"), name, "simd starts");
     let mut running = tokio::select! {
@@ -309,14 +312,21 @@ pub async fn run(config: Config) -> Result<(), Error> {
     let scheme = running.scheme();
     let places = std::iter::once(format!("{scheme}://{}", running.address));
     let places: Vec<String> = places.chain(running.locators().iter().cloned()).collect();
-    let listening = format!("simd {name} is listening on {}", places.join(" and "));
-    announce(format!("{listening}\n{}\n", viewer(scheme, running.address))).map_err(Error::System)?;
+    let listening = format!("listening on {}", places.join(" and "));
+    let viewer = viewer(scheme, running.address);
+    announce(format!("simd {name} is {listening}\n{viewer}\n")).map_err(Error::System)?;
+    manager.ready(&listening);
+    tokio::spawn(manager.clone().keep_watchdog(running.handle.clone(), listening.clone()));
 
     let signal = loop {
         tokio::select! {
             signal = signals.next() => match signal {
                 SignalAction::End(name) => break name,
-                SignalAction::Reload => running.reload(),
+                SignalAction::Reload => {
+                    manager.reloading();
+                    running.reload();
+                    manager.ready(&listening);
+                }
             },
             error = running.failed() => {
                 running.drain().await;
@@ -325,6 +335,7 @@ pub async fn run(config: Config) -> Result<(), Error> {
         }
     };
     tracing::info!(signal, "draining");
+    manager.stopping().await;
     let handle = running.handle.clone();
     tokio::select! {
         () = running.drain() => match handle.driver_failure() {

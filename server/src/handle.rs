@@ -138,6 +138,11 @@ impl SimHandle {
         self.inner.driver.mailbox.ended().clone()
     }
 
+    /// For how long the driver has been at one step or one command; zero while it waits for the next.
+    pub(crate) fn driver_at_work(&self, now: std::time::Instant) -> Duration {
+        self.inner.driver.board.present_work(now)
+    }
+
     /// What the driver failed with, if it did.
     pub(crate) fn driver_failure(&self) -> Option<&str> {
         self.inner.driver.mailbox.failure()

@@ -11,6 +11,7 @@ mod network;
 mod programs;
 mod readme;
 mod security;
+mod service_manager;
 mod soak;
 mod threads;
 mod transcript;

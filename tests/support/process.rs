@@ -104,6 +104,7 @@ impl Home {
             .env_remove("SIMD_TLS_CA")
             .env_remove("NO_COLOR")
             .env_remove("RUST_LOG")
+            .env_remove("NOTIFY_SOCKET")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -174,10 +175,24 @@ impl Process {
         zenoh: [&str; 2],
         arguments: impl IntoIterator<Item = I>,
     ) -> Self {
+        Self::start_as(&[], stderr, zenoh, arguments).await
+    }
+
+    /// The same, with these variables in its environment, as a service manager sets some.
+    ///
+    /// # Panics
+    /// Where it does not start.
+    #[allow(clippy::panic, reason = "the test has failed")]
+    pub async fn start_as<I: AsRef<OsStr>>(
+        environment: &[(&str, &OsStr)],
+        stderr: Stdio,
+        zenoh: [&str; 2],
+        arguments: impl IntoIterator<Item = I>,
+    ) -> Self {
         let home = Home::new();
         let mut command = home.command(binaries().join("simd"));
         command.args(["--listen", "127.0.0.1:0"]).args(zenoh).args(arguments);
-        command.stdin(Stdio::piped()).stderr(stderr);
+        command.stdin(Stdio::piped()).stderr(stderr).envs(environment.iter().copied());
         let mut child = command.spawn().unwrap_or_else(|error| panic!("{error}"));
         let Some(stdout) = child.stdout.take() else { panic!("the daemon has no stdout") };
         let mut stdout = BufReader::new(stdout).lines();

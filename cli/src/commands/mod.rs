@@ -13,6 +13,7 @@ pub(crate) mod sim;
 pub(crate) mod state;
 pub(crate) mod token;
 
+use anyhow::Context as _;
 use clap::CommandFactory as _;
 use simd_client::{Client, ConnectOptions, Error, Token};
 
@@ -47,6 +48,8 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
             clap_complete::generate(shell, &mut Arguments::command(), "simctl", &mut script);
             write_bytes(&script)
         }
+        Command::Man { folder } => clap_mangen::generate_to(Arguments::command(), &folder)
+            .with_context(|| format!("cannot write manual pages into {}", folder.display())),
     }
 }
 

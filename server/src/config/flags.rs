@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use clap::Parser;
 use clap::error::ErrorKind;
+use clap::{CommandFactory as _, Parser};
 use glamx::DVec3;
 use simd_core::simulation::command::PhysicsChange;
 
@@ -87,6 +87,9 @@ pub(super) struct Flags {
     /// then ends with it, however the program ends
     #[arg(long)]
     until_stdin_closes: bool,
+    /// Writes the manual page, as roff, to stdout
+    #[arg(long, hide = true, exclusive = true)]
+    pub(super) man: bool,
 }
 
 const AFTER_HELP: &str = "\
@@ -159,6 +162,14 @@ impl Flags {
             }
             _ => ConfigError::Usage(sentence(&error.to_string())),
         })
+    }
+
+    /// Of section 1, as roff.
+    pub(super) fn manual() -> String {
+        let mut page = Vec::new();
+        // Memory takes all of it.
+        let _ = clap_mangen::Man::new(Self::command()).render(&mut page);
+        String::from_utf8_lossy(&page).into_owned()
     }
 
     /// Whether anything is said about Zenoh.

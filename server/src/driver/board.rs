@@ -24,6 +24,8 @@ pub(crate) struct Board {
     epoch: Instant,
     /// When the present step began, nanoseconds after the epoch and at least 1; 0 between steps.
     step_began: AtomicU64,
+    /// The same for whatever the driver is doing, a step or a command; 0 while it waits.
+    work_began: AtomicU64,
 }
 
 /// The one who writes on a [`Board`].
@@ -58,23 +60,46 @@ impl Board {
 impl Board {
     /// For how long the present step has been going on at `now`; zero between steps.
     pub(crate) fn present_step(&self, now: Instant) -> Duration {
-        match self.step_began.load(Ordering::Relaxed) {
+        self.since(&self.step_began, now)
+    }
+
+    /// For how long the driver has been at one step or one command at `now`; zero while it waits.
+    pub(crate) fn present_work(&self, now: Instant) -> Duration {
+        self.since(&self.work_began, now)
+    }
+
+    fn since(&self, began: &AtomicU64, now: Instant) -> Duration {
+        match began.load(Ordering::Relaxed) {
             0 => Duration::ZERO,
             began => now.saturating_duration_since(self.epoch).saturating_sub(Duration::from_nanos(began)),
         }
+    }
+
+    fn begins(&self, began: &AtomicU64, now: Instant) {
+        let nanos = now.saturating_duration_since(self.epoch).as_nanos();
+        began.store(u64::try_from(nanos).unwrap_or(u64::MAX).max(1), Ordering::Relaxed);
     }
 }
 
 impl Publisher {
     /// A step begins `now`.
     pub(crate) fn step_begins(&self, now: Instant) {
-        let nanos = now.saturating_duration_since(self.board.epoch).as_nanos();
-        self.board.step_began.store(u64::try_from(nanos).unwrap_or(u64::MAX).max(1), Ordering::Relaxed);
+        self.board.begins(&self.board.step_began, now);
     }
 
     /// It ended.
     pub(crate) fn step_ends(&self) {
         self.board.step_began.store(0, Ordering::Relaxed);
+    }
+
+    /// The driver has something to do, from `now` on.
+    pub(crate) fn work_begins(&self, now: Instant) {
+        self.board.begins(&self.board.work_began, now);
+    }
+
+    /// It waits for the next.
+    pub(crate) fn work_ends(&self) {
+        self.board.work_began.store(0, Ordering::Relaxed);
     }
 
     /// A board with a first state, sequence 1, and its writer.
@@ -85,6 +110,7 @@ impl Publisher {
             changed: Notify::new(),
             epoch: Instant::now(),
             step_began: AtomicU64::new(0),
+            work_began: AtomicU64::new(0),
         };
         Self { board: Arc::new(board), retired: Vec::with_capacity(RETIRED), sequence: 1 }
     }

@@ -54,7 +54,10 @@ impl<W: World> Driver<W> {
     /// One event.
     pub(super) fn turn(&mut self) -> ControlFlow<()> {
         let event = self.next_event();
-        self.handle_event(event)
+        self.publisher.work_begins(Instant::now());
+        let goes_on = self.handle_event(event);
+        self.publisher.work_ends();
+        goes_on
     }
 
     /// Calls go before a step that is due, in the order in which they came, for a part of its period.
