@@ -4,7 +4,7 @@ CARGO ?= cargo
 NEXTEST_VERSION := 0.9.143
 BIN := target/debug
 
-.PHONY: demo web viewer test test-python python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
+.PHONY: demo dist dist-check web viewer test test-python python-blocking docs test-web chromium test-data build lint nextest bench soak truth scenes fuzz reference clean
 
 # Builds the daemon and simctl, and starts the daemon with the demo robot.
 demo: build
@@ -143,6 +143,17 @@ fuzz:
 	    tests/fuzz/libfuzzer/found/$$target tests/fuzz/corpus/$$target -- \
 	    -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
+
+# Packages in dist/: archives, a Debian package, Python wheels. The build takes long: it is optimised over all crates.
+dist: web
+	SIMD_REQUIRE_VIEWER=1 $(CARGO) build --locked --profile dist --package simd-server --package simd-cli --bins
+	python3 server/packaging/dist.py
+
+# Installs each of them where there is nothing else, and does the main job there. As root, for mmdebstrap and chroot.
+dist-check: dist
+	@command -v mmdebstrap >/dev/null 2>&1 || \
+	  (apt-get update -qq && apt-get install -y -qq --no-install-recommends mmdebstrap)
+	python3 server/packaging/check.py
 
 # Makes the reference figures of the physics suite again.
 reference: target/reference-venv/installed

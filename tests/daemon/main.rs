@@ -8,6 +8,7 @@ mod draining;
 mod logs;
 mod mistakes;
 mod network;
+mod packaging;
 mod programs;
 mod readme;
 mod security;

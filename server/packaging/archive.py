@@ -1,0 +1,51 @@
+"""The tar archives: an installation to be unpacked anywhere, and the symbols of its programs."""
+
+from __future__ import annotations
+
+import shutil
+import tarfile
+from pathlib import Path
+
+from release import PACKAGING, PROGRAMS, REPOSITORY, Release
+from tree import install, settle
+
+
+def make(release: Release, licences: str, scratch: Path) -> list[Path]:
+    """Both archives."""
+    root = scratch / release.name
+    install(release, root, licences)
+    shutil.copy(REPOSITORY / "LICENSE", root)
+    shutil.copy(REPOSITORY / "README.md", root)
+    units = root / "lib" / "systemd" / "system"
+    units.mkdir(parents=True)
+    for unit in ("simd.service", "simd@.service"):
+        # Who unpacks an archive for the whole machine does it there.
+        text = (PACKAGING / "systemd" / unit).read_text().replace("/usr/bin/simd", "/usr/local/bin/simd")
+        (units / unit).write_text(text)
+    users = root / "lib" / "sysusers.d"
+    users.mkdir()
+    shutil.copy(PACKAGING / "systemd" / "sysusers.conf", users / "simd.conf")
+    settings = root / "etc" / "simd"
+    settings.mkdir(parents=True)
+    shutil.copy(PACKAGING / "simd.toml", settings)
+    symbols = scratch / f"{release.name}-debug"
+    symbols.mkdir()
+    for name in PROGRAMS:
+        shutil.copy(release.programs / f"{name}.debug", symbols)
+    return [_pack(tree, release) for tree in (root, symbols)]
+
+
+def _pack(root: Path, release: Release) -> Path:
+    """The tree in an archive, in the order of names and as root's."""
+    settle(root, release.time)
+
+    def owned(member: tarfile.TarInfo) -> tarfile.TarInfo:
+        member.uid = member.gid = 0
+        member.uname = member.gname = "root"
+        return member
+
+    path = release.to / f"{root.name}.tar.xz"
+    with tarfile.open(path, "w:xz") as archive:
+        for member in [root, *sorted(root.rglob("*"))]:
+            archive.add(member, member.relative_to(root.parent), recursive=False, filter=owned)
+    return path

@@ -1,0 +1,152 @@
+"""The licences of everything that is compiled into the binaries: crates, Rust's own library, and what the page is made of."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+from release import REPOSITORY, run
+
+# Of a crate with a choice of licences one has to be among these, of one with several all.
+_ACCEPTED = {
+    "0BSD",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "BSL-1.0",
+    "CDLA-Permissive-2.0",
+    "ISC",
+    "MIT",
+    # Used as it is, and named with where its source is.
+    "MPL-2.0",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+}
+_FILE = re.compile(r"(un)?licen[cs]e|copying|copyright|notice", re.IGNORECASE)
+_WEB = REPOSITORY / "client" / "web"
+
+# Packages whose second licence is at the head of one of their sources alone.
+_HEADS = {"@bufbuild/protobuf": "dist/esm/wire/varint.js"}
+
+# For crates that have no file of it. SPDX's text.
+_MIT = """Copyright (c) {holders}
+
+Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
+documentation files (the "Software"), to deal in the Software without restriction, including without limitation the
+rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to permit
+persons to whom the Software is furnished to do so, subject to the following conditions:
+
+The above copyright notice and this permission notice shall be included in all copies or substantial portions of the
+Software.
+
+THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE
+WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR
+COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR
+OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+"""
+
+
+@dataclass(frozen=True)
+class _Package:
+    name: str
+    licence: str
+    source: str
+    texts: tuple[str, ...]
+
+
+def collect() -> str:
+    """The document: a line for each package, then each text with the packages that it is of.
+
+    Exits where a package has no licence, or one that was not looked at.
+    """
+    packages = [*_crates(), *_page(), _standard_library()]
+    for package in packages:
+        _accept(package)
+    lines = ["Packages of others in simd and simctl, their licences, and where they come from.", ""]
+    lines += [f"{package.name}: {package.licence} ({package.source})" for package in packages]
+    users: dict[str, list[str]] = defaultdict(list)
+    for package in packages:
+        for text in package.texts:
+            users[text].append(package.name)
+    for text, names in users.items():
+        lines += ["", "=" * 100, ", ".join(dict.fromkeys(names)), "=" * 100, "", text]
+    return "\n".join(lines) + "\n"
+
+
+def _crates() -> list[_Package]:
+    """What `cargo tree` says is linked; macros run when it is compiled, and are not."""
+    packages = ["--package=simd-server", "--package=simd-cli"]
+    edges = ["--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
+    linked = run("cargo", "tree", "--locked", *packages, *edges, cwd=REPOSITORY)
+    # `name v1.2.3`, and `(*)` where it was there before.
+    wanted = {tuple(line.split()[:2]) for line in linked.splitlines() if line}
+    metadata = json.loads(run("cargo", "metadata", "--format-version=1", "--locked", cwd=REPOSITORY))
+    found: list[_Package] = []
+    for crate in sorted(metadata["packages"], key=lambda crate: (crate["name"], crate["version"])):
+        # Those without a source are our own.
+        if crate["source"] is None or (crate["name"], f"v{crate['version']}") not in wanted:
+            continue
+        name = f"{crate['name']} {crate['version']}"
+        licence = (crate["license"] or "").strip()
+        texts = _files(Path(crate["manifest_path"]).parent) or [_standard_text(name, licence, crate["authors"])]
+        source = crate["repository"] or f"https://crates.io/crates/{crate['name']}"
+        found.append(_Package(name, licence, source, tuple(texts)))
+    return found
+
+
+def _page() -> list[_Package]:
+    """What the page in the browser is made of."""
+    lock = json.loads((_WEB / "package-lock.json").read_text())
+    found: list[_Package] = []
+    for place, package in lock["packages"].items():
+        if not place or package.get("dev"):
+            continue
+        name = place.removeprefix("node_modules/")
+        if not (_WEB / place).is_dir():
+            raise SystemExit(f"{_WEB / place} is not there: `make web` installs it")
+        texts = _files(_WEB / place) or [_standard_text(name, package["license"], [])]
+        if name in _HEADS:
+            source = (_WEB / place / _HEADS[name]).read_text()
+            head = itertools.takewhile(lambda line: line.startswith("//"), source.splitlines())
+            texts.append("\n".join(line.removeprefix("//").removeprefix(" ") for line in head))
+        source = f"https://www.npmjs.com/package/{name}"
+        found.append(_Package(f"{name} {package['version']}", package["license"], source, tuple(texts)))
+    return found
+
+
+def _standard_library() -> _Package:
+    version = run("rustc", "--version", cwd=REPOSITORY).split()[1]
+    apache = (REPOSITORY / "LICENSE").read_text().strip()
+    return _Package(f"Rust's standard library {version}", "MIT OR Apache-2.0", "https://github.com/rust-lang/rust", (apache,))
+
+
+def _files(folder: Path) -> list[str]:
+    """The files about licences in a package."""
+    files = [path for path in sorted(folder.glob("*")) if path.is_file() and _FILE.match(path.name)]
+    return [path.read_text(errors="replace").strip() for path in files]
+
+
+def _standard_text(name: str, licence: str, authors: list[str]) -> str:
+    """The text of a licence for a package that brings none."""
+    choices = set(re.split(r"\s+OR\s+|\s*/\s*", licence))
+    # The other half is at the head of a source.
+    choices |= {part for part in licence.strip("()").split(" AND ") if name in _HEADS}
+    if "Apache-2.0" in choices:
+        return (REPOSITORY / "LICENSE").read_text().strip()
+    if "MIT" in choices:
+        return _MIT.format(holders=", ".join(authors) or f"the authors of {name}")
+    raise SystemExit(f"{name} is under {licence!r} and brings no text of it: look at it, and add what it needs here")
+
+
+def _accept(package: _Package) -> None:
+    """Exits where the licence is none that was looked at."""
+    for clause in re.split(r"\s+AND\s+", package.licence.strip()):
+        choices = {choice.strip() for choice in re.split(r"\s+OR\s+|\s*/\s*", clause.strip("()"))}
+        if not choices & _ACCEPTED:
+            raise SystemExit(f"{package.name} is under {package.licence!r}: look at it, and add it here if it may be in simd")

@@ -1,0 +1,149 @@
+//! The files of packages say what the programs understand.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use simd_server::config::Config;
+use simd_tests::process::{Home, repository, said};
+
+const UNITS: [&str; 2] = ["simd.service", "simd@.service"];
+
+fn packaging() -> PathBuf {
+    repository().join("server/packaging")
+}
+
+fn read(file: &str) -> String {
+    std::fs::read_to_string(packaging().join(file)).unwrap()
+}
+
+fn config(arguments: &[OsString]) -> Config {
+    let line = std::iter::once("simd".into()).chain(arguments.iter().cloned());
+    Config::from_args(line).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
+}
+
+/// The configuration of a text, as text.
+fn read_as_file(text: &str) -> String {
+    let home = Home::new();
+    let path = home.path().join("simd.toml");
+    std::fs::write(&path, text).unwrap();
+    // An example names it.
+    std::fs::write(home.path().join("zenoh.json5"), "{}").unwrap();
+    format!("{:#?}", config(&["--config".into(), path.into()]))
+}
+
+/// The text without these marks at the beginning of lines, where something follows at once.
+fn without(marks: &str, text: &str) -> String {
+    let line = |line: &str| match line.strip_prefix(marks) {
+        Some(rest) if !rest.starts_with([' ', '#']) && !rest.is_empty() => rest.to_owned() + "\n",
+        _ => line.to_owned() + "\n",
+    };
+    text.lines().map(line).collect()
+}
+
+#[test]
+fn the_configuration_that_is_installed_is_the_default_also_where_its_comments_are_taken_off() {
+    let text = read("simd.toml");
+    let default = format!("{:#?}", config(&[]));
+    assert_eq!(read_as_file(&text), default);
+    let keys = without("#", &text);
+    assert!(keys.contains("\nidle_seconds = 300\n"), "{keys}");
+    assert_eq!(read_as_file(&keys), default);
+}
+
+#[test]
+fn the_examples_of_the_configuration_that_is_installed_are_understood() {
+    let text = without("#", &without("##", &read("simd.toml")));
+    for key in ["tokens", "certificate", "config", "[[robots]]", "positions"] {
+        assert!(text.lines().any(|line| line.starts_with(key)), "{key}");
+    }
+    let understood = read_as_file(&text);
+    assert!(understood.contains("/srv/robots/arm"), "{understood}");
+}
+
+/// The command of a unit, and what systemd puts in the place of specifiers.
+fn command(unit: &str) -> Vec<String> {
+    let text = read(&format!("systemd/{unit}"));
+    let line = text.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
+    line.split(' ').map(|word| word.replace("%i", "lab")).collect()
+}
+
+#[test]
+fn units_start_the_daemon_with_flags_that_it_has_and_a_file_that_is_installed() {
+    let home = Home::new();
+    for unit in UNITS {
+        let command = command(unit);
+        assert_eq!(command[0], "/usr/bin/simd");
+        let mut arguments: Vec<OsString> = command[1..].iter().map(OsString::from).collect();
+        let at = arguments.iter().position(|argument| argument == "--config").unwrap() + 1;
+        let installed = PathBuf::from(&arguments[at]);
+        assert_eq!(installed.parent().unwrap(), "/etc/simd");
+        let path = home.path().join(installed.file_name().unwrap());
+        std::fs::copy(packaging().join("simd.toml"), &path).unwrap();
+        arguments[at] = path.into();
+        let name = if unit.contains('@') { "lab" } else { "simd" };
+        assert_eq!(config(&arguments).name, name);
+    }
+    assert_eq!(read("debian/conffiles"), "/etc/simd/simd.toml\n");
+}
+
+#[test]
+fn the_two_units_are_alike_but_for_whose_they_are() {
+    let settings = |unit: &str| {
+        let text = read(&format!("systemd/{unit}")).replace("/%i", "");
+        let own = ["Description=", "ExecStart=", "#"];
+        text.lines()
+            .filter(|line| !own.iter().any(|own| line.starts_with(own)))
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    assert_eq!(settings(UNITS[0]), settings(UNITS[1]));
+}
+
+/// Where systemd is: below 2.0 it calls a service well confined.
+#[tokio::test]
+async fn units_are_confined() {
+    let home = Home::new();
+    for unit in UNITS {
+        let mut command = home.command("systemd-analyze");
+        let path = packaging().join("systemd").join(unit);
+        command.args(["security", "--offline=yes", "--threshold=20", "--no-pager"]).arg(path);
+        if std::process::Command::new("systemd-analyze").arg("--version").output().is_err() {
+            return;
+        }
+        let said = said("systemd-analyze", command).await;
+        assert_eq!(said.code, 0, "{unit}: {}{}", said.out, said.err);
+    }
+}
+
+#[tokio::test]
+async fn scripts_of_the_package_are_shell_and_name_the_units() {
+    let home = Home::new();
+    for script in ["postinst", "prerm", "postrm"] {
+        let mut command = home.command("sh");
+        command.arg("-n").arg(packaging().join("debian").join(script));
+        let said = said(script, command).await;
+        assert_eq!(said.code, 0, "{}", said.err);
+        assert!(read(&format!("debian/{script}")).contains("simd.service"), "{script}");
+    }
+}
+
+#[tokio::test]
+async fn each_program_writes_its_manual() {
+    let home = Home::new();
+    let daemon = home.run("simd", ["--man"]).await;
+    assert_eq!(daemon.code, 0, "{}", daemon.err);
+    for text in [".TH simd 1", "\\-\\-until\\-stdin\\-closes", "state_rate = 100"] {
+        assert!(daemon.out.contains(text), "{text}: {}", daemon.out);
+    }
+    let folder = home.path().join("man1");
+    let to = ["man", folder.to_str().unwrap()];
+    let refused = home.run("simctl", to).await;
+    assert_eq!((refused.code, refused.out.as_str()), (1, ""), "the folder is not there");
+    assert!(refused.err.contains("man1"), "{}", refused.err);
+    std::fs::create_dir(&folder).unwrap();
+    assert_eq!(home.run("simctl", to).await.code, 0);
+    let page = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    assert!(page("simctl.1").contains("simctl\\-joint(1)"), "{}", page("simctl.1"));
+    assert!(page("simctl-joint-set.1").contains(".TH simctl-joint-set 1"), "{}", page("simctl-joint-set.1"));
+    assert!(!folder.join("simctl-man.1").exists(), "it is for packages alone");
+}
