@@ -129,11 +129,12 @@ def check_package(scratch: Path) -> None:
     shutil.copytree(ROBOT, root / "srv" / "arm")
     apt = ["env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "--quiet=2", "--yes", "--no-install-recommends"]
 
+    inside(root, *apt, "update")
     inside(root, *apt, "install", "/tmp/simd.deb")
     assert inside(root, "id", "-gn", "simd").strip() == "simd"
     assert inside(root, "stat", "-c", "%U:%G %a", "/var/lib/simd").strip() == "simd:simd 750"
     inside(root, "test", "-L", "/etc/systemd/system/multi-user.target.wants/simd.service")
-    inside(root, "systemd-analyze", "verify", "simd.service", "simd@lab.service")
+    inside(root, "systemd-analyze", "verify", "--man=no", "simd.service", "simd@lab.service")
     for unit in ("simd.service", "simd@.service"):
         command = started_by(root, unit, "lab")
         shutil.copy(root / "etc/simd/simd.toml", root / "etc/simd/lab.toml")
