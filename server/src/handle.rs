@@ -4,8 +4,10 @@
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
+//! * `calls`: how many calls there were, and how they ended.
 //! * `heavy`: permits for reads that take long. `once`: answers to retries.
 
+mod calls;
 mod claims;
 mod clients;
 mod entities;
@@ -26,6 +28,7 @@ use tokio::sync::oneshot;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
+pub(crate) use calls::{MethodCalls, OpenStream};
 pub use claims::Unproven;
 pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};
 pub(crate) use clients::{Scope, UnderWay};
@@ -45,12 +48,16 @@ pub use crate::run_state::RunState;
 
 use crate::access::Access;
 use crate::driver::{self, Event, ReplyTo};
+use crate::histogram::Counts;
 use crate::loading::Loader;
+use calls::CallCounts;
 use claims::Leases;
 use clients::Clients;
 use once::AnswerCache;
 use parameters::Parameters;
 
+/// A physics thread that is at one step or command for longer does not get on.
+const STUCK: Duration = Duration::from_secs(10);
 /// How often unused things are looked for.
 const TIDY: Duration = Duration::from_secs(10);
 
@@ -68,6 +75,7 @@ struct Inner {
     loader: Arc<Loader>,
     answers: AnswerCache,
     leases: Leases,
+    calls: CallCounts,
     clients: Arc<Clients>,
     parameters: Parameters,
     heavy: HeavyWork,
@@ -92,7 +100,7 @@ impl SimHandle {
         info: DaemonInfo,
         access: Access,
     ) -> Self {
-        let (answers, leases, clients, heavy, draining) = Default::default();
+        let (answers, leases, calls, clients, heavy, draining) = Default::default();
         let parameters = Parameters::new(info.limits.parameters);
         Self {
             claim: None,
@@ -101,6 +109,7 @@ impl SimHandle {
                 loader: Arc::new(loader),
                 answers,
                 leases,
+                calls,
                 clients,
                 parameters,
                 heavy,
@@ -141,6 +150,45 @@ impl SimHandle {
     /// For how long the driver has been at one step or one command; zero while it waits for the next.
     pub(crate) fn driver_at_work(&self, now: std::time::Instant) -> Duration {
         self.inner.driver.board.present_work(now)
+    }
+
+    /// Whether the physics thread gets on; else why not.
+    ///
+    /// # Errors
+    /// Where it has ended, or has been at one step or command for longer than ten seconds.
+    pub fn health(&self, now: std::time::Instant) -> Result<(), String> {
+        if let Some(failure) = self.driver_failure() {
+            return Err(format!("the physics thread ended: {failure}"));
+        }
+        let at_work = self.driver_at_work(now);
+        match at_work > STUCK {
+            true => {
+                Err(format!("the physics thread has been at one step for {:.1} s", at_work.as_secs_f64()))
+            }
+            false => Ok(()),
+        }
+    }
+
+    /// Whether calls are served; else why not.
+    ///
+    /// # Errors
+    /// Those of [`health`](Self::health), and while the daemon drains.
+    pub fn readiness(&self, now: std::time::Instant) -> Result<(), String> {
+        match self.inner.draining.is_cancelled() {
+            true => Err("the daemon is shutting down".to_owned()),
+            false => self.health(now),
+        }
+    }
+
+    /// How long steps took, and how long after their time they began.
+    pub(crate) fn step_times(&self) -> (Counts, Counts) {
+        let board = &self.inner.driver.board;
+        (board.step_durations.counts(), board.step_lateness.counts())
+    }
+
+    /// Calls that wait for the physics thread, and those that found no room.
+    pub(crate) fn mailbox(&self) -> (usize, u64) {
+        (self.inner.driver.mailbox.waiting(), self.inner.driver.mailbox.refusals())
     }
 
     /// What the driver failed with, if it did.

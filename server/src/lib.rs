@@ -9,7 +9,7 @@
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
 //! * [`access`]: who may call what. [`authority`]: `simd tls init`.
-//! * `call_error`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
+//! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
 //! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
 
@@ -23,6 +23,7 @@ pub mod daemon;
 pub mod driver;
 pub mod grpc;
 pub mod handle;
+mod histogram;
 pub mod http;
 mod info;
 pub mod loading;

@@ -14,6 +14,7 @@ mod http;
 mod kinematics;
 mod limits;
 mod lockstep;
+mod metrics;
 mod others_robots;
 mod parameters;
 mod queries;

@@ -360,6 +360,7 @@ async fn a_browser_gets_the_page_and_nothing_else_without_a_token() {
     let hash = "0".repeat(64);
     for path in [
         "/robots".to_owned(),
+        "/metrics".to_owned(),
         "/robots/arm/robot.urdf".to_owned(),
         format!("/meshes/{hash}.glb"),
         format!("/colliders/{hash}.glb"),

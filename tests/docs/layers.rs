@@ -28,7 +28,7 @@ const SERVER: Layers = Layers {
         &["loading"],
         &["driver"],
         &["call_error"],
-        &["access", "authority", "blocking_threads", "info", "log", "run_state"],
+        &["access", "authority", "blocking_threads", "histogram", "info", "log", "run_state"],
     ],
     // States of the world out to files and in from them.
     exceptions: &["loading/saved_state_file.rs", "loading/saved_states.rs"],

@@ -10,6 +10,7 @@ use simd_core::{PhysicsSettings, PublishedState};
 use tokio::sync::Notify;
 
 use super::published::{Published, Statistics};
+use crate::histogram::Histogram;
 
 /// Old states that are kept for their memory. Readers that stall hold more
 /// than these; then the driver allocates.
@@ -26,6 +27,10 @@ pub(crate) struct Board {
     step_began: AtomicU64,
     /// The same for whatever the driver is doing, a step or a command; 0 while it waits.
     work_began: AtomicU64,
+    /// How long steps took.
+    pub(crate) step_durations: Histogram,
+    /// How long after their time steps began, in a world that keeps to the clock.
+    pub(crate) step_lateness: Histogram,
 }
 
 /// The one who writes on a [`Board`].
@@ -111,6 +116,8 @@ impl Publisher {
             epoch: Instant::now(),
             step_began: AtomicU64::new(0),
             work_began: AtomicU64::new(0),
+            step_durations: Histogram::default(),
+            step_lateness: Histogram::default(),
         };
         Self { board: Arc::new(board), retired: Vec::with_capacity(RETIRED), sequence: 1 }
     }

@@ -28,6 +28,8 @@ pub(crate) struct Inbox {
 struct Shared {
     capacity: usize,
     refusals: AtomicU64,
+    /// Calls in it.
+    waiting: AtomicUsize,
     /// Calls in it that interrupt a step.
     interrupting: AtomicUsize,
     /// Set beside [`Event::Shutdown`], which may find the mailbox full.
@@ -44,6 +46,7 @@ pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
     let shared = Arc::new(Shared {
         capacity,
         refusals: AtomicU64::new(0),
+        waiting: AtomicUsize::new(0),
         interrupting: AtomicUsize::new(0),
         closing: AtomicBool::new(false),
         ended: CancellationToken::new(),
@@ -58,8 +61,10 @@ impl Mailbox {
         // Before it is in, so that it is never taken out uncounted.
         let interrupting = usize::from(event.interrupts());
         self.shared.interrupting.fetch_add(interrupting, Ordering::Relaxed);
+        self.shared.waiting.fetch_add(1, Ordering::Relaxed);
         self.sender.try_send(event).map_err(|refused| {
             self.shared.interrupting.fetch_sub(interrupting, Ordering::Relaxed);
+            self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
             match refused {
                 TrySendError::Full(_) => {
                     self.shared.refusals.fetch_add(1, Ordering::Relaxed);
@@ -80,6 +85,11 @@ impl Mailbox {
     /// Calls that found it full.
     pub(crate) fn refusals(&self) -> u64 {
         self.shared.refusals.load(Ordering::Relaxed)
+    }
+
+    /// Calls in it.
+    pub(crate) fn waiting(&self) -> usize {
+        self.shared.waiting.load(Ordering::Relaxed)
     }
 
     /// Cancelled when the driver has ended, well or not.
@@ -135,6 +145,10 @@ impl Inbox {
     }
 
     fn taken(&self, event: Event) -> Event {
+        // What ends the driver is posted uncounted.
+        if !matches!(event, Event::Shutdown) {
+            self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
+        }
         self.shared.interrupting.fetch_sub(usize::from(event.interrupts()), Ordering::Relaxed);
         event
     }

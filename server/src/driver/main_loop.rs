@@ -192,6 +192,11 @@ impl<W: World> Driver<W> {
         self.before_retry = 0;
         self.iterations += 1;
         self.meter.record(ended, self.world.settings().time_step, ended - begun);
+        let board = self.publisher.board();
+        board.step_durations.observe(ended - begun);
+        if let Some(lateness) = self.pacer.lateness(begun).filter(|_| self.state == RunState::Playing) {
+            board.step_lateness.observe(lateness);
+        }
         let became_paused = self.state == RunState::Stopped;
         match self.state {
             RunState::Playing => self.pacer.stepped(),

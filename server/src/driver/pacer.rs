@@ -97,6 +97,11 @@ impl Pacer {
         Due::Now
     }
 
+    /// How long after its time the next step is at `now`; `None` where steps have no time.
+    pub(crate) fn lateness(&self, now: Instant) -> Option<Duration> {
+        self.period.map(|_| now.saturating_duration_since(self.deadline(self.steps + 1)))
+    }
+
     /// Counts a step that was done.
     pub(crate) fn stepped(&mut self) {
         self.steps += 1;

@@ -137,7 +137,7 @@ async fn serve_one(server: Router, connection: Connection<Wire>) {
 
 /// Adds the standard health service.
 fn with_health(routes: Routes, handle: &SimHandle) -> Routes {
-    routes.add_service(HealthServer::new(health::HealthService::new(handle.draining())))
+    routes.add_service(HealthServer::new(health::HealthService::new(handle.clone())))
 }
 
 /// Adds reflection in the version that tools use today and in the one before, which many still use.

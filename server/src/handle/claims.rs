@@ -209,6 +209,11 @@ impl SimHandle {
         self.inner.leases.of_proof(proof, key, payload)
     }
 
+    /// Claims that hold.
+    pub(crate) fn claim_count(&self) -> usize {
+        self.inner.leases.lock().len()
+    }
+
     /// The claim that this handle acts for, whose lease begins anew.
     pub(super) fn renewed_claim(&self) -> Option<ClaimId> {
         self.claim.inspect(|claim| self.renew(*claim))

@@ -6,6 +6,7 @@
 //! * `bundle`: the page itself. `fallback` has the one that stands in for it.
 //! * `files`: meshes, colliders and files by their hash; `meshes`, `glb`: the former two as glTF.
 //! * `robots`: robots as JSON and as URDF.
+//! * `metrics`: what operators look at.
 //! * `caching`: what browsers keep.
 //!
 //! It has no call of its own that changes anything: the page speaks gRPC-Web, which becomes a
@@ -19,6 +20,7 @@ mod glb;
 mod guard;
 mod login;
 mod meshes;
+mod metrics;
 mod robots;
 #[cfg(test)]
 mod tests;
@@ -67,10 +69,13 @@ pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -
     Router::new()
         .route("/meshes/{name}", get(files::mesh))
         .route("/colliders/{name}", get(files::collider))
+        .route("/metrics", get(metrics::metrics))
         .route("/robots", get(robots::list))
         .route("/robots/{robot}/robot.urdf", get(robots::description))
         .route_layer(middleware::from_fn_with_state(access, login::check))
         .route("/assets/{*name}", get(files::asset))
+        .route("/healthz", get(metrics::health))
+        .route("/readyz", get(metrics::readiness))
         .route("/login", post(login::log_in).delete(login::log_out))
         .fallback(other)
         .with_state(page)

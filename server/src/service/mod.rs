@@ -4,7 +4,7 @@
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
 //!   [`client`]: one file a service.
 //! * [`authorization`]: who may call what.
-//! * [`callers`]: who calls. [`claims`]: which claim a call acts for.
+//! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
 //! * `once`: requests that come more than once.
 //! * `spawning`: the stream of those who wait for a robot.
@@ -18,6 +18,7 @@ pub mod claims;
 pub mod client;
 pub mod contact;
 pub mod control;
+mod counted;
 pub mod entity;
 pub mod event;
 pub mod joint;
@@ -35,6 +36,7 @@ pub mod version;
 use std::pin::Pin;
 use std::sync::Arc;
 
+use axum::middleware;
 use simd_core::simulation::joint_status::JointStatus;
 use simd_core::simulation::published_state::EntityLayout;
 use simd_proto::v1::client_service_server::ClientServiceServer;
@@ -71,7 +73,7 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let event = event::Service::new(handle.clone());
     let parameter = parameter::Service::new(handle.clone());
     let kinematics = kinematics::Service::new(handle.clone());
-    Routes::default()
+    let routes = Routes::default()
         .add_service(
             checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
         )
@@ -83,7 +85,9 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
         .add_service(checked.service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
         .add_service(
             checked.service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)),
-        )
+        );
+    let counter = middleware::from_fn_with_state((handle.clone(), transport), counted::count);
+    routes.into_axum_router().layer(counter).into()
 }
 
 /// What each service is wrapped in.

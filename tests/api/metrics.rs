@@ -1,0 +1,75 @@
+//! What operators look at: metrics, and whether the daemon is well.
+
+use std::time::Instant;
+
+use simd_client::every_joint;
+use simd_tests::daemon::{Daemon, Via};
+use simd_tests::http::get;
+
+use crate::arm;
+
+/// The value of a sample by its name and labels, as the text has them.
+fn sample(text: &str, name: &str) -> Option<f64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
+    Some(line.parse().unwrap())
+}
+
+#[tokio::test]
+async fn metrics_count_steps_calls_and_refusals() {
+    let daemon = arm(Via::Grpc).await;
+    daemon.client.step(25).await.unwrap();
+    daemon.client.delete_robot("nobody").await.unwrap_err();
+    daemon.client.delete_robot("nobody").await.unwrap_err();
+    let stream = daemon.client.watch(vec![every_joint("arm")], 10.0).await.unwrap();
+    let answer = get(daemon.address, "/metrics", &[]).await;
+    assert_eq!(answer.status, 200);
+    let text = answer.text();
+    assert!(text.ends_with("# EOF\n"), "{text}");
+    let value = |name: &str| sample(&text, name).unwrap_or_else(|| panic!("{name} is not in\n{text}"));
+    assert_eq!(value("simd_steps_total"), 25.0);
+    assert_eq!(value("simd_step_duration_seconds_count"), 25.0);
+    assert_eq!(value("simd_step_duration_seconds_bucket{le=\"+Inf\"}"), 25.0);
+    assert_eq!(value("simd_robots"), 1.0);
+    assert_eq!(value("simd_simulation_state{state=\"paused\"}"), 1.0);
+    let refused = "method=\"EntityService/DeleteEntity\",transport=\"grpc\",code=\"NotFound\",reason=\"ROBOT_NOT_FOUND\"";
+    assert_eq!(value(&format!("simd_calls_total{{{refused}}}")), 2.0);
+    let stepped = "method=\"SimulationService/StepSimulation\",transport=\"grpc\"";
+    assert_eq!(value(&format!("simd_calls_total{{{stepped},code=\"Ok\",reason=\"\"}}")), 1.0);
+    assert_eq!(value(&format!("simd_call_duration_seconds_count{{{stepped}}}")), 1.0);
+    assert_eq!(value("simd_streams{method=\"JointService/WatchJointStates\",transport=\"grpc\"}"), 1.0);
+    assert!(value("process_open_fds") > 3.0);
+    drop(stream);
+}
+
+#[tokio::test]
+async fn a_daemon_that_drains_is_alive_and_not_ready() {
+    let daemon = Daemon::paused().await;
+    for path in ["/healthz", "/readyz"] {
+        let answer = get(daemon.address, path, &[]).await;
+        assert_eq!((answer.status, answer.text()), (200, "ok\n".to_owned()), "{path}");
+    }
+    daemon.running.handle.draining().cancel();
+    assert_eq!(daemon.running.handle.health(Instant::now()), Ok(()));
+    assert!(daemon.running.handle.readiness(Instant::now()).unwrap_err().contains("shutting down"));
+}
+
+/// Each metric that the dashboard asks for is there under that name.
+#[tokio::test]
+async fn the_dashboard_asks_for_metrics_that_there_are() {
+    let daemon = arm(Via::Grpc).await;
+    let stream = daemon.client.watch(vec![every_joint("arm")], 10.0).await.unwrap();
+    let text = get(daemon.address, "/metrics", &[]).await.text();
+    let dashboard = include_str!("../../docs/grafana.json");
+    let is_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
+    let words = dashboard
+        .split(|c| !is_of_name(c))
+        .filter(|word| word.starts_with("simd_") || word.starts_with("process_"));
+    let asked: std::collections::BTreeSet<&str> = words.collect();
+    assert!(asked.len() > 10, "{asked:?}");
+    for name in asked {
+        let is_there =
+            text.lines().any(|line| line.strip_prefix(name).is_some_and(|rest| rest.starts_with(['{', ' '])));
+        assert!(is_there, "{name} is not in\n{text}");
+    }
+    drop(stream);
+}
