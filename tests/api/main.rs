@@ -9,6 +9,7 @@ mod clients;
 mod collision_filters;
 mod connections;
 mod control;
+mod history;
 mod hostile;
 mod http;
 mod kinematics;
