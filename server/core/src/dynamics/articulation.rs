@@ -10,9 +10,10 @@ use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
+use super::constraint::contact::Side;
 use super::constraint::{
-    Constraints, Impulses, collect, prepare, project, respond, respond_to_force, single_body_rows, solve,
-    sweep,
+    Constraints, Impulses, collect, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces,
+    single_body_rows, solve, sweep,
 };
 use super::gains::set_default_gains;
 use super::implicit_inertia::implicit_inertia;
@@ -20,7 +21,7 @@ use super::inertia::Rigid;
 use super::integrate::advance;
 use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
-use super::scratch::{BodyScratch, Scratch};
+use super::scratch::{BodyScratch, Scratch, SixTrips};
 use super::spatial::{Placement, Spatial};
 use super::spin::{Drift, FreeBody};
 use super::tree::{Body, JointType, Tree};
@@ -98,6 +99,11 @@ impl Articulation {
             passes: Scratch {
                 bodies: vec![BodyScratch::default(); tree.bodies.len()],
                 free: vec![Default::default(); tree.free_bodies()],
+                six: if tree.bodies.len() > 1 {
+                    vec![SixTrips::default(); tree.bodies.len()]
+                } else {
+                    Vec::new()
+                },
             },
         };
         Self { tree, state, scratch }
@@ -289,12 +295,19 @@ impl Articulation {
         Spatial::new(self.state.base.rotation.inverse() * direction, DVec3::ZERO)
     }
 
-    /// Writes J for an impulse on a body about its origin, in the base's axes.
-    pub(super) fn wrench_row(&self, body: usize, wrench: Spatial, jacobian: &mut [f64]) {
-        project(&self.tree, &self.state.positions, &self.scratch.passes.bodies, (body, wrench), jacobian);
+    /// Adds J for three impulses on a body about its origin, in the base's axes, to that of a side.
+    pub(super) fn add_wrench_rows(
+        &self,
+        body: usize,
+        wrenches: [Spatial; 3],
+        side: &Side,
+        jacobian: &mut [f64],
+    ) {
+        let (q, bodies) = (&self.state.positions, &self.scratch.passes.bodies);
+        project_onto(&self.tree, q, bodies, (body, wrenches), side, jacobian);
     }
 
-    /// Writes M^-1 J' for the same.
+    /// Writes M^-1 J' for an impulse on a body about its origin, in the base's axes.
     pub(super) fn wrench_response(&mut self, body: usize, wrench: Spatial, response: &mut [f64]) {
         respond_to_force(
             &self.tree,
@@ -305,14 +318,14 @@ impl Articulation {
         );
     }
 
+    /// Writes M^-1 J' for the six unit impulses on a body about its origin, in the base's axes; not for single bodies.
+    pub(super) fn unit_wrench_responses(&mut self, body: usize, responses: &mut [f64]) {
+        respond_to_unit_forces(&self.tree, &self.state.positions, body, &mut self.scratch.passes, responses);
+    }
+
     /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
-    pub(super) fn single_body_rows(
-        &self,
-        at: (DVec3, [DVec3; 3]),
-        jacobian: &mut [f64],
-        responses: &mut [f64],
-    ) -> bool {
-        single_body_rows(&self.tree, &self.scratch.passes, at, jacobian, responses)
+    pub(super) fn single_body_rows(&self, at: (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
+        single_body_rows(&self.tree, &self.scratch.passes, at, numbers)
     }
 
     /// Gives `velocities` the impulses that the rows of joints start from.

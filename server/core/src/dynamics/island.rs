@@ -32,7 +32,7 @@ pub struct Island {
     before: Vec<f64>,
     /// The velocities without impulses.
     free: Vec<f64>,
-    /// A row and its response, before they are filed.
+    /// A response, before it is filed.
     scratch: Vec<f64>,
     /// Bodies with many contacts, in order.
     bases: Vec<Basis>,
@@ -85,7 +85,7 @@ impl Island {
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.list(robots, members);
-        self.make_rows(contacts, which);
+        self.make_rows(robots, contacts, which);
         for round in 0..MAX_ROUNDS {
             self.gather(robots);
             if !self.measure(robots, contacts, interrupt) {

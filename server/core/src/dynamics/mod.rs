@@ -35,6 +35,7 @@ pub mod ldlt;
 pub mod mass_matrix;
 pub mod reactions;
 pub mod scratch;
+pub mod six;
 pub mod spatial;
 pub mod spin;
 pub mod symmetric;

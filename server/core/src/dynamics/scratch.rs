@@ -5,6 +5,7 @@ use glamx::{DMat3, DVec3};
 use super::inertia::Articulated;
 use super::integrator::Implicitness;
 use super::ldlt::Ldlt6;
+use super::six::Six;
 use super::spatial::Spatial;
 
 /// Of one body. All vectors are in the base's axes and about the body's own origin:
@@ -63,6 +64,17 @@ impl Default for BodyScratch {
     }
 }
 
+/// Of one body, on the trips of six impulses at once.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SixTrips {
+    /// As [`BodyScratch::delta`].
+    pub delta: Six,
+    /// As [`BodyScratch::impulse`].
+    pub impulse: [f64; 6],
+    /// An impulse acts on it or on what hangs on it; else `delta` means nothing before the way down.
+    pub is_pushed: bool,
+}
+
 /// Of all bodies of a robot.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
@@ -70,4 +82,6 @@ pub struct Scratch {
     pub bodies: Vec<BodyScratch>,
     /// One a free body: its IA, factorised.
     pub free: Vec<Ldlt6>,
+    /// One a body; none where there is only one.
+    pub six: Vec<SixTrips>,
 }

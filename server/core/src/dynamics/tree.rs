@@ -30,6 +30,19 @@ pub struct Tree {
     pub velocity_count: usize,
     /// The root link cannot move.
     pub fixed_base: bool,
+    /// Where there is one body, and it is free.
+    pub single: Option<SingleBody>,
+}
+
+/// What a rigid body that moves alone resists with.
+#[derive(Clone, Copy, Debug)]
+pub struct SingleBody {
+    /// kg.
+    pub mass: f64,
+    /// Its centre of mass, in its own frame.
+    pub center: DVec3,
+    /// The inverse of its moment about that centre, in its own axes.
+    pub inverse_moment: DMat3,
 }
 
 /// A body that moves on a joint.
@@ -118,6 +131,7 @@ impl Tree {
             position_count: 0,
             velocity_count: 0,
             fixed_base,
+            single: None,
         };
         let root =
             (!fixed_base).then(|| tree.push(None, JointType::Free { slot: 0 }, Placement::IDENTITY, None));
@@ -134,6 +148,15 @@ impl Tree {
             }
         }
         tree.mimics = mimics(model, &tree.joints);
+        tree.single = match &tree.bodies[..] {
+            [body] if !fixed_base => {
+                let Rigid { mass, first_moment, .. } = body.inertia;
+                let center = first_moment / mass;
+                let inverse_moment = body.inertia.shifted(-center).moment.matrix().inverse();
+                Some(SingleBody { mass, center, inverse_moment })
+            }
+            _ => None,
+        };
         tree
     }
 

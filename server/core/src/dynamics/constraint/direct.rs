@@ -174,16 +174,13 @@ impl Direct {
         if matrix > most || self.matrix.plan(most).is_none() {
             return false;
         }
-        self.inertias.clear();
-        for member in members {
-            let at = self.inertias.len();
-            self.inertias.resize(at + member.len * member.len, 0.0);
-            let robot = robots[member.robot].as_mut();
-            if !robot.write_implicit_inertia(&mut self.composite, &mut self.inertias[at..]) {
-                return false;
-            }
-        }
-        true
+        self.inertias.resize(members.iter().map(|member| member.len * member.len).sum(), 0.0);
+        let mut rest = &mut self.inertias[..];
+        members.iter().all(|member| {
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(member.len * member.len);
+            rest = after;
+            robots[member.robot].as_mut().write_implicit_inertia(&mut self.composite, own)
+        })
     }
 
     /// Solves all rows in at most so many rounds; begins with what presses and slips now.

@@ -11,7 +11,10 @@ mod rows;
 mod solve;
 pub mod turning;
 
-pub use response::{project, respond, respond_to_force, single_body_rows};
+pub use response::{
+    project, project_onto, respond, respond_to_force, respond_to_joints, respond_to_unit_forces,
+    single_body_rows,
+};
 pub use rows::{Impulses, collect};
 pub use solve::{prepare, solve, sweep};
 

@@ -1,6 +1,6 @@
 //! Projected Gauss-Seidel on the velocities of one robot: its rows of joints.
 
-use super::{Constraints, MAX_SWEEPS, SETTLED, respond};
+use super::{Constraints, MAX_SWEEPS, SETTLED, respond, respond_to_joints};
 use crate::dynamics::scratch::Scratch;
 use crate::dynamics::tree::Tree;
 
@@ -42,10 +42,19 @@ pub fn prepare(
     if rows.is_empty() {
         return;
     }
-    for (row, response) in rows.iter_mut().zip(responses.chunks_exact_mut(n)) {
+    if scratch.six.is_empty() {
+        for (row, response) in rows.iter().zip(responses.chunks_exact_mut(n)) {
+            let [a, b] = row.entries;
+            let joints = [(row.bodies[0], a.1), (row.bodies[1], b.1)];
+            respond(tree, q, &joints, scratch, response);
+        }
+    } else {
+        for (rows, responses) in rows.chunks(6).zip(responses.chunks_mut(6 * n)) {
+            respond_to_joints(tree, q, rows, scratch, &mut responses[..rows.len() * n]);
+        }
+    }
+    for (row, response) in rows.iter_mut().zip(responses.chunks_exact(n)) {
         let [a, b] = row.entries;
-        let joints = [(row.bodies[0], a.1), (row.bodies[1], b.1)];
-        respond(tree, q, &joints, scratch, response);
         row.effect = a.1 * response[a.0] + b.1 * response[b.0];
         if row.effect > 0.0 {
             add_scaled(velocities, response, row.impulse);

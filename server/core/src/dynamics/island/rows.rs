@@ -7,14 +7,19 @@ use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::{Contact, ContactRows, Side};
 use crate::dynamics::constraint::turning::TurningRows;
 use crate::dynamics::contact_point::Surface;
-use crate::dynamics::spatial::Spatial;
+use crate::dynamics::tree::{Body, Tree};
 
 /// With so many points, the responses of a body are summed from those of the six wrenches.
 const MANY: usize = 3;
 
 impl Island {
     /// One for each contact, with its sides laid out.
-    pub(super) fn make_rows(&mut self, contacts: &[Contact], which: &[usize]) {
+    pub(super) fn make_rows<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        contacts: &[Contact],
+        which: &[usize],
+    ) {
         self.rows.clear();
         self.turning.clear();
         self.was_least = which.iter().all(|&index| contacts[index].is_least);
@@ -33,8 +38,10 @@ impl Island {
                     continue;
                 };
                 let Member { first, len, .. } = self.members[member];
-                sides[count] = Side { member, first, len, at };
-                at += Side::size(len);
+                let side = Side { member, first, len, at, ..Side::default() };
+                let bodies = if own { contact.point.bodies } else { [body, None] };
+                sides[count] = find_spans(side, robots[robot].as_mut().tree(), bodies);
+                at += sides[count].size();
                 count += 1;
             }
             let (t, u) = contact.point.normal.any_orthonormal_pair();
@@ -49,7 +56,7 @@ impl Island {
                 let mut rows = ContactRows { impulse: if pressed { kept } else { [0.0; 3] }, ..rows };
                 for side in &mut rows.sides[..count] {
                     side.at = at;
-                    at += Side::size(side.len);
+                    at += side.size();
                 }
                 let of = self.rows.len();
                 let (spinning, rolling) = (spinning_friction, rolling_friction);
@@ -61,8 +68,8 @@ impl Island {
             self.blocks.resize(at, 0.0);
         }
         let longest = self.members.iter().map(|member| member.len).max().unwrap_or(0);
-        if self.scratch.len() < 2 * longest {
-            self.scratch.resize(2 * longest, 0.0);
+        if self.scratch.len() < longest {
+            self.scratch.resize(longest, 0.0);
         }
     }
 
@@ -113,13 +120,8 @@ impl Island {
             if basis_responses.len() < end + 6 * n {
                 basis_responses.resize(end + 6 * n, 0.0);
             }
-            let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-            let turns = axes.map(|axis| Spatial::new(axis, DVec3::ZERO));
-            let forces = axes.map(|axis| Spatial::new(DVec3::ZERO, axis));
-            for wrench in turns.into_iter().chain(forces) {
-                articulation.wrench_response(body, wrench, &mut basis_responses[end..end + n]);
-                end += n;
-            }
+            articulation.unit_wrench_responses(body, &mut basis_responses[end..end + 6 * n]);
+            end += 6 * n;
         }
     }
 
@@ -144,6 +146,22 @@ impl Island {
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
         }
     }
+}
+
+/// Gives a side the spans of the velocities that move a body, and where the contact is one of two bodies of the same
+/// robot, those that move either.
+fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
+    side.is_pair = bodies[0].is_some() && bodies[1].is_some();
+    let mut left = bodies;
+    // Children come after their parents.
+    while let Some(next) = left.into_iter().max().flatten() {
+        let Body { velocity, joint_type, parent, .. } = tree.bodies[next];
+        side.add_span(velocity..velocity + joint_type.velocities());
+        for body in left.iter_mut().filter(|body| **body == Some(next)) {
+            *body = parent;
+        }
+    }
+    side
 }
 
 /// Memory for measuring, and where numbers go.
@@ -174,39 +192,36 @@ impl Measure<'_> {
             let side = rows.sides[if again { 0 } else { used }];
             used += 1;
             let n = side.len;
-            if n == 6 && !again && !turns {
-                let block = &mut self.blocks[side.at..side.at + Side::size(n)];
-                let (columns, responses) = block.split_at_mut(4 * n);
+            let articulation = robots[robot].as_mut();
+            let block = &mut self.blocks[side.at..side.at + side.size()];
+            if side.moves_six() && !again && !turns {
                 let at = (contact.point.position, rows.axes.map(|axis| axis * sign));
-                if robots[robot].as_mut().single_body_rows(at, columns, responses) {
+                if articulation.single_body_rows(at, block) {
                     continue;
                 }
             }
-            let (jacobian, response) = self.scratch.split_at_mut(n);
-            let response = &mut response[..n];
-            let block = &mut self.blocks[side.at..side.at + Side::size(n)];
-            let (columns, responses) = block.split_at_mut(4 * n);
+            let (jacobian, responses) = block.split_at_mut(3 * side.columns());
             if !again {
-                columns.fill(0.0);
+                jacobian.fill(0.0);
                 responses.fill(0.0);
             }
-            let basis = self.bases.binary_search_by_key(&(robot, body), |basis| (basis.robot, basis.body));
-            for (k, axis) in rows.axes.iter().enumerate() {
-                let articulation = robots[robot].as_mut();
-                let wrench = if turns {
+            let wrenches = rows.axes.map(|axis| {
+                if turns {
                     articulation.torque(axis * sign)
                 } else {
                     articulation.wrench(body, contact.point.position, axis * sign)
-                };
-                let kept = &mut responses[k * n..(k + 1) * n];
-                articulation.wrench_row(body, wrench, jacobian);
-                columns[k..].iter_mut().step_by(4).zip(&*jacobian).for_each(|(sum, j)| *sum += j);
+                }
+            });
+            articulation.add_wrench_rows(body, wrenches, &side, jacobian);
+            let basis = self.bases.binary_search_by_key(&(robot, body), |basis| (basis.robot, basis.body));
+            for (wrench, kept) in wrenches.into_iter().zip(responses.chunks_exact_mut(n)) {
                 match basis.ok().map(|basis| self.bases[basis].at) {
                     Some(at) => {
                         let (a, l) = (wrench.angular, wrench.linear);
                         add_sum([a.x, a.y, a.z, l.x, l.y, l.z], &self.basis_responses[at..], kept);
                     }
                     None => {
+                        let response = &mut self.scratch[..n];
                         articulation.wrench_response(body, wrench, response);
                         kept.iter_mut().zip(&*response).for_each(|(sum, response)| *sum += response);
                     }

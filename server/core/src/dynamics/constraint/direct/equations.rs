@@ -2,7 +2,7 @@
 
 use super::{Direct, SOFTNESS, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::contact::{ContactRows, Side, add_transposed};
 
 /// Steps of refinement at the most.
 const REFINEMENTS: usize = 4;
@@ -44,16 +44,17 @@ impl Direct {
                 continue;
             }
             let [a, b] = &rows.sides;
-            let [j, k] = [a, b].map(|side| side.jacobian(system.blocks));
-            add_weighted(self.matrix.diagonal_mut(a.member), j, j, weights);
+            let n = system.members[a.member].len;
+            add_weighted(self.matrix.diagonal_mut(a.member), n, a, a, system.blocks, weights);
             if b.len > 0 {
-                add_weighted(self.matrix.diagonal_mut(b.member), k, k, weights);
+                let n = system.members[b.member].len;
+                add_weighted(self.matrix.diagonal_mut(b.member), n, b, b, system.blocks, weights);
                 if a.member == b.member {
                     continue;
                 }
                 let (block, is_swapped) = self.matrix.block_mut(a.member, b.member);
-                let (rows, columns) = if is_swapped { (k, j) } else { (j, k) };
-                add_weighted(block, rows, columns, weights);
+                let (rows, columns) = if is_swapped { (b, a) } else { (a, b) };
+                add_weighted(block, columns.len, rows, columns, system.blocks, weights);
             }
         }
     }
@@ -159,29 +160,40 @@ impl Direct {
     }
 }
 
-/// block += a' w b for columns of normal and two tangents, four numbers each, with weights of the normal and tt, tu, uu of
-/// the tangents.
-fn add_weighted(block: &mut [f64], a: &[f64], b: &[f64], weights: [f64; 4]) {
-    // Single free bodies are many, and fast where the length is known.
-    match (block.first_chunk_mut::<36>(), a.first_chunk::<24>(), b.first_chunk::<24>()) {
-        (Some(block), Some(j), Some(k)) if a.len() == 24 && b.len() == 24 => {
-            add_products(block, j, k, weights)
+/// block += J' w J for the J of two sides, with weights of the normal and tt, tu, uu of the tangents; where the sides are one, on
+/// and below the diagonal. Rows of the block have `width` numbers.
+fn add_weighted(
+    block: &mut [f64],
+    width: usize,
+    rows: &Side,
+    columns: &Side,
+    blocks: &[f64],
+    [normal, tt, tu, uu]: [f64; 4],
+) {
+    let is_diagonal = rows.at == columns.at;
+    let weigh = |[a, b, c]: [f64; 3]| [a * normal, b * tt + c * tu, b * tu + c * uu];
+    if let (Some((j, _)), Some((k, _)), Some(block)) =
+        (rows.single(blocks), columns.single(blocks), block.first_chunk_mut::<36>())
+    {
+        // Single free bodies are many, and fast where the length is known.
+        for (i, row) in block.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+            let at = 6 * (i / 2) + i % 2;
+            add_transposed(row, k, weigh([j[at], j[at + 2], j[at + 4]]));
         }
-        _ => add_products(block, a, b, weights),
+        return;
     }
-}
-
-#[inline(always)]
-fn add_products(block: &mut [f64], a: &[f64], b: &[f64], [normal, tt, tu, uu]: [f64; 4]) {
-    let width = b.len() / 4;
-    for (row, a) in block.chunks_exact_mut(width).zip(a.chunks_exact(4)) {
-        let [n, t, u] = [a[0] * normal, a[1] * tt + a[2] * tu, a[1] * tu + a[2] * uu];
-        // A contact of one leg moves no other: most rows of a robot with many are zero.
-        if [n, t, u] == [0.0; 3] {
-            continue;
-        }
-        for (value, b) in row.iter_mut().zip(b.chunks_exact(4)) {
-            *value += n * b[0] + t * b[1] + u * b[2];
+    for (own, part) in rows.parts(blocks) {
+        let (pairs, last) = part.as_chunks::<6>();
+        let entries = pairs.iter().flat_map(|&[a, b, c, d, e, f]| [[a, c, e], [b, d, f]]);
+        let entries = entries.chain(last.first_chunk::<3>().copied());
+        for (i, entries) in own.zip(entries) {
+            let factors = weigh(entries);
+            let row = &mut block[i * width..(i + 1) * width];
+            for (span, part) in columns.parts(blocks) {
+                if !is_diagonal || span.start <= i {
+                    add_transposed(&mut row[span], part, factors);
+                }
+            }
         }
     }
 }
