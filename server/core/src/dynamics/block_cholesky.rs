@@ -1,11 +1,20 @@
-//! A symmetric positive definite matrix of blocks, sparse, as L D L'.
+//! A symmetric positive definite matrix of blocks, sparse, as L' D L.
 //!
 //! Rows and columns are grouped into nodes, the robots of an island; two nodes share a block where they touch. Nodes are
 //! eliminated in the order of least degree (George and Liu, "The evolution of the minimum degree ordering
 //! algorithm" (1989)), so that a chain or a tree of nodes has no blocks that it did not begin with.
+//!
+//! Within a node, a row has numbers for the rows that are its ancestors in a tree, and no others: the velocities that are nearer
+//! to the root. Eliminated from the leaves on, it gets no others (Featherstone, section 6.5). That ends where a node
+//! that was eliminated before has joined its branches; then each row is the child of the one before it.
+
+use std::ops::Range;
 
 /// Nodes at the most.
 pub const MOST_NODES: usize = 256;
+
+/// What has no parent.
+const ROOT: usize = usize::MAX;
 
 /// A set of nodes.
 type Set = [u64; MOST_NODES / 64];
@@ -16,6 +25,12 @@ pub struct BlockCholesky {
     /// How long each node is, and where its rows begin.
     sizes: Vec<usize>,
     firsts: Vec<usize>,
+    /// Of each row, the row of its node that is its parent, or [`ROOT`].
+    parents: Vec<usize>,
+    /// Of each row, the first one of those that end with it and are each the parent of the next.
+    heads: Vec<usize>,
+    /// Nodes whose branches are joined.
+    is_joined: Vec<bool>,
     /// Of each node, those it shares a block with; while ordering, those that elimination joins it with.
     neighbours: Vec<Set>,
     /// Of each node, the rows of its neighbours that are left.
@@ -37,18 +52,33 @@ pub struct BlockCholesky {
 }
 
 impl BlockCholesky {
-    /// Begins a matrix without blocks but those of the diagonal.
+    /// Begins a matrix without blocks but those of the diagonal, with nodes of so many rows.
     pub fn begin(&mut self, sizes: impl Iterator<Item = usize>) {
-        self.sizes.clear();
-        self.firsts.clear();
-        let mut first = 0;
+        let Self { sizes: own, firsts, parents, is_joined, .. } = self;
+        own.clear();
+        firsts.clear();
+        parents.clear();
         for size in sizes {
-            self.sizes.push(size);
-            self.firsts.push(first);
-            first += size;
+            own.push(size);
+            firsts.push(parents.len());
+            parents.extend((0..size).map(|row| row.checked_sub(1).unwrap_or(ROOT)));
         }
+        is_joined.clear();
+        is_joined.resize(own.len(), true);
         self.neighbours.clear();
         self.neighbours.resize(self.sizes.len(), Set::default());
+    }
+
+    /// Says that the rows of a node are a tree: the parent of each, which comes before it.
+    pub fn set_tree(&mut self, node: usize, parents: impl Iterator<Item = Option<usize>>) {
+        let own = &mut self.parents[self.firsts[node]..][..self.sizes[node]];
+        own.iter_mut().zip(parents).for_each(|(own, parent)| *own = parent.unwrap_or(ROOT));
+        self.is_joined[node] = false;
+    }
+
+    /// Says that the tree of a node has no use, since its branches are joined.
+    pub fn join_branches(&mut self, node: usize) {
+        self.is_joined[node] = true;
     }
 
     /// Says that two nodes share a block.
@@ -59,10 +89,10 @@ impl BlockCholesky {
         }
     }
 
-    /// Finds the order of elimination. How many multiplications a factorisation takes, roughly; `None` beyond
-    /// `most`, and then there is no plan.
+    /// Finds the order of elimination; blocks mean nothing then until they are [cleared](Self::clear). How many
+    /// multiplications a factorisation takes, roughly; `None` beyond `most`, and then there is no plan.
     pub fn plan(&mut self, most: usize) -> Option<usize> {
-        let Self { sizes, firsts: _, neighbours, degrees, order, places, below, ends, .. } = self;
+        let Self { sizes, is_joined, neighbours, degrees, order, places, below, ends, .. } = self;
         let count = sizes.len();
         let rows = |set: &Set| members(set).map(|node| sizes[node]).sum::<usize>();
         degrees.clear();
@@ -86,6 +116,7 @@ impl BlockCholesky {
             }
             for other in members(&others) {
                 below.push(other);
+                is_joined[other] = true;
                 let set = &mut neighbours[other];
                 set.iter_mut().zip(others).for_each(|(bits, more)| *bits |= more);
                 remove(set, other);
@@ -94,8 +125,24 @@ impl BlockCholesky {
             }
             ends.push(below.len());
         }
+        self.find_heads();
         self.lay_out();
         Some(cost)
+    }
+
+    fn find_heads(&mut self) {
+        let Self { sizes, firsts, parents, heads, is_joined, .. } = self;
+        heads.clear();
+        for ((&size, &first), is_joined) in sizes.iter().zip(&*firsts).zip(is_joined) {
+            for row in 0..size {
+                let parent = &mut parents[first + row];
+                if *is_joined {
+                    *parent = row.checked_sub(1).unwrap_or(ROOT);
+                }
+                let follows = row > 0 && *parent == row - 1;
+                heads.push(if follows { heads[first + row - 1] } else { row });
+            }
+        }
     }
 
     fn lay_out(&mut self) {
@@ -114,7 +161,6 @@ impl BlockCholesky {
                 at += sizes[row] * sizes[node];
             }
         }
-        values.clear();
         values.resize(at, 0.0);
         let rows = firsts.last().map_or(0, |first| first + sizes[count - 1]);
         inverse_diagonal.clear();
@@ -126,7 +172,8 @@ impl BlockCholesky {
         self.values.fill(0.0);
     }
 
-    /// The block of a node with itself, row by row; only what is on and below its diagonal is read.
+    /// The block of a node with itself, row by row; only what is on and below its diagonal is read, and of that only columns
+    /// of ancestors.
     pub fn diagonal_mut(&mut self, node: usize) -> &mut [f64] {
         let at = self.offsets[node * self.sizes.len() + node];
         &mut self.values[at..at + self.sizes[node] * self.sizes[node]]
@@ -142,7 +189,20 @@ impl BlockCholesky {
 
     /// Replaces the matrix by its factors; false where it is not positive definite.
     pub fn factorise(&mut self) -> bool {
-        let Self { sizes, firsts, order, below, ends, offsets, values, inverse_diagonal, scaled, .. } = self;
+        let Self {
+            sizes,
+            firsts,
+            parents,
+            heads,
+            order,
+            below,
+            ends,
+            offsets,
+            values,
+            inverse_diagonal,
+            scaled,
+            ..
+        } = self;
         let count = sizes.len();
         for (place, &node) in order.iter().enumerate() {
             let begin = if place == 0 { 0 } else { ends[place - 1] };
@@ -150,11 +210,13 @@ impl BlockCholesky {
             let n = sizes[node];
             let at = offsets[node * count + node];
             let height: usize = list.iter().map(|&other| sizes[other]).sum();
-            let inverse = &mut inverse_diagonal[firsts[node]..firsts[node] + n];
+            let own = firsts[node]..firsts[node] + n;
+            let inverse = &mut inverse_diagonal[own.clone()];
+            let branches = Branches { parents: &parents[own.clone()], heads: &heads[own] };
             // The blocks of a column lie one after the other.
             let (column, later) = values[at..].split_at_mut((n + height) * n);
             let (diagonal, rows) = column.split_at_mut(n * n);
-            if !factorise_dense(diagonal, inverse) {
+            if !branches.factorise(diagonal, inverse) {
                 return false;
             }
             if scaled.len() < rows.len() {
@@ -163,10 +225,7 @@ impl BlockCholesky {
             let scaled = &mut scaled[..rows.len()];
             scaled.copy_from_slice(rows);
             for (row, scaled) in rows.chunks_exact_mut(n).zip(scaled.chunks_exact_mut(n)) {
-                for i in 1..n {
-                    let dot: f64 = diagonal[i * n..i * n + i].iter().zip(&*scaled).map(|(l, y)| l * y).sum();
-                    scaled[i] -= dot;
-                }
+                branches.rise(diagonal, scaled);
                 row.iter_mut().zip(&*scaled).zip(&*inverse).for_each(|((l, y), d)| *l = y * d);
             }
             let mut from_i = 0;
@@ -188,73 +247,150 @@ impl BlockCholesky {
 
     /// Replaces `x` by the solution, with [`factorise`](Self::factorise)'s factors.
     pub fn solve(&self, x: &mut [f64]) {
-        let Self { sizes, firsts, order, below, ends, offsets, values, inverse_diagonal, .. } = self;
+        let Self {
+            sizes, firsts, parents, heads, order, below, ends, offsets, values, inverse_diagonal, ..
+        } = self;
         let count = sizes.len();
         let column = |place: usize| {
             let node = order[place];
             let begin = if place == 0 { 0 } else { ends[place - 1] };
-            (node, firsts[node], sizes[node], &below[begin..ends[place]], offsets[node * count + node])
+            let own = firsts[node]..firsts[node] + sizes[node];
+            let branches = Branches { parents: &parents[own.clone()], heads: &heads[own.clone()] };
+            let values = &values[offsets[node * count + node]..];
+            let (diagonal, rows) = values.split_at(own.len() * own.len());
+            (own, branches, diagonal, rows, &below[begin..ends[place]])
         };
         for place in 0..count {
-            let (_, first, n, list, at) = column(place);
-            for i in 1..n {
-                let dot: f64 =
-                    values[at + i * n..at + i * n + i].iter().zip(&x[first..]).map(|(l, y)| l * y).sum();
-                x[first + i] -= dot;
-            }
-            let mut at = at + n * n;
+            let (own, branches, diagonal, rows, list) = column(place);
+            branches.rise(diagonal, &mut x[own.clone()]);
+            let mut rows = rows.chunks_exact(own.len());
             for &other in list {
-                for i in firsts[other]..firsts[other] + sizes[other] {
-                    let dot: f64 = values[at..at + n].iter().zip(&x[first..]).map(|(l, y)| l * y).sum();
-                    x[i] -= dot;
-                    at += n;
+                for (i, row) in (firsts[other]..firsts[other] + sizes[other]).zip(&mut rows) {
+                    x[i] -= dot(row, &x[own.clone()]);
                 }
             }
         }
         x.iter_mut().zip(inverse_diagonal).for_each(|(x, inverse)| *x *= inverse);
         for place in (0..count).rev() {
-            let (_, first, n, list, at) = column(place);
-            let mut row = at + n * n;
+            let (own, branches, diagonal, rows, list) = column(place);
+            let mut rows = rows.chunks_exact(own.len());
             for &other in list {
-                for i in firsts[other]..firsts[other] + sizes[other] {
+                for (i, row) in (firsts[other]..firsts[other] + sizes[other]).zip(&mut rows) {
                     let value = x[i];
-                    let own = &mut x[first..first + n];
-                    own.iter_mut().zip(&values[row..row + n]).for_each(|(own, l)| *own -= l * value);
-                    row += n;
+                    subtract_multiple(&mut x[own.clone()], value, row);
                 }
             }
-            for i in (1..n).rev() {
-                let value = x[first + i];
-                let own = &mut x[first..first + i];
-                own.iter_mut().zip(&values[at + i * n..]).for_each(|(own, l)| *own -= l * value);
+            branches.descend(diagonal, &mut x[own]);
+        }
+    }
+}
+
+/// The rows of a node as a tree, see [`BlockCholesky`].
+#[derive(Clone, Copy)]
+struct Branches<'a> {
+    parents: &'a [usize],
+    heads: &'a [usize],
+}
+
+impl Branches<'_> {
+    /// The ancestors of a row in runs, from the row itself or from its parent on.
+    #[inline]
+    fn runs(self, mut end: usize) -> impl Iterator<Item = Range<usize>> {
+        std::iter::from_fn(move || {
+            let run = *self.heads.get(end)?..end + 1;
+            end = self.parents[run.start];
+            Some(run)
+        })
+    }
+
+    /// L' D L in place.
+    fn factorise(self, matrix: &mut [f64], inverse: &mut [f64]) -> bool {
+        let n = inverse.len();
+        for k in (0..n).rev() {
+            let (above, row) = matrix.split_at_mut(k * n);
+            let diagonal = row[k];
+            if !(diagonal > 0.0 && diagonal.is_finite()) {
+                return false;
+            }
+            inverse[k] = 1.0 / diagonal;
+            for run in self.runs(self.parents[k]) {
+                // The six of a free root are ancestors of all, and fast where the length is known. What is written above the
+                // diagonal is not read.
+                if let (Range { start: 0, end: 6 }, Some(&root)) = (&run, row.first_chunk::<6>()) {
+                    for i in 0..6 {
+                        if let Some(target) = above[i * n..].first_chunk_mut::<6>() {
+                            let l = root[i] * inverse[k];
+                            (0..6).for_each(|j| target[j] -= l * root[j]);
+                        }
+                    }
+                    continue;
+                }
+                for i in run {
+                    let l = row[i] * inverse[k];
+                    let target = &mut above[i * n..i * n + i + 1];
+                    for run in self.runs(i) {
+                        subtract_multiple(&mut target[run.clone()], l, &row[run]);
+                    }
+                }
+            }
+            for run in self.runs(self.parents[k]) {
+                row[run].iter_mut().for_each(|l| *l *= inverse[k]);
+            }
+        }
+        true
+    }
+
+    /// Replaces `x` by L'^-1 x.
+    #[inline]
+    fn rise(self, lower: &[f64], x: &mut [f64]) {
+        let n = x.len();
+        for k in (0..n).rev() {
+            let (value, row) = (x[k], &lower[k * n..(k + 1) * n]);
+            for run in self.runs(self.parents[k]) {
+                subtract_multiple(&mut x[run.clone()], value, &row[run]);
+            }
+        }
+    }
+
+    /// Replaces `x` by L^-1 x.
+    #[inline]
+    fn descend(self, lower: &[f64], x: &mut [f64]) {
+        let n = x.len();
+        for k in 0..n {
+            let row = &lower[k * n..(k + 1) * n];
+            for run in self.runs(self.parents[k]) {
+                x[k] -= dot(&row[run.clone()], &x[run]);
             }
         }
     }
 }
 
-/// L D L' in place (Golub and Van Loan, algorithm 4.1.2), of what is on and below the diagonal.
-fn factorise_dense(matrix: &mut [f64], inverse: &mut [f64]) -> bool {
-    let n = inverse.len();
-    for i in 0..n {
-        let (above, row) = matrix.split_at_mut(i * n);
-        // First L D of the row, then L.
-        let mut diagonal = row[i];
-        for j in 0..i {
-            let dot: f64 = above[j * n..j * n + j].iter().zip(&*row).map(|(l, y)| l * y).sum();
-            row[j] -= dot;
-        }
-        for j in 0..i {
-            let l = row[j] * inverse[j];
-            diagonal -= l * row[j];
-            row[j] = l;
-        }
-        if !(diagonal > 0.0 && diagonal.is_finite()) {
-            return false;
-        }
-        row[i] = 1.0;
-        inverse[i] = 1.0 / diagonal;
+/// values -= factor * others.
+#[inline(always)]
+fn subtract_multiple(values: &mut [f64], factor: f64, others: &[f64]) {
+    // The six of a free root are the most frequent run, and fast where the length is known.
+    if values.len() == 6
+        && let (Some(values), Some(others)) = (values.first_chunk_mut::<6>(), others.first_chunk::<6>())
+    {
+        (0..6).for_each(|i| values[i] -= factor * others[i]);
+        return;
     }
-    true
+    values.iter_mut().zip(others).for_each(|(value, other)| *value -= factor * other);
+}
+
+/// The sum of products, as four sums, so that none waits for the one before it.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (fours, rest) = a.as_chunks::<4>();
+    let (others, other_rest) = b.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for (a, b) in fours.iter().zip(others) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let tail: f64 = rest.iter().zip(other_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + tail
 }
 
 /// block -= a b', where `a` and `b` have rows of `n`.
@@ -271,7 +407,7 @@ fn subtract_product(block: &mut [f64], a: &[f64], b: &[f64], n: usize) {
             continue;
         }
         for (value, b) in row.iter_mut().zip(b.chunks_exact(n)) {
-            *value -= a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            *value -= dot(a, b);
         }
     }
 }
@@ -356,6 +492,62 @@ mod tests {
             matrix.solve(&mut x);
             for (x, expected) in x.iter().zip(&expected) {
                 assert!((x - expected).abs() < 1e-13, "{x} {expected}");
+            }
+        }
+    }
+
+    /// A node that is a tree of seven rows, with another one that joins two of its leaves, alone and together with that one.
+    #[test]
+    fn a_tree_is_solved_whether_or_not_another_node_joins_its_branches() {
+        let parents = [None, Some(0), Some(1), Some(2), Some(1), Some(4), Some(0)];
+        let related = |mut i: usize, j: usize| {
+            while i > j {
+                let Some(parent) = parents[i] else { return false };
+                i = parent;
+            }
+            i == j
+        };
+        // The other node is eliminated after the tree where it is long, and before it where it is short.
+        for other in [0, 2, 9] {
+            let n = 7 + other;
+            let mut dense = vec![0.0; n * n];
+            let mut matrix = BlockCholesky::default();
+            let begin = |matrix: &mut BlockCholesky| {
+                matrix.begin([7, other].into_iter().filter(|size| *size > 0));
+                matrix.set_tree(0, parents.into_iter());
+            };
+            begin(&mut matrix);
+            if other > 0 {
+                matrix.join(0, 1);
+            }
+            assert!(matrix.plan(usize::MAX).is_some());
+            let mut value = |i: usize, j: usize| {
+                let value = if i == j { 5.0 } else { ((3 * i + 7 * j) % 11) as f64 / 11.0 - 0.4 };
+                (dense[i * n + j], dense[j * n + i]) = (value, value);
+                value
+            };
+            for i in 0..7 {
+                for j in (0..=i).filter(|&j| related(i, j)) {
+                    matrix.diagonal_mut(0)[i * 7 + j] = value(i, j);
+                }
+            }
+            for i in 0..other {
+                for j in 0..=i {
+                    matrix.diagonal_mut(1)[i * other + j] = value(7 + i, 7 + j);
+                }
+                for j in [3, 6] {
+                    let value = value(7 + i, j);
+                    let (block, is_swapped) = matrix.block_mut(1, 0);
+                    block[if is_swapped { j * other + i } else { i * 7 + j }] = value;
+                }
+            }
+            let expected: Vec<f64> = (0..n).map(|i| 1.0 - 0.3 * i as f64).collect();
+            let row = |row: &[f64]| row.iter().zip(&expected).map(|(value, x)| value * x).sum();
+            let mut x: Vec<f64> = dense.chunks(n).map(row).collect();
+            assert!(matrix.factorise());
+            matrix.solve(&mut x);
+            for (x, expected) in x.iter().zip(&expected) {
+                assert!((x - expected).abs() < 1e-13, "{other}: {x} {expected}");
             }
         }
     }

@@ -165,6 +165,19 @@ impl Tree {
         self.bodies.iter().filter(|body| matches!(body.joint_type, JointType::Free { .. })).count()
     }
 
+    /// Of each velocity the one that is next on the way to the root.
+    pub fn velocity_parents(&self) -> impl Iterator<Item = Option<usize>> {
+        self.bodies.iter().flat_map(|body| {
+            let last = |parent: usize| {
+                let parent = &self.bodies[parent];
+                parent.velocity + parent.joint_type.velocities() - 1
+            };
+            let (first, above) = (body.velocity, body.parent.map(last));
+            let own = first..first + body.joint_type.velocities();
+            own.map(move |velocity| if velocity == first { above } else { Some(velocity - 1) })
+        })
+    }
+
     /// Positions of the root: 7 where it is free, else 0.
     pub fn root_positions(&self) -> usize {
         if self.fixed_base { 0 } else { 7 }

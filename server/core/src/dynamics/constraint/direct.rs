@@ -161,6 +161,13 @@ impl Direct {
             return false;
         }
         self.matrix.begin(members.iter().map(|member| member.len));
+        for (node, member) in members.iter().enumerate() {
+            let robot = robots[member.robot].as_mut();
+            let couples = |row: &Row| row.entries[1].1 != 0.0;
+            if member.len > 6 && !robot.constraints_mut().rows.iter().any(couples) {
+                self.matrix.set_tree(node, robot.tree().velocity_parents());
+            }
+        }
         let (mut sweep, mut matrix) = (0usize, 0usize);
         for rows in rows {
             let [a, b] = &rows.sides;
@@ -168,6 +175,9 @@ impl Direct {
             matrix = matrix.saturating_add(4 * (a.len * a.len + b.len * b.len + a.len * b.len));
             if b.len > 0 {
                 self.matrix.join(a.member, b.member);
+            }
+            if a.is_pair {
+                self.matrix.join_branches(a.member);
             }
         }
         let most = COST.0 * sweep + COST.1;

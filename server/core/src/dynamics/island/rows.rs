@@ -151,6 +151,10 @@ impl Island {
 /// Gives a side the spans of the velocities that move a body, and where the contact is one of two bodies of the same
 /// robot, those that move either.
 fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
+    if tree.bodies.len() == 1 {
+        side.add_span(0..side.len);
+        return side;
+    }
     side.is_pair = bodies[0].is_some() && bodies[1].is_some();
     let mut left = bodies;
     // Children come after their parents.
