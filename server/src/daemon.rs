@@ -294,7 +294,8 @@ fn announce(text: String) -> std::io::Result<()> {
 }
 
 /// Runs a daemon as the process: says on stdout when it is ready, in one line, and where the
-/// viewer is in another, tells the service manager too if one started it, and drains at SIGTERM, SIGINT or, where it was asked for, the end of stdin.
+/// viewer is in another, tells the service manager too where one started it, and drains at SIGTERM,
+/// SIGINT or, where it was asked for, the end of stdin.
 ///
 /// # Errors
 /// See [`Error`]; its exit code is the process's.
