@@ -25,6 +25,7 @@ pub use self::connections::Connections;
 pub use self::zenoh::Zenoh;
 use crate::driver;
 use crate::handle::{DaemonLimits, Pace, RunState};
+use crate::log::LogFormat;
 
 /// Everything that a daemon is started with.
 #[derive(Clone, Debug)]
@@ -47,6 +48,8 @@ pub struct Config {
     pub until_stdin_closes: bool,
     /// What is logged, as `tracing_subscriber::EnvFilter` reads it.
     pub log: String,
+    /// How it is written.
+    pub log_format: LogFormat,
     /// Folders below which clients may name robots on this disk.
     pub asset_roots: Vec<PathBuf>,
     /// Robots to load before the first step.
@@ -136,6 +139,7 @@ impl Default for Config {
             tokens: None,
             until_stdin_closes: false,
             log: "info".into(),
+            log_format: LogFormat::Text,
             asset_roots: Vec::new(),
             robots: Vec::new(),
             physics: PhysicsSettings::default(),
@@ -263,5 +267,14 @@ impl Config {
 
     fn pause(&mut self) {
         self.driver.state = RunState::Paused;
+    }
+}
+
+/// Reads `text` or `json`.
+fn log_format(text: &str) -> Result<LogFormat, String> {
+    match text {
+        "text" => Ok(LogFormat::Text),
+        "json" => Ok(LogFormat::Json),
+        _ => Err(format!("log_format is {text:?}; it must be \"text\" or \"json\"")),
     }
 }

@@ -13,6 +13,7 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{self, ErrorKind, Write};
 use std::panic::PanicHookInfo;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -30,6 +31,16 @@ const KEPT: usize = 64 << 10;
 /// After this time a writer that is not ready is tried again.
 const RETRY: Duration = Duration::from_millis(20);
 
+/// How lines are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs: an object a line, with `timestamp`, `level`, `target` and `fields`.
+    Json,
+}
+
 /// Where lines go. Cheap to clone; clones are the same log.
 #[derive(Clone, Debug)]
 pub struct Log(Arc<Shared>);
@@ -39,6 +50,7 @@ struct Shared {
     state: Mutex<State>,
     /// Something waits, or all of it was written.
     changed: Condvar,
+    is_json: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -62,15 +74,28 @@ impl Log {
 
     /// A log that is written there.
     fn to(out: impl Write + Send + 'static) -> io::Result<Self> {
-        let log = Self(Arc::new(Shared { state: Mutex::default(), changed: Condvar::new() }));
+        let log = Self(Arc::new(Shared {
+            state: Mutex::default(),
+            changed: Condvar::new(),
+            is_json: AtomicBool::new(false),
+        }));
         let shared = log.0.clone();
         std::thread::Builder::new().name("simd-log".into()).spawn(move || shared.write_to(out))?;
         Ok(log)
     }
 
+    /// How lines are written from now on.
+    pub fn set_format(&self, format: LogFormat) {
+        self.0.is_json.store(format == LogFormat::Json, Ordering::Relaxed);
+    }
+
     /// Adds a line, or several, that must be seen: there is room for it where others find none.
     pub fn say(&self, text: &str) {
-        self.0.push(format!("{text}\n").as_bytes(), CAPACITY + RESERVE);
+        let line = match self.0.is_json.load(Ordering::Relaxed) {
+            true => json("ERROR", text),
+            false => format!("{text}\n"),
+        };
+        self.0.push(line.as_bytes(), CAPACITY + RESERVE);
     }
 
     /// Waits until all is written, but no longer than this; whether it is.
@@ -84,7 +109,10 @@ impl Log {
     /// From here on a panic is a line of this log. The default hook waits for stderr.
     pub fn take_panics(&self) {
         let log = self.clone();
-        std::panic::set_hook(Box::new(move |panic| log.say(&sentence(panic))));
+        std::panic::set_hook(Box::new(move |panic| {
+            let stamp = if log.0.is_json.load(Ordering::Relaxed) { String::new() } else { stamp("ERROR") };
+            log.say(&(stamp + &sentence(panic)));
+        }));
     }
 }
 
@@ -92,7 +120,7 @@ impl Log {
 /// no lock but the buffer's, and asks `tracing` nothing.
 fn sentence(panic: &PanicHookInfo<'_>) -> String {
     let thread = std::thread::current();
-    let mut text = stamp("ERROR");
+    let mut text = String::new();
     let what = panic.payload_as_str().unwrap_or("(no message)");
     let _ = write!(text, "thread `{}` panicked", thread.name().unwrap_or("unnamed"));
     if let Some(place) = panic.location() {
@@ -105,6 +133,17 @@ fn sentence(panic: &PanicHookInfo<'_>) -> String {
         let _ = write!(text, "\n{trace}");
     }
     text
+}
+
+/// A line of a program's log, as the others have it.
+fn json(level: &str, message: &str) -> String {
+    let mut timestamp = String::new();
+    let _ = SystemTime.format_time(&mut Writer::new(&mut timestamp));
+    let fields = serde_json::json!({ "message": message });
+    let line = serde_json::json!({
+        "timestamp": timestamp, "level": level, "fields": fields, "target": "simd_server::log",
+    });
+    format!("{line}\n")
 }
 
 /// The beginning of a line, as the others have it.
@@ -123,7 +162,7 @@ impl Shared {
 
     fn push(&self, text: &[u8], capacity: usize) {
         let mut state = self.lock();
-        let notice = state.notice();
+        let notice = state.notice(self.is_json.load(Ordering::Relaxed));
         let length = text.len() + notice.as_ref().map_or(0, String::len);
         if state.waiting.len() + length > capacity {
             state.lost += lines(text);
@@ -164,7 +203,7 @@ impl Shared {
         let mut state = self.lock();
         if state.waiting.is_empty()
             && is_well
-            && let Some(notice) = state.notice()
+            && let Some(notice) = state.notice(self.is_json.load(Ordering::Relaxed))
         {
             state.reported = state.lost;
             state.waiting.extend_from_slice(notice.as_bytes());
@@ -182,10 +221,11 @@ impl Shared {
 
 impl State {
     /// A line about lines that were lost and not reported.
-    fn notice(&self) -> Option<String> {
+    fn notice(&self, is_json: bool) -> Option<String> {
         let lost = self.lost;
         (lost != self.reported).then(|| {
-            format!("{}lines of this log that could not be written since the start: {lost}\n", stamp("WARN"))
+            let sentence = format!("lines of this log that could not be written since the start: {lost}");
+            if is_json { json("WARN", &sentence) } else { format!("{}{sentence}\n", stamp("WARN")) }
         })
     }
 }
@@ -224,7 +264,9 @@ pub struct Line<'a>(&'a Shared);
 
 impl Write for Line<'_> {
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
-        self.0.push(&shown(text), CAPACITY);
+        // JSON is for programs, and has escapes of its own.
+        let shown = if self.0.is_json.load(Ordering::Relaxed) { Cow::Borrowed(text) } else { shown(text) };
+        self.0.push(&shown, CAPACITY);
         Ok(text.len())
     }
 

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use simd_server::config::{Config, ConfigError};
-use simd_server::log::Log;
+use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon};
 use tracing_subscriber::EnvFilter;
 
@@ -69,7 +69,13 @@ fn run(log: &Log) -> ExitCode {
         std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|no| no.is_empty());
     // Its own errors would go to stderr past the log, which may block and panics.
     let lines = tracing_subscriber::fmt().with_writer(log.clone()).log_internal_errors(false);
-    lines.with_env_filter(filter).with_ansi(colors).init();
+    log.set_format(config.log_format);
+    match config.log_format {
+        LogFormat::Text => lines.with_env_filter(filter).with_ansi(colors).init(),
+        LogFormat::Json => {
+            lines.with_env_filter(filter).json().with_current_span(false).with_span_list(false).init()
+        }
+    }
     let threads = BLOCKING_THREADS + std::thread::available_parallelism().map_or(1, usize::from);
     let mut builder = tokio::runtime::Builder::new_multi_thread();
     let runtime = match builder.enable_all().max_blocking_threads(threads).build() {

@@ -316,6 +316,40 @@ async fn clients_talk_over_tls_and_to_no_other_daemon() {
     guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
 }
 
+/// A server's certificate of the authority in a folder, whose time was over a day ago.
+fn expire(folder: &Path) {
+    use rcgen::{CertificateParams, Issuer, KeyPair};
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let authority = KeyPair::from_pem(&read("ca.key")).unwrap();
+    let issuer = Issuer::from_ca_cert_pem(&read("ca.pem"), authority).unwrap();
+    let mut params = CertificateParams::new(vec!["localhost".into(), "127.0.0.1".into()]).unwrap();
+    let now = time::OffsetDateTime::now_utc();
+    (params.not_before, params.not_after) = (now - time::Duration::days(2), now - time::Duration::days(1));
+    let key = KeyPair::from_pem(&read("server.key")).unwrap();
+    let certificate = params.signed_by(&key, &issuer).unwrap();
+    std::fs::write(folder.join("server.pem"), certificate.pem()).unwrap();
+}
+
+/// Those who are connected go on: TLS looks at the time when a connection begins.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_certificate_that_expired_is_refused_by_clients_that_come() {
+    let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
+    let before = guarded.client(&of(Role::Admin)).await;
+    before.robots().await.unwrap();
+    expire(guarded.folder.path());
+    guarded.running.reload();
+    let options = options(Some(of(Role::Admin)), Some(guarded.authority()));
+    let refused = match Client::connect_with(&guarded.grpc(), options).await {
+        Ok(client) => client.robots().await.unwrap_err(),
+        Err(error) => error,
+    };
+    assert!(
+        matches!(&refused, Error::Unreachable { reason, .. } if reason.contains("expired")),
+        "{refused:?}"
+    );
+    before.robots().await.unwrap();
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_client_without_a_certificate_is_not_served_where_one_is_asked_for() {
     let guarded = guarded(|config, folder| {

@@ -135,3 +135,27 @@ async fn simctl_says_that_its_answer_could_not_be_written() {
         assert_eq!((said.code, said.out.as_str()), (69, ""));
     }
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_log_for_programs_has_an_object_on_each_line() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let path = folder.path().join("log");
+    let arguments = ["--log-format", "json", "--log", "debug"];
+    let stderr = Stdio::from(File::create(&path).unwrap());
+    let mut daemon = Process::start_logging_to(stderr, ["--zenoh", "tcp/127.0.0.1:0"], arguments).await;
+    let client = daemon.client().await;
+    client.load(assets().join("Bench_Arm-1.2 rev B"), fixed("arm")).await.unwrap();
+    daemon.signal("TERM").await;
+    assert_eq!(daemon.ended().await.0.code(), Some(0));
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.lines().count() > 3, "{text}");
+    let mut messages = Vec::new();
+    for line in text.lines() {
+        let read: serde_json::Value =
+            serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"));
+        let has = |name: &str| read.get(name).is_some();
+        assert!(has("timestamp") && has("level") && has("target"), "{line}");
+        messages.push(read["fields"]["message"].as_str().unwrap_or_default().to_owned());
+    }
+    assert!(messages.iter().any(|message| message.starts_with("spawned ")), "{messages:?}");
+}

@@ -25,6 +25,7 @@ pub(super) struct File {
     tokens: Option<PathBuf>,
     tls: Option<TlsTable>,
     log: Option<String>,
+    log_format: Option<String>,
     #[serde(default)]
     asset_roots: Vec<PathBuf>,
     paused: Option<bool>,
@@ -150,6 +151,9 @@ impl File {
         }
         if let Some(log) = self.log {
             config.change_log(log)?;
+        }
+        if let Some(format) = self.log_format {
+            config.log_format = super::log_format(&format)?;
         }
         self.zenoh.apply(folder, &mut config.zenoh)?;
         let PhysicsTable { gravity, time_step, substeps, integrator, real_time_factor, as_fast_as_possible } =

@@ -10,6 +10,7 @@ use glamx::DVec3;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::{Config, ConfigError, IntegratorName, Robot, TlsFiles};
+use crate::log::LogFormat;
 
 /// A robot physics daemon without a screen.
 ///
@@ -67,6 +68,9 @@ pub(super) struct Flags {
     /// What to log on stderr: a level, or filters like simd_server=debug [default: info]
     #[arg(long, value_name = "FILTER")]
     log: Option<String>,
+    /// How to write it: text for people, or json for programs [default: text]
+    #[arg(long, value_name = "FORMAT", value_parser = super::log_format)]
+    log_format: Option<LogFormat>,
     /// The daemon's certificate (PEM): gRPC and the viewer are served over TLS. Read again at SIGHUP
     #[arg(long, value_name = "PATH", requires = "tls_key")]
     tls_certificate: Option<PathBuf>,
@@ -100,6 +104,7 @@ Configuration file (all keys are optional; relative paths begin at its folder):
   insecure = false
   tokens = \"tokens\"               # clients need one of them; `simctl token` writes the file
   log = \"info\"
+  log_format = \"text\"            # or \"json\"
   asset_roots = [\"/srv/robots\"]
   paused = false
 
@@ -187,6 +192,9 @@ impl Flags {
         }
         if let Some(log) = self.log {
             config.change_log(log)?;
+        }
+        if let Some(format) = self.log_format {
+            config.log_format = format;
         }
         if !self.zenoh.is_empty() {
             config.zenoh.set_listen(self.zenoh)?;

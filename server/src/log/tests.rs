@@ -134,3 +134,19 @@ fn what_a_reader_cannot_see_is_written_out() {
     bench.log("joint `a\u{202e}b\u{200b}` of `épaule`\n");
     assert_eq!(bench.take(), "joint `a\\u{202e}b\\u{200b}` of `épaule`\n");
 }
+
+#[test]
+fn lines_for_programs_are_objects_whatever_says_them() {
+    let bench = Bench::new();
+    bench.log.set_format(LogFormat::Json);
+    bench.log.say("simd: \"it\" ends");
+    let line: serde_json::Value = serde_json::from_str(&bench.take()).unwrap();
+    assert_eq!(line["fields"]["message"], "simd: \"it\" ends");
+    assert_eq!((&line["level"], line["timestamp"].is_string()), (&"ERROR".into(), true));
+    // What was lost is one too.
+    bench.log.0.lock().lost = 7;
+    bench.log("{}\n");
+    let lines = bench.take();
+    let notice: serde_json::Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    assert_eq!(notice["level"], "WARN");
+}
