@@ -131,8 +131,11 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         false => None,
     };
 
-    let page =
-        http::Settings { bundle: http::Bundle::embedded(), hosts: http::Hosts::new(&config.allow_hosts) };
+    let page = http::Settings {
+        bundle: http::Bundle::embedded(),
+        hosts: http::Hosts::new(&config.allow_hosts),
+        is_tls: tls.is_some(),
+    };
     let limits = config.limits;
     let world = Simulation::new(
         config.physics,

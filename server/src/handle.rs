@@ -28,7 +28,7 @@ use tokio::sync::oneshot;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
-pub(crate) use calls::{MethodCalls, OpenStream};
+pub(crate) use calls::MethodCalls;
 pub use claims::Unproven;
 pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};
 pub(crate) use clients::{Scope, UnderWay};

@@ -8,7 +8,7 @@
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
-//! * [`access`]: who may call what. [`authority`]: `simd tls init`.
+//! * [`access`]: who may call what. [`authority`]: `simd tls init`. [`zenoh_acl`]: `simd zenoh-acl`.
 //! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
 //! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
@@ -31,5 +31,6 @@ pub mod log;
 mod run_state;
 pub mod service;
 pub mod zenoh;
+pub mod zenoh_acl;
 
 pub use handle::SimHandle;

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use simd_server::config::{Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
-use simd_server::{authority, daemon};
+use simd_server::{authority, daemon, zenoh_acl};
 use tracing_subscriber::EnvFilter;
 
 /// Threads beside one for each processor that may work or wait for long; what comes beyond waits for one. At one time at
@@ -43,7 +43,7 @@ fn main() -> ExitCode {
 
 fn run(log: &Log) -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().collect();
-    match authority::run(&arguments) {
+    match authority::run(&arguments).or_else(|| zenoh_acl::run(&arguments)) {
         Some(Ok(text)) => {
             let _ = write!(std::io::stdout(), "{text}");
             return ExitCode::SUCCESS;

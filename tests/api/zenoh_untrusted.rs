@@ -303,24 +303,74 @@ async fn streams_go_on_after_a_daemon_was_started_again() {
     second.drain().await;
 }
 
-/// The settings of a router in the docs, with a daemon that is known by the id of its session instead of a
-/// certificate, and any clients.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_routers_access_control_holds_clients_to_their_part() {
-    let paper = include_str!("../../docs/zenoh.md");
-    let settings = paper.split("```json5\n").nth(1).unwrap().split("```").next().unwrap();
-    // As a router reads it.
-    zenoh::Config::from_json5(settings).unwrap();
-    let rules = settings.split_once("access_control:").unwrap().1.trim_end().trim_end_matches('}').trim_end();
-    let rules = rules.trim_end_matches(',').replace(r#"cert_common_names: ["simd"]"#, r#"zids: ["d1"]"#);
-    let rules = rules.replace(r#", cert_common_names: ["client"]"#, "");
-    let router = network::Router::start_with("access_control", &rules).await;
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("zenoh.json5");
+/// What `simd zenoh-acl` prints for these names, with a daemon that is known by the id of its session instead of a
+/// certificate, and sessions of `everybody` that are known by nothing.
+fn access_control(arguments: &[&str], everybody: &str) -> String {
+    let arguments: Vec<_> = ["simd", "zenoh-acl"].iter().chain(arguments).map(Into::into).collect();
+    let said = simd_server::zenoh_acl::run(&arguments).unwrap().unwrap();
+    let mut settings: serde_json::Value = serde_json::from_str(&said).unwrap();
+    for subject in settings["access_control"]["subjects"].as_array_mut().unwrap() {
+        let subject = subject.as_object_mut().unwrap();
+        if subject["id"] == everybody || subject["id"] == "daemons" {
+            subject.remove("cert_common_names");
+        }
+        if subject["id"] == "daemons" {
+            subject.insert("zids".into(), serde_json::json!(["d1"]));
+        }
+    }
+    settings["access_control"].to_string()
+}
+
+/// A daemon with the session `d1` at a router.
+async fn daemon_behind(router: &network::Router, folder: &std::path::Path) -> simd_server::daemon::Running {
+    let file = folder.join("zenoh.json5");
     std::fs::write(&file, r#"{ id: "d1" }"#).unwrap();
     let zenoh = Zenoh { connect: vec![router.locator.clone()], file: Some(file), ..Zenoh::default() };
     let config = Config { listen: ([127, 0, 0, 1], 0).into(), zenoh, ..Default::default() };
-    let daemon = simd_server::daemon::start(config).await.unwrap();
+    simd_server::daemon::start(config).await.unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_router_lets_viewers_read_and_nothing_else() {
+    let rules = access_control(&["--viewer", "viewer"], "viewers");
+    let router = network::Router::start_with("access_control", &rules).await;
+    let folder = tempfile::tempdir().unwrap();
+    let daemon = daemon_behind(&router, folder.path()).await;
+    let admin = Client::connect(&daemon.address.to_string()).await.unwrap();
+    load_arm(&admin, "arm").await;
+
+    let viewer =
+        Client::connect(&router.locator).await.unwrap().with_timeout(std::time::Duration::from_secs(1));
+    assert_eq!(viewer.robots().await.unwrap()[0].name, "arm");
+    let published = network::session("client", &router.locator).await;
+    let states = published.declare_subscriber("simd/simd/joint_states/arm").await.unwrap();
+    soon("a state", states.recv_async()).await.unwrap();
+    // No call, and no publication, reaches the daemon that changes something.
+    viewer.delete_robot("arm").await.unwrap_err();
+    viewer
+        .set_targets(SetJointTargetsRequest { robots: position("arm", 0.25), ..Default::default() })
+        .await
+        .unwrap_err();
+    let target = SetJointTargetsRequest { robots: position("arm", 0.5), ..Default::default() };
+    published.put(keys::joint_targets("simd"), target.encode_to_vec()).await.unwrap();
+    // Both go the same way in order: this one comes after it.
+    viewer.robots().await.unwrap();
+    soon("two more states", async {
+        for _ in 0..2 {
+            states.recv_async().await.unwrap();
+        }
+    })
+    .await;
+    assert_eq!(admin.joint_states(vec![every_joint("arm")]).await.unwrap().robots[0].target[0], 0.0);
+    daemon.drain().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_routers_access_control_holds_clients_to_their_part() {
+    let rules = access_control(&[], "clients");
+    let router = network::Router::start_with("access_control", &rules).await;
+    let folder = tempfile::tempdir().unwrap();
+    let daemon = daemon_behind(&router, folder.path()).await;
     let client = Client::connect(&router.locator).await.unwrap();
     load_arm(&client, "arm").await;
 

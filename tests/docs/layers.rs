@@ -22,6 +22,7 @@ const SERVER: Layers = Layers {
         &["daemon"],
         &["grpc"],
         &["http", "zenoh"],
+        &["zenoh_acl"],
         &["config", "service"],
         &["convert"],
         &["handle"],

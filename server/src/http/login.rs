@@ -34,7 +34,7 @@ pub(super) async fn log_in(State(page): State<Arc<Page>>, request: Request) -> R
     let said = request.headers().get(TOKEN_HEADER).and_then(|said| said.to_str().ok());
     let said = said.and_then(simd_proto::access::parse_bearer);
     match page.handle.access().check(said, Role::Viewer, "the page") {
-        Ok(_grant) => with_cookie(&format!("{TOKEN_COOKIE}={}", said.unwrap_or_default())),
+        Ok(_grant) => with_cookie(&format!("{TOKEN_COOKIE}={}", said.unwrap_or_default()), page.is_tls),
         Err(denied) => {
             log(page.handle.access(), &denied);
             refused(&denied)
@@ -49,14 +49,15 @@ fn log(access: &Access, denied: &Denied) {
 }
 
 /// `DELETE /login`: the browser forgets the token.
-pub(super) async fn log_out() -> Response<Body> {
-    with_cookie(&format!("{TOKEN_COOKIE}=; Max-Age=0"))
+pub(super) async fn log_out(State(page): State<Arc<Page>>) -> Response<Body> {
+    with_cookie(&format!("{TOKEN_COOKIE}=; Max-Age=0"), page.is_tls)
 }
 
-/// No script reads it, no other site's page sends it, and none goes over a connection that others can read: browsers take
-/// loopback for secure.
-fn with_cookie(cookie: &str) -> Response<Body> {
-    let cookie = HeaderValue::try_from(format!("{cookie}; Path=/; HttpOnly; SameSite=Strict; Secure"));
+/// No script reads it, no other site's page sends it, and where the daemon speaks TLS it goes over nothing else. Where the
+/// operator has given that up (`--insecure`), a browser would not keep a `Secure` one.
+fn with_cookie(cookie: &str, is_tls: bool) -> Response<Body> {
+    let secure = if is_tls { "; Secure" } else { "" };
+    let cookie = HeaderValue::try_from(format!("{cookie}; Path=/; HttpOnly; SameSite=Strict{secure}"));
     match cookie {
         Ok(cookie) => (StatusCode::NO_CONTENT, [(header::SET_COOKIE, cookie)]).into_response(),
         Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),

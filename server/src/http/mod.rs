@@ -51,6 +51,8 @@ pub struct Settings {
     pub bundle: Bundle,
     /// Names under which the daemon may be asked for.
     pub hosts: Hosts,
+    /// Connections are TLS.
+    pub is_tls: bool,
 }
 
 /// What answers are made of.
@@ -59,12 +61,13 @@ struct Page {
     handle: SimHandle,
     bundle: Bundle,
     meshes: Meshes,
+    is_tls: bool,
 }
 
 /// Puts the page and what it shows beside the services, which browsers call as gRPC-Web.
 pub(crate) fn beside(services: Router, handle: &SimHandle, settings: Settings) -> Router {
-    let Settings { bundle, hosts } = settings;
-    let page = Arc::new(Page { handle: handle.clone(), bundle, meshes: Meshes::default() });
+    let Settings { bundle, hosts, is_tls } = settings;
+    let page = Arc::new(Page { handle: handle.clone(), bundle, meshes: Meshes::default(), is_tls });
     let access = handle.access().clone();
     Router::new()
         .route("/meshes/{name}", get(files::mesh))

@@ -38,7 +38,7 @@ async fn beside_a_world(spawn: Command) -> (Router, SimHandle) {
     );
     handle.command(spawn).await.unwrap();
     let services: Routes = crate::service::routes(&handle, Transport::Grpc);
-    let settings = Settings { bundle: Bundle::fallback(), hosts: Hosts::default() };
+    let settings = Settings { bundle: Bundle::fallback(), ..Settings::default() };
     (beside(services.into_axum_router(), &handle, settings), handle)
 }
 

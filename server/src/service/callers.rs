@@ -5,14 +5,13 @@ use std::convert::Infallible;
 use std::pin::Pin;
 use std::task::{Context, Poll};
 
-use http_body::{Frame, SizeHint};
 use simd_proto::CLIENT_HEADER;
-use tonic::Status;
 use tonic::body::Body;
+use tonic::codegen::Service;
 use tonic::codegen::http::{Request, Response};
-use tonic::codegen::{Bytes, Service};
 use tonic::server::NamedService;
 
+use super::held::Held;
 use crate::SimHandle;
 use crate::handle::{Caller, Peer, Transport, UnderWay};
 
@@ -73,34 +72,8 @@ where
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         Pin::new(&mut self.answer).poll(context).map_ok(|response| match self.call.take() {
-            Some(call) => response.map(|body| Body::new(Held { body, _call: call })),
+            Some(call) => response.map(|body| Body::new(Held::new(body, call))),
             None => response,
         })
-    }
-}
-
-/// The body of an answer, for as long as which its client is here: a stream lasts.
-struct Held {
-    body: Body,
-    _call: UnderWay,
-}
-
-impl http_body::Body for Held {
-    type Data = Bytes;
-    type Error = Status;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
-        Pin::new(&mut self.body).poll_frame(context)
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.body.size_hint()
     }
 }

@@ -1,22 +1,18 @@
 //! Counts each call of every transport: which method, how it ended, how long it took.
 
-use std::pin::Pin;
-use std::task::{Context, Poll};
-
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::Response;
-use http_body::{Frame, SizeHint};
 use simd_proto::methods;
 use simd_proto::v1::ErrorReason;
 use tokio::time::Instant;
 use tonic::body::Body;
-use tonic::codegen::Bytes;
 use tonic::{Code, Status};
 use tonic_types::StatusExt as _;
 
+use super::held::Held;
 use crate::SimHandle;
-use crate::handle::{OpenStream, Transport};
+use crate::handle::Transport;
 
 /// Where calls are counted, and how they come where their extensions do not say otherwise.
 pub(super) type Counter = (SimHandle, Transport);
@@ -40,7 +36,7 @@ pub(super) async fn count(
         return response;
     }
     let stream = handle.stream_begins(method, transport);
-    response.map(|body| axum::body::Body::new(Counted { body: Body::new(body), _stream: stream }))
+    response.map(|body| axum::body::Body::new(Held::new(Body::new(body), stream)))
 }
 
 /// A reason that the schema has; empty for none.
@@ -48,30 +44,4 @@ fn reason(status: &Status) -> &'static str {
     let Some(info) = status.get_details_error_info() else { return "" };
     let named = ErrorReason::from_str_name(&format!("ERROR_REASON_{}", info.reason));
     named.map_or("", |reason| reason.as_str_name().trim_start_matches("ERROR_REASON_"))
-}
-
-/// The body of a stream, which is counted until it ends.
-struct Counted {
-    body: Body,
-    _stream: OpenStream,
-}
-
-impl http_body::Body for Counted {
-    type Data = Bytes;
-    type Error = Status;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
-        Pin::new(&mut self.body).poll_frame(context)
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.body.size_hint()
-    }
 }

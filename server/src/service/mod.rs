@@ -21,6 +21,7 @@ pub mod control;
 mod counted;
 pub mod entity;
 pub mod event;
+mod held;
 pub mod joint;
 pub mod kinematics;
 mod once;

@@ -90,13 +90,17 @@ async fn others(session: &Session, name: &str) -> Result<Vec<String>, Error> {
     let tokens = session.liveliness().get(keys::daemons_named(name)).timeout(LOOK);
     let tokens = tokens.await.map_err(Error::session)?;
     let mut others = Vec::new();
-    while let Ok(reply) = tokens.recv_async().await {
-        let Ok(sample) = reply.into_result() else { continue };
-        match keys::parse_daemon(sample.key_expr().as_str()) {
-            Some((_name, zid)) if zid != own => others.push(zid.to_owned()),
-            Some(_) | None => {}
+    let all = async {
+        while let Ok(reply) = tokens.recv_async().await {
+            let Ok(sample) = reply.into_result() else { continue };
+            match keys::parse_daemon(sample.key_expr().as_str()) {
+                Some((_name, zid)) if zid != own => others.push(zid.to_owned()),
+                Some(_) | None => {}
+            }
         }
-    }
+    };
+    // Zenoh's own time limit does not always end it.
+    let _ = tokio::time::timeout(LOOK, all).await;
     others.sort();
     Ok(others)
 }

@@ -119,11 +119,15 @@ impl Network {
     /// Takes in the tokens that are there now.
     async fn look(&self, key: &str) -> Result<(), zenoh::Error> {
         let tokens = self.session.liveliness().get(key).timeout(self.options.connect_timeout).await?;
-        while let Ok(reply) = tokens.recv_async().await {
-            if let Ok(sample) = reply.into_result() {
-                self.daemons.hear(&sample);
+        let all = async {
+            while let Ok(reply) = tokens.recv_async().await {
+                if let Ok(sample) = reply.into_result() {
+                    self.daemons.hear(&sample);
+                }
             }
-        }
+        };
+        // Zenoh's own time limit does not always end it.
+        let _ = tokio::time::timeout(self.options.connect_timeout, all).await;
         Ok(())
     }
 

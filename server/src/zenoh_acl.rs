@@ -1,0 +1,150 @@
+//! `simd zenoh-acl`: what a Zenoh router needs to hold each session to its part, by the names in certificates.
+//!
+//! Publications bypass calls, so that the daemon alone cannot keep a viewer from publishing what others take for the
+//! daemon's: a router can.
+
+use std::ffi::OsString;
+
+use clap::{Args, Parser, Subcommand};
+use serde_json::{Value, json};
+use simd_proto::access::Role;
+use simd_proto::methods;
+
+use crate::access::role_of;
+
+/// Keys of liveliness tokens.
+const DAEMONS: &str = "@simd/daemons/*/*";
+const CLIENTS: &str = "@simd/clients/*/*";
+/// What daemons publish.
+const PUBLISHED: [&str; 5] = [
+    "simd/*/joint_states/*",
+    "simd/*/link_poses/*",
+    "simd/*/world_statistics",
+    "simd/*/events",
+    "simd/*/parameters",
+];
+
+/// One process, one world, stepped in real time.
+#[derive(Debug, Parser)]
+#[command(name = "simd", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Prints the access control of a Zenoh router: which session may do what, by the common name of its certificate
+    ZenohAcl(Names),
+}
+
+/// Common names of certificates.
+#[derive(Args, Debug, Default)]
+struct Names {
+    /// Of daemons
+    #[arg(long, value_name = "NAME", default_value = "simd")]
+    daemon: Vec<String>,
+    /// Of clients that may call everything; tokens say more
+    #[arg(long, value_name = "NAME", default_value = "client")]
+    client: Vec<String>,
+    /// Of clients that may only read: no targets, and no call that asks for more than the role of a viewer
+    #[arg(long, value_name = "NAME")]
+    viewer: Vec<String>,
+}
+
+/// Does what the arguments ask for, where they ask for this; the result is what to print.
+///
+/// # Errors
+/// Help and usage as clap has them; a text.
+pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
+    arguments.get(1).filter(|first| *first == "zenoh-acl")?;
+    let Command::ZenohAcl(names) = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments.command,
+        Err(error) if error.use_stderr() => return Some(Err(error.to_string())),
+        Err(help) => return Some(Ok(help.to_string())),
+    };
+    Some(Ok(format!("{:#}\n", access_control(&names))))
+}
+
+/// A rule: its id, in which direction, which messages, on which keys.
+fn rule(id: &str, flows: &[&str], messages: &[&str], keys: &[&str]) -> Value {
+    json!({ "id": id, "permission": "allow", "flows": flows, "messages": messages, "key_exprs": keys })
+}
+
+/// The part of a router's configuration.
+fn access_control(names: &Names) -> Value {
+    let says = ["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
+    let hears = ["put", "reply", "declare_subscriber", "declare_queryable", "liveliness_token"];
+    let calls = "simd/*/rpc/*/*";
+    let targets = "simd/*/joint_targets";
+    let reads = viewers_calls();
+    let reads: Vec<&str> = reads.iter().map(String::as_str).collect();
+    let watched: Vec<&str> = PUBLISHED.into_iter().chain([DAEMONS]).collect();
+    let mut rules = vec![
+        rule(
+            "daemons say",
+            &["ingress"],
+            &["put", "reply", "declare_queryable", "liveliness_token"],
+            &["simd/*/**", DAEMONS],
+        ),
+        rule("daemons hear", &["egress"], &["put", "query"], &[calls, targets]),
+        rule(
+            "daemons ask",
+            &["ingress", "egress"],
+            &["declare_subscriber", "liveliness_token", "liveliness_query", "declare_liveliness_subscriber"],
+            &["simd/*/**", DAEMONS, CLIENTS],
+        ),
+        rule("clients are there", &["ingress"], &["liveliness_token"], &[CLIENTS]),
+        rule("clients say", &["ingress"], &["put", "query"], &[calls, targets]),
+        rule("clients ask", &["ingress"], &says, &watched),
+        rule("clients hear", &["egress"], &hears, &["simd/*/**", DAEMONS]),
+    ];
+    let mut subjects = vec![
+        json!({ "id": "daemons", "cert_common_names": names.daemon }),
+        json!({ "id": "clients", "cert_common_names": names.client }),
+    ];
+    let mut policies = vec![
+        json!({ "subjects": ["daemons"], "rules": ["daemons say", "daemons hear", "daemons ask"] }),
+        json!({ "subjects": ["clients"], "rules": ["clients are there", "clients say", "clients ask", "clients hear"] }),
+    ];
+    if !names.viewer.is_empty() {
+        rules.push(rule("viewers say", &["ingress"], &["query"], &reads));
+        subjects.push(json!({ "id": "viewers", "cert_common_names": names.viewer }));
+        policies.push(
+            json!({ "subjects": ["viewers"], "rules": ["viewers say", "clients ask", "clients hear"] }),
+        );
+    }
+    let control = json!({
+        "enabled": true, "default_permission": "deny", "subjects": subjects, "rules": rules, "policies": policies,
+    });
+    json!({ "access_control": control })
+}
+
+/// The keys of the calls that a viewer may make.
+fn viewers_calls() -> Vec<String> {
+    let calls = methods::all().filter(|(service, name, _)| role_of(service, name) == Role::Viewer);
+    calls.map(|(service, name, _)| format!("simd/*/rpc/{service}/{name}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn viewers_may_make_the_calls_of_viewers_and_no_other() {
+        let calls = viewers_calls();
+        assert!(calls.contains(&"simd/*/rpc/JointService/GetJointStates".to_owned()));
+        assert!(!calls.iter().any(|key| key.ends_with("/SetJointTargets") || key.ends_with("/DeleteEntity")));
+    }
+
+    #[test]
+    fn what_is_printed_is_what_zenoh_reads() {
+        let said = run(&["simd", "zenoh-acl", "--viewer", "a", "--viewer", "b"].map(OsString::from))
+            .unwrap()
+            .unwrap();
+        let read = zenoh::Config::from_json5(&said).unwrap();
+        assert!(read.get_json("access_control").unwrap().contains("viewers say"));
+        assert!(run(&["simd".into()]).is_none());
+        assert!(run(&["simd", "zenoh-acl", "--nobody"].map(OsString::from)).unwrap().is_err());
+    }
+}
