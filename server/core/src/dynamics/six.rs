@@ -42,9 +42,9 @@ impl Six {
     pub fn add_multiples(&mut self, vector: Spatial, factors: &[f64; 6]) {
         for i in 0..3 {
             let (a, l) = (vector.angular[i], vector.linear[i]);
-            for k in 0..6 {
-                self.angular[i][k] += a * factors[k];
-                self.linear[i][k] += l * factors[k];
+            for (k, factor) in factors.iter().enumerate() {
+                self.angular[i][k] += a * factor;
+                self.linear[i][k] += l * factor;
             }
         }
     }
