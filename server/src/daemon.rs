@@ -4,6 +4,7 @@
 //! So an operator learns of a mistake in the first second, and the first step is
 //! the first that any robot sees.
 
+mod open_files;
 mod service_manager;
 mod signals;
 #[cfg(test)]
@@ -307,6 +308,7 @@ pub async fn run(config: Config) -> Result<(), Error> {
     let manager = ServiceManager::of_this_process().map_err(Error::System)?;
     let name = config.name.clone();
     tracing::info!(version = env!("CARGO_PKG_VERSION"), name, "simd starts");
+    open_files::provide(config.connections.max);
     let mut running = tokio::select! {
         running = start(config) => running?,
         // Nobody was served yet, so there is nothing to drain.

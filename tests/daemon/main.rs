@@ -5,6 +5,8 @@
 mod client;
 mod docs;
 mod draining;
+#[cfg(target_os = "linux")]
+mod faults;
 mod logs;
 mod mistakes;
 mod network;
