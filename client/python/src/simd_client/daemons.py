@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
 from typing import cast
 
 import zenoh
@@ -25,10 +24,18 @@ class Daemons:
 
     def look(self, timeout: float) -> None:
         """Takes in the tokens that are there now."""
-        replies = self._session.liveliness().get(keys.ALL_DAEMONS, timeout=timeout)
-        for reply in cast("Iterable[zenoh.Reply]", replies):
+        ended = threading.Event()
+
+        def arrived(reply: zenoh.Reply) -> None:
             if reply.ok is not None:
                 self._hear(reply.ok)
+
+        handler = cast(
+            "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(arrived, ended.set, indirect=False)
+        )
+        self._session.liveliness().get(keys.ALL_DAEMONS, handler, timeout=timeout)
+        # Zenoh's own time limit does not always end it.
+        ended.wait(timeout)
 
     def follow(self, name: str) -> None:
         """Takes in the tokens of one name that come and go from now on."""
