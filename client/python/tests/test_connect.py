@@ -177,8 +177,6 @@ def test_ctrl_c_ends_a_call_that_waits() -> None:
     with Pretender("slow") as network:
         script = (
             "import os, signal, sys, threading, simd_client\n"
-            # A child of a shell's background job is born with SIGINT ignored, and Python leaves it so.
-            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
             f"sim = simd_client.connect({network.endpoint!r}, timeout=30)\n"
             "print('ready', flush=True)\n"
             "sys.stdin.readline()\n"
