@@ -1,4 +1,4 @@
-"""The Python wheel `simd-daemon`: both programs, for whoever has pip and no package manager.
+"""The Python wheel `simd-daemon`: both programs, for a machine with pip and without a package manager.
 
 A wheel is a zip file whose folder `data/scripts` goes where an environment has its programs. maturin would build the
 programs once more to write the same, and takes the binaries of one crate only.

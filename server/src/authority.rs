@@ -12,6 +12,8 @@ use rcgen::{
 };
 use time::{Duration, OffsetDateTime};
 
+use crate::subcommand;
+
 /// How long clients may rely on the authority.
 const AUTHORITY: Duration = Duration::days(3_650);
 /// How long the daemon's certificate is valid.
@@ -51,11 +53,9 @@ enum Tls {
 /// # Errors
 /// Help and usage as clap has them, and where a file cannot be made; a text.
 pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
-    arguments.get(1).filter(|first| *first == "tls")?;
-    let Command::Tls(Tls::Init { folder, host }) = match Arguments::try_parse_from(arguments) {
+    let Command::Tls(Tls::Init { folder, host }) = match subcommand::read::<Arguments>("tls", arguments)? {
         Ok(arguments) => arguments.command,
-        Err(error) if error.use_stderr() => return Some(Err(error.to_string())),
-        Err(help) => return Some(Ok(help.to_string())),
+        Err(said) => return Some(said),
     };
     Some(init(&folder, host))
 }

@@ -30,6 +30,7 @@ pub mod loading;
 pub mod log;
 mod run_state;
 pub mod service;
+mod subcommand;
 pub mod zenoh;
 pub mod zenoh_acl;
 

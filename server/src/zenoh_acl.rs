@@ -11,6 +11,7 @@ use simd_proto::access::Role;
 use simd_proto::methods;
 
 use crate::access::role_of;
+use crate::subcommand;
 
 /// Keys of liveliness tokens.
 const DAEMONS: &str = "@simd/daemons/*/*";
@@ -57,11 +58,9 @@ struct Names {
 /// # Errors
 /// Help and usage as clap has them; a text.
 pub fn run(arguments: &[OsString]) -> Option<Result<String, String>> {
-    arguments.get(1).filter(|first| *first == "zenoh-acl")?;
-    let Command::ZenohAcl(names) = match Arguments::try_parse_from(arguments) {
+    let Command::ZenohAcl(names) = match subcommand::read::<Arguments>("zenoh-acl", arguments)? {
         Ok(arguments) => arguments.command,
-        Err(error) if error.use_stderr() => return Some(Err(error.to_string())),
-        Err(help) => return Some(Ok(help.to_string())),
+        Err(said) => return Some(said),
     };
     Some(Ok(format!("{:#}\n", access_control(&names))))
 }

@@ -26,9 +26,11 @@ mod saved_state_files;
 mod security;
 mod streams;
 mod terrain;
+mod tls;
 mod viewing;
 mod world;
 mod zenoh;
+mod zenoh_acl;
 mod zenoh_untrusted;
 
 use simd_client::proto::JointMode;

@@ -88,7 +88,7 @@ async fn a_service_manager_that_is_gone_or_has_no_watchdog_harms_nothing() {
     drop(manager);
     daemon.client().await;
     daemon.signal("HUP").await;
-    daemon.logged("the service manager cannot be told").await;
+    daemon.logged("the service manager cannot be notified").await;
     daemon.signal("TERM").await;
     let (status, log) = daemon.ended().await;
     assert_eq!(status.code(), Some(0), "{log}");

@@ -30,6 +30,7 @@ const SERVER: Layers = Layers {
         &["driver"],
         &["call_error"],
         &["access", "authority", "blocking_threads", "histogram", "info", "log", "run_state"],
+        &["subcommand"],
     ],
     // States of the world out to files and in from them.
     exceptions: &["loading/saved_state_file.rs", "loading/saved_states.rs"],

@@ -4,7 +4,7 @@
 const SPARE: u64 = 64;
 
 /// Raises the limit as far as the process may, and warns where it is too low for all connections that are allowed: beyond it
-/// nobody can connect until others have gone.
+/// no client can connect until others have gone.
 pub(super) fn provide(connections: usize) {
     let wanted = connections as u64 + SPARE;
     if let Some(limit) = raised().filter(|limit| *limit < wanted) {

@@ -122,7 +122,7 @@ fn send(messages: &Receiver<Message>) {
         if let Err(error) = &sent
             && !has_failed
         {
-            tracing::warn!(%error, "the service manager cannot be told how the daemon is");
+            tracing::warn!(%error, "the service manager cannot be notified");
         }
         has_failed = sent.is_err();
         if let Message::Stopping(said) = message {

@@ -10,7 +10,7 @@ use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
-use super::constraint::contact::Side;
+use super::constraint::side::Side;
 use super::constraint::{
     Constraints, Impulses, collect, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces,
     single_body_rows, solve, sweep,

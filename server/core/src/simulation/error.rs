@@ -118,7 +118,7 @@ pub enum Error {
         holder: String,
     },
     /// No such claim.
-    #[error("there is no such claim: it was released, or it lapsed")]
+    #[error("there is no such claim: it was released, it lapsed, or another took over")]
     ClaimNotFound,
     /// No such kept state.
     #[error("there is no saved state {name:?}; {}", list_known("saved states", .known))]

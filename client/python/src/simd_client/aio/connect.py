@@ -9,7 +9,7 @@ from typing import Any
 
 from simd_client.aio.simulation import Simulation
 from simd_client.endpoint import CONNECT_TIMEOUT, TIMEOUT, Endpoint, read_endpoint
-from simd_client.link import ZenohConfig, open_link
+from simd_client.open_link import ZenohConfig, open_link
 
 
 class Connecting:

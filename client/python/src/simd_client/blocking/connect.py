@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from simd_client.blocking.simulation import Simulation
 from simd_client.endpoint import CONNECT_TIMEOUT, TIMEOUT, read_endpoint
-from simd_client.link import ZenohConfig, open_link
+from simd_client.open_link import ZenohConfig, open_link
 
 
 def connect(

@@ -12,16 +12,9 @@ from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
-from simd_client.blocking.motion import Motion
+from simd_client.blocking.robot_contacts import RobotContacts
 from simd_client.blocking.upload import upload
 from simd_client.blocking.watch import Watch
-from simd_client.collision_filter import (
-    CollisionFilter,
-    CollisionPair,
-    collision_filter_from_proto,
-    collision_pair_to_proto,
-)
-from simd_client.contact import Contact, contacts_from_proto
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
@@ -42,14 +35,13 @@ from simd_client.method import decoded
 from simd_client.proto import methods
 from simd_client.quantity import Quantity
 from simd_client.reset import JointValues
-from simd_client.state import Applied, Named, RobotState, name_of
-from simd_client.surface import Surface, surface_from_proto, surfaces_to_proto
+from simd_client.state import Applied, RobotState
 from simd_client.table import Table
 from simd_client.target import BeyondLimit, RobotTargets, Whole
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Robot(Motion):
+class Robot(RobotContacts):
     """A robot in the world. Arrays are float64, in joint order: one entry for each joint that moves along one axis,
     none for fixed joints (`joint_names` lists the others).
 
@@ -265,69 +257,6 @@ class Robot(Motion):
             persistent=persistent,
         )
         return stamp_from_proto(self._connection.call(methods.ApplyLinkWrench, request).stamp)
-
-    # Contact.
-
-    def contacts(self) -> tuple[Contact, ...]:
-        """Its contact points with others and with itself, of the newest state."""
-        request = proto.GetContactsRequest(robot=self.name)
-        return contacts_from_proto(self._connection.call(methods.GetContacts, request).contacts)
-
-    def surfaces(self) -> dict[str, Surface]:
-        """Friction and restitution by link; `None` for a link without a collision shape."""
-        request = proto.GetLinkPropertiesRequest(robot=self.name)
-        answer = self._connection.call(methods.GetLinkProperties, request)
-        return {each.link: surface_from_proto(each) for each in answer.links}
-
-    def set_surface(
-        self,
-        *,
-        friction: float | None = None,
-        restitution: float | None = None,
-        rolling_friction: float | None = None,
-        spinning_friction: float | None = None,
-        link: str | None = None,
-    ) -> Stamp:
-        """Changes what is given of friction, restitution, and friction against rolling and spinning (metres), of one link
-        or of all of them."""
-        surface = Surface(
-            friction, restitution, rolling_friction=rolling_friction, spinning_friction=spinning_friction
-        )
-        links = surfaces_to_proto({link or "": surface})
-        request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
-        return stamp_from_proto(self._connection.call(methods.SetLinkProperties, request).stamp)
-
-    def set_collision_groups(
-        self, group: int | None = None, mask: int | None = None, *, link: str | None = None
-    ) -> Stamp:
-        """Changes the groups that one link or all of them are in (`group`) and touch (`mask`), 32 bits each. Two links
-        touch if one of them is in a group that the other one touches."""
-        links = surfaces_to_proto({link or "": Surface(collision_group=group, collision_mask=mask)})
-        request = proto.SetLinkPropertiesRequest(robot=self.name, links=links)
-        return stamp_from_proto(self._connection.call(methods.SetLinkProperties, request).stamp)
-
-    def collision_filter(self) -> CollisionFilter:
-        """Whether its links touch each other, and which pairs of links are switched off or on."""
-        request = proto.GetCollisionFilterRequest(robot=self.name)
-        return collision_filter_from_proto(self._connection.call(methods.GetCollisionFilter, request))
-
-    def set_collision(
-        self, link: str, other_link: str, enabled: bool | None, *, other: str | Named | None = None
-    ) -> Stamp:
-        """Switches a pair of links off or on, whatever groups, masks and joints say; `None` leaves it to those. The
-        second link is of `other`, or of this robot."""
-        named = "" if other is None else name_of(other)
-        return self.set_collision_filter([CollisionPair(link, other_link, enabled, named)])
-
-    def set_collision_filter(
-        self, pairs: Iterable[CollisionPair] = (), *, self_collision: bool | None = None
-    ) -> Stamp:
-        """Switches pairs of links, and whether its links touch each other."""
-        given = [collision_pair_to_proto(pair) for pair in pairs]
-        request = proto.SetCollisionFilterRequest(robot=self.name, pairs=given)
-        if self_collision is not None:
-            request.self_collision = self_collision
-        return stamp_from_proto(self._connection.call(methods.SetCollisionFilter, request).stamp)
 
     # Description.
 

@@ -17,7 +17,8 @@ from simd_client.blocking.upload import fetch_file, upload_files
 from simd_client.description_files import PART_BYTES, DescriptionFiles
 from simd_client.endpoint import DEFAULT_ENDPOINT, ENVIRONMENT, read_endpoint
 from simd_client.errors import EndpointError, SimdError, Unavailable
-from simd_client.link import Link, open_link
+from simd_client.link import Link
+from simd_client.open_link import open_link
 from simd_client.method import Method, Reply, Request
 from simd_client.proto import (
     AssetState,

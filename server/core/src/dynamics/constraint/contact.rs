@@ -1,10 +1,9 @@
 //! One point of contact as three rows: normal, and two tangents held by a cone of friction.
 
-use std::ops::Range;
-
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::side::{Side, add_transposed};
 use crate::dynamics::contact_point::ContactPoint;
 use crate::plain::vector3;
 
@@ -53,37 +52,6 @@ pub struct Contact {
     pub total: DVec3,
 }
 
-/// Runs of velocities at the most that a side's J is kept for.
-const MOST_SPANS: usize = 3;
-
-/// Velocities that follow each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Span {
-    /// Index of the first among those of its robot.
-    pub first: u32,
-    /// How many.
-    pub len: u32,
-}
-
-/// What a side of a contact acts on.
-///
-/// A body is moved by its own joint and by those between it and the root: J has columns for these alone.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Side {
-    /// The robot's index among those of the island.
-    pub member: usize,
-    /// Where its velocities begin among those of the island.
-    pub first: usize,
-    /// How many it has.
-    pub len: usize,
-    /// Where its numbers begin: see [`Side::size`].
-    pub at: usize,
-    /// The velocities that J has columns for, from the root on; the others are zero. What is not used has length 0, and comes first.
-    pub spans: [Span; MOST_SPANS],
-    /// It is two bodies of one robot.
-    pub is_pair: bool,
-}
-
 /// Along a direction that no joint can move, J M^-1 J' is rounding: less than this part of what
 /// it is along all three. To divide by it would throw a robot away.
 const IMMOVABLE: f64 = 1e-12;
@@ -115,179 +83,6 @@ pub struct ContactRows {
     pub friction: f64,
     /// Normal and tangents, N s.
     pub impulse: [f64; 3],
-}
-
-impl Span {
-    fn end(self) -> u32 {
-        self.first + self.len
-    }
-
-    /// As a range of a robot's velocities.
-    #[inline]
-    pub fn range(self) -> Range<usize> {
-        self.first as usize..self.end() as usize
-    }
-}
-
-impl Side {
-    /// Gives J a column for velocities of its robot; those of bodies nearer to the root are added later. What does not
-    /// fit makes the span that is nearest to the root longer: then J has zeros in it.
-    pub fn add_span(&mut self, velocities: Range<usize>) {
-        let (Ok(first), Ok(end)) = (u32::try_from(velocities.start), u32::try_from(velocities.end)) else {
-            return;
-        };
-        let free = self.spans.iter().filter(|span| span.len == 0).count();
-        let span = Span { first, len: end - first };
-        match self.spans.get_mut(free) {
-            Some(next) if next.first == end || free == 0 => {
-                *next = Span { first, len: next.end() - first };
-            }
-            _ => self.spans[free.saturating_sub(1)] = span,
-        }
-    }
-
-    /// How many columns J has.
-    #[inline]
-    pub fn columns(&self) -> usize {
-        self.spans.iter().map(|span| span.len as usize).sum()
-    }
-
-    /// Where its J has the numbers of a velocity of its robot: along the normal and the two tangents.
-    pub fn places(&self, velocity: usize) -> Option<[usize; 3]> {
-        let mut at = 0;
-        for span in &self.spans {
-            let len = span.len as usize;
-            if span.range().contains(&velocity) {
-                let column = velocity - span.first as usize;
-                let is_last_alone = len % 2 == 1 && column + 1 == len;
-                let pair = at + 6 * (column / 2);
-                return Some(
-                    [0, 1, 2].map(|k| if is_last_alone { pair + k } else { pair + 2 * k + column % 2 }),
-                );
-            }
-            at += 3 * len;
-        }
-        None
-    }
-
-    /// Numbers that it needs: J, and then three rows of M^-1 J', which are as long as the robot has velocities.
-    ///
-    /// J has its numbers span by span; those of two columns that follow each other lie side by side, n n t t u u, and of the
-    /// last one of an odd span as n t u.
-    pub fn size(&self) -> usize {
-        3 * (self.columns() + self.len)
-    }
-
-    /// Each span with its part of J.
-    #[inline]
-    pub fn parts<'a>(&self, blocks: &'a [f64]) -> impl Iterator<Item = (Range<usize>, &'a [f64])> + use<'a> {
-        let mut rest = &blocks[self.at..];
-        self.spans.into_iter().filter(|span| span.len > 0).map(move |span| {
-            let (part, after) = rest.split_at(3 * span.len as usize);
-            rest = after;
-            (span.range(), part)
-        })
-    }
-
-    #[inline]
-    fn responses<'a>(&self, blocks: &'a [f64]) -> [&'a [f64]; 3] {
-        let (n, rest) = blocks[self.at + 3 * self.columns()..][..3 * self.len].split_at(self.len);
-        let (t, u) = rest.split_at(self.len);
-        [n, t, u]
-    }
-
-    /// J and M^-1 J' of a side that moves all of six velocities, as a single free body does.
-    #[inline(always)]
-    pub fn single<'a>(&self, blocks: &'a [f64]) -> Option<(&'a [f64; 18], &'a [[f64; 6]; 3])> {
-        if !self.moves_six() {
-            return None;
-        }
-        let (jacobian, rest) = blocks[self.at..].split_first_chunk::<18>()?;
-        Some((jacobian, rest.first_chunk::<18>()?.as_chunks::<6>().0.first_chunk::<3>()?))
-    }
-
-    /// Whether its robot has six velocities, and J columns for all of them.
-    #[inline(always)]
-    pub fn moves_six(&self) -> bool {
-        self.len == 6 && self.spans[MOST_SPANS - 1].len == 6
-    }
-
-    /// J qd, added to the sums of each row: of columns in even places and of those in odd places.
-    ///
-    /// Always inlined, as is what applies impulses: sweeps are made of these two.
-    #[inline(always)]
-    fn add_velocities(&self, blocks: &[f64], velocities: &[f64], sums: &mut [[f64; 2]; 3]) {
-        let own = &velocities[self.first..self.first + self.len];
-        // Single free bodies are many: with the length known this is three times as fast.
-        if let (Some((jacobian, _)), Some(own)) = (self.single(blocks), own.first_chunk::<6>()) {
-            add_products(jacobian, own, sums);
-            return;
-        }
-        for (span, part) in self.parts(blocks) {
-            add_products(part, &own[span], sums);
-        }
-    }
-
-    /// qd += M^-1 J' impulse.
-    #[inline(always)]
-    fn apply_impulse(&self, blocks: &[f64], impulse: [f64; 3], velocities: &mut [f64]) {
-        let own = &mut velocities[self.first..self.first + self.len];
-        if let (Some((_, [n, t, u])), Some(own)) = (self.single(blocks), own.first_chunk_mut::<6>()) {
-            for i in 0..6 {
-                own[i] += n[i] * impulse[0] + t[i] * impulse[1] + u[i] * impulse[2];
-            }
-            return;
-        }
-        let [n, t, u] = self.responses(blocks);
-        for (((velocity, n), t), u) in own.iter_mut().zip(n).zip(t).zip(u) {
-            *velocity += n * impulse[0] + t * impulse[1] + u * impulse[2];
-        }
-    }
-
-    /// J M^-1 J' of this side: J times each of its three responses.
-    fn effects(&self, blocks: &[f64]) -> [[f64; 3]; 3] {
-        let responses = match self.single(blocks) {
-            Some((_, [n, t, u])) => [&n[..], t, u],
-            None => self.responses(blocks),
-        };
-        responses.map(|response| {
-            let mut sums = [[0.0; 2]; 3];
-            let own = Self { first: 0, ..*self };
-            own.add_velocities(blocks, response, &mut sums);
-            sums.map(|[even, odd]| even + odd)
-        })
-    }
-}
-
-/// Adds a part of J times its velocities; fast where the length is known.
-#[inline(always)]
-fn add_products(part: &[f64], velocities: &[f64], sums: &mut [[f64; 2]; 3]) {
-    let ((pairs, last), (twos, last_velocity)) = (part.as_chunks::<6>(), velocities.as_chunks::<2>());
-    for (j, velocity) in pairs.iter().zip(twos) {
-        for k in 0..3 {
-            sums[k][0] += j[2 * k] * velocity[0];
-            sums[k][1] += j[2 * k + 1] * velocity[1];
-        }
-    }
-    if let ([n, t, u], [velocity]) = (last, last_velocity) {
-        sums[0][0] += n * velocity;
-        sums[1][0] += t * velocity;
-        sums[2][0] += u * velocity;
-    }
-}
-
-/// Adds the transpose of a part of J times three factors; fast where the length is known.
-#[inline(always)]
-pub fn add_transposed(sums: &mut [f64], part: &[f64], factors: [f64; 3]) {
-    let ((pairs, last), (twos, last_sum)) = (part.as_chunks::<6>(), sums.as_chunks_mut::<2>());
-    for (sum, j) in twos.iter_mut().zip(pairs) {
-        for l in 0..2 {
-            sum[l] += j[l] * factors[0] + j[2 + l] * factors[1] + j[4 + l] * factors[2];
-        }
-    }
-    if let ([n, t, u], [sum]) = (last, last_sum) {
-        *sum += n * factors[0] + t * factors[1] + u * factors[2];
-    }
 }
 
 impl ContactRows {

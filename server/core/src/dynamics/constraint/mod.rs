@@ -8,6 +8,7 @@ pub mod contact;
 pub mod direct;
 mod response;
 mod rows;
+pub mod side;
 mod solve;
 pub mod turning;
 

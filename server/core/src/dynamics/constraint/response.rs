@@ -4,7 +4,7 @@
 use glamx::DVec3;
 
 use super::Row;
-use super::contact::Side;
+use super::side::Side;
 use crate::dynamics::articulated::{along, free_velocities, part_mut, write_free};
 use crate::dynamics::kinematics::free_pose;
 use crate::dynamics::scratch::{BodyScratch, Scratch, SixTrips};

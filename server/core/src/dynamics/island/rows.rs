@@ -4,7 +4,8 @@ use glamx::DVec3;
 
 use super::{Basis, Island, Member};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::contact::{Contact, ContactRows, Side};
+use crate::dynamics::constraint::contact::{Contact, ContactRows};
+use crate::dynamics::constraint::side::Side;
 use crate::dynamics::constraint::turning::TurningRows;
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::tree::{Body, Tree};

@@ -2,7 +2,8 @@
 
 use super::{Direct, SOFTNESS, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
-use crate::dynamics::constraint::contact::{ContactRows, Side, add_transposed};
+use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::side::{Side, add_transposed};
 
 /// Steps of refinement at the most.
 const REFINEMENTS: usize = 4;

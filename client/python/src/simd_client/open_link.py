@@ -1,0 +1,99 @@
+"""Opens the Zenoh session to a daemon, and chooses the daemon."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import cast
+
+import zenoh
+
+from simd_client import tls
+from simd_client.daemons import Daemons, several
+from simd_client.endpoint import DEFAULT_NAME, Endpoint
+from simd_client.errors import EndpointError, Unavailable
+from simd_client.link import MAX_ANSWER_BYTES, Link
+
+ZenohConfig = str | os.PathLike[str] | Mapping[str, object]
+"""Settings for Zenoh beside ours: a JSON5 file, or values by dotted or slashed names."""
+
+
+def open_link(
+    endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None = None, token: str | None = None
+) -> Link:
+    """Opens a session and chooses the daemon."""
+    settings = _settings(endpoint, connect_timeout, config)
+    tls.check_files(endpoint, settings)
+    try:
+        session = zenoh.open(settings)
+    except zenoh.ZError as error:
+        raise Unavailable(
+            tls.why_not(endpoint, settings)
+            or f"no daemon answers at {endpoint.locator}; start one with `simd`, or name the endpoint of another"
+        ) from error
+    try:
+        daemons = Daemons(session)
+        # Before `follow`: Zenoh does not answer a question with tokens that it is sending to a subscriber.
+        daemons.look(connect_timeout)
+        name = _choose(endpoint, daemons.names())
+        sessions = daemons.sessions(name)
+        if len(sessions) > 1:
+            raise EndpointError(several(name, sessions))
+        daemons.follow(name)
+    except BaseException:
+        session.close()  # pyright: ignore[reportUnknownMemberType]
+        raise
+    return Link(session, endpoint, name, daemons, token)
+
+
+def _choose(endpoint: Endpoint, there: list[str]) -> str:
+    where = endpoint.locator
+    names = ", ".join(f"`{name}`" for name in there)
+    if endpoint.name is not None:
+        if endpoint.name in there:
+            return endpoint.name
+        others = f"; there are {names}" if there else ""
+        raise Unavailable(f"no daemon named `{endpoint.name}` answers at {where}{others}")
+    if len(there) == 1:
+        return there[0]
+    if DEFAULT_NAME in there:
+        return DEFAULT_NAME
+    if not there:
+        raise Unavailable(
+            f"no daemon answers at {where}; start one with `simd`, or name the endpoint of another"
+        )
+    raise EndpointError(
+        f"several daemons answer at {where}: say which of {names} is meant, as {where}#{there[0]}"
+    )
+
+
+def _settings(endpoint: Endpoint, connect_timeout: float, config: ZenohConfig | None) -> zenoh.Config:
+    if isinstance(config, (str, os.PathLike)):
+        settings = cast(zenoh.Config, zenoh.Config.from_file(Path(config)))  # pyright: ignore[reportUnknownMemberType]
+        extra: Mapping[str, object] = {}
+    else:
+        settings = zenoh.Config()
+        extra = config or {}
+    ours: dict[str, object] = {
+        "mode": "client",
+        "connect/endpoints": [endpoint.locator],
+        "connect/timeout_ms": max(1, round(connect_timeout * 1000)),
+        "connect/exit_on_failure": True,
+    }
+    if not isinstance(config, (str, os.PathLike)):
+        # A file has all settings, except where to connect.
+        ours |= {
+            "scouting/multicast/enabled": False,
+            "scouting/gossip/enabled": False,
+            "transport/link/rx/max_message_size": MAX_ANSWER_BYTES,
+            "transport/shared_memory/enabled": False,
+        }
+    theirs = {name.replace(".", "/"): value for name, value in extra.items()}
+    for name, value in {**ours, **theirs}.items():
+        try:
+            settings.insert_json5(name, json.dumps(value))  # pyright: ignore[reportUnknownMemberType]
+        except zenoh.ZError as error:
+            raise EndpointError(f"Zenoh does not take `{name}` = {value!r}: {error}") from error
+    return settings

@@ -1,0 +1,121 @@
+//! Connections over TLS: who is talked to, by what certificate, and until when.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use simd_client::access::Role;
+use simd_client::{Client, Error};
+use simd_server::config::TlsFiles;
+use tempfile::TempDir;
+
+use crate::security::{certificates, guarded, of, options};
+
+#[tokio::test(flavor = "multi_thread")]
+async fn clients_talk_over_tls_and_to_no_other_daemon() {
+    let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
+    let admin = guarded.client(&of(Role::Admin)).await;
+    assert!(admin.robots().await.unwrap().is_empty());
+    let connect = async |endpoint: &str, authority: Option<PathBuf>| {
+        let connected = Client::connect_with(endpoint, options(Some(of(Role::Admin)), authority)).await;
+        connected.map(drop).unwrap_err()
+    };
+    // Plain text, an authority that did not sign it, none, and a name that the certificate lacks.
+    let port = guarded.running.address.port();
+    let plain = Client::connect_with(&format!("localhost:{port}"), options(None, None)).await;
+    let plain = match plain {
+        Ok(client) => client.robots().await.map(drop),
+        Err(error) => Err(error),
+    };
+    assert!(matches!(plain, Err(Error::Unreachable { .. })), "{plain:?}");
+    let other = TempDir::new().unwrap();
+    certificates(other.path());
+    let unknown = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
+    assert!(
+        matches!(&unknown, Error::Unreachable { reason, .. } if reason.contains("invalid peer certificate")),
+        "{unknown:?}"
+    );
+    assert!(connect(&guarded.grpc(), None).await.to_string().contains("SIMD_TLS_CA"));
+    let wrong = connect(&format!("https://[::ffff:127.0.0.1]:{port}"), Some(guarded.authority())).await;
+    assert!(
+        matches!(&wrong, Error::Unreachable { reason, .. } if reason.contains("not valid for name")),
+        "{wrong:?}"
+    );
+    // A new certificate is taken for new connections; what is there goes on.
+    for file in ["server.pem", "server.key", "ca.pem", "ca.key"] {
+        std::fs::remove_file(guarded.folder.path().join(file)).unwrap();
+    }
+    guarded.running.reload();
+    admin.robots().await.unwrap();
+    certificates(guarded.folder.path());
+    guarded.running.reload();
+    admin.robots().await.unwrap();
+    let old = connect(&guarded.grpc(), Some(other.path().join("ca.pem"))).await;
+    assert!(matches!(&old, Error::Unreachable { .. }), "{old:?}");
+    guarded.client(&of(Role::Viewer)).await.robots().await.unwrap();
+}
+
+/// A server's certificate of the authority in a folder, whose time was over a day ago.
+fn expire(folder: &Path) {
+    use rcgen::{CertificateParams, Issuer, KeyPair};
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let authority = KeyPair::from_pem(&read("ca.key")).unwrap();
+    let issuer = Issuer::from_ca_cert_pem(&read("ca.pem"), authority).unwrap();
+    let mut params = CertificateParams::new(vec!["localhost".into(), "127.0.0.1".into()]).unwrap();
+    let now = time::OffsetDateTime::now_utc();
+    (params.not_before, params.not_after) = (now - time::Duration::days(2), now - time::Duration::days(1));
+    let key = KeyPair::from_pem(&read("server.key")).unwrap();
+    let certificate = params.signed_by(&key, &issuer).unwrap();
+    std::fs::write(folder.join("server.pem"), certificate.pem()).unwrap();
+}
+
+/// Those who are connected go on: TLS looks at the time when a connection begins.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_certificate_that_expired_is_refused_by_clients_that_come() {
+    let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
+    let before = guarded.client(&of(Role::Admin)).await;
+    before.robots().await.unwrap();
+    expire(guarded.folder.path());
+    guarded.running.reload();
+    let options = options(Some(of(Role::Admin)), Some(guarded.authority()));
+    let refused = match Client::connect_with(&guarded.grpc(), options).await {
+        Ok(client) => client.robots().await.unwrap_err(),
+        Err(error) => error,
+    };
+    assert!(
+        matches!(&refused, Error::Unreachable { reason, .. } if reason.contains("expired")),
+        "{refused:?}"
+    );
+    before.robots().await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_without_a_certificate_is_not_served_where_one_is_asked_for() {
+    let guarded = guarded(|config, folder| {
+        let files = certificates(folder);
+        config.tls = Some(TlsFiles { client_authorities: Some(folder.join("ca.pem")), ..files });
+    })
+    .await;
+    let connected =
+        Client::connect_with(&guarded.grpc(), options(Some(of(Role::Admin)), Some(guarded.authority())))
+            .await;
+    let answered = match connected {
+        Ok(client) => client.robots().await.map(drop),
+        Err(error) => Err(error),
+    };
+    assert!(matches!(answered, Err(Error::Unreachable { .. })), "{answered:?}");
+}
+
+/// A connection that never shakes hands is closed as one that says nothing is.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_connects_and_says_nothing_is_cut_off() {
+    use tokio::io::AsyncReadExt as _;
+    let guarded = guarded(|config, folder| {
+        config.tls = Some(certificates(folder));
+        config.connections.begin = Duration::from_millis(50);
+    })
+    .await;
+    let mut silent = tokio::net::TcpStream::connect(guarded.running.address).await.unwrap();
+    let mut byte = [0];
+    let read = tokio::time::timeout(Duration::from_secs(20), silent.read(&mut byte)).await;
+    assert!(matches!(read, Ok(Ok(0) | Err(_))), "{read:?}");
+}

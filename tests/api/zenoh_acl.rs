@@ -1,0 +1,116 @@
+//! A Zenoh router that has what `simd zenoh-acl` prints holds each session to its part.
+
+use prost::Message;
+use simd_client::proto::SetJointTargetsRequest;
+use simd_client::{Client, Network, every_joint};
+use simd_proto::keys;
+use simd_server::config::{Config, Zenoh};
+use simd_tests::network;
+use simd_tests::process::soon;
+
+use crate::load_arm;
+use crate::zenoh_untrusted::position;
+
+/// What `simd zenoh-acl` prints for these names, with a daemon that is known by the id of its session instead of a
+/// certificate, and sessions of `everybody` that are known by nothing.
+fn access_control(arguments: &[&str], everybody: &str) -> String {
+    let arguments: Vec<_> = ["simd", "zenoh-acl"].iter().chain(arguments).map(Into::into).collect();
+    let said = simd_server::zenoh_acl::run(&arguments).unwrap().unwrap();
+    let mut settings: serde_json::Value = serde_json::from_str(&said).unwrap();
+    for subject in settings["access_control"]["subjects"].as_array_mut().unwrap() {
+        let subject = subject.as_object_mut().unwrap();
+        if subject["id"] == everybody || subject["id"] == "daemons" {
+            subject.remove("cert_common_names");
+        }
+        if subject["id"] == "daemons" {
+            subject.insert("zids".into(), serde_json::json!(["d1"]));
+        }
+    }
+    settings["access_control"].to_string()
+}
+
+/// A daemon with the session `d1` at a router.
+async fn daemon_behind(router: &network::Router, folder: &std::path::Path) -> simd_server::daemon::Running {
+    let file = folder.join("zenoh.json5");
+    std::fs::write(&file, r#"{ id: "d1" }"#).unwrap();
+    let zenoh = Zenoh { connect: vec![router.locator.clone()], file: Some(file), ..Zenoh::default() };
+    let config = Config { listen: ([127, 0, 0, 1], 0).into(), zenoh, ..Default::default() };
+    simd_server::daemon::start(config).await.unwrap()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_router_lets_viewers_read_and_nothing_else() {
+    let rules = access_control(&["--viewer", "viewer"], "viewers");
+    let router = network::Router::start_with("access_control", &rules).await;
+    let folder = tempfile::tempdir().unwrap();
+    let daemon = daemon_behind(&router, folder.path()).await;
+    let admin = Client::connect(&daemon.address.to_string()).await.unwrap();
+    load_arm(&admin, "arm").await;
+
+    let viewer =
+        Client::connect(&router.locator).await.unwrap().with_timeout(std::time::Duration::from_secs(1));
+    assert_eq!(viewer.robots().await.unwrap()[0].name, "arm");
+    let published = network::session("client", &router.locator).await;
+    let states = published.declare_subscriber("simd/simd/joint_states/arm").await.unwrap();
+    soon("a state", states.recv_async()).await.unwrap();
+    // No call, and no publication, reaches the daemon that changes something.
+    viewer.delete_robot("arm").await.unwrap_err();
+    viewer
+        .set_targets(SetJointTargetsRequest { robots: position("arm", 0.25), ..Default::default() })
+        .await
+        .unwrap_err();
+    let target = SetJointTargetsRequest { robots: position("arm", 0.5), ..Default::default() };
+    published.put(keys::joint_targets("simd"), target.encode_to_vec()).await.unwrap();
+    // Both go the same way in order: this one comes after it.
+    viewer.robots().await.unwrap();
+    soon("two more states", async {
+        for _ in 0..2 {
+            states.recv_async().await.unwrap();
+        }
+    })
+    .await;
+    assert_eq!(admin.joint_states(vec![every_joint("arm")]).await.unwrap().robots[0].target[0], 0.0);
+    daemon.drain().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_routers_access_control_holds_clients_to_their_part() {
+    let rules = access_control(&[], "clients");
+    let router = network::Router::start_with("access_control", &rules).await;
+    let folder = tempfile::tempdir().unwrap();
+    let daemon = daemon_behind(&router, folder.path()).await;
+    let client = Client::connect(&router.locator).await.unwrap();
+    load_arm(&client, "arm").await;
+
+    // What an untrusted session may not do: be asked, be a daemon, publish states, read what others send.
+    let untrusted = network::session("client", &router.locator).await;
+    let (asked, mut questions) = tokio::sync::mpsc::unbounded_channel();
+    let heard = asked.clone();
+    let queryable = untrusted.declare_queryable("simd/**").callback(move |query| {
+        let _ = asked.send(query.key_expr().to_string());
+    });
+    queryable.background().await.unwrap();
+    let reading = untrusted.declare_subscriber("simd/*/joint_targets").callback(move |sample| {
+        let _ = heard.send(sample.key_expr().to_string());
+    });
+    reading.background().await.unwrap();
+    let zid = untrusted.zid().to_string();
+    let _token = untrusted.liveliness().declare_token(keys::daemon("simd", &zid)).await.unwrap();
+    untrusted.put("simd/simd/joint_states/arm", "forged").await.unwrap();
+
+    // What a client does goes on, and is heard by the daemon alone.
+    let states = network::session("client", &router.locator).await;
+    let states = states.declare_subscriber("simd/simd/joint_states/arm").await.unwrap();
+    let sample = soon("a state", states.recv_async()).await.unwrap();
+    assert_eq!(sample.source_info().unwrap().source_id().zid().to_string(), "d1");
+    let target = SetJointTargetsRequest { robots: position("arm", 0.25), ..Default::default() };
+    let publisher = network::session("client", &router.locator).await;
+    publisher.put(keys::joint_targets("simd"), target.encode_to_vec()).await.unwrap();
+    let target = async || client.joint_states(vec![every_joint("arm")]).await.unwrap().robots[0].target[0];
+    soon("the target", async { while target().await != 0.25 {} }).await;
+    let network = Network::join(&router.locator, Default::default()).await.unwrap();
+    let there: Vec<String> = network.daemons().await.unwrap().into_iter().map(|daemon| daemon.zid).collect();
+    assert_eq!(there, ["d1"]);
+    assert!(questions.try_recv().is_err());
+    daemon.drain().await;
+}
