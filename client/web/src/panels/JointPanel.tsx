@@ -137,8 +137,9 @@ function RobotHeader({ robot }: { robot: Robot }): JSX.Element {
       </div>
       <p class="about">{about.filter((part) => part !== "").join(" · ")}</p>
       {claimedBy !== "" && (
-        <p class="about" data-testid="robot-claimed">
-          <Icon name="lock" /> Claimed by {claimedBy}: others cannot change it
+        <p class="source claimed" data-testid="robot-claimed" title="Others cannot change it">
+          <Icon name="lock" />
+          {claimedBy} has claimed it
         </p>
       )}
       {disabledReason !== "" && (

@@ -72,8 +72,9 @@ function WorldClaim(): JSX.Element | null {
   const holder = useComputed(() => simulation.value.claimedBy).value;
   if (holder === "") return null;
   return (
-    <span class="rate" data-testid="world-claimed" title={`${holder} has claimed the world: others cannot play, pause, step or reset it`}>
-      <Icon name="lock" /> {holder}
+    <span class="source claimed" data-testid="world-claimed" title={`${holder} has claimed the world: others cannot play, pause, step or reset it`}>
+      <Icon name="lock" />
+      {holder}
     </span>
   );
 }
