@@ -27,7 +27,7 @@ def make(release: Release, licences: str, scratch: Path) -> list[Path]:
     shutil.copy(PACKAGING / "systemd" / "sysusers.conf", users / "simd.conf")
     settings = root / "etc" / "simd"
     settings.mkdir(parents=True)
-    shutil.copy(PACKAGING / "simd.toml", settings)
+    (settings / "simd.toml").write_text(run(release.programs / "simd", "config", "default"))
     symbols = scratch / f"{release.name}-debug"
     symbols.mkdir()
     for name in PROGRAMS:

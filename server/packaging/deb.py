@@ -28,7 +28,7 @@ def make(release: Release, licences: str, scratch: Path) -> Path:
     shutil.copy(PACKAGING / "systemd" / "sysusers.conf", users / "simd.conf")
     settings = root / "etc" / "simd"
     settings.mkdir(parents=True)
-    shutil.copy(PACKAGING / "simd.toml", settings)
+    (settings / "simd.toml").write_text(run(release.programs / "simd", "config", "default"))
     _documents(root / "usr" / "share" / "doc" / "simd", release)
 
     control = root / "DEBIAN"

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from release import PACKAGING, PROGRAMS, REPOSITORY, Release, run
 
-_DOCUMENTS = ("README.md", "CHANGELOG.md", "SECURITY.md", "docs/operations.md", "docs/daemon.md", "docs/simctl.md")
+_DOCUMENTS = ("README.md", "CHANGELOG.md", "SECURITY.md", "docs/operations.md", "docs/daemon.md", "docs/configuration.md",
+              "docs/simctl.md")
 # Where each shell looks for a completion of simctl.
 _COMPLETIONS = {
     "bash": "share/bash-completion/completions/simctl",

@@ -1,11 +1,21 @@
-//! What the operator can say: flags beat the configuration file, which beats the
+//! What the operator can say: flags beat variables of the environment, which beat the configuration file, which beats the
 //! defaults. Everything is checked before a port is bound.
+//!
+//! * `keys`: the table of keys, from which everything else here is made; `key` is one of them.
+//! * `file`, `environment`, `flags`: the layers, each put over a `draft`.
+//! * `command` and `text`: `simd config`, the default file and the document.
 
+mod command;
 mod connections;
+mod draft;
+mod environment;
 mod file;
 mod flags;
+mod key;
+mod keys;
 #[cfg(test)]
 mod tests;
+mod text;
 mod zenoh;
 
 use std::collections::BTreeMap;
@@ -13,18 +23,17 @@ use std::ffi::OsString;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use glamx::DPose3;
-use serde::Deserialize;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::PhysicsChange;
-use simd_core::{Command, Integrator, PhysicsSettings, Simulation};
+use simd_core::{Command, PhysicsSettings, Simulation};
 use tracing_subscriber::EnvFilter;
 
+pub use self::command::{Asked, run};
 pub use self::connections::Connections;
 pub use self::zenoh::Zenoh;
 use crate::driver;
-use crate::handle::{DaemonLimits, Pace, RunState};
+use crate::handle::{DaemonLimits, Pace};
 use crate::log::LogFormat;
 
 /// Everything that a daemon is started with.
@@ -75,23 +84,6 @@ pub struct TlsFiles {
     pub client_authorities: Option<PathBuf>,
 }
 
-/// An integrator, as the operator names it.
-#[derive(Clone, Copy, Debug, Deserialize, ValueEnum)]
-#[serde(rename_all = "lowercase")]
-enum IntegratorName {
-    Leapfrog,
-    Euler,
-}
-
-impl From<IntegratorName> for Integrator {
-    fn from(name: IntegratorName) -> Self {
-        match name {
-            IntegratorName::Leapfrog => Self::Leapfrog,
-            IntegratorName::Euler => Self::Euler,
-        }
-    }
-}
-
 /// A robot to load at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
@@ -116,7 +108,7 @@ pub struct Robot {
 /// What is wrong, in one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// With the flags.
+    /// With the flags or the environment.
     #[error("{0}")]
     Usage(String),
     /// With the configuration file.
@@ -167,29 +159,23 @@ impl Robot {
 }
 
 impl Config {
-    /// From a command line, the program's name first.
+    /// From a command line, the program's name first, without an environment.
     ///
     /// # Errors
     /// One sentence for the first mistake. The help and the version come this way too.
     pub fn from_args(args: impl IntoIterator<Item = OsString>) -> Result<Self, ConfigError> {
-        let flags = flags::Flags::read(args)?;
-        if flags.man {
-            return Err(ConfigError::HelpOrVersion(flags::Flags::manual()));
-        }
-        let mut config = Self::default();
-        if let Some(path) = &flags.config {
-            file::read(path)
-                .and_then(|file| file.apply(path, &mut config))
-                .map_err(|sentence| ConfigError::File(format!("{}: {sentence}", path.display())))?;
-        }
-        let listen_by_flag = flags.listen.is_some();
-        let zenoh_by_flag = flags.has_zenoh();
-        flags.apply(&mut config).map_err(ConfigError::Usage)?;
-        let whose = |by_flag| if by_flag { ConfigError::Usage } else { ConfigError::File };
-        config.check_exposure().map_err(whose(listen_by_flag))?;
-        config.zenoh.tls.clone_from(&config.tls);
-        config.zenoh.check(config.insecure, config.tokens.is_some()).map_err(whose(zenoh_by_flag))?;
-        Ok(config)
+        Self::read(args, [])
+    }
+
+    /// From a command line, the program's name first, and variables of the environment.
+    ///
+    /// # Errors
+    /// One sentence for the first mistake. The help and the version come this way too.
+    pub fn read(
+        args: impl IntoIterator<Item = OsString>,
+        variables: impl IntoIterator<Item = (OsString, OsString)>,
+    ) -> Result<Self, ConfigError> {
+        Ok(read(args, variables)?.config)
     }
 
     /// Who reaches the port commands the robots, unless tokens are asked for; who sees the packets has the tokens, unless
@@ -220,13 +206,10 @@ impl Config {
         Ok(())
     }
 
-    fn change_pace(&mut self, factor: Option<f64>, as_fast_as_possible: bool) -> Result<(), String> {
-        let before = matches!(self.driver.pace, Pace::AsFastAsPossible { .. });
-        // A factor asks for real time, unless it comes with the wish to be as fast as possible.
-        let free = as_fast_as_possible || (before && factor.is_none());
-        let factor = factor.unwrap_or(self.driver.pace.factor());
-        self.driver.pace = if free { Pace::AsFastAsPossible { factor } } else { Pace::RealTime { factor } };
-        self.driver.pace.check().map_err(|refused| refused.to_string())
+    fn change_pace(&mut self, pace: Pace) -> Result<(), String> {
+        pace.check().map_err(|refused| refused.to_string())?;
+        self.driver.pace = pace;
+        Ok(())
     }
 
     fn change_name(&mut self, name: String) -> Result<(), String> {
@@ -264,17 +247,19 @@ impl Config {
         self.asset_roots.push(folder);
         Ok(())
     }
-
-    fn pause(&mut self) {
-        self.driver.state = RunState::Paused;
-    }
 }
 
-/// Reads `text` or `json`.
-fn log_format(text: &str) -> Result<LogFormat, String> {
-    match text {
-        "text" => Ok(LogFormat::Text),
-        "json" => Ok(LogFormat::Json),
-        _ => Err(format!("log_format is {text:?}; it must be \"text\" or \"json\"")),
+/// All layers, each over the last.
+fn read(
+    args: impl IntoIterator<Item = OsString>,
+    variables: impl IntoIterator<Item = (OsString, OsString)>,
+) -> Result<draft::Draft, ConfigError> {
+    let flags = flags::Flags::read(flags::command("simd"), args)?;
+    let mut draft = draft::Draft::default();
+    if let Some(path) = flags.file() {
+        file::apply(&mut draft, path)?;
     }
+    environment::apply(&mut draft, variables)?;
+    flags.apply(&mut draft)?;
+    draft.finish()
 }

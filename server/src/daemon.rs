@@ -176,6 +176,23 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     Ok(Running { handle, address, tls, zenoh, server })
 }
 
+/// Whether the files that a configuration names can be used, without a daemon: certificates, tokens, robots.
+///
+/// # Errors
+/// What would keep a daemon from starting.
+pub fn check(config: Config) -> Result<(), Error> {
+    let access = config.tokens.map_or_else(|| Ok(Access::open()), Access::from_file);
+    access.map_err(Error::Security)?;
+    config.tls.map(Tls::read).transpose().map_err(Error::Security)?;
+    for Robot { path, .. } in config.robots {
+        if let Err(error) = std::fs::metadata(&path) {
+            let source = CallError::FileNotFound { message: error.to_string() };
+            return Err(Error::Robot { path, source });
+        }
+    }
+    Ok(())
+}
+
 /// A robot that the operator named; what its report warns of is logged.
 async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
     let path = robot.path;

@@ -2,7 +2,7 @@
 //!
 //! * 0: drained after SIGTERM or SIGINT.
 //! * 1: anything else, such as a fault of the physics thread or a second signal.
-//! * 2: a mistake in the flags.
+//! * 2: a mistake in the flags or the environment.
 //! * 3: a mistake in the configuration file.
 //! * 4: the address cannot be listened on.
 //! * 5: a robot cannot be loaded at the start.
@@ -13,7 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use simd_server::config::{Config, ConfigError};
+use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
 use simd_server::{authority, daemon, zenoh_acl};
 use tracing_subscriber::EnvFilter;
@@ -54,14 +54,14 @@ fn run(log: &Log) -> ExitCode {
         }
         None => {}
     }
-    let config = match Config::from_args(arguments) {
+    match config::run(&arguments, std::env::vars_os()) {
+        Some(Ok(asked)) => return answer(log, asked),
+        Some(Err(error)) => return refuse(log, &error),
+        None => {}
+    }
+    let config = match Config::read(arguments, std::env::vars_os()) {
         Ok(config) => config,
-        Err(ConfigError::HelpOrVersion(text)) => {
-            let _ = write!(std::io::stdout(), "{text}");
-            return ExitCode::SUCCESS;
-        }
-        Err(error @ ConfigError::Usage(_)) => return complain(log, &error, 2),
-        Err(error @ ConfigError::File(_)) => return complain(log, &error, 3),
+        Err(error) => return refuse(log, &error),
     };
     // Zenoh logs what operators need not read; who wants it says so with --log zenoh=info.
     let filter = EnvFilter::try_new(format!("zenoh=off,{}", config.log)).unwrap_or_default();
@@ -87,6 +87,31 @@ fn run(log: &Log) -> ExitCode {
     match ended {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => complain(log, &error, error.exit_code()),
+    }
+}
+
+/// Does what `simd config` asks for.
+fn answer(log: &Log, asked: config::Asked) -> ExitCode {
+    let text = match asked {
+        config::Asked::Text(text) => text,
+        config::Asked::Check(path, config) => match daemon::check(*config) {
+            Ok(()) => format!("{}: a daemon can be started with it\n", path.display()),
+            Err(error) => return complain(log, &error, 3),
+        },
+    };
+    let _ = write!(std::io::stdout(), "{text}");
+    ExitCode::SUCCESS
+}
+
+/// Says what is wrong with the configuration, or what was asked for in place of a daemon.
+fn refuse(log: &Log, error: &ConfigError) -> ExitCode {
+    match error {
+        ConfigError::HelpOrVersion(text) => {
+            let _ = write!(std::io::stdout(), "{text}");
+            ExitCode::SUCCESS
+        }
+        ConfigError::Usage(_) => complain(log, error, 2),
+        ConfigError::File(_) => complain(log, error, 3),
     }
 }
 

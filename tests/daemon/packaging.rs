@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use simd_server::config::Config;
+use simd_server::config::{self, Asked, Config};
 use simd_tests::process::{Home, repository, said};
 
 const UNITS: [&str; 2] = ["simd.service", "simd@.service"];
@@ -19,6 +19,13 @@ fn read(file: &str) -> String {
 fn config(arguments: &[OsString]) -> Config {
     let line = std::iter::once("simd".into()).chain(arguments.iter().cloned());
     Config::from_args(line).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
+}
+
+/// The configuration that is installed.
+fn default_file() -> String {
+    let asked = config::run(&["simd", "config", "default"].map(OsString::from), []);
+    let Some(Ok(Asked::Text(text))) = asked else { panic!("{asked:?}") };
+    text
 }
 
 /// The configuration of a text, as text.
@@ -42,7 +49,7 @@ fn without(marks: &str, text: &str) -> String {
 
 #[test]
 fn the_configuration_that_is_installed_is_the_default_also_where_its_comments_are_taken_off() {
-    let text = read("simd.toml");
+    let text = default_file();
     let default = format!("{:#?}", config(&[]));
     assert_eq!(read_as_file(&text), default);
     let keys = without("#", &text);
@@ -52,7 +59,7 @@ fn the_configuration_that_is_installed_is_the_default_also_where_its_comments_ar
 
 #[test]
 fn the_examples_of_the_configuration_that_is_installed_are_understood() {
-    let text = without("#", &without("##", &read("simd.toml")));
+    let text = without("#", &without("##", &default_file()));
     for key in ["tokens", "certificate", "config", "[[robots]]", "positions"] {
         assert!(text.lines().any(|line| line.starts_with(key)), "{key}");
     }
@@ -78,7 +85,7 @@ fn units_start_the_daemon_with_flags_that_it_has_and_a_file_that_is_installed() 
         let installed = PathBuf::from(&arguments[at]);
         assert_eq!(installed.parent().unwrap(), "/etc/simd");
         let path = home.path().join(installed.file_name().unwrap());
-        std::fs::copy(packaging().join("simd.toml"), &path).unwrap();
+        std::fs::write(&path, default_file()).unwrap();
         arguments[at] = path.into();
         let name = if unit.contains('@') { "lab" } else { "simd" };
         assert_eq!(config(&arguments).name, name);

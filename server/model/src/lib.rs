@@ -16,7 +16,7 @@ pub mod report;
 pub mod robot;
 pub mod urdf;
 
-pub use limits::LoadLimits;
+pub use limits::{LoadLimits, MOST_LINKS};
 pub use name::wire_name;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};

@@ -56,31 +56,8 @@ impl Default for LoadLimits {
     }
 }
 
-impl LoadLimits {
-    /// Whether they can be kept.
-    ///
-    /// # Errors
-    /// Where one is beyond what the readers are built for, or is 0, as a sentence.
-    pub fn check(&self) -> Result<(), String> {
-        let most = Self::default();
-        let capped = [
-            ("mesh_bytes", self.mesh_bytes, most.mesh_bytes),
-            ("mesh_triangles", self.mesh_triangles, most.mesh_triangles),
-            ("links", self.links, MOST_LINKS),
-        ];
-        if let Some((name, value, most)) = capped.iter().find(|(_, value, most)| value > most) {
-            return Err(format!("limits.{name} is {value}; the most that simd is built for is {most}"));
-        }
-        let needed = [("urdf_bytes", self.urdf_bytes), ("links", self.links), ("xml_depth", self.xml_depth)];
-        match needed.iter().find(|(_, value)| *value == 0) {
-            Some((name, _)) => Err(format!("limits.{name} is 0: no robot could be loaded")),
-            None => Ok(()),
-        }
-    }
-}
-
 /// Links of the largest robot that can be asked for.
-const MOST_LINKS: usize = 10_000;
+pub const MOST_LINKS: usize = 10_000;
 
 /// Elements inside one another, in a mesh file and by default in a URDF.
 pub(crate) const XML_DEPTH: usize = 100;

@@ -92,8 +92,7 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
 #[test]
 fn an_unknown_key_is_named_with_its_line() {
     let sentence = file_mistake("paused = true\n[physics]\ntimestep = 0.001\n");
-    assert!(sentence.contains("simd.toml: line 3: unknown field `timestep`"), "{sentence}");
-    assert!(sentence.contains("`time_step`"), "{sentence}");
+    assert!(sentence.contains("simd.toml: line 3: there is no key physics.timestep; the table has gravity, time_step"), "{sentence}");
     let sentence = file_mistake("[[robots]]\npath = \"a\"\npose = 1\n");
     assert!(sentence.contains("line 3: unknown field `pose`"), "{sentence}");
 }
@@ -101,12 +100,12 @@ fn an_unknown_key_is_named_with_its_line() {
 #[test]
 fn a_value_of_the_wrong_kind_is_named_with_its_line() {
     let sentence = file_mistake("[physics]\nreal_time_factor = \"fast\"\n");
-    assert!(sentence.contains("line 2: real_time_factor: "), "{sentence}");
-    assert!(file_mistake("listen = \"here\"").contains("line 1: listen: "));
+    assert!(sentence.contains("line 2: physics.real_time_factor is \"fast\"; it must be a number"), "{sentence}");
+    assert!(file_mistake("listen = \"here\"").contains("line 1: listen is \"here\""));
     assert!(file_mistake("[[robots]]\nname = \"arm\"\n").contains("missing field `path`"));
     assert!(file_mistake("paused = tru").contains("line 1"));
-    assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("expected a number"));
-    assert!(file_mistake("[physics]\nsubsteps = -1").ends_with("expected a whole number, 0 or more"));
+    assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("it must be a number"));
+    assert!(file_mistake("[physics]\nsubsteps = -1").contains("physics.substeps is -1; it must be between 1 and 1000"));
     let mistake = file_mistake("[physics]\nintegrator = \"rk4\"");
     assert!(mistake.contains("line 2") && mistake.contains("leapfrog"), "{mistake}");
     assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [\"x\", 0, 0]").ends_with("expected a number"));
@@ -117,7 +116,7 @@ fn a_value_of_the_wrong_kind_is_named_with_its_line() {
 fn values_out_of_range_are_refused_with_the_range() {
     assert!(usage("--rtf 0").contains("between 0.001 and 1000"));
     assert!(usage("--rtf nan").contains("between 0.001 and 1000"));
-    assert!(file_mistake("[physics]\nreal_time_factor = 2000").contains("real_time_factor is 2000"));
+    assert!(file_mistake("[physics]\nreal_time_factor = 2000").contains("real_time_factor is 2000; it must be between 0.001 and 1000"));
     assert!(usage("--time-step -1").contains("time_step is -1"));
     assert!(usage("--asset-root /nowhere").contains("asset root /nowhere: "));
     assert!(file_mistake("asset_roots = [\"nowhere\"]").contains("/nowhere: "));
@@ -161,13 +160,83 @@ fn a_file_that_is_not_there_is_a_mistake_of_the_file() {
 }
 
 #[test]
-fn the_help_shows_the_file_and_the_exit_codes() {
+fn the_help_shows_the_flags_with_their_defaults_and_the_exit_codes() {
     let Err(ConfigError::HelpOrVersion(help)) = args("--help") else { panic!() };
-    assert!(help.contains("[[robots]]") && help.contains("Exit codes:"));
-    let (_, example) = help.split_once("):\n").unwrap();
-    let (example, _) = example.split_once("Exit codes").unwrap();
-    let example = example.replace("\n  ", "\n").replace("/srv/robots\"]", "/\"]");
-    assert!(file(example.trim(), "").is_ok(), "the example in the help is a file that can be read");
+    assert!(help.contains("Exit codes:") && help.contains("--time-step <NUMBER>"), "{help}");
+    let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("Seconds that a step advances [default: 0.001]"), "{help}");
+}
+
+fn with_variables(variables: &[(&str, &str)], flags: &str) -> Result<Config, ConfigError> {
+    let args = std::iter::once("simd").chain(flags.split_whitespace()).map(OsString::from);
+    Config::read(args, variables.iter().map(|(name, value)| ((*name).into(), (*value).into())))
+}
+
+#[test]
+fn variables_beat_the_file_and_flags_beat_variables() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("simd.toml");
+    fs::write(&path, "name = \"from_file\"\n[physics]\ntime_step = 0.002\nsubsteps = 2\n").unwrap();
+    let variables = [
+        ("SIMD_NAME", "from_environment"),
+        ("SIMD_PHYSICS_TIME_STEP", "0.004"),
+        ("SIMD_ZENOH_CONNECT", "tcp/a:1, tcp/b:2"),
+        ("SIMD_PAUSED", "1"),
+        // Those of clients, and of nobody.
+        ("SIMD_TOKEN", "secret"),
+        ("SIMD_TLS_CA", "ca.pem"),
+        ("SIMDX", ""),
+    ];
+    let flags = format!("--config {} --time-step 0.008 --set service.robots=3", path.display());
+    let config = with_variables(&variables, &flags).unwrap();
+    assert_eq!(config.name, "from_environment");
+    assert_eq!((config.physics.time_step, config.physics.substeps), (0.008, 2));
+    assert_eq!(config.zenoh.connect, ["tcp/a:1", "tcp/b:2"]);
+    assert_eq!((config.driver.state, config.limits.robots), (RunState::Paused, 3));
+}
+
+#[test]
+fn a_mistake_in_a_variable_names_it() {
+    for (name, value, mistake) in [
+        ("SIMD_PHYSICS_TIME_STEP", "fast", "SIMD_PHYSICS_TIME_STEP: it must be a number, and not \"fast\""),
+        ("SIMD_PHYSICS_TIME_STEP", "5", "SIMD_PHYSICS_TIME_STEP: physics.time_step is 5; it must be between"),
+        ("SIMD_PHYSICS_TIMESTEP", "1", "SIMD_PHYSICS_TIMESTEP: it is no key of the configuration; those of physics"),
+        ("SIMD_INSECURE", "maybe", "SIMD_INSECURE: it must be true or false"),
+        ("SIMD_LISTEN", "0.0.0.0:1", "SIMD_LISTEN: 0.0.0.0:1 can be reached from other machines"),
+        ("SIMD_PHYSICS_GRAVITY", "1,2", "SIMD_PHYSICS_GRAVITY: physics.gravity is [1, 2]; it must be three numbers"),
+        ("SIMD_SERVICE_ROBOTS", "-1", "service.robots is -1; it must be between 1 and 100000"),
+    ] {
+        let Err(ConfigError::Usage(sentence)) = with_variables(&[(name, value)], "") else { panic!("{name}") };
+        assert!(sentence.contains(mistake), "{sentence}");
+    }
+}
+
+#[test]
+fn each_key_can_be_said_in_each_way_and_takes_its_own_default() {
+    let mut draft = draft::Draft::default();
+    let paths: std::collections::BTreeSet<&str> = keys::KEYS.iter().map(|key| key.path).collect();
+    assert_eq!(paths.len(), keys::KEYS.len(), "each has a path of its own");
+    for key in keys::KEYS.iter() {
+        let value = key.value(&mut draft);
+        assert_eq!(value.is_none(), !key.example.is_empty(), "{} has a default or an example", key.path);
+        let Some(value) = value else { continue };
+        let (table, name) = key.place();
+        let text = if table.is_empty() { format!("{name} = {value}") } else { format!("[{table}]\n{name} = {value}") };
+        file(&text, "").unwrap_or_else(|error| panic!("{text}: {error}"));
+        let said = value.trim_matches(['"', '[', ']']).replace(' ', "");
+        with_variables(&[(&key.variable(), &said)], "").unwrap_or_else(|error| panic!("{}: {error}", key.path));
+        args(&format!("--set {}={said}", key.path)).unwrap();
+    }
+}
+
+#[test]
+fn what_holds_is_shown_with_who_said_it() {
+    let words = ["simd", "config", "show", "--time-step", "0.002"].map(OsString::from);
+    let variables = [("SIMD_ZENOH_STATE_RATE".into(), "7".into())];
+    let Some(Ok(Asked::Text(text))) = run(&words, variables) else { panic!() };
+    assert!(text.contains("time_step = 0.002  # --time-step\n"), "{text}");
+    assert!(text.contains("state_rate = 7  # SIMD_ZENOH_STATE_RATE\n"), "{text}");
+    assert!(text.contains("substeps = 1  # default\n"), "{text}");
 }
 
 #[test]
@@ -182,13 +251,13 @@ fn limits_are_set_one_by_one_and_checked() {
     assert_eq!(limits.reading.shapes, before.reading.shapes);
     assert_eq!(file("", "").unwrap().limits.description_bytes, before.description_bytes);
     for (line, mistake) in [
-        ("links = 0", "limits.links is 0: no robot could be loaded"),
+        ("links = 0", "limits.links is 0; it must be between 1 and 10000"),
         (
             "mesh_triangles = 2000001",
-            "limits.mesh_triangles is 2000001; the most that simd is built for is 2000000",
+            "limits.mesh_triangles is 2000001; it must be between 0 and 2000000",
         ),
-        ("seconds = -1", "limits.seconds is -1; it must be 0 or more, and finite"),
-        ("joints = 3", "unknown field"),
+        ("seconds = -1", "limits.seconds is -1; it must be between 0 and 86400"),
+        ("joints = 3", "there is no key"),
     ] {
         let sentence = file_mistake(&format!("[limits]\n{line}\n"));
         assert!(sentence.contains(mistake), "{sentence}");
@@ -214,14 +283,14 @@ fn limits_of_connections_are_set_one_by_one_and_checked() {
     assert_eq!(file("", "").unwrap().connections, Connections::default());
     for (line, mistake) in [
         ("max = 1", "connections.max is 1; it must be between 2 and 65536"),
-        ("max_per_peer = 0", "connections.max_per_peer is 0; it must be between 1 and 512"),
-        ("max_per_peer = 513", "connections.max_per_peer is 513; it must be between 1 and 512"),
-        ("loopback_reserve = 512", "connections.loopback_reserve is 512; it must be between 0 and 511"),
-        ("max_http1 = 0", "connections.max_http1 is 0; it must be between 1 and 512"),
+        ("max_per_peer = 0", "connections.max_per_peer is 0; it must be between 1 and 65536"),
+        ("max_per_peer = 513", "connections.max_per_peer is 513; it must be at most 512 where connections.max is 512"),
+        ("loopback_reserve = 512", "connections.loopback_reserve is 512; it must be at most 511 where connections.max is 512"),
+        ("max_http1 = 0", "connections.max_http1 is 0; it must be between 1 and 65536"),
         ("idle_seconds = 0", "connections.idle_seconds is 0; it must be between 0.1 and 604800"),
         ("body_seconds = nan", "connections.body_seconds is NaN; it must be between 0.1 and 604800"),
-        ("body_bytes_per_second = 0", "connections.body_bytes_per_second is 0; it must be 1 or more"),
-        ("maximum = 3", "unknown field"),
+        ("body_bytes_per_second = 0", "connections.body_bytes_per_second is 0; it must be between 1 and"),
+        ("maximum = 3", "there is no key"),
     ] {
         let sentence = file_mistake(&format!("[connections]\n{line}\n"));
         assert!(sentence.contains(mistake), "{sentence}");

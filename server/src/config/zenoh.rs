@@ -26,7 +26,7 @@ const MAX_SESSIONS: usize = 200;
 /// How long a start waits for the routers that it was given.
 const CONNECT_MS: i64 = 2_000;
 /// States a wall second, 0 to this.
-const MAX_STATE_RATE: f64 = 1_000.0;
+pub(super) const MAX_STATE_RATE: f64 = 1_000.0;
 
 /// How the daemon is reached over Zenoh.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,14 +127,6 @@ impl Zenoh {
             merge(&mut settings, json!({ "enable_mtls": true, "root_ca_certificate": authorities }));
         }
         settings
-    }
-
-    pub(super) fn set_state_rate(&mut self, rate: f64) -> Result<(), String> {
-        if !(0.0..=MAX_STATE_RATE).contains(&rate) {
-            return Err(format!("state_rate is {rate}; it must be between 0 and {MAX_STATE_RATE}"));
-        }
-        self.state_rate = rate;
-        Ok(())
     }
 
     /// `off`, or locators to listen on.

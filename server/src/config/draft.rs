@@ -1,0 +1,123 @@
+//! A configuration while it is read: layers of values, each over the last, and what they must be together.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::key::{Key, Value};
+use super::{Config, ConfigError, TlsFiles};
+
+/// Who said a value. A later one beats an earlier one.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Origin {
+    /// The configuration file, in this line.
+    File(PathBuf, usize),
+    /// A variable of the environment.
+    Variable(String),
+    /// The command line.
+    Flag(String),
+}
+
+impl std::fmt::Display for Origin {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File(path, line) => write!(formatter, "{}: line {line}", path.display()),
+            Self::Variable(name) => formatter.write_str(name),
+            Self::Flag(flag) => formatter.write_str(flag),
+        }
+    }
+}
+
+impl Origin {
+    /// A mistake in what it said.
+    pub(super) fn mistake(&self, sentence: &str) -> ConfigError {
+        match self {
+            Self::File(..) => ConfigError::File(format!("{self}: {sentence}")),
+            Self::Variable(_) => ConfigError::Usage(format!("{self}: {sentence}")),
+            Self::Flag(_) => ConfigError::Usage(format!("{self}: {sentence}; see simd --help")),
+        }
+    }
+}
+
+/// A configuration while it is read.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Draft {
+    pub(super) config: Config,
+    pub(super) certificate: Option<PathBuf>,
+    pub(super) key: Option<PathBuf>,
+    pub(super) client_authorities: Option<PathBuf>,
+    /// Where relative paths of the layer that is read begin.
+    pub(super) folder: PathBuf,
+    origins: BTreeMap<&'static str, Origin>,
+}
+
+impl Draft {
+    /// Puts a value over what was there.
+    pub(super) fn set(&mut self, key: &Key, value: Value, origin: Origin) -> Result<(), ConfigError> {
+        key.set(self, value).map_err(|sentence| origin.mistake(&sentence))?;
+        self.origins.insert(key.path, origin);
+        Ok(())
+    }
+
+    /// Who said the value of a key. `None`: nobody, so it is the default.
+    pub(super) fn origin(&self, path: &str) -> Option<&Origin> {
+        self.origins.get(path)
+    }
+
+    /// Once all layers are read: defaults that follow from other values, and what values must be together.
+    pub(super) fn finish(mut self) -> Result<Self, ConfigError> {
+        self.settle_shares();
+        self.config.tls = self.tls_files().map_err(|sentence| self.mistake("tls.certificate", &sentence))?;
+        self.config.connections.check().map_err(|sentence| self.mistake("connections.max", &sentence))?;
+        self.config.check_exposure().map_err(|sentence| self.mistake("listen", &sentence))?;
+        self.config.zenoh.tls.clone_from(&self.config.tls);
+        let (insecure, has_tokens) = (self.config.insecure, self.config.tokens.is_some());
+        let zenoh = self.config.zenoh.check(insecure, has_tokens);
+        let said = ["zenoh.listen", "zenoh.config", "zenoh.connect"].into_iter();
+        let said = said.max_by_key(|path| self.origin(path)).unwrap_or("zenoh.listen");
+        zenoh.map_err(|sentence| self.mistake(said, &sentence))?;
+        Ok(self)
+    }
+
+    /// A mistake that is that of whoever said this key's value; that of the flags where nobody did.
+    fn mistake(&self, path: &str, sentence: &str) -> ConfigError {
+        match self.origin(path) {
+            Some(origin) => origin.mistake(sentence),
+            None => ConfigError::Usage(sentence.to_owned()),
+        }
+    }
+
+    /// Limits that follow from others where nobody said them.
+    fn settle_shares(&mut self) {
+        let is_said = |path: &str| self.origins.contains_key(path);
+        let connections = &mut self.config.connections;
+        if !is_said("connections.max_per_peer") {
+            connections.max_per_peer = connections.max_per_peer.min(connections.max);
+        }
+        if !is_said("connections.loopback_reserve") {
+            connections.loopback_reserve = connections.loopback_reserve.min(connections.max / 2);
+        }
+        if !is_said("connections.max_http1") {
+            connections.max_http1 = connections.max_http1.min(connections.max);
+        }
+        let limits = &mut self.config.limits;
+        // What a client may send is at most what can be read.
+        limits.description_bytes = limits.description_bytes.min(limits.reading.urdf_bytes as u64);
+        limits.asset_bytes = limits.asset_bytes.min(limits.reading.mesh_bytes as u64);
+        limits.links = u32::try_from(limits.reading.links).unwrap_or(u32::MAX);
+    }
+
+    fn tls_files(&self) -> Result<Option<TlsFiles>, String> {
+        let client_authorities = self.client_authorities.clone();
+        match (self.certificate.clone(), self.key.clone()) {
+            (Some(certificate), Some(key)) => Ok(Some(TlsFiles { certificate, key, client_authorities })),
+            (Some(_), None) => Err("a certificate is given without its key: give tls.key (--tls-key) too".into()),
+            (None, Some(_)) => {
+                Err("a key is given without its certificate: give tls.certificate (--tls-certificate) too".into())
+            }
+            (None, None) if client_authorities.is_some() => Err("tls.client_authorities is given without the \
+                 daemon's own certificate: give tls.certificate and tls.key too"
+                .into()),
+            (None, None) => Ok(None),
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Variables of the environment: `SIMD_` and a key's path, in capitals, with `_` for the dot.
+
+use std::ffi::OsString;
+
+use super::ConfigError;
+use super::draft::{Draft, Origin};
+use super::keys::{KEYS, TABLES};
+
+/// A variable of clients that begins like one of ours.
+const OF_CLIENTS: &str = "SIMD_TLS_CA";
+
+/// Puts what the variables say over the draft. Variables of clients, such as `SIMD_TOKEN`, are none of ours; one that
+/// begins like those of a table and is none of its keys is a mistake.
+pub(super) fn apply(
+    draft: &mut Draft,
+    variables: impl IntoIterator<Item = (OsString, OsString)>,
+) -> Result<(), ConfigError> {
+    let mut said: Vec<(String, OsString)> = Vec::new();
+    for (name, value) in variables {
+        let Some(name) = name.to_str().filter(|name| name.starts_with("SIMD_") && *name != OF_CLIENTS) else { continue };
+        said.push((name.to_owned(), value));
+    }
+    for key in KEYS.iter() {
+        let variable = key.variable();
+        let Some(index) = said.iter().position(|(name, _)| *name == variable) else { continue };
+        let (name, value) = said.swap_remove(index);
+        let origin = Origin::Variable(name);
+        let text = value.to_str().ok_or_else(|| origin.mistake("it is no UTF-8"))?;
+        let value = key.parse(text).map_err(|sentence| origin.mistake(&format!("it {sentence}")))?;
+        draft.set(key, value, origin)?;
+    }
+    let of_table = |name: &str| {
+        TABLES.iter().find(|(table, _)| {
+            !table.is_empty() && name.starts_with(&format!("SIMD_{}_", table.to_ascii_uppercase()))
+        })
+    };
+    said.sort();
+    match said.iter().find_map(|(name, _)| Some((name, of_table(name)?))) {
+        Some((name, (table, _))) => Err(Origin::Variable(name.clone()).mistake(&format!(
+            "it is no key of the configuration; those of {table} are {}",
+            super::file::names(table).join(", ")
+        ))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,281 @@
+//! The table of keys: everything that an operator can say, but for the robots to load at the start.
+//!
+//! Within one layer a value is put in the order of this table.
+
+mod limits;
+
+use std::sync::LazyLock;
+
+use glamx::DVec3;
+use simd_core::Integrator;
+use simd_core::simulation::command::PhysicsChange;
+
+use super::key::{Access, Key};
+use crate::handle::{Pace, RunState};
+use crate::log::LogFormat;
+
+/// All keys, in the order of the file.
+pub(super) static KEYS: LazyLock<Vec<Key>> =
+    LazyLock::new(|| [daemon(), tls(), zenoh(), physics(), limits::keys()].into_iter().flatten().collect());
+
+/// Tables of the file, in their order, and what each is about.
+pub(super) const TABLES: [(&str, &str); 7] = [
+    ("", ""),
+    ("tls", "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again."),
+    ("zenoh", "How the daemon is reached over Zenoh."),
+    ("physics", "The world as it starts."),
+    ("limits", "What a description and its meshes must stay within: see urdf.md."),
+    ("service", "What the daemon keeps, and what requests must stay within: see daemon.md."),
+    ("connections", "Connections of gRPC, gRPC-Web and the page: see daemon.md."),
+];
+
+pub(super) fn find(path: &str) -> Option<&'static Key> {
+    KEYS.iter().find(|key| key.path == path)
+}
+
+fn daemon() -> Vec<Key> {
+    vec![
+        Key::new(
+            "name",
+            "what the daemon is called on the network: 1 to 64 of `A-Z a-z 0-9 _ -`",
+            Access::Text(|draft| draft.config.name.clone(), |draft, name| draft.config.change_name(name)),
+        )
+        .flag("name"),
+        Key::new(
+            "listen",
+            "where gRPC, gRPC-Web and the page are served; port 0 takes a free one. Another address than loopback \
+             needs `tls` and `tokens`, or `insecure`",
+            Access::Text(
+                |draft| draft.config.listen.to_string(),
+                |draft, listen| {
+                    draft.config.listen = listen.parse().map_err(|_error| {
+                        format!("listen is {listen:?}; it must be ADDRESS:PORT, for instance 127.0.0.1:7400")
+                    })?;
+                    Ok(())
+                },
+            ),
+        )
+        .flag("listen"),
+        Key::new(
+            "allow_hosts",
+            "names under which browsers may ask, beside addresses and localhost; those of all places are taken",
+            Access::Texts(
+                |draft| draft.config.allow_hosts.clone(),
+                |draft, names| {
+                    names.into_iter().try_for_each(|name| draft.config.add_allowed_host(name))
+                },
+            ),
+        )
+        .flag("allow-host")
+        .example("[\"lab.example\"]"),
+        Key::new(
+            "insecure",
+            "allows an address that others can reach without TLS and tokens: anyone who reaches the port commands \
+             the robots",
+            Access::Switch(|draft| draft.config.insecure, |draft, insecure| draft.config.insecure = insecure),
+        )
+        .flag("insecure"),
+        Key::new(
+            "tokens",
+            "clients need one of the tokens in this file, which `simctl token` writes. It is read again when it \
+             changes",
+            Access::File(|draft| &mut draft.config.tokens),
+        )
+        .flag("tokens")
+        .example("\"/var/lib/simd/tokens\""),
+        Key::new(
+            "log",
+            "what is logged on stderr: a level, or filters like `simd_server=debug`",
+            Access::Text(|draft| draft.config.log.clone(), |draft, log| draft.config.change_log(log)),
+        )
+        .flag("log"),
+        Key::new(
+            "log_format",
+            "`text` for people, or `json` for programs: an object a line, with `timestamp`, `level`, `target` and \
+             `fields`",
+            Access::Word(
+                &["text", "json"],
+                |draft| match draft.config.log_format {
+                    LogFormat::Text => "text",
+                    LogFormat::Json => "json",
+                },
+                |draft, format| {
+                    draft.config.log_format = if format == "json" { LogFormat::Json } else { LogFormat::Text };
+                    Ok(())
+                },
+            ),
+        )
+        .flag("log-format"),
+        Key::new(
+            "asset_roots",
+            "clients may name robots on this disk that lie below one of these folders; those of all places are taken",
+            Access::Files(
+                |draft| draft.config.asset_roots.clone(),
+                |draft, roots| roots.into_iter().try_for_each(|root| draft.config.add_asset_root(root)),
+            ),
+        )
+        .flag("asset-root")
+        .example("[\"/srv/robots\"]"),
+        Key::new(
+            "paused",
+            "whether the world starts paused",
+            Access::Switch(
+                |draft| draft.config.driver.state == RunState::Paused,
+                |draft, paused| {
+                    draft.config.driver.state = if paused { RunState::Paused } else { RunState::Playing };
+                },
+            ),
+        )
+        .flag("paused"),
+    ]
+}
+
+fn tls() -> Vec<Key> {
+    vec![
+        Key::new("tls.certificate", "the daemon's certificate", Access::File(|draft| &mut draft.certificate))
+            .flag("tls-certificate")
+            .example("\"/var/lib/simd/tls/server.pem\""),
+        Key::new("tls.key", "the private key of the certificate", Access::File(|draft| &mut draft.key))
+            .flag("tls-key")
+            .example("\"/var/lib/simd/tls/server.key\""),
+        Key::new(
+            "tls.client_authorities",
+            "clients need a certificate of one of these authorities",
+            Access::File(|draft| &mut draft.client_authorities),
+        )
+        .flag("tls-client-authorities")
+        .example("\"/var/lib/simd/tls/ca.pem\""),
+    ]
+}
+
+fn zenoh() -> Vec<Key> {
+    vec![
+        Key::new(
+            "zenoh.listen",
+            "where to listen, or `off`; port 0 takes a free one. Left out: `tcp/127.0.0.1:7447`, or nowhere where \
+             there are routers to join",
+            Access::Texts(
+                |draft| draft.config.zenoh.listen.clone().unwrap_or_default(),
+                |draft, locators| draft.config.zenoh.set_listen(locators),
+            ),
+        )
+        .flag("zenoh")
+        .example("[\"tcp/127.0.0.1:7447\"]"),
+        Key::new(
+            "zenoh.connect",
+            "routers to join",
+            Access::Texts(
+                |draft| draft.config.zenoh.connect.clone(),
+                |draft, locators| draft.config.zenoh.set_connect(locators),
+            ),
+        )
+        .flag("zenoh-connect")
+        .example("[\"tcp/router.lab:7447\"]"),
+        Key::new(
+            "zenoh.config",
+            "a file of Zenoh's own settings (JSON5), which are put over those of the daemon",
+            Access::File(|draft| &mut draft.config.zenoh.file),
+        )
+        .flag("zenoh-config")
+        .example("\"zenoh.json5\""),
+        Key::new(
+            "zenoh.state_rate",
+            "joint states that are published a second at the most; 0 is none",
+            Access::Number(
+                0.0..=super::zenoh::MAX_STATE_RATE,
+                |draft| draft.config.zenoh.state_rate,
+                |draft, rate| {
+                    draft.config.zenoh.state_rate = rate;
+                    Ok(())
+                },
+            ),
+        ),
+        Key::new(
+            "zenoh.enabled",
+            "whether the daemon is reached over Zenoh at all",
+            Access::Switch(
+                |draft| draft.config.zenoh.enabled,
+                |draft, enabled| draft.config.zenoh.enabled = enabled,
+            ),
+        ),
+    ]
+}
+
+fn physics() -> Vec<Key> {
+    vec![
+        Key::new(
+            "physics.gravity",
+            "m/s² along the world's axes",
+            Access::Vector(
+                |draft| draft.config.physics.gravity.to_array(),
+                |draft, gravity| {
+                    let gravity = Some(DVec3::from(gravity));
+                    draft.config.change_physics(PhysicsChange { gravity, ..PhysicsChange::default() })
+                },
+            ),
+        )
+        .flag("gravity"),
+        Key::new(
+            "physics.time_step",
+            "seconds that a step advances",
+            Access::Number(
+                1e-6..=0.1,
+                |draft| draft.config.physics.time_step,
+                |draft, step| {
+                    let time_step = Some(step);
+                    draft.config.change_physics(PhysicsChange { time_step, ..PhysicsChange::default() })
+                },
+            ),
+        )
+        .flag("time-step"),
+        Key::new(
+            "physics.substeps",
+            "parts of a step",
+            Access::Count(1..=1_000, |draft| &mut draft.config.physics.substeps),
+        ),
+        Key::new(
+            "physics.integrator",
+            "the method of a step: of second order, or MuJoCo's Euler; see physics.md",
+            Access::Word(
+                &["leapfrog", "euler"],
+                |draft| match draft.config.physics.integrator {
+                    Integrator::Leapfrog => "leapfrog",
+                    Integrator::Euler => "euler",
+                },
+                |draft, name| {
+                    let euler = name == "euler";
+                    let integrator = Some(if euler { Integrator::Euler } else { Integrator::Leapfrog });
+                    draft.config.change_physics(PhysicsChange { integrator, ..PhysicsChange::default() })
+                },
+            ),
+        )
+        .flag("integrator"),
+        Key::new(
+            "physics.real_time_factor",
+            "simulated seconds to a wall second",
+            Access::Number(
+                0.001..=1_000.0,
+                |draft| draft.config.driver.pace.factor(),
+                // Who asks for a factor asks for real time, unless the same place says otherwise.
+                |draft, factor| draft.config.change_pace(Pace::RealTime { factor }),
+            ),
+        )
+        .flag("rtf"),
+        Key::new(
+            "physics.as_fast_as_possible",
+            "whether steps follow each other at once",
+            Access::Switch(
+                |draft| matches!(draft.config.driver.pace, Pace::AsFastAsPossible { .. }),
+                |draft, is_free| {
+                    let factor = draft.config.driver.pace.factor();
+                    draft.config.driver.pace = match is_free {
+                        true => Pace::AsFastAsPossible { factor },
+                        false => Pace::RealTime { factor },
+                    };
+                },
+            ),
+        )
+        .flag("as-fast-as-possible"),
+    ]
+}
+
