@@ -22,6 +22,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use glamx::DPose3;
 use simd_core::simulation::WorldLimits;
@@ -67,10 +68,23 @@ pub struct Config {
     pub physics: PhysicsSettings,
     /// Pace, and whether the world plays once the robots are loaded.
     pub driver: driver::Config,
+    /// Where the world is saved as it runs, where it is.
+    pub autosave: Option<Autosave>,
     /// What requests must stay within.
     pub limits: DaemonLimits,
     /// What connections of gRPC and HTTP must stay within.
     pub connections: Connections,
+}
+
+/// How the world is saved as it runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Autosave {
+    /// Where; a file that is written beside it takes its place.
+    pub file: PathBuf,
+    /// How often, where the world has changed since.
+    pub every: Duration,
+    /// Whether the daemon starts with the world that is there, and not with the robots of its configuration.
+    pub restore: bool,
 }
 
 /// What TLS is served with, each a file of PEM.
@@ -136,6 +150,7 @@ impl Default for Config {
             robots: Vec::new(),
             physics: PhysicsSettings::default(),
             driver: driver::Config::default(),
+            autosave: None,
             limits: DaemonLimits::default(),
             connections: Connections::default(),
         }

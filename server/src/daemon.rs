@@ -4,6 +4,7 @@
 //! So an operator learns of a mistake in the first second, and the first step is
 //! the first that any robot sees.
 
+mod autosave;
 mod open_files;
 mod service_manager;
 mod signals;
@@ -24,7 +25,7 @@ use tokio::task::JoinHandle;
 
 use crate::access::Access;
 use crate::blocking_threads::BlockingThreads;
-use crate::config::{Config, Robot};
+use crate::config::{Autosave, Config, Robot};
 use crate::driver;
 use crate::grpc::Tls;
 use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
@@ -111,6 +112,7 @@ pub struct Running {
     tls: Option<Arc<Tls>>,
     zenoh: Option<zenoh::Serving>,
     server: JoinHandle<()>,
+    autosave: Option<Autosave>,
 }
 
 /// Starts a daemon within this process: no signals, no line on stdout.
@@ -148,7 +150,12 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
     let handle = SimHandle::with_access(link, loader, info, access.clone());
     let ready = async {
-        for robot in config.robots {
+        let restored = match config.autosave.as_ref().filter(|autosave| autosave.restore) {
+            Some(autosave) => autosave::restore(&handle, autosave).await,
+            None => false,
+        };
+        // A saved world has its robots.
+        for robot in config.robots.into_iter().filter(|_| !restored) {
             load(&handle, robot).await?;
         }
         if config.driver.state != RunState::Paused {
@@ -170,10 +177,13 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         }
     };
     tokio::spawn(handle.clone().keep_tidy());
+    if let Some(autosave) = config.autosave.clone() {
+        tokio::spawn(autosave::keep(handle.clone(), autosave));
+    }
     tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
     let serving = crate::grpc::serve(handle.clone(), listener, tls.clone(), page, config.connections);
     let server = tokio::spawn(serving);
-    Ok(Running { handle, address, tls, zenoh, server })
+    Ok(Running { handle, address, tls, zenoh, server, autosave: config.autosave })
 }
 
 /// Whether the files that a configuration names can be used, without a daemon: certificates, tokens, robots.
@@ -262,6 +272,9 @@ impl Running {
     /// Ends every stream with OK, takes no more calls, and ends the world. What
     /// has not ended by itself after two seconds is cut off.
     pub async fn drain(self) {
+        if let Some(autosave) = &self.autosave {
+            autosave::last(&self.handle, autosave).await;
+        }
         self.handle.draining().cancel();
         let zenoh = async {
             if let Some(zenoh) = self.zenoh {

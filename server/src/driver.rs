@@ -14,6 +14,7 @@ mod main_loop;
 mod meter;
 mod pacer;
 mod published;
+mod realtime;
 mod step_queue;
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,7 @@ pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LoggedEvent};
 pub(crate) use mailbox::Mailbox;
+pub use realtime::{Processors, RealTime};
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub(crate) use world::World;
 
@@ -51,6 +53,12 @@ use step_queue::StepQueue;
 pub struct Config {
     /// Calls that may wait for it.
     pub mailbox: usize,
+    /// Calls that may wait for their steps.
+    pub waiting_steps: usize,
+    /// Events that are kept.
+    pub events: usize,
+    /// What the thread asks of the system.
+    pub real_time: RealTime,
     /// Wall time by which the world may be late before lag is dropped.
     pub lag_limit: Duration,
     /// What it begins in.
@@ -63,6 +71,9 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             mailbox: 1024,
+            waiting_steps: 1024,
+            events: 1024,
+            real_time: RealTime::default(),
             lag_limit: Duration::from_millis(200),
             state: RunState::Playing,
             pace: Pace::default(),
@@ -87,7 +98,10 @@ pub(crate) struct Link {
 /// Where the system gives no thread.
 pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> {
     let (driver, link) = build(world, config);
-    std::thread::Builder::new().name("simd-driver".into()).spawn(move || run(driver))?;
+    std::thread::Builder::new().name("simd-driver".into()).spawn(move || {
+        realtime::ask(config.real_time);
+        run(driver);
+    })?;
     Ok(link)
 }
 
@@ -99,7 +113,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
     world.observe(&mut state);
     let settings = world.settings();
     let publisher = Publisher::new(state, settings, Statistics::at_start(config.state, config.pace));
-    let events = Arc::new(EventLog::default());
+    let events = Arc::new(EventLog::new(config.events));
     let link = Link { mailbox, board: publisher.board().clone(), events: events.clone() };
     let driver = Driver {
         world,
@@ -110,7 +124,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         pace: config.pace,
         pacer: Pacer::new(period(config.pace, &settings), config.lag_limit, now),
         meter: Meter::new(now),
-        steps: StepQueue::default(),
+        steps: StepQueue::new(config.waiting_steps),
         has_unpublished: false,
         iterations: 0,
         calls: CallBudget::default(),

@@ -5,8 +5,9 @@
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `calls`: how many calls there were, and how they ended.
-//! * `heavy`: permits for reads that take long. `once`: answers to retries.
+//! * `accounts`: what each client has. `heavy`: permits for reads that take long. `once`: answers to retries.
 
+mod accounts;
 mod calls;
 mod claims;
 mod clients;
@@ -50,6 +51,7 @@ use crate::access::Access;
 use crate::driver::{self, Event, ReplyTo};
 use crate::histogram::Counts;
 use crate::loading::Loader;
+use accounts::Accounts;
 use calls::CallCounts;
 use claims::Leases;
 use clients::Clients;
@@ -79,6 +81,7 @@ struct Inner {
     clients: Arc<Clients>,
     parameters: Parameters,
     heavy: HeavyWork,
+    accounts: Arc<Accounts>,
     info: DaemonInfo,
     access: Access,
     /// What the times of targets are counted from.
@@ -100,8 +103,11 @@ impl SimHandle {
         info: DaemonInfo,
         access: Access,
     ) -> Self {
-        let (answers, leases, calls, clients, heavy, draining) = Default::default();
-        let parameters = Parameters::new(info.limits.parameters);
+        let (leases, calls, clients, draining) = Default::default();
+        let limits = &info.limits;
+        let parameters = Parameters::new(limits.parameters);
+        let (answers, heavy) = (AnswerCache::new(limits), HeavyWork::new(limits));
+        let accounts = Accounts::new(limits.calls_per_second_of_client, limits.streams_of_client);
         Self {
             claim: None,
             inner: Arc::new(Inner {
@@ -113,6 +119,7 @@ impl SimHandle {
                 clients,
                 parameters,
                 heavy,
+                accounts: Arc::new(accounts),
                 info,
                 access,
                 started: Instant::now(),

@@ -1,5 +1,7 @@
 //! Who this daemon is, and the limits that requests must stay within.
 
+use std::time::Duration;
+
 /// Who this daemon is.
 #[derive(Clone, Debug)]
 pub struct DaemonInfo {
@@ -38,6 +40,42 @@ pub struct DaemonLimits {
     pub reading: simd_model::LoadLimits,
     /// Sliders and buttons at one time.
     pub parameters: u32,
+    /// Claims at one time.
+    pub claims: usize,
+    /// Answers that are kept for retries, requests under way included.
+    pub answers: usize,
+    /// Bytes of these.
+    pub answer_bytes: usize,
+    /// How long one is kept.
+    pub answer_time: Duration,
+    /// Uploads under way at one time.
+    pub uploads: usize,
+    /// Bytes of these.
+    pub partial_upload_bytes: usize,
+    /// After which an upload is abandoned.
+    pub abandoned_upload: Duration,
+    /// After which a file that no robot uses is forgotten.
+    pub unused_file: Duration,
+    /// Calls for kinematics, rays and distances that wait.
+    pub waiting_reads: usize,
+    /// Descriptions and files that wait to be read.
+    pub waiting_descriptions: usize,
+    /// Queries of Zenoh that are being answered.
+    pub zenoh_queries: usize,
+    /// Of these, streams.
+    pub zenoh_streams: usize,
+    /// How long one stream of Zenoh goes on.
+    pub zenoh_stream_time: Duration,
+    /// Calls a second of one client; 0 is any number.
+    pub calls_per_second_of_client: u32,
+    /// Streams of one client.
+    pub streams_of_client: u32,
+    /// Calls for kinematics, rays and distances of one client that wait.
+    pub waiting_reads_of_client: usize,
+    /// Descriptions and files of one client that wait to be read.
+    pub waiting_descriptions_of_client: usize,
+    /// Uploads of one client under way.
+    pub uploads_of_client: usize,
 }
 
 impl Default for DaemonLimits {
@@ -56,6 +94,24 @@ impl Default for DaemonLimits {
             saved_states: 32,
             reading: simd_model::LoadLimits::default(),
             parameters: 1_024,
+            claims: 1_024,
+            answers: 1_024,
+            answer_bytes: 64 << 20,
+            answer_time: Duration::from_secs(3_600),
+            uploads: 64,
+            partial_upload_bytes: 512 << 20,
+            abandoned_upload: Duration::from_secs(60),
+            unused_file: Duration::from_secs(600),
+            waiting_reads: 64,
+            waiting_descriptions: 64,
+            zenoh_queries: 1_024,
+            zenoh_streams: 512,
+            zenoh_stream_time: Duration::from_secs(3_600),
+            calls_per_second_of_client: 20_000,
+            streams_of_client: 256,
+            waiting_reads_of_client: 32,
+            waiting_descriptions_of_client: 32,
+            uploads_of_client: 32,
         }
     }
 }

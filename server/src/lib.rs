@@ -9,11 +9,12 @@
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
 //! * [`access`]: who may call what. [`authority`]: `simd tls init`. [`zenoh_acl`]: `simd zenoh-acl`.
-//! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
+//! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long. `account`, `fair_permits`: what each client may have.
 //! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
 
 pub mod access;
+mod account;
 pub mod authority;
 mod blocking_threads;
 mod call_error;
@@ -21,6 +22,7 @@ pub mod config;
 pub mod convert;
 pub mod daemon;
 pub mod driver;
+mod fair_permits;
 pub mod grpc;
 pub mod handle;
 mod histogram;

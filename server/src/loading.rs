@@ -29,7 +29,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use simd_core::collision::MeshShapes;
 use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, RobotModel};
-use tokio::sync::Semaphore;
 use tokio::time::Instant;
 
 pub(crate) use progress::Reporter;
@@ -39,6 +38,7 @@ pub use source::{AssetState, Prepared, Source, Validated};
 
 use crate::blocking_threads::BlockingThreads;
 use crate::call_error::CallError;
+use crate::fair_permits::FairPermits;
 use crate::info::DaemonLimits;
 use decoded::Decoded;
 use disk::Roots;
@@ -48,8 +48,6 @@ use store::Store;
 
 /// Descriptions that are read at one time: the physics thread wants a core too.
 const CONCURRENT_READS: usize = 2;
-/// Descriptions that are read or wait for it.
-const QUEUED_READS: usize = 64;
 
 /// Keeps uploads and knows where robots came from.
 #[derive(Debug)]
@@ -57,8 +55,7 @@ pub(crate) struct Loader {
     limits: DaemonLimits,
     roots: Roots,
     threads: Arc<BlockingThreads>,
-    read_permits: Arc<Semaphore>,
-    queue_slots: Arc<Semaphore>,
+    read_permits: Arc<FairPermits>,
     decoded: Arc<Decoded>,
     /// Held for a look or a change, never while something is read or hashed.
     cache: Mutex<Cache>,
@@ -94,16 +91,20 @@ impl Loader {
         threads: BlockingThreads,
     ) -> Result<Self, (PathBuf, std::io::Error)> {
         let cache = Cache {
-            store: Store::new(limits.upload_store_bytes),
-            partials: Partials::default(),
+            store: Store::new(limits.upload_store_bytes, limits.unused_file),
+            partials: Partials::new(&limits),
             known: Vec::new(),
         };
         Ok(Self {
             limits,
             roots: Roots::new(asset_roots)?,
             threads: Arc::new(threads),
-            read_permits: Arc::new(Semaphore::new(CONCURRENT_READS)),
-            queue_slots: Arc::new(Semaphore::new(QUEUED_READS)),
+            read_permits: Arc::new(FairPermits::new(
+                CONCURRENT_READS,
+                limits.waiting_descriptions,
+                limits.waiting_descriptions_of_client,
+                "descriptions and files that wait to be read",
+            )),
             decoded: Arc::new(Decoded::new(limits.decoded_bytes)),
             cache: Mutex::new(cache),
         })

@@ -73,7 +73,7 @@ fn run(log: &Log) -> ExitCode {
     match config.log_format {
         LogFormat::Text => lines.with_env_filter(filter).with_ansi(colors).init(),
         LogFormat::Json => {
-            lines.with_env_filter(filter).json().with_current_span(false).with_span_list(false).init()
+            lines.with_env_filter(filter).json().with_current_span(true).with_span_list(false).init()
         }
     }
     let threads = BLOCKING_THREADS + std::thread::available_parallelism().map_or(1, usize::from);

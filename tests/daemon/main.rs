@@ -2,6 +2,7 @@
 
 #![cfg(test)]
 
+mod autosave;
 mod client;
 mod docs;
 mod draining;

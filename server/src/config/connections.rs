@@ -28,6 +28,10 @@ pub struct Connections {
     pub body_bytes_per_second: u64,
     /// How long a client may send nothing into a stream of requests that it keeps open.
     pub stream_silence: Duration,
+    /// Calls of one connection that may be at work; more wait.
+    pub calls: usize,
+    /// Calls of one connection that may be open, those that wait included; clients keep more to themselves.
+    pub open_calls: u32,
 }
 
 impl Default for Connections {
@@ -43,6 +47,8 @@ impl Default for Connections {
             body: Duration::from_secs(30),
             body_bytes_per_second: 65_536,
             stream_silence: Duration::from_secs(3600),
+            calls: 1024,
+            open_calls: 2048,
         }
     }
 }

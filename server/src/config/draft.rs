@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use super::key::{Key, Value};
-use super::{Config, ConfigError, TlsFiles};
+use super::{Autosave, Config, ConfigError, TlsFiles};
 
 /// Who said a value. A later one beats an earlier one.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -39,15 +40,36 @@ impl Origin {
 }
 
 /// A configuration while it is read.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Draft {
     pub(super) config: Config,
+    pub(super) autosave_file: Option<PathBuf>,
+    pub(super) autosave_every: Duration,
+    pub(super) autosave_restore: bool,
     pub(super) certificate: Option<PathBuf>,
     pub(super) key: Option<PathBuf>,
     pub(super) client_authorities: Option<PathBuf>,
     /// Where relative paths of the layer that is read begin.
     pub(super) folder: PathBuf,
     origins: BTreeMap<&'static str, Origin>,
+}
+
+impl Default for Draft {
+    fn default() -> Self {
+        let (config, autosave_file, certificate, key, client_authorities, folder, origins) = Default::default();
+        let (autosave_every, autosave_restore) = (Duration::from_secs(60), false);
+        Self {
+            config,
+            autosave_file,
+            autosave_every,
+            autosave_restore,
+            certificate,
+            key,
+            client_authorities,
+            folder,
+            origins,
+        }
+    }
 }
 
 impl Draft {
@@ -66,21 +88,25 @@ impl Draft {
     /// Once all layers are read: defaults that follow from other values, and what values must be together.
     pub(super) fn finish(mut self) -> Result<Self, ConfigError> {
         self.settle_shares();
-        self.config.tls = self.tls_files().map_err(|sentence| self.mistake("tls.certificate", &sentence))?;
-        self.config.connections.check().map_err(|sentence| self.mistake("connections.max", &sentence))?;
-        self.config.check_exposure().map_err(|sentence| self.mistake("listen", &sentence))?;
+        let (every, restore) = (self.autosave_every, self.autosave_restore);
+        self.config.autosave = self.autosave_file.clone().map(|file| Autosave { file, every, restore });
+        let tls = ["tls.certificate", "tls.key", "tls.client_authorities"];
+        self.config.tls = self.tls_files().map_err(|sentence| self.mistake(&tls, &sentence))?;
+        let shares = ["max", "max_per_peer", "loopback_reserve", "max_http1"].map(|name| format!("connections.{name}"));
+        let shares: Vec<&str> = shares.iter().map(String::as_str).collect();
+        self.config.connections.check().map_err(|sentence| self.mistake(&shares, &sentence))?;
+        self.config.check_exposure().map_err(|sentence| self.mistake(&["listen"], &sentence))?;
         self.config.zenoh.tls.clone_from(&self.config.tls);
         let (insecure, has_tokens) = (self.config.insecure, self.config.tokens.is_some());
         let zenoh = self.config.zenoh.check(insecure, has_tokens);
-        let said = ["zenoh.listen", "zenoh.config", "zenoh.connect"].into_iter();
-        let said = said.max_by_key(|path| self.origin(path)).unwrap_or("zenoh.listen");
-        zenoh.map_err(|sentence| self.mistake(said, &sentence))?;
+        let said = ["zenoh.listen", "zenoh.config", "zenoh.connect"];
+        zenoh.map_err(|sentence| self.mistake(&said, &sentence))?;
         Ok(self)
     }
 
-    /// A mistake that is that of whoever said this key's value; that of the flags where nobody did.
-    fn mistake(&self, path: &str, sentence: &str) -> ConfigError {
-        match self.origin(path) {
+    /// A mistake in what some keys are together: that of who said one last, of the flags where nobody did.
+    fn mistake(&self, paths: &[&str], sentence: &str) -> ConfigError {
+        match paths.iter().filter_map(|path| self.origin(path)).max() {
             Some(origin) => origin.mistake(sentence),
             None => ConfigError::Usage(sentence.to_owned()),
         }

@@ -7,6 +7,9 @@ use std::time::Duration;
 
 use super::draft::Draft;
 
+/// The end of a range that no machine reaches.
+pub(super) const MANY: u64 = 1 << 40;
+
 /// One key of the configuration. The flag, the environment variable, the configuration file and the documents are all
 /// made of these.
 pub(super) struct Key {
@@ -141,6 +144,7 @@ impl Key {
     pub(super) fn takes(&self) -> String {
         match &self.access {
             Access::Switch(..) => "true or false".into(),
+            Access::Count(range, _) if *range.end() >= MANY => format!("{} or more", range.start()),
             Access::Count(range, _) => format!("{} to {}", range.start(), range.end()),
             Access::Seconds(range, _) => format!("{} to {} seconds", range.start(), range.end()),
             Access::Number(range, ..) => format!("{} to {}", range.start(), range.end()),

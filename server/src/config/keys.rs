@@ -11,21 +11,33 @@ use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::key::{Access, Key};
+use crate::driver::Processors;
 use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
 /// All keys, in the order of the file.
 pub(super) static KEYS: LazyLock<Vec<Key>> =
-    LazyLock::new(|| [daemon(), tls(), zenoh(), physics(), limits::keys()].into_iter().flatten().collect());
+    LazyLock::new(|| [daemon(), tls(), zenoh(), physics(), autosave(), realtime(), limits::keys()].into_iter().flatten().collect());
 
 /// Tables of the file, in their order, and what each is about.
-pub(super) const TABLES: [(&str, &str); 7] = [
+pub(super) const TABLES: [(&str, &str); 10] = [
     ("", ""),
     ("tls", "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again."),
     ("zenoh", "How the daemon is reached over Zenoh."),
     ("physics", "The world as it starts."),
+    ("autosave", "The world in a file, as it runs and where the daemon drains, so that it goes on where it was: see operations.md."),
+    (
+        "realtime",
+        "What the physics thread asks of the system, on Linux. What the system refuses is a sentence in the log; the daemon \
+         goes on without it.",
+    ),
     ("limits", "What a description and its meshes must stay within: see urdf.md."),
     ("service", "What the daemon keeps, and what requests must stay within: see daemon.md."),
+    (
+        "clients",
+        "What one client may have, so that it leaves room for others. A client is who has a token; without tokens an IPv4 \
+         address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection.",
+    ),
     ("connections", "Connections of gRPC, gRPC-Web and the page: see daemon.md."),
 ];
 
@@ -91,7 +103,7 @@ fn daemon() -> Vec<Key> {
         .flag("log"),
         Key::new(
             "log_format",
-            "`text` for people, or `json` for programs: an object a line, with `timestamp`, `level`, `target` and \
+            "how the log is written: `text` for people, or `json` for programs: an object a line, with `timestamp`, `level`, `target` and \
              `fields`",
             Access::Word(
                 &["text", "json"],
@@ -205,7 +217,7 @@ fn physics() -> Vec<Key> {
     vec![
         Key::new(
             "physics.gravity",
-            "m/s² along the world's axes",
+            "gravity along the world's axes, m/s²",
             Access::Vector(
                 |draft| draft.config.physics.gravity.to_array(),
                 |draft, gravity| {
@@ -279,3 +291,57 @@ fn physics() -> Vec<Key> {
     ]
 }
 
+
+fn realtime() -> Vec<Key> {
+    vec![
+        Key::new(
+            "realtime.priority",
+            "the real-time priority of the physics thread (`SCHED_FIFO`); 0 is none. Needs `CAP_SYS_NICE` or \
+             `LimitRTPRIO`",
+            Access::Count(0..=99, |draft| &mut draft.config.driver.real_time.priority),
+        ),
+        Key::new(
+            "realtime.processors",
+            "the processors that the physics thread runs on, by the system's numbers; left out: all",
+            Access::Counts(
+                0..=Processors::COUNT as u64 - 1,
+                |draft| draft.config.driver.real_time.processors.numbers().collect(),
+                |draft, numbers| {
+                    draft.config.driver.real_time.processors = Processors::of(numbers);
+                    Ok(())
+                },
+            ),
+        )
+        .example("[2, 3]"),
+        Key::new(
+            "realtime.lock_memory",
+            "whether no memory of the process is swapped out. Needs `CAP_IPC_LOCK` or `LimitMEMLOCK`",
+            Access::Switch(
+                |draft| draft.config.driver.real_time.lock_memory,
+                |draft, lock| draft.config.driver.real_time.lock_memory = lock,
+            ),
+        ),
+    ]
+}
+
+fn autosave() -> Vec<Key> {
+    vec![
+        Key::new(
+            "autosave.file",
+            "where the world is saved; left out: nowhere. It is written beside and renamed",
+            Access::File(|draft| &mut draft.autosave_file),
+        )
+        .example("\"/var/lib/simd/autosave.simdstate\""),
+        Key::new(
+            "autosave.every_seconds",
+            "how often, where the world has changed since; at the end of the daemon in any case",
+            Access::Seconds(0.1..=604_800.0, |draft| &mut draft.autosave_every),
+        ),
+        Key::new(
+            "autosave.restore",
+            "whether the daemon starts with the world in the file, where there is one, in place of the robots of its \
+             configuration",
+            Access::Switch(|draft| draft.autosave_restore, |draft, restore| draft.autosave_restore = restore),
+        ),
+    ]
+}

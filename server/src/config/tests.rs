@@ -2,7 +2,10 @@
 
 use std::fs;
 
+use simd_core::Integrator;
+
 use super::*;
+use crate::handle::RunState;
 
 fn args(flags: &str) -> Result<Config, ConfigError> {
     Config::from_args(std::iter::once("simd").chain(flags.split_whitespace()).map(OsString::from))

@@ -24,7 +24,7 @@ pub(super) fn default_file() -> String {
         }
         for key in of_table(table) {
             let mut meaning = key.meaning.replace('`', "");
-            if !key.is_switch() {
+            if !key.is_switch() && key.takes() != "text" {
                 let _ = write!(meaning, " ({})", key.takes());
             }
             comment(&mut text, &sentence(&meaning));

@@ -11,8 +11,6 @@ use tokio::sync::Notify;
 use super::published::Pace;
 use crate::run_state::RunState;
 
-/// How many events are kept.
-const KEPT: usize = 1024;
 /// Bytes of names and sentences in all of them: so many fit in one message.
 const MAX_BYTES: usize = 2 << 20;
 
@@ -71,8 +69,10 @@ pub struct EventBatch {
 }
 
 /// The last events, for any number of readers.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct EventLog {
+    /// How many are kept.
+    limit: usize,
     /// Held for a push or a copy, never across a step.
     kept: Mutex<Kept>,
     grown: Notify,
@@ -87,6 +87,11 @@ struct Kept {
 }
 
 impl EventLog {
+    /// Keeps the last so many.
+    pub(crate) fn new(limit: usize) -> Self {
+        Self { limit, kept: Mutex::default(), grown: Notify::new() }
+    }
+
     /// Appends an event.
     pub(crate) fn push(&self, wall_time: SystemTime, state_sequence: u64, what: Happened) {
         {
@@ -96,7 +101,7 @@ impl EventLog {
             kept.bytes += bytes_of(&what);
             kept.events.push_back(LoggedEvent { sequence, wall_time, state_sequence, what });
             // The newest stays, however long it is.
-            while kept.events.len() > KEPT || (kept.bytes > MAX_BYTES && kept.events.len() > 1) {
+            while kept.events.len() > self.limit || (kept.bytes > MAX_BYTES && kept.events.len() > 1) {
                 kept.bytes -= kept.events.pop_front().map_or(0, |gone| bytes_of(&gone.what));
             }
         }
@@ -160,13 +165,15 @@ mod tests {
 
     use super::*;
 
+    const KEPT: usize = 1024;
+
     fn overrun(log: &EventLog) {
         log.push(SystemTime::UNIX_EPOCH, 0, Happened::Overrun { at: Moment::default(), dropped_lag: 1.0 });
     }
 
     #[test]
     fn events_are_numbered_from_one_and_read_after_a_number() {
-        let log = EventLog::default();
+        let log = EventLog::new(KEPT);
         assert_eq!(log.after(0), EventBatch::default());
         (0..3).for_each(|_| overrun(&log));
         let batch = log.after(1);
@@ -176,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_slow_reader_is_told_how_many_it_missed() {
-        let log = EventLog::default();
+        let log = EventLog::new(KEPT);
         (0..KEPT + 10).for_each(|_| overrun(&log));
         let batch = log.after(4);
         assert_eq!(batch.events.len(), KEPT);
@@ -186,7 +193,7 @@ mod tests {
 
     #[test]
     fn long_events_are_kept_in_bytes_and_the_newest_always() {
-        let log = EventLog::default();
+        let log = EventLog::new(KEPT);
         let claimed = |joints: usize| {
             let claimed = Claimed { joints: vec!["j".repeat(1024); joints], ..Claimed::default() };
             let kind = EventKind::JointsClaimed { holder: "me".into(), claimed };
@@ -205,14 +212,14 @@ mod tests {
 
     #[test]
     fn a_number_from_another_life_of_the_daemon_reads_nothing() {
-        let log = EventLog::default();
+        let log = EventLog::new(KEPT);
         overrun(&log);
         assert_eq!(log.after(99).events, []);
     }
 
     #[tokio::test]
     async fn a_waiting_reader_gets_the_next_event() {
-        let log = EventLog::default();
+        let log = EventLog::new(KEPT);
         let read = log.next(0, Duration::from_secs(60));
         let write = async { overrun(&log) };
         let (batch, ()) = tokio::join!(read, write);

@@ -8,12 +8,11 @@ use super::event::ReplyTo;
 use super::published::Stepped;
 use crate::call_error::CallError;
 
-/// How many calls may wait. Each holds a connection, so this is far beyond use.
-const PENDING: usize = 1024;
-
 /// Calls that wait for their steps.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct StepQueue {
+    /// How many calls may wait. Each holds a connection.
+    limit: usize,
     calls: VecDeque<Pending>,
 }
 
@@ -29,15 +28,20 @@ pub(super) struct Pending {
 }
 
 impl StepQueue {
+    /// For so many calls.
+    pub(super) fn new(limit: usize) -> Self {
+        Self { limit, calls: VecDeque::new() }
+    }
+
     /// Refuses one call more than may wait.
     pub(super) fn has_room(&self) -> Result<(), CallError> {
-        if self.calls.len() < PENDING {
+        if self.calls.len() < self.limit {
             return Ok(());
         }
         Err(CallError::LimitExceeded {
             what: "the number of waiting step calls".into(),
-            value: PENDING as u64 + 1,
-            limit: PENDING as u64,
+            value: self.limit as u64 + 1,
+            limit: self.limit as u64,
         })
     }
 

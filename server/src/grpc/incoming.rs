@@ -16,6 +16,7 @@ use tonic::transport::server::Connected;
 
 use super::calls::Origin;
 use super::connections::{Address, Connections, Place};
+use crate::account::Account;
 use crate::handle::{Disconnect, Peer};
 
 /// How long nothing is accepted after an error: most, such as too many open
@@ -45,7 +46,7 @@ pub(super) async fn accept<S, T>(
                 is_failing = false;
                 let number = ACCEPTED.fetch_add(1, Ordering::Relaxed);
                 if let Ok(place) = connections.admit(number, Address::from(address), draining) {
-                    serve(Connection::new(io, place));
+                    serve(Connection::new(io, place, Account::of_connection(number, address)));
                 }
             }
             Err(error) => {
@@ -65,6 +66,8 @@ pub(super) struct Connection<T> {
     io: T,
     speaks: Speaks,
     is_cut: Pin<Box<WaitForCancellationFutureOwned>>,
+    /// Whom its calls count for.
+    account: Account,
     /// Dropped after `io`, so that there are never more connections than places.
     place: Place,
 }
@@ -81,10 +84,10 @@ enum Speaks {
 }
 
 impl<T> Connection<T> {
-    fn new(io: T, place: Place) -> Self {
+    fn new(io: T, place: Place, account: Account) -> Self {
         let deadline = Box::pin(tokio::time::sleep(place.limits().begin));
         let is_cut = Box::pin(place.cut.clone().cancelled_owned());
-        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, place }
+        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, account, place }
     }
 
     /// Set when it shall take no more calls.
@@ -220,6 +223,7 @@ impl<T> Connected for Connection<T> {
     fn connect_info(&self) -> Origin {
         Origin {
             peer: Peer::Connection(self.place.number),
+            account: self.account.clone(),
             activity: Arc::clone(&self.place.activity),
             disconnect: Disconnect(self.place.cut.clone()),
         }

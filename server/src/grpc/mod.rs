@@ -47,11 +47,6 @@ const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
 /// How many of the kernel's questions may stay without an answer: then the other side is gone.
 const KEEPALIVE_PROBES: u32 = 3;
-/// Calls of one connection that are worked on at once; more are refused. Streams
-/// count until they have begun.
-const CALLS_PER_CONNECTION: usize = 1024;
-/// Calls and streams that one connection may hold open; more wait at the client.
-const STREAMS_PER_CONNECTION: u32 = 2048;
 
 /// Serves until the daemon drains: then takes no more connections, lets every
 /// stream end with OK, and returns when all calls have ended or after two seconds.
@@ -116,8 +111,8 @@ fn server(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> Rou
     Server::builder()
         .http2_keepalive_interval(Some(KEEPALIVE_INTERVAL))
         .http2_keepalive_timeout(Some(KEEPALIVE_TIMEOUT))
-        .max_concurrent_streams(Some(STREAMS_PER_CONNECTION))
-        .concurrency_limit_per_connection(CALLS_PER_CONNECTION)
+        .max_concurrent_streams(Some(limits.open_calls))
+        .concurrency_limit_per_connection(limits.calls)
         .load_shed(true)
         .accept_http1(true)
         .add_routes(routes.into())

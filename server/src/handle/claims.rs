@@ -17,8 +17,6 @@ use super::{CallError, Done, SimHandle};
 
 /// Shortest and longest lease.
 const LEASE: std::ops::RangeInclusive<Duration> = Duration::from_millis(100)..=Duration::from_secs(3600);
-/// Claims at one time.
-const CLAIMS: usize = 1024;
 /// How long to wait before a lapsed claim is tried to be released again, where
 /// the mailbox was full.
 const RETRY: Duration = Duration::from_millis(20);
@@ -147,11 +145,12 @@ impl SimHandle {
         let over = CancellationToken::new();
         {
             let mut running = self.inner.leases.lock();
-            if running.len() >= CLAIMS {
+            let limit = self.info().limits.claims;
+            if running.len() >= limit {
                 return Err(CallError::LimitExceeded {
                     what: "the number of claims".into(),
-                    value: CLAIMS as u64 + 1,
-                    limit: CLAIMS as u64,
+                    value: limit as u64 + 1,
+                    limit: limit as u64,
                 });
             }
             let ends = Instant::now() + lease;

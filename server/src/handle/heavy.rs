@@ -4,26 +4,16 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use tokio::sync::Semaphore;
-
 use super::{CallError, SimHandle};
 use crate::blocking_threads::BlockingThreads;
+use crate::fair_permits::FairPermits;
+use crate::info::DaemonLimits;
 
-/// How many may wait for a permit. Each holds its request in memory, at most a message's size.
-const WAITING: usize = 64;
-
-/// Permits for heavy work. One for the whole daemon, whichever transport asks.
+/// Permits for heavy work. One for the whole daemon, whichever transport asks. Each that waits for one holds its
+/// request in memory, at most a message's size.
 #[derive(Debug)]
 pub(super) struct HeavyWork {
-    permits: Arc<Semaphore>,
-    queue: Semaphore,
-}
-
-impl Default for HeavyWork {
-    fn default() -> Self {
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        Self::new((processors / 2).max(1), WAITING)
-    }
+    permits: FairPermits,
 }
 
 /// Whether no caller waits for some work any more.
@@ -47,8 +37,15 @@ impl Drop for SetOnDrop {
 }
 
 impl HeavyWork {
-    fn new(permits: usize, waiting: usize) -> Self {
-        Self { permits: Arc::new(Semaphore::new(permits)), queue: Semaphore::new(waiting) }
+    /// Half of the processors may do such work.
+    pub(super) fn new(limits: &DaemonLimits) -> Self {
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        Self::with((processors / 2).max(1), limits.waiting_reads, limits.waiting_reads_of_client)
+    }
+
+    fn with(permits: usize, waiting: usize, of_one: usize) -> Self {
+        let what = "waiting calls for kinematics and rays";
+        Self { permits: FairPermits::new(permits, waiting, of_one, what) }
     }
 
     /// Does the work on a thread where it blocks no other task. The permit is held until the work ends, also where
@@ -61,18 +58,7 @@ impl HeavyWork {
         threads: &BlockingThreads,
         work: impl FnOnce(&Cancelled) -> T + Send + 'static,
     ) -> Result<T, CallError> {
-        let permit = match Arc::clone(&self.permits).try_acquire_owned() {
-            Ok(permit) => permit,
-            Err(_taken) => {
-                let _queued = self.queue.try_acquire().map_err(|_full| CallError::LimitExceeded {
-                    what: "the number of waiting calls for kinematics and rays".into(),
-                    value: WAITING as u64 + 1,
-                    limit: WAITING as u64,
-                })?;
-                let failed = |error| CallError::Internal { message: format!("no permit: {error}") };
-                Arc::clone(&self.permits).acquire_owned().await.map_err(failed)?
-            }
-        };
+        let permit = self.permits.acquire().await?;
         let on_drop = SetOnDrop(Cancelled::default());
         let cancelled = on_drop.0.clone();
         let done = threads.run(move || {
@@ -130,16 +116,15 @@ mod tests {
     #[tokio::test]
     async fn a_permit_is_held_until_the_work_ends_and_not_until_its_caller_leaves() {
         let threads = BlockingThreads::computing().unwrap();
-        let heavy = HeavyWork::new(1, 1);
+        let heavy = HeavyWork::with(1, 1, 1);
         let (work, end, has_begun) = held();
         {
             let mut call = Box::pin(heavy.run(&threads, work));
             assert!(poll_once(call.as_mut()).await.is_pending());
             has_begun.await.unwrap();
         }
-        assert_eq!(heavy.permits.available_permits(), 0, "its caller is gone, and it runs");
         let mut next = Box::pin(heavy.run(&threads, |_| 7));
-        assert!(poll_once(next.as_mut()).await.is_pending());
+        assert!(poll_once(next.as_mut()).await.is_pending(), "its caller is gone, and the first runs");
         end.send(()).unwrap();
         assert_eq!(next.await.unwrap(), 7);
     }
@@ -147,7 +132,7 @@ mod tests {
     #[tokio::test]
     async fn one_more_than_may_wait_is_refused_at_once() {
         let threads = BlockingThreads::computing().unwrap();
-        let heavy = HeavyWork::new(1, 1);
+        let heavy = HeavyWork::with(1, 1, 1);
         let (work, end, has_begun) = held();
         let mut running = Box::pin(heavy.run(&threads, work));
         assert!(poll_once(running.as_mut()).await.is_pending());
@@ -158,13 +143,12 @@ mod tests {
         end.send(()).unwrap();
         assert!(!running.await.unwrap(), "its caller waits for it");
         waiting.await.unwrap();
-        assert_eq!(heavy.queue.available_permits(), 1);
     }
 
     #[tokio::test]
     async fn work_whose_caller_left_is_told_so_and_what_only_waits_is_not_begun() {
         let threads = BlockingThreads::computing().unwrap();
-        let heavy = HeavyWork::new(1, 2);
+        let heavy = HeavyWork::with(1, 2, 2);
         let (begun, has_begun) = tokio::sync::oneshot::channel();
         let (ended, has_ended) = tokio::sync::oneshot::channel();
         {

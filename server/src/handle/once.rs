@@ -15,19 +15,14 @@ use bytes::Bytes;
 use simd_model::robot::Sha256;
 use tokio::sync::watch;
 use tokio::time::Instant;
+use tracing::Instrument as _;
 
 use super::{CallError, Peer, Scope, SimHandle};
+use crate::account::Account;
+use crate::info::DaemonLimits;
 
-/// How many requests are remembered, those under way included.
-const KEPT: usize = 1024;
-/// How many requests of one caller may be under way: the rest is for others.
-const MAX_UNDER_WAY: usize = KEPT / 2;
-/// Bytes of all answers that are remembered, with what belongs to them.
-const MAX_WEIGHT: usize = 64 << 20;
 /// What an answer takes beside its bytes and its id.
 const ENTRY: usize = 512;
-/// How long an answer is remembered.
-const KEPT_FOR: Duration = Duration::from_secs(3600);
 /// Bytes of an id.
 pub(crate) const MAX_ID: usize = 256;
 
@@ -68,14 +63,21 @@ struct Key {
 }
 
 /// The answers to the last requests.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct AnswerCache {
     /// Held for a look or a change of the map, never across the work.
     entries: Arc<Mutex<Entries>>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Entries {
+    /// How many requests are remembered, those under way included. Half of them may be under way for one caller: the
+    /// rest is for others.
+    limit: usize,
+    /// Bytes of all answers that are remembered, with what belongs to them.
+    max_weight: usize,
+    /// How long an answer is remembered.
+    kept_for: Duration,
     by_key: HashMap<Arc<Key>, Entry>,
     /// Of callers that have an entry.
     shares: HashMap<Scope, Share>,
@@ -119,6 +121,13 @@ impl Share {
 }
 
 impl AnswerCache {
+    pub(super) fn new(limits: &DaemonLimits) -> Self {
+        let (by_key, shares, answers, weight) = Default::default();
+        let (limit, max_weight, kept_for) = (limits.answers, limits.answer_bytes, limits.answer_time);
+        let entries = Entries { limit, max_weight, kept_for, by_key, shares, answers, weight };
+        Self { entries: Arc::new(Mutex::new(entries)) }
+    }
+
     /// Does the work, or gives the answer that the same request got before. Work runs to its end and is remembered
     /// even if its caller goes away: the retry comes for that answer. Work that this caller may not have done, for
     /// the error that stands in its place, is not begun, and nothing is remembered of it: another may send the same
@@ -174,7 +183,7 @@ impl AnswerCache {
         drop(entries);
 
         let unanswered = Unanswered { cache: self.clone(), key };
-        tokio::spawn(async move {
+        let task = async move {
             // In this order, so that where the work panics its request is forgotten before a caller learns of it.
             let (sender, unanswered) = (sender, unanswered);
             let outcome = work.await;
@@ -184,16 +193,18 @@ impl AnswerCache {
                 unanswered.answered(&outcome);
             }
             sender.send_replace(Some(outcome));
-        });
+        };
+        tokio::spawn(Account::current().scope(task).in_current_span());
         Ok(receiver)
     }
 
     /// Forgets answers that are too old. Work that is under way is waited for.
     pub(super) fn tidy(&self, now: Instant) {
         let mut entries = self.lock();
+        let kept_for = entries.kept_for;
         let is_old = |(key, entry): (&Arc<Key>, &Entry)| {
             let answered = entry.answered?;
-            (now >= answered.at + KEPT_FOR).then(|| key.clone())
+            (now >= answered.at + kept_for).then(|| key.clone())
         };
         let old: Vec<_> = entries.by_key.iter().filter_map(is_old).collect();
         for key in old {
@@ -239,13 +250,14 @@ impl Entries {
         outcome: OutcomeReceiver,
     ) -> Result<(), CallError> {
         let under_way = self.shares.get(&key.scope).map_or(0, |share| share.under_way);
+        let most = (self.limit / 2).max(1);
         let has_room =
-            under_way < MAX_UNDER_WAY && (self.by_key.len() < KEPT || self.evict(Share::entries, None));
+            under_way < most && (self.by_key.len() < self.limit || self.evict(Share::entries, None));
         if !has_room {
             return Err(CallError::LimitExceeded {
                 what: "the number of requests with an id that are under way".into(),
                 value: under_way as u64 + 1,
-                limit: MAX_UNDER_WAY as u64,
+                limit: most as u64,
             });
         }
         // The id is in the key and in the request.
@@ -271,7 +283,7 @@ impl Entries {
         share.answered.insert(number, key.clone());
         share.weight += bytes;
         self.weight += bytes;
-        while self.weight > MAX_WEIGHT && self.evict(|share| share.weight, Some(number)) {}
+        while self.weight > self.max_weight && self.evict(|share| share.weight, Some(number)) {}
     }
 
     /// Forgets the oldest answer of the caller that has the most; of two that have as much, the older one. Says

@@ -7,23 +7,27 @@ use std::time::Duration;
 use simd_model::robot::Sha256;
 use tokio::time::Instant;
 
+use crate::account::Account;
 use crate::call_error::CallError;
-
-/// Uploads under way at one time.
-const COUNT: usize = 64;
-/// Bytes of all of them; more than the largest file, so that one always fits.
-const BYTES: usize = 512 << 20;
-/// An upload is abandoned when nothing came for so long.
-const ABANDONED: Duration = Duration::from_secs(60);
+use crate::info::DaemonLimits;
 
 /// Files of which a part has come.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Partials {
     by_hash: HashMap<Sha256, Partial>,
+    /// Uploads under way at one time, and of one client.
+    count: usize,
+    count_of_client: usize,
+    /// Bytes of all of them; at least those of the largest file, so that one always fits.
+    bytes: usize,
+    /// An upload is abandoned when nothing came for so long.
+    abandoned: Duration,
 }
 
 #[derive(Debug)]
 struct Partial {
+    /// Who sends it.
+    account: Account,
     total: u64,
     bytes: Vec<u8>,
     touched: Instant,
@@ -39,6 +43,16 @@ pub(super) enum Progress {
 }
 
 impl Partials {
+    pub(super) fn new(limits: &DaemonLimits) -> Self {
+        Self {
+            by_hash: HashMap::new(),
+            count: limits.uploads.max(1),
+            count_of_client: limits.uploads_of_client.max(1),
+            bytes: limits.partial_upload_bytes.max(usize::try_from(limits.asset_bytes).unwrap_or(usize::MAX)),
+            abandoned: limits.abandoned_upload,
+        }
+    }
+
     /// Adds a part. Part 0 begins anew unless it is what is here already; a later
     /// part must begin where the last ended, or repeat what is here.
     ///
@@ -63,10 +77,18 @@ impl Partials {
             self.check_continues(&sha256, total, offset)?;
         }
         if !self.by_hash.contains_key(&sha256) {
-            self.make_room(COUNT - 1, usize::MAX, None);
+            let account = Account::current();
+            if account != Account::Process {
+                self.make_room(self.count_of_client - 1, usize::MAX, |_, partial| partial.account == account);
+            }
+            self.make_room(self.count - 1, usize::MAX, |_, _| true);
         }
-        let partial =
-            self.by_hash.entry(sha256).or_insert(Partial { total, bytes: Vec::new(), touched: now });
+        let partial = self.by_hash.entry(sha256).or_insert_with(|| Partial {
+            account: Account::current(),
+            total,
+            bytes: Vec::new(),
+            touched: now,
+        });
         partial.touched = now;
         // Fits: it is not beyond what is here.
         let start = offset as usize;
@@ -85,13 +107,13 @@ impl Partials {
             let complete = self.by_hash.remove(&sha256).map(|partial| partial.bytes);
             return Ok(Progress::Complete(complete.unwrap_or_default()));
         }
-        self.make_room(COUNT, BYTES, Some(&sha256));
+        self.make_room(self.count, self.bytes, |other, _| *other != sha256);
         Ok(Progress::Received(received))
     }
 
     /// Forgets uploads for which nothing came for long.
     pub(super) fn forget_abandoned(&mut self, now: Instant) {
-        self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < ABANDONED);
+        self.by_hash.retain(|_, partial| now.saturating_duration_since(partial.touched) < self.abandoned);
     }
 
     /// Bytes of all of them.
@@ -119,15 +141,16 @@ impl Partials {
         Ok(())
     }
 
-    /// Forgets uploads, the longest untouched first, until there are at most so many.
-    fn make_room(&mut self, count: usize, bytes: usize, but: Option<&Sha256>) {
+    /// Forgets some of these uploads, the longest untouched first, until there are at most so many of them, and all
+    /// have so many bytes.
+    fn make_room(&mut self, count: usize, bytes: usize, of: impl Fn(&Sha256, &Partial) -> bool) {
         loop {
             let held: usize = self.by_hash.values().map(|partial| partial.bytes.len()).sum();
-            if self.by_hash.len() <= count && held <= bytes {
+            let some = || self.by_hash.iter().filter(|(sha256, partial)| of(sha256, partial));
+            if some().count() <= count && held <= bytes {
                 return;
             }
-            let others = self.by_hash.iter().filter(|(sha256, _)| Some(*sha256) != but);
-            let Some(oldest) = others.min_by_key(|(_, partial)| partial.touched).map(|(sha256, _)| *sha256)
+            let Some(oldest) = some().min_by_key(|(_, partial)| partial.touched).map(|(sha256, _)| *sha256)
             else {
                 return;
             };

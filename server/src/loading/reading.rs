@@ -196,19 +196,12 @@ impl Loader {
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, CallError> {
-        let Ok(slot) = self.queue_slots.clone().try_acquire_owned() else {
-            return Err(CallError::LimitExceeded {
-                what: "the number of descriptions and files that wait to be read".into(),
-                value: super::QUEUED_READS as u64 + 1,
-                limit: super::QUEUED_READS as u64,
-            });
-        };
         let (read_permits, threads) = (self.read_permits.clone(), Arc::clone(&self.threads));
         let done = async move {
-            let permit = read_permits.acquire_owned().await.map_err(|_closed| CallError::ShuttingDown)?;
+            let permit = read_permits.acquire().await?;
             let done = threads.run(move || {
                 let done = work();
-                drop((slot, permit));
+                drop(permit);
                 done
             });
             done.await.map_err(|error| match error.try_into_panic() {

@@ -25,16 +25,26 @@ impl SimHandle {
     /// # Errors
     /// Where there is no such state, and where the file would be larger than an upload may be.
     pub async fn export_saved_state(&self, name: String) -> Result<(Sha256, u64), CallError> {
+        let (sha256, file) = self.saved_state_file(&name).await?;
+        let size = file.len() as u64;
+        self.loader().insert(sha256, file)?;
+        Ok((sha256, size))
+    }
+
+    /// A kept state as a file, with its hash.
+    ///
+    /// # Errors
+    /// Where there is no such state, and where the file would be larger than an upload may be.
+    pub(crate) async fn saved_state_file(&self, name: &str) -> Result<(Sha256, Arc<[u8]>), CallError> {
         let state = self.newest();
-        let kept = state.state.saved(&name)?;
+        let kept = state.state.saved(name)?;
         let (info, saved) = (kept.info(), kept.saved().clone());
         drop(state);
         let loader = self.loader();
         let (recipes, files) = loader.ingredients(&saved)?;
         let (sha256, file) = loader.off_thread(move || sealed(&info.name, &saved, recipes, files)).await?;
-        let size = loader.check_file(file.len())?;
-        loader.insert(sha256, file)?;
-        Ok((sha256, size))
+        loader.check_file(file.len())?;
+        Ok((sha256, file))
     }
 
     /// Keeps the state that is in an uploaded file, under this name or, where it is empty, under the
@@ -50,7 +60,19 @@ impl SimHandle {
         let loader = self.loader();
         let file = loader.lock().store.get(&sha256);
         let lacking = || CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() };
-        let file = file.ok_or_else(lacking)?;
+        self.import_saved_state_file(file.ok_or_else(lacking)?, name).await
+    }
+
+    /// The same of a file in memory.
+    ///
+    /// # Errors
+    /// Where the file is none or is damaged, and where its robots cannot be read as they were.
+    pub(crate) async fn import_saved_state_file(
+        &self,
+        file: Arc<[u8]>,
+        name: String,
+    ) -> Result<SavedStateInfo, CallError> {
+        let loader = self.loader();
         let robots = usize::try_from(loader.limits.robots).unwrap_or(usize::MAX);
         let (opened, files) = loader.off_thread(move || unpacked(&file, robots)).await??;
         let Opened { written_by, content } = opened;

@@ -14,8 +14,6 @@ use crate::call_error::CallError;
 /// What a file is charged beside its bytes, so that a million empty files are
 /// not free.
 const ENTRY_BYTES: u64 = 1024;
-/// How long a file is kept that is unused: far longer than from an upload to its spawn.
-const UNUSED: Duration = Duration::from_secs(600);
 
 /// Files by hash, up to a number of bytes.
 #[derive(Debug)]
@@ -25,6 +23,8 @@ pub(super) struct Store {
     idle: BTreeMap<u64, Sha256>,
     bytes: u64,
     limit: u64,
+    /// What no robot uses for so long is forgotten.
+    unused: Duration,
     /// Counts uses.
     clock: u64,
     /// Files that are here but whose hash is still to be checked; cancelled when it is.
@@ -42,10 +42,10 @@ struct File {
 }
 
 impl Store {
-    /// An empty store for so many bytes.
-    pub(super) fn new(limit: u64) -> Self {
+    /// An empty store for so many bytes, which forgets what is unused for so long.
+    pub(super) fn new(limit: u64, unused: Duration) -> Self {
         let (files, idle, checking) = Default::default();
-        Self { files, idle, bytes: 0, limit, clock: 0, checking }
+        Self { files, idle, bytes: 0, limit, unused, clock: 0, checking }
     }
 
     /// What to wait for where a file is here whose hash is being checked: another upload
@@ -140,7 +140,7 @@ impl Store {
     pub(super) fn forget_unused(&mut self, now: Instant) {
         while let Some(first) = self.idle.first_entry() {
             let file = self.files.get(first.get());
-            if file.is_some_and(|file| now.saturating_duration_since(file.since) < UNUSED) {
+            if file.is_some_and(|file| now.saturating_duration_since(file.since) < self.unused) {
                 return;
             }
             let sha256 = first.remove();
@@ -165,6 +165,8 @@ fn charge(bytes: &[u8]) -> u64 {
 mod tests {
     use super::*;
 
+    const UNUSED: Duration = Duration::from_secs(600);
+
     fn file(n: u8) -> (Sha256, Arc<[u8]>) {
         let bytes = vec![n; 1000];
         (Sha256::of(&bytes), bytes.into())
@@ -172,7 +174,7 @@ mod tests {
 
     /// For three files of [`file`].
     fn store() -> Store {
-        Store::new(3 * (1000 + ENTRY_BYTES))
+        Store::new(3 * (1000 + ENTRY_BYTES), UNUSED)
     }
 
     fn put(store: &mut Store, n: u8) -> Sha256 {

@@ -285,7 +285,7 @@ async fn abandoned_uploads_are_dropped_although_no_other_comes() {
 #[tokio::test]
 async fn a_fault_while_reading_is_a_fault_of_one_call() {
     let handle = daemon(DaemonLimits::default(), &[]);
-    for _ in 0..QUEUED_READS {
+    for _ in 0..DaemonLimits::default().waiting_descriptions {
         let failed = handle.loader().off_thread::<()>(|| panic!("on purpose")).await.unwrap_err();
         assert!(matches!(&failed, CallError::Internal { message } if message.contains("on purpose")));
     }

@@ -6,6 +6,7 @@
 //! * [`authorization`]: who may call what.
 //! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
+//! * [`limited`]: the share of each client.
 //! * `once`: requests that come more than once.
 //! * `spawning`: the stream of those who wait for a robot.
 //! * [`status`]: why a call is refused.
@@ -22,6 +23,7 @@ mod counted;
 pub mod entity;
 pub mod event;
 mod held;
+pub mod limited;
 pub mod joint;
 pub mod kinematics;
 mod once;
@@ -54,6 +56,7 @@ use tonic::service::Routes;
 
 use self::authorization::Authorized;
 use self::callers::RecordCaller;
+use self::limited::Limited;
 use self::transport::ExplainRefusals;
 use self::version::Versioned;
 use crate::SimHandle;
@@ -99,11 +102,12 @@ struct Checked<'h> {
 
 impl Checked<'_> {
     /// For clients of a fitting version whose token allows the call, which are noted, and with a reason for each refusal.
-    fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<RecordCaller<S>>>> {
+    fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<Limited<RecordCaller<S>>>>> {
         let (handle, transport) = (self.handle.clone(), self.transport);
         let access = handle.access().clone();
-        let recorded = RecordCaller { service, handle, transport };
-        Versioned(Authorized { service: ExplainRefusals(recorded), access, transport })
+        let recorded = RecordCaller { service, handle: handle.clone(), transport };
+        let limited = Limited { service: recorded, handle };
+        Versioned(Authorized { service: ExplainRefusals(limited), access, transport })
     }
 }
 

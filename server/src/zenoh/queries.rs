@@ -1,7 +1,7 @@
 //! A query becomes a call of the services within this process, so that Zenoh has every
 //! method that gRPC has, with the same checks and the same refusals.
 //!
-//! Bounded: [`UNDER_WAY`] queries at one time, waiting ones included, of which [`STREAMS`] streams, so that
+//! Bounded: so many queries at one time (`service.zenoh_queries`), waiting ones included, of which a part streams, so that
 //! streams leave room for calls; and [`MESSAGES`] times the bytes that one may have. One more is refused with
 //! MAILBOX_FULL at once; where even the refusals pile up, it gets no reply.
 
@@ -35,16 +35,12 @@ use super::proofs::proven;
 use super::senders::Senders;
 use super::sessions::Sessions;
 use crate::SimHandle;
-use crate::handle::{CallError, Peer, Transport};
+use crate::handle::{DaemonLimits, CallError, Peer, Transport};
 use crate::service::claims::Proven;
 use crate::service::routes;
 use crate::service::status::Explained;
 use crate::service::transport::with_reason;
 
-/// Queries that are answered at one time.
-const UNDER_WAY: usize = 1024;
-/// Of them, streams that go on until their time is over.
-const STREAMS: usize = 512;
 /// The most that the bytes of one query can be limited to.
 const MOST_BYTES: usize = 1 << 28;
 /// Messages of the largest size that there is room for at one time.
@@ -54,8 +50,6 @@ const REFUSALS: usize = 128;
 /// How long a stream goes on where the query does not say: as long as a query of
 /// Zenoh's lasts where none is given.
 const STREAM: Duration = Duration::from_secs(10);
-/// And at the longest. Nobody tells a daemon that the asker is gone.
-const LONGEST_STREAM: Duration = Duration::from_secs(3600);
 /// The parameter of a query in which the asker says how many seconds of a stream it wants.
 const FOR: &str = "for";
 
@@ -68,17 +62,18 @@ pub(super) async fn serve(
     answers: &TaskTracker,
 ) -> Result<(Queryable<()>, Arc<Senders>), Error> {
     let system = |error| Error::Session(format!("there are no threads for replies: {error}"));
-    let senders = Arc::new(Senders::new(UNDER_WAY + REFUSALS).map_err(system)?);
+    let DaemonLimits { zenoh_queries, zenoh_streams, .. } = handle.info().limits;
+    let senders = Arc::new(Senders::new(zenoh_queries + REFUSALS).map_err(system)?);
     let limit = usize::try_from(handle.info().limits.message_bytes).unwrap_or(usize::MAX).min(MOST_BYTES);
     let calls = Arc::new(Calls {
         routes: routes(handle, Transport::Zenoh),
         handle: handle.clone(),
         sessions,
         draining: handle.draining(),
-        under_way: Arc::new(Semaphore::new(UNDER_WAY)),
+        under_way: Arc::new(Semaphore::new(zenoh_queries)),
         room: Arc::new(Semaphore::new(MESSAGES.saturating_mul(limit))),
         limit,
-        streams: Semaphore::new(STREAMS),
+        streams: Semaphore::new(zenoh_streams),
         senders: senders.clone(),
         refusals: Arc::new(Semaphore::new(REFUSALS)),
         answers: answers.clone(),
@@ -146,7 +141,8 @@ impl Calls {
         let room = bytes.and_then(|bytes| self.room.clone().try_acquire_many_owned(bytes).ok());
         let full = || {
             let message = format!(
-                "{UNDER_WAY} queries, or {MESSAGES} of the largest size, are being answered already; try again"
+                "{} queries, or {MESSAGES} of the largest size, are being answered already; try again",
+                self.handle.info().limits.zenoh_queries
             );
             Explained::new(ErrorReason::MailboxFull, message)
         };
@@ -246,7 +242,7 @@ impl Calls {
         method: &'static Method,
         mut answers: Streaming<Bytes>,
     ) -> Option<Outcome> {
-        let length = match stream_length(query) {
+        let length = match stream_length(query, self.handle.info().limits.zenoh_stream_time) {
             Ok(length) => length,
             Err(status) => return Some(Err(status)),
         };
@@ -254,7 +250,8 @@ impl Calls {
         let is_credit = method.takes_many;
         let place = if is_credit { None } else { self.streams.try_acquire().ok() };
         if place.is_none() && !is_credit {
-            let message = format!("{STREAMS} streams are under way already; try again");
+            let streams = self.handle.info().limits.zenoh_streams;
+            let message = format!("{streams} streams are under way already; try again");
             return Some(Err(Explained::new(ErrorReason::MailboxFull, message).into()));
         }
         let end = Instant::now() + length;
@@ -281,11 +278,11 @@ impl Calls {
 }
 
 /// How long the asker wants a stream to go on.
-fn stream_length(query: &Query) -> Result<Duration, Status> {
+fn stream_length(query: &Query, longest: Duration) -> Result<Duration, Status> {
     let Some(said) = query.parameters().get(FOR) else { return Ok(STREAM) };
     let length = said.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    length.filter(|length| (Duration::ZERO..=LONGEST_STREAM).contains(length)).ok_or_else(|| {
-        let limit = LONGEST_STREAM.as_secs();
+    length.filter(|length| (Duration::ZERO..=longest).contains(length)).ok_or_else(|| {
+        let limit = longest.as_secs_f64();
         let message = format!("{FOR} is {said:?}; it must be a number of seconds from 0 to {limit}");
         Explained::new(ErrorReason::InvalidValue, message).into()
     })

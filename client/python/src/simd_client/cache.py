@@ -32,6 +32,8 @@ class Cache:
         self._layouts: dict[str, Layout] = {}
         self._stale: set[str] = set()
         self._claims: list[HeldClaim] = []
+        self.lockstep_member = ""
+        """What each step carries; empty if this client steps alone."""
 
     def layout(self, robot: str) -> Layout | None:
         """The layout that was fetched last, even if the robot was reloaded since."""

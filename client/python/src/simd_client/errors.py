@@ -157,6 +157,14 @@ class ClaimNotFound(NotFound):
     """There is no such claim: it was released, it lapsed, or another one took over."""
 
 
+class LockstepMemberNotFound(NotFound):
+    """There is no such member in lockstep: it left, or did not ask for its next step in its time."""
+
+
+class InLockstep(Refused):
+    """Clients step the world together: only they step it, and it does not play. Metadata: `members`."""
+
+
 class SavedStateNotFound(NotFound):
     """No saved state of that name. Metadata: `saved_state`."""
 

@@ -3,15 +3,13 @@
 use simd_model::LoadLimits;
 
 use crate::config::draft::Draft;
-use crate::config::key::{Access, Key, Whole};
+use crate::config::key::{Access, Key, MANY, Whole};
 
-/// Beyond any that a machine could keep.
-const MANY: u64 = 1 << 40;
 /// Times that can be configured.
 const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=604_800.0;
 
 pub(super) fn keys() -> Vec<Key> {
-    [descriptions(), service(), connections()].into_iter().flatten().collect()
+    [descriptions(), service(), clients(), connections()].into_iter().flatten().collect()
 }
 
 /// What descriptions are held to. What a mesh may be can be made less, not more: its readers are built for that.
@@ -66,6 +64,7 @@ fn service() -> Vec<Key> {
     let count = |path, range, meaning, field: fn(&mut Draft) -> &mut dyn Whole| {
         Key::new(path, meaning, Access::Count(range, field))
     };
+    let seconds = |path, meaning, field| Key::new(path, meaning, Access::Seconds(SECONDS, field));
     vec![
         count("service.robots", 1..=100_000, "robots at one time", |draft| &mut draft.config.limits.robots),
         count("service.description_bytes", 1..=1 << 30, "bytes of one URDF in a request", |draft| {
@@ -102,9 +101,98 @@ fn service() -> Vec<Key> {
         count("service.parameters", 0..=100_000, "sliders and buttons", |draft| {
             &mut draft.config.limits.parameters
         }),
+        count("service.claims", 1..=100_000, "claims on joints, robots and the world", |draft| {
+            &mut draft.config.limits.claims
+        }),
+        count("service.events", 16..=100_000, "events that are kept; readers are told how many they missed", |draft| {
+            &mut draft.config.driver.events
+        }),
+        count(
+            "service.answers",
+            16..=1_000_000,
+            "answers that are kept for retries, with requests under way, of which one caller may have half; the oldest \
+             of the caller with the most goes",
+            |draft| &mut draft.config.limits.answers,
+        ),
+        count("service.answer_bytes", 65_536..=MANY, "bytes of these answers", |draft| {
+            &mut draft.config.limits.answer_bytes
+        }),
+        seconds("service.answer_seconds", "how long an answer is kept", |draft| {
+            &mut draft.config.limits.answer_time
+        }),
+        count("service.uploads", 1..=65_536, "uploads under way; the longest untouched is forgotten", |draft| {
+            &mut draft.config.limits.uploads
+        }),
+        count(
+            "service.partial_upload_bytes",
+            1..=MANY,
+            "bytes of these uploads; at least those of one file",
+            |draft| &mut draft.config.limits.partial_upload_bytes,
+        ),
+        seconds("service.abandoned_upload_seconds", "until an upload is forgotten of which nothing more comes", |draft| {
+            &mut draft.config.limits.abandoned_upload
+        }),
+        seconds("service.unused_file_seconds", "until a file is forgotten that no robot uses", |draft| {
+            &mut draft.config.limits.unused_file
+        }),
+        count(
+            "service.waiting_descriptions",
+            1..=65_536,
+            "descriptions and files that wait to be read, two at a time",
+            |draft| &mut draft.config.limits.waiting_descriptions,
+        ),
+        count(
+            "service.waiting_reads",
+            1..=65_536,
+            "calls for inverse kinematics, mass matrices, rays and distances that wait; half of the processors work on \
+             such calls, and clients take turns",
+            |draft| &mut draft.config.limits.waiting_reads,
+        ),
+        count("service.waiting_steps", 1..=65_536, "calls that wait for their steps", |draft| {
+            &mut draft.config.driver.waiting_steps
+        }),
+        count("service.zenoh_queries", 8..=65_536, "queries of Zenoh that are being answered", |draft| {
+            &mut draft.config.limits.zenoh_queries
+        }),
+        count("service.zenoh_streams", 1..=65_536, "of these, streams", |draft| {
+            &mut draft.config.limits.zenoh_streams
+        }),
+        seconds("service.zenoh_stream_seconds", "how long a stream of Zenoh goes on", |draft| {
+            &mut draft.config.limits.zenoh_stream_time
+        }),
         count("service.waiting_commands", 16..=65_536, "commands that wait for the physics thread", |draft| {
             &mut draft.config.driver.mailbox
         }),
+    ]
+}
+
+/// What one client may have, so that it leaves room for others.
+fn clients() -> Vec<Key> {
+    let count = |path, range, meaning, field: fn(&mut Draft) -> &mut dyn Whole| {
+        Key::new(path, meaning, Access::Count(range, field))
+    };
+    vec![
+        count(
+            "clients.calls_per_second",
+            0..=10_000_000,
+            "calls a second, of which as many may come at once; 0 is any number",
+            |draft| &mut draft.config.limits.calls_per_second_of_client,
+        ),
+        count("clients.streams", 1..=65_536, "streams at one time", |draft| {
+            &mut draft.config.limits.streams_of_client
+        }),
+        count("clients.uploads", 1..=65_536, "uploads under way; the longest untouched is forgotten", |draft| {
+            &mut draft.config.limits.uploads_of_client
+        }),
+        count("clients.waiting_descriptions", 1..=65_536, "descriptions and files that wait to be read", |draft| {
+            &mut draft.config.limits.waiting_descriptions_of_client
+        }),
+        count(
+            "clients.waiting_reads",
+            1..=65_536,
+            "calls for inverse kinematics, mass matrices, rays and distances that wait",
+            |draft| &mut draft.config.limits.waiting_reads_of_client,
+        ),
     ]
 }
 
@@ -154,9 +242,18 @@ fn connections() -> Vec<Key> {
         }),
         count(
             "connections.body_bytes_per_second",
-            1..=1 << 40,
+            1..=MANY,
             "a request that takes longer must come this fast: each byte that came earns its time",
             |draft| &mut draft.config.connections.body_bytes_per_second,
+        ),
+        count("connections.calls", 1..=65_536, "calls of one connection that are at work; more wait", |draft| {
+            &mut draft.config.connections.calls
+        }),
+        count(
+            "connections.open_calls",
+            1..=65_536,
+            "calls of one connection that are open; clients keep more to themselves",
+            |draft| &mut draft.config.connections.open_calls,
         ),
         seconds(
             "connections.stream_silence_seconds",

@@ -18,6 +18,8 @@ const LIMITS: DaemonLimits = DaemonLimits {
     body: Duration::from_secs(30),
     body_bytes_per_second: 65_536,
     stream_silence: Duration::from_secs(3600),
+    calls: 1024,
+    open_calls: 2048,
 };
 
 /// Connections that are numbered as they come, a second after each other.

@@ -39,6 +39,11 @@ async fn long(bytes: usize) -> Outcome {
     Outcome { bytes: Ok(vec![0; bytes].into()), is_transient: false }
 }
 
+const KEPT: usize = 1024;
+const MAX_UNDER_WAY: usize = KEPT / 2;
+const MAX_WEIGHT: usize = 64 << 20;
+const KEPT_FOR: Duration = Duration::from_secs(3600);
+
 impl AnswerCache {
     async fn give(&self, request: IdentifiedRequest, count: &Arc<AtomicU32>) -> String {
         String::from_utf8(self.once(request, Ok(counted(count))).await.unwrap().bytes.unwrap().to_vec())
@@ -62,7 +67,7 @@ fn reused(refused: Result<Outcome, CallError>) -> String {
 
 #[tokio::test]
 async fn the_same_request_gets_the_first_answer_again() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     for _ in 0..3 {
         assert_eq!(answers.give(asked("a"), &count).await, "1");
     }
@@ -71,7 +76,7 @@ async fn the_same_request_gets_the_first_answer_again() {
 
 #[tokio::test]
 async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let first = IdentifiedRequest { peer: Some(Peer::Connection(7)), ..asked("a") };
     assert_eq!(answers.give(first, &count).await, "1");
     let others = [
@@ -97,7 +102,7 @@ async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
 
 #[tokio::test]
 async fn an_id_of_another_request_is_refused_and_its_work_is_not_done() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     assert_eq!(answers.give(asked("a"), &count).await, "1");
     let other = IdentifiedRequest { digest: Sha256::of(b"hand"), ..asked("a") };
     assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("another request"));
@@ -107,7 +112,7 @@ async fn an_id_of_another_request_is_refused_and_its_work_is_not_done() {
 
 #[tokio::test]
 async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_other() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let secret = || IdentifiedRequest { is_secret: true, ..asked("a") };
     for _ in 0..2 {
         assert_eq!(answers.give(secret(), &count).await, "1");
@@ -117,7 +122,7 @@ async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_oth
         assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("secret"));
     }
     // Where callers cannot be distinguished, none gets it.
-    let answers = AnswerCache::default();
+    let answers = AnswerCache::new(&DaemonLimits::default());
     let unknown = || IdentifiedRequest { peer: None, ..secret() };
     answers.give(unknown(), &count).await;
     assert!(reused(answers.once(unknown(), Ok(counted(&count))).await).contains("secret"));
@@ -125,14 +130,14 @@ async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_oth
 
 #[tokio::test]
 async fn a_duplicate_that_comes_too_early_waits_for_the_first() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let both = tokio::join!(answers.give(asked("a"), &count), answers.give(asked("a"), &count));
     assert_eq!(both, ("1".to_owned(), "1".to_owned()));
 }
 
 #[tokio::test]
 async fn work_is_done_although_its_caller_goes_away() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     {
         let mut first = std::pin::pin!(answers.once(asked("a"), Ok(counted(&count))));
         let polled = std::future::poll_fn(|cx| std::task::Poll::Ready(first.as_mut().poll(cx))).await;
@@ -143,7 +148,7 @@ async fn work_is_done_although_its_caller_goes_away() {
 
 #[tokio::test]
 async fn a_refusal_is_an_answer_and_one_that_passes_by_itself_is_none() {
-    let answers = AnswerCache::default();
+    let answers = AnswerCache::new(&DaemonLimits::default());
     let refuse =
         |is_transient| async move { Outcome { bytes: Err(Bytes::from_static(b"no")), is_transient } };
     for _ in 0..2 {
@@ -159,7 +164,7 @@ async fn a_refusal_is_an_answer_and_one_that_passes_by_itself_is_none() {
 
 #[tokio::test]
 async fn work_that_panics_is_a_fault_and_may_be_tried_again() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let panicked = answers.once(asked("a"), Ok(async { panic!("on purpose") })).await;
     assert!(matches!(panicked, Err(CallError::Internal { .. })));
     assert_eq!(answers.give(asked("a"), &count).await, "1");
@@ -168,7 +173,7 @@ async fn work_that_panics_is_a_fault_and_may_be_tried_again() {
 
 #[tokio::test]
 async fn only_the_last_ids_are_kept() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     for id in 0..=KEPT {
         answers.give(asked(&id.to_string()), &count).await;
     }
@@ -181,7 +186,7 @@ async fn only_the_last_ids_are_kept() {
 
 #[tokio::test]
 async fn answers_and_refusals_that_are_too_large_together_push_out_the_oldest() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let refusal = async { Outcome { bytes: Err(vec![0; MAX_WEIGHT / 2].into()), is_transient: false } };
     answers.once(asked("a"), Ok(long(MAX_WEIGHT / 4))).await.unwrap();
     answers.once(asked("b"), Ok(refusal)).await.unwrap();
@@ -198,7 +203,7 @@ async fn answers_and_refusals_that_are_too_large_together_push_out_the_oldest() 
 
 #[tokio::test(start_paused = true)]
 async fn answers_are_forgotten_after_a_time() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     answers.give(asked("a"), &count).await;
     tokio::time::advance(KEPT_FOR / 2).await;
     answers.give(asked("b"), &count).await;
@@ -220,7 +225,7 @@ async fn flood(answers: &AnswerCache, name: &str, number: usize, bytes: usize) {
 
 #[tokio::test]
 async fn a_flood_by_one_caller_leaves_the_answers_of_others() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     assert_eq!(answers.give(asked("a"), &count).await, "1");
     flood(&answers, "flooder", 2 * KEPT, 0).await;
     assert_eq!(answers.give(asked("a"), &count).await, "1", "a flood of requests");
@@ -231,7 +236,7 @@ async fn a_flood_by_one_caller_leaves_the_answers_of_others() {
 
 #[tokio::test]
 async fn a_request_that_is_under_way_is_not_done_again_however_many_come_after_it() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let (end, ended) = tokio::sync::oneshot::channel::<()>();
     let slow = async move {
         ended.await.unwrap();
@@ -252,7 +257,7 @@ async fn a_request_that_is_under_way_is_not_done_again_however_many_come_after_i
 
 #[tokio::test]
 async fn refusals_that_pass_push_out_no_answers() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     assert_eq!(answers.give(asked("a"), &count).await, "1");
     for id in 0..2 * KEPT {
         let full = async { Outcome { bytes: Err(Bytes::from_static(b"full")), is_transient: true } };
@@ -263,7 +268,7 @@ async fn refusals_that_pass_push_out_no_answers() {
 
 #[tokio::test]
 async fn one_caller_leaves_others_room_for_requests_under_way() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let begin = |name: &str, number: usize| {
         let asked = IdentifiedRequest { scope: named(name), ..asked(&number.to_string()) };
         answers.find_or_begin(asked, Ok(std::future::pending()))
@@ -284,7 +289,7 @@ async fn one_caller_leaves_others_room_for_requests_under_way() {
 
 #[tokio::test]
 async fn a_caller_that_may_not_have_work_done_gets_the_answer_to_it_and_begins_none() {
-    let (answers, count) = (AnswerCache::default(), Arc::default());
+    let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
     let forbidden = || answers.once::<std::future::Ready<Outcome>>(asked("a"), Err(CallError::ShuttingDown));
     assert!(matches!(forbidden().await, Err(CallError::ShuttingDown)));
     assert_eq!(answers.number(), 0);

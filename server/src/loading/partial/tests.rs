@@ -2,13 +2,16 @@
 
 use super::*;
 
+const COUNT: usize = 64;
+const ABANDONED: Duration = Duration::from_secs(60);
+
 fn hash(n: u8) -> Sha256 {
     Sha256([n; 32])
 }
 
 #[test]
 fn parts_in_order_make_a_file() {
-    let (mut partials, now) = (Partials::default(), Instant::now());
+    let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     assert_eq!(partials.append(hash(0), 6, 0, b"abc", now).unwrap(), Progress::Received(3));
     assert_eq!(partials.append(hash(1), 2, 0, b"xy", now).unwrap(), Progress::Complete(b"xy".to_vec()));
     assert_eq!(partials.append(hash(0), 6, 3, b"def", now).unwrap(), Progress::Complete(b"abcdef".to_vec()));
@@ -18,7 +21,7 @@ fn parts_in_order_make_a_file() {
 
 #[test]
 fn part_zero_begins_anew_and_a_repeated_part_changes_nothing() {
-    let (mut partials, now) = (Partials::default(), Instant::now());
+    let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     partials.append(hash(0), 6, 0, b"abcd", now).unwrap();
     assert_eq!(partials.append(hash(0), 6, 0, b"ab", now).unwrap(), Progress::Received(4));
     assert_eq!(partials.append(hash(0), 6, 2, b"cd", now).unwrap(), Progress::Received(4));
@@ -28,7 +31,7 @@ fn part_zero_begins_anew_and_a_repeated_part_changes_nothing() {
 
 #[test]
 fn parts_that_do_not_fit_are_refused_and_what_is_here_stays() {
-    let (mut partials, now) = (Partials::default(), Instant::now());
+    let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     partials.append(hash(0), 6, 0, b"abc", now).unwrap();
     let mut refused = |total, offset, data: &[u8]| {
         partials.append(hash(0), total, offset, data, now).unwrap_err().to_string()
@@ -43,7 +46,7 @@ fn parts_that_do_not_fit_are_refused_and_what_is_here_stays() {
 
 #[test]
 fn an_abandoned_upload_is_forgotten() {
-    let (mut partials, now) = (Partials::default(), Instant::now());
+    let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     partials.append(hash(0), 6, 0, b"abc", now).unwrap();
     let refused = partials.append(hash(0), 6, 3, b"def", now + ABANDONED).unwrap_err().to_string();
     assert!(refused.contains("begin anew at 0"), "{refused}");
@@ -51,7 +54,7 @@ fn an_abandoned_upload_is_forgotten() {
 
 #[test]
 fn beyond_the_number_the_longest_untouched_upload_goes() {
-    let (mut partials, now) = (Partials::default(), Instant::now());
+    let (mut partials, now) = (Partials::new(&DaemonLimits::default()), Instant::now());
     for n in 0..=COUNT as u8 {
         let later = now + Duration::from_millis(n.into());
         partials.append(hash(n), 6, 0, b"abc", later).unwrap();
@@ -63,12 +66,27 @@ fn beyond_the_number_the_longest_untouched_upload_goes() {
 
 #[test]
 fn beyond_the_bytes_the_longest_untouched_upload_goes() {
-    let mut partials = Partials::default();
+    let mut partials = Partials::new(&DaemonLimits::default());
     let now = Instant::now();
     for n in 0..3 {
         partials.append(hash(n), 6, 0, b"abc", now + Duration::from_millis(n.into())).unwrap();
     }
-    partials.make_room(COUNT, 7, Some(&hash(0)));
+    partials.make_room(COUNT, 7, |other, _| *other != hash(0));
     assert!(partials.by_hash.contains_key(&hash(0)), "the one that is being sent stays");
     assert!(!partials.by_hash.contains_key(&hash(1)));
+}
+
+#[tokio::test]
+async fn a_client_with_many_uploads_pushes_out_its_own_and_not_those_of_others() {
+    let limits = DaemonLimits { uploads: 8, uploads_of_client: 4, ..DaemonLimits::default() };
+    let (mut partials, now) = (Partials::new(&limits), Instant::now());
+    let mut begin = |name: &str, n: u8| {
+        let account = Account::Token(name.into());
+        let begun = account.scope(async { partials.append(hash(n), 6, 0, b"abc", now).map(|_| partials.by_hash.len()) });
+        futures_util::FutureExt::now_or_never(begun).unwrap().unwrap()
+    };
+    begin("other", 0);
+    let here: Vec<usize> = (1..7).map(|n| begin("flooder", n)).collect();
+    assert_eq!(here, [2, 3, 4, 5, 5, 5]);
+    assert!(partials.by_hash.contains_key(&hash(0)));
 }

@@ -1,0 +1,151 @@
+//! The world in a file: written as it runs and where the daemon drains, and read where it starts again.
+
+use std::fs::{self, File};
+use std::io::{self, Read as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use simd_core::Command;
+
+use crate::config::Autosave;
+use crate::handle::{CallError, SimHandle};
+
+/// The saved state that is written: clients see when that was.
+const NAME: &str = "autosave";
+/// How long the last one may take, of the time in which a daemon drains.
+const LAST: Duration = Duration::from_millis(700);
+
+/// Why there is no file.
+#[derive(Debug, thiserror::Error)]
+enum Failed {
+    #[error("{0}")]
+    State(#[from] CallError),
+    #[error("{0}")]
+    File(#[from] io::Error),
+}
+
+/// Puts the world back to what the file has. Says whether there was one. A file that cannot be used is moved aside, with a
+/// line in the log, and the daemon starts as it is configured.
+pub(super) async fn restore(handle: &SimHandle, settings: &Autosave) -> bool {
+    let path = &settings.file;
+    let limit = handle.info().limits.asset_bytes;
+    let read = {
+        let path = path.clone();
+        tokio::task::spawn_blocking(move || read(&path, limit)).await.map_err(io::Error::other).flatten()
+    };
+    let file = match read {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return false,
+        Err(error) => return set_aside(path, &error),
+    };
+    let restored = async {
+        handle.import_saved_state_file(file.into(), NAME.into()).await?;
+        handle.command(Command::RestoreState { name: NAME.into() }).await
+    };
+    match restored.await {
+        Ok(done) => {
+            let robots = handle.newest().state.roots.len();
+            tracing::info!(file = %path.display(), robots, step = done.applied.at.step, "the world is as it was saved");
+            true
+        }
+        Err(error) => set_aside(path, &error),
+    }
+}
+
+/// At most so many bytes.
+fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    file.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit {
+        return Err(io::Error::other(format!("it has more than the {limit} bytes of service.asset_bytes")));
+    }
+    Ok(bytes)
+}
+
+fn set_aside(path: &Path, error: &dyn std::fmt::Display) -> bool {
+    let aside = with_suffix(path, ".unusable");
+    let moved = match fs::rename(path, &aside) {
+        Ok(()) => format!("it is {} now", aside.display()),
+        Err(error) => format!("it cannot be moved aside either: {error}"),
+    };
+    tracing::error!("the autosave {} cannot be used: {error}; {moved}", path.display());
+    false
+}
+
+/// Writes the world each time that it has changed, until the daemon drains. Where that fails, the log says so once, and
+/// once more when it succeeds again.
+pub(super) async fn keep(handle: SimHandle, settings: Autosave) {
+    let mut timer = tokio::time::interval(settings.every);
+    timer.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    timer.tick().await;
+    let draining = handle.draining();
+    let mut written = None;
+    let mut is_failing = false;
+    while draining.run_until_cancelled(timer.tick()).await.is_some() {
+        let sequence = handle.newest().sequence;
+        // Its own command publishes a state too.
+        if written.is_some_and(|written| sequence <= written) {
+            continue;
+        }
+        match save(&handle, &settings.file).await {
+            Ok(()) => {
+                if std::mem::take(&mut is_failing) {
+                    tracing::info!(file = %settings.file.display(), "the world is saved again");
+                }
+                written = Some(handle.newest().sequence);
+            }
+            Err(Failed::State(CallError::ShuttingDown)) => return,
+            Err(error) if !is_failing => {
+                is_failing = true;
+                tracing::error!("the world is not saved to {}: {error}", settings.file.display());
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+/// Writes the world for the last time.
+pub(super) async fn last(handle: &SimHandle, settings: &Autosave) {
+    let file = settings.file.display();
+    match tokio::time::timeout(LAST, save(handle, &settings.file)).await {
+        Ok(Ok(())) => tracing::info!(%file, "the world is saved"),
+        Ok(Err(error)) => tracing::error!("the world is not saved to {file}: {error}"),
+        Err(_elapsed) => tracing::error!("the world is not saved to {file}: it takes too long"),
+    }
+}
+
+async fn save(handle: &SimHandle, path: &Path) -> Result<(), Failed> {
+    handle.command(Command::SaveState { name: NAME.into() }).await?;
+    let (_, file) = handle.saved_state_file(NAME).await?;
+    let path = path.to_owned();
+    tokio::task::spawn_blocking(move || replace(&path, &file)).await.map_err(io::Error::other)??;
+    Ok(())
+}
+
+/// Writes a file beside the old one, which it replaces once all of it is on the disk: whenever the daemon is killed,
+/// one of the two is there whole.
+fn replace(path: &Path, bytes: &Arc<[u8]>) -> io::Result<()> {
+    let beside = with_suffix(path, ".new");
+    let written = File::create(&beside).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    if let Err(error) = written.and_then(|()| fs::rename(&beside, path)) {
+        // What is there takes room on a disk that is full.
+        let _ = fs::remove_file(&beside);
+        return Err(error);
+    }
+    // The name is on the disk too, where the system can say so of a folder.
+    if let Some(folder) = path.parent().and_then(|folder| File::open(folder).ok()) {
+        let _ = folder.sync_all();
+    }
+    Ok(())
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}

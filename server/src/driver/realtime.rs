@@ -1,0 +1,131 @@
+//! What the physics thread asks of the system: a real-time priority, processors of its own, memory that stays.
+
+/// What the physics thread asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RealTime {
+    /// Of `SCHED_FIFO`, 1 to 99; 0 leaves the thread as all others are.
+    pub priority: u32,
+    /// The processors that it runs on; none is all.
+    pub processors: Processors,
+    /// Whether no memory of the process is ever swapped out.
+    pub lock_memory: bool,
+}
+
+/// A set of processors, by the system's numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Processors([u64; Self::COUNT / 64]);
+
+impl Processors {
+    /// Numbers go up to this, without it.
+    pub const COUNT: usize = 1024;
+
+    /// Of numbers below [`Self::COUNT`]; others are left out.
+    pub fn of(numbers: impl IntoIterator<Item = u64>) -> Self {
+        let mut set = Self::default();
+        for number in numbers {
+            let word = usize::try_from(number / 64).ok().and_then(|index| set.0.get_mut(index));
+            if let Some(word) = word {
+                *word |= 1 << (number % 64);
+            }
+        }
+        set
+    }
+
+    /// In order.
+    pub fn numbers(&self) -> impl Iterator<Item = u64> {
+        (0..Self::COUNT as u64).filter(|number| {
+            let word = usize::try_from(number / 64).ok().and_then(|index| self.0.get(index));
+            word.is_some_and(|word| word >> (number % 64) & 1 == 1)
+        })
+    }
+}
+
+/// Asks for it, for the calling thread. The log has a sentence for each thing that the system refuses, and the thread
+/// goes on without it.
+#[cfg(target_os = "linux")]
+pub(super) fn ask(wanted: RealTime) {
+    use rustix::mm::{MlockAllFlags, mlockall};
+    use rustix::thread::{CpuSet, sched_setaffinity};
+
+    if wanted.lock_memory
+        && let Err(error) = mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
+    {
+        tracing::warn!(
+            "memory is not locked ({error}): the process needs CAP_IPC_LOCK or a higher LimitMEMLOCK (ulimit -l)"
+        );
+    }
+    let mut processors = CpuSet::new();
+    let mut has_some = false;
+    for number in wanted.processors.numbers() {
+        // Both have 1024.
+        processors.set(usize::try_from(number).unwrap_or(usize::MAX));
+        has_some = true;
+    }
+    if has_some && let Err(error) = sched_setaffinity(None, &processors) {
+        let numbers: Vec<u64> = wanted.processors.numbers().collect();
+        tracing::warn!(
+            "the physics thread is not held to the processors {numbers:?} ({error}): realtime.processors must name some \
+             that are there and that the process may use"
+        );
+    }
+    if wanted.priority > 0
+        && let Err(reason) = set_priority(wanted.priority)
+    {
+        tracing::warn!(
+            "the physics thread has no real-time priority ({reason}): the process needs CAP_SYS_NICE, or LimitRTPRIO \
+             (ulimit -r) of at least {}",
+            wanted.priority
+        );
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn set_priority(priority: u32) -> Result<(), String> {
+    use thread_priority::unix::{RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy};
+    use thread_priority::{ThreadPriority, thread_native_id};
+
+    let priority = u8::try_from(priority).ok().and_then(|value| value.try_into().ok());
+    let priority = priority.ok_or("there is no such priority")?;
+    let fifo = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), fifo)
+        .map_err(|error| format!("{error:?}"))
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(super) fn ask(wanted: RealTime) {
+    if wanted != RealTime::default() {
+        tracing::warn!("the physics thread asks for nothing of [realtime]: this system is not Linux");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_of_processors_has_the_numbers_that_it_was_made_of() {
+        let set = Processors::of([0, 3, 64, 1023, 5000]);
+        assert_eq!(set.numbers().collect::<Vec<_>>(), [0, 3, 64, 1023]);
+        assert_eq!(Processors::default().numbers().count(), 0);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn the_thread_that_asks_is_held_to_its_processors_and_no_other() {
+        let allowed = || rustix::thread::sched_getaffinity(None).unwrap();
+        let before = allowed();
+        let first = (0..Processors::COUNT).find(|number| before.is_set(*number)).unwrap();
+        let asked = std::thread::spawn(move || {
+            ask(RealTime { processors: Processors::of([first as u64]), ..RealTime::default() });
+            (allowed().count(), allowed().is_set(first))
+        });
+        assert_eq!(asked.join().unwrap(), (1, true));
+        assert_eq!(allowed().count(), before.count());
+        // One that is not there is refused, and nothing changes.
+        let asked = std::thread::spawn(move || {
+            ask(RealTime { processors: Processors::of([1023]), ..RealTime::default() });
+            allowed().count()
+        });
+        assert_eq!(asked.join().unwrap(), before.count());
+    }
+}

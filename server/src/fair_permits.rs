@@ -1,0 +1,209 @@
+//! Permits for work that few may do at a time. Clients that wait take turns, one call each, so that one with many calls
+//! does not keep the others waiting.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::sync::oneshot;
+
+use crate::account::Account;
+use crate::call_error::CallError;
+
+/// Permits, and who waits for one.
+#[derive(Debug)]
+pub(crate) struct FairPermits {
+    queue: Arc<Mutex<Queue>>,
+    /// What waits, in the words of a refusal.
+    what: &'static str,
+    waiting: usize,
+    waiting_of_one: usize,
+}
+
+#[derive(Debug)]
+struct Queue {
+    free: usize,
+    /// In the order of their turns; none is without a call.
+    clients: VecDeque<(Account, VecDeque<oneshot::Sender<Permit>>)>,
+}
+
+/// Allows one piece of work until it is dropped.
+#[derive(Debug)]
+pub(crate) struct Permit {
+    /// Where it goes back to.
+    queue: Option<Arc<Mutex<Queue>>>,
+}
+
+impl FairPermits {
+    /// So many permits. For one may wait so many calls, of which one client may have a part.
+    pub(crate) fn new(permits: usize, waiting: usize, waiting_of_one: usize, what: &'static str) -> Self {
+        let queue = Queue { free: permits, clients: VecDeque::new() };
+        Self { queue: Arc::new(Mutex::new(queue)), what, waiting, waiting_of_one }
+    }
+
+    /// A permit, once it is this client's turn.
+    ///
+    /// # Errors
+    /// At once where too many wait already, of all clients or of this one.
+    pub(crate) async fn acquire(&self) -> Result<Permit, CallError> {
+        let turn = {
+            let mut queue = lock(&self.queue);
+            if queue.free > 0 {
+                queue.free -= 1;
+                return Ok(Permit { queue: Some(Arc::clone(&self.queue)) });
+            }
+            self.wait(&mut queue, Account::current())?
+        };
+        turn.await.map_err(|_closed| CallError::ShuttingDown)
+    }
+
+    fn wait(&self, queue: &mut Queue, account: Account) -> Result<oneshot::Receiver<Permit>, CallError> {
+        // Those that were given up take no place.
+        for (_, calls) in &mut queue.clients {
+            calls.retain(|call| !call.is_closed());
+        }
+        queue.clients.retain(|(_, calls)| !calls.is_empty());
+        let waiting: usize = queue.clients.iter().map(|(_, calls)| calls.len()).sum();
+        let own = queue.clients.iter().position(|(client, _)| *client == account);
+        let of_one = own.and_then(|index| queue.clients.get(index)).map_or(0, |(_, calls)| calls.len());
+        let is_bounded = account != Account::Process;
+        let (value, limit, whose) = match is_bounded && of_one >= self.waiting_of_one {
+            true => (of_one, self.waiting_of_one, " of one client"),
+            false => (waiting, self.waiting, ""),
+        };
+        if value >= limit {
+            let what = format!("the number of {}{whose}", self.what);
+            return Err(CallError::LimitExceeded { what, value: value as u64 + 1, limit: limit as u64 });
+        }
+        let (sender, receiver) = oneshot::channel();
+        match own.and_then(|index| queue.clients.get_mut(index)) {
+            Some((_, calls)) => calls.push_back(sender),
+            None => queue.clients.push_back((account, VecDeque::from([sender]))),
+        }
+        Ok(receiver)
+    }
+}
+
+fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
+    queue.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Queue {
+    /// The first call of the client whose turn it is, which is the last in the order then.
+    fn next(&mut self) -> Option<oneshot::Sender<Permit>> {
+        let (client, mut calls) = self.clients.pop_front()?;
+        let call = calls.pop_front();
+        if !calls.is_empty() {
+            self.clients.push_back((client, calls));
+        }
+        call
+    }
+}
+
+impl Drop for Permit {
+    fn drop(&mut self) {
+        let Some(queue) = self.queue.take() else { return };
+        loop {
+            let next = {
+                let mut waiting = lock(&queue);
+                let next = waiting.next();
+                if next.is_none() {
+                    waiting.free += 1;
+                }
+                next
+            };
+            let Some(call) = next else { return };
+            match call.send(Self { queue: Some(Arc::clone(&queue)) }) {
+                Ok(()) => return,
+                // Its caller is gone: the permit is the next one's.
+                Err(mut unwanted) => unwanted.queue = None,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::Future;
+    use std::pin::Pin;
+    use std::task::{Context, Poll, Waker};
+
+    use super::*;
+
+    type Call = Pin<Box<dyn Future<Output = Result<Permit, CallError>>>>;
+
+    fn permits(permits: usize, waiting: usize, of_one: usize) -> &'static FairPermits {
+        Box::leak(Box::new(FairPermits::new(permits, waiting, of_one, "calls")))
+    }
+
+    fn call(permits: &'static FairPermits, client: &str) -> Call {
+        Box::pin(Account::Session(client.into()).scope(permits.acquire()))
+    }
+
+    fn poll(call: &mut Call) -> Poll<Result<Permit, CallError>> {
+        call.as_mut().poll(&mut Context::from_waker(Waker::noop()))
+    }
+
+    fn granted(call: &mut Call) -> Option<Permit> {
+        match poll(call) {
+            Poll::Ready(permit) => Some(permit.unwrap()),
+            Poll::Pending => None,
+        }
+    }
+
+    #[test]
+    fn clients_take_turns_however_many_calls_one_has() {
+        let permits = permits(1, 10, 10);
+        let mut held = granted(&mut call(permits, "a"));
+        let mut calls: Vec<(&str, Call)> =
+            ["a", "a", "a", "b", "c", "b"].map(|client| (client, call(permits, client))).into();
+        for (_, call) in &mut calls {
+            assert!(granted(call).is_none());
+        }
+        let mut order = Vec::new();
+        while !calls.is_empty() {
+            drop(held.take());
+            let index = calls.iter_mut().position(|(_, call)| {
+                held = granted(call);
+                held.is_some()
+            });
+            order.push(calls.remove(index.unwrap()).0);
+        }
+        assert_eq!(order, ["a", "b", "c", "a", "b", "a"]);
+    }
+
+    #[test]
+    fn one_client_has_a_part_of_the_places_and_all_have_all() {
+        let permits = permits(1, 3, 2);
+        let _held = granted(&mut call(permits, "a")).unwrap();
+        let mut waiting = [call(permits, "a"), call(permits, "a")];
+        waiting.iter_mut().for_each(|call| assert!(granted(call).is_none()));
+        let refusal = |client| match poll(&mut call(permits, client)) {
+            Poll::Ready(refused) => refused.unwrap_err().to_string(),
+            Poll::Pending => panic!("{client} waits"),
+        };
+        assert!(refusal("a").contains("of one client would be 3, and the limit is 2"), "{}", refusal("a"));
+        let mut last = call(permits, "b");
+        assert!(granted(&mut last).is_none());
+        assert!(refusal("c").contains("the number of calls would be 4, and the limit is 3"), "{}", refusal("c"));
+        // Who gave up takes no place.
+        drop(waiting);
+        assert!(granted(&mut call(permits, "c")).is_none());
+    }
+
+    #[test]
+    fn a_permit_that_nobody_waits_for_any_more_is_free_again() {
+        let permits = permits(1, 10, 10);
+        let held = granted(&mut call(permits, "a")).unwrap();
+        let mut gone = call(permits, "b");
+        assert!(granted(&mut gone).is_none());
+        drop(gone);
+        drop(held);
+        let held = granted(&mut call(permits, "c")).unwrap();
+        let mut granted_late = call(permits, "d");
+        assert!(granted(&mut granted_late).is_none());
+        // It was given its permit, and never looked.
+        drop(held);
+        drop(granted_late);
+        assert!(granted(&mut call(permits, "e")).is_some());
+    }
+}

@@ -1,0 +1,85 @@
+//! Holds each client to its share, and says for whom a call works.
+
+use std::convert::Infallible;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+
+use simd_proto::methods;
+use tonic::Status;
+use tonic::body::Body;
+use tonic::codegen::Service;
+use tonic::codegen::http::{Request, Response};
+use tonic::server::NamedService;
+
+use super::held::Held;
+use crate::SimHandle;
+use crate::access::Grant;
+use crate::account::Account;
+use crate::handle::Peer;
+
+/// A service whose clients have shares.
+#[derive(Clone, Debug)]
+pub struct Limited<S> {
+    /// What is called.
+    pub service: S,
+    /// Where shares are counted.
+    pub handle: SimHandle,
+}
+
+impl<S: NamedService> NamedService for Limited<S> {
+    const NAME: &'static str = S::NAME;
+}
+
+impl<S> Service<Request<Body>> for Limited<S>
+where
+    S: Service<Request<Body>, Response = Response<Body>, Error = Infallible>,
+    S::Future: Send + 'static,
+{
+    type Response = Response<Body>;
+    type Error = Infallible;
+    type Future = Pin<Box<dyn Future<Output = Result<Response<Body>, Infallible>> + Send>>;
+
+    fn poll_ready(&mut self, context: &mut Context<'_>) -> Poll<Result<(), Infallible>> {
+        self.service.poll_ready(context)
+    }
+
+    fn call(&mut self, request: Request<Body>) -> Self::Future {
+        let account = account(&request);
+        let path = request.uri().path();
+        let method = methods::parse_path(path).and_then(|(service, method)| methods::find(service, method));
+        let is_stream = method.is_some_and(|method| method.gives_many);
+        let counted = self.handle.count_call(&account);
+        let stream = counted.and_then(|()| match is_stream {
+            true => self.handle.count_stream(&account),
+            false => Ok(None),
+        });
+        let stream = match stream {
+            Ok(stream) => stream,
+            Err(refused) => return Box::pin(std::future::ready(Ok(Status::from(refused).into_http()))),
+        };
+        let answer = account.scope(self.service.call(request));
+        Box::pin(async move {
+            Ok(match (answer.await?, stream) {
+                (response, Some(stream)) => response.map(|body| Body::new(Held::new(body, stream))),
+                (response, None) => response,
+            })
+        })
+    }
+}
+
+/// Whose call it is: that of a token, whatever way it comes; else of the way.
+fn account(request: &Request<Body>) -> Account {
+    let extensions = request.extensions();
+    if let Some(grant) = extensions.get::<Arc<Grant>>() {
+        return Account::Token(grant.name.as_str().into());
+    }
+    if let Some(account) = extensions.get::<Account>() {
+        return account.clone();
+    }
+    match extensions.get::<Peer>() {
+        Some(Peer::Connection(number)) => Account::Connection(*number),
+        Some(Peer::Session(id)) => Account::Session(Arc::clone(id)),
+        Some(Peer::Process) | None => Account::Process,
+    }
+}

@@ -1,0 +1,110 @@
+//! A daemon that saves its world goes on with it when it is started again, however it ended.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use simd_client::{Client, Target, joint_target};
+use simd_tests::daemon::fixed;
+use simd_tests::process::{Home, Process, soon};
+use simd_tests::robots::assets;
+
+const EVERY: &str = "autosave.every_seconds=0.1";
+
+fn autosave(home: &Home) -> PathBuf {
+    home.path().join("world.simdstate")
+}
+
+/// A daemon with the robot of the demo, unless its world is restored.
+async fn start(file: &Path) -> Process {
+    let file = format!("autosave.file={}", file.display());
+    let flags = ["--config", "tests/assets/demo.toml", "--set", &file, "--set", EVERY, "--set", "autosave.restore=true"];
+    Process::start_with(["--zenoh", "off"], flags).await
+}
+
+/// The step, and the position of the second robot's joint then.
+async fn shoulder(client: &Client) -> (u64, f64) {
+    let states = client.joint_states(Vec::new()).await.unwrap();
+    (states.stamp.unwrap().step, states.robots[1].position[0])
+}
+
+async fn end(mut daemon: Process) {
+    daemon.signal("TERM").await;
+    assert_eq!(daemon.ended().await.0.code(), Some(0));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_daemon_that_is_started_again_goes_on_where_it_was() {
+    let home = Home::new();
+    let file = autosave(&home);
+    let daemon = start(&file).await;
+    let client = daemon.client().await;
+    client.load(assets().join("Bench_Arm-1.2 rev B"), fixed("second")).await.unwrap();
+    client.set_robot_targets("second", [joint_target("shoulder", Target::position(0.3))]).await.unwrap();
+    soon("the target", async { while (shoulder(&client).await.1 - 0.3).abs() > 1e-3 {} }).await;
+    client.pause().await.unwrap();
+    let before = shoulder(&client).await;
+    end(daemon).await;
+
+    let daemon = start(&file).await;
+    let client = daemon.client().await;
+    let robots: Vec<String> = client.robots().await.unwrap().into_iter().map(|robot| robot.name).collect();
+    assert_eq!(robots, ["bench_arm", "second"], "those of the configuration are not loaded again");
+    let after = shoulder(&client).await;
+    assert!(after.0 >= before.0 && (after.1 - before.1).abs() < 1e-3, "{after:?} after {before:?}");
+    end(daemon).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_daemon_that_is_killed_while_it_saves_leaves_a_whole_file() {
+    let home = Home::new();
+    let file = autosave(&home);
+    let mut steps = 0;
+    for _ in 0..5 {
+        let mut daemon = start(&file).await;
+        let client = daemon.client().await;
+        let step = client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().step;
+        assert!(step >= steps, "step {step} after {steps}");
+        steps = step;
+        let written = || fs::metadata(&file).and_then(|file| file.modified()).ok();
+        let before = written();
+        soon("the file", async { while written() == before { tokio::task::yield_now().await } }).await;
+        daemon.kill().await;
+    }
+    assert!(steps > 0, "it went on at least once");
+    assert!(!with(&file, ".unusable").exists());
+}
+
+fn with(file: &Path, suffix: &str) -> PathBuf {
+    format!("{}{suffix}", file.display()).into()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_file_that_cannot_be_used_is_moved_aside_and_the_daemon_starts_as_it_is_configured() {
+    let home = Home::new();
+    let file = autosave(&home);
+    let daemon = start(&file).await;
+    end(daemon).await;
+    let whole = fs::read(&file).unwrap();
+    for damaged in [&whole[..whole.len() / 2], b"", b"no saved state"] {
+        fs::write(&file, damaged).unwrap();
+        let mut daemon = start(&file).await;
+        daemon.logged("cannot be used").await;
+        assert_eq!(fs::read(with(&file, ".unusable")).unwrap(), damaged);
+        assert_eq!(daemon.client().await.robots().await.unwrap().len(), 1);
+        end(daemon).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn where_the_world_cannot_be_saved_the_log_says_so_once_and_the_world_goes_on() {
+    let home = Home::new();
+    let folder = home.path().join("not there yet");
+    let mut daemon = start(&folder.join("world.simdstate")).await;
+    daemon.logged("the world is not saved to").await;
+    let client = daemon.client().await;
+    assert_eq!(client.robots().await.unwrap().len(), 1);
+    fs::create_dir(&folder).unwrap();
+    daemon.logged("the world is saved again").await;
+    end(daemon).await;
+    assert!(folder.join("world.simdstate").exists());
+}
