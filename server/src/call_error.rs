@@ -45,6 +45,17 @@ pub enum CallError {
         /// Names the remedy.
         message: String,
     },
+    /// There is no such member (any more).
+    #[error("there is no such member in lockstep (any more): it left, or did not ask in its time; join again")]
+    LockstepMemberNotFound,
+    /// Only the members of a lockstep may do that.
+    #[error(
+        "{members} clients step the world together: join them (JoinLockstep), or wait until they have left"
+    )]
+    InLockstep {
+        /// How many there are.
+        members: u64,
+    },
     /// A reset, a pause or a play ended the call.
     #[error("{by} ended the call after {steps_done} of {steps} steps")]
     Superseded {

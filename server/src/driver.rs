@@ -31,7 +31,7 @@ use simd_core::PublishedState;
 pub(crate) use board::Board;
 pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
-pub use event_log::{EventBatch, Happened, LoggedEvent};
+pub use event_log::{EventBatch, Happened, LockstepChange, LoggedEvent};
 pub(crate) use mailbox::Mailbox;
 pub use realtime::{Processors, RealTime};
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};

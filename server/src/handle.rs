@@ -4,6 +4,7 @@
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
+//! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
 //! * `accounts`: what each client has. `heavy`: permits for reads that take long. `once`: answers to retries.
 
@@ -14,6 +15,7 @@ mod clients;
 mod entities;
 mod events;
 mod heavy;
+mod lockstep;
 mod once;
 mod parameters;
 mod simulation;
@@ -36,12 +38,14 @@ pub(crate) use clients::{Scope, UnderWay};
 pub use entities::{Loaded, Reloaded, SpawnRequest};
 pub(crate) use heavy::Cancelled;
 use heavy::HeavyWork;
+use lockstep::Lockstep;
+pub use lockstep::LockstepMember;
 pub(crate) use once::{IdentifiedRequest, Outcome};
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    Done, EventBatch, Happened, LoggedEvent, Pace, PaceChange, Published, Statistics, Stepped,
+    Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published, Statistics, Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
@@ -80,6 +84,7 @@ struct Inner {
     calls: CallCounts,
     clients: Arc<Clients>,
     parameters: Parameters,
+    lockstep: Lockstep,
     heavy: HeavyWork,
     accounts: Arc<Accounts>,
     info: DaemonInfo,
@@ -103,7 +108,7 @@ impl SimHandle {
         info: DaemonInfo,
         access: Access,
     ) -> Self {
-        let (leases, calls, clients, draining) = Default::default();
+        let (leases, calls, clients, lockstep, draining) = Default::default();
         let limits = &info.limits;
         let parameters = Parameters::new(limits.parameters);
         let (answers, heavy) = (AnswerCache::new(limits), HeavyWork::new(limits));
@@ -118,6 +123,7 @@ impl SimHandle {
                 calls,
                 clients,
                 parameters,
+                lockstep,
                 heavy,
                 accounts: Arc::new(accounts),
                 info,

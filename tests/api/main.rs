@@ -15,6 +15,7 @@ mod http;
 mod kinematics;
 mod limits;
 mod lockstep;
+mod lockstep_group;
 mod metrics;
 mod others_robots;
 mod parameters;

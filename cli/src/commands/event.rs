@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use simd_client::{
     Client, Observed,
-    proto::{ReleaseCause, event::Kind},
+    proto::{LockstepCause, ReleaseCause, event::Kind},
 };
 
 use super::{ended, present};
@@ -117,6 +117,18 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                 json!({ "time": it.time, "state": it.state, "spawned": it.spawned }),
                 format!("the world was reset ({})", names.join(", ")),
             )
+        }
+        Some(Kind::LockstepChanged(it)) => {
+            let cause = json::name("LOCKSTEP_CAUSE_", it.cause().as_str_name());
+            let client = if it.client.is_empty() { "a client" } else { &it.client };
+            let text = match it.cause() {
+                LockstepCause::Joined => format!("{client} joined the lockstep"),
+                LockstepCause::TimedOut => format!("{client} left the lockstep: it did not ask in its time"),
+                LockstepCause::Disconnected => format!("{client} left the lockstep: its connection ended"),
+                LockstepCause::Left | LockstepCause::Unspecified => format!("{client} left the lockstep"),
+            };
+            let json = json!({ "client": it.client, "cause": cause, "members": it.members });
+            ("lockstep_changed", json, format!("{text}; {} step the world together", it.members))
         }
         Some(Kind::PhysicsChanged(it)) => {
             let physics = it.physics.unwrap_or_default();

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use simd_proto::v1::{
     DeleteSavedStateRequest, GetPhysicsRequest, GetSimulationStateRequest, GetSimulationStateResponse,
-    GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, ListSavedStatesRequest,
-    Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreStateRequest, SaveStateRequest,
+    GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, JoinLockstepRequest,
+    LeaveLockstepRequest, ListLockstepMembersRequest, ListSavedStatesRequest, LockstepMember, Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreStateRequest, SaveStateRequest,
     SavedStateInfo, SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest, SimulationState, Stamp,
     StepSimulationRequest, StepSimulationResponse, WorldStatistics,
 };
@@ -99,6 +99,40 @@ impl Client {
     /// As [`step`](Self::step), and as [`set_targets`](Self::set_targets): then nothing was done.
     pub async fn step_with(&self, request: StepSimulationRequest) -> Result<StepSimulationResponse, Error> {
         self.opened(self.simulation().step_simulation(self.claimed(request)).await)
+    }
+
+    /// Makes this client one of those that step the world together: it advances once each of them has asked. Gives
+    /// what goes into `lockstep_member` of each [`StepSimulationRequest`]. Who takes longer than `timeout` from one step to asking for
+    /// the next is a member no more, and so is one whose connection ends.
+    ///
+    /// # Errors
+    /// `INVALID_VALUE` for a time that is not within 10 ms and an hour, `LIMIT_EXCEEDED` for too many members.
+    pub async fn join_lockstep(&self, timeout: Duration) -> Result<String, Error> {
+        let request = JoinLockstepRequest {
+            timeout: timeout.as_secs_f64(),
+            until_disconnect: true,
+            ..Default::default()
+        };
+        Ok(self.unary(self.simulation().join_lockstep(request)).await?.member)
+    }
+
+    /// Ends a membership; the others go on.
+    ///
+    /// # Errors
+    /// `LOCKSTEP_MEMBER_NOT_FOUND` where it has ended already.
+    pub async fn leave_lockstep(&self, member: &str) -> Result<(), Error> {
+        let request = LeaveLockstepRequest { member: member.into(), ..Default::default() };
+        self.unary(self.simulation().leave_lockstep(request)).await?;
+        Ok(())
+    }
+
+    /// Who steps the world together, in the order in which they joined.
+    ///
+    /// # Errors
+    /// Where the daemon does not answer.
+    pub async fn lockstep_members(&self) -> Result<Vec<LockstepMember>, Error> {
+        let request = ListLockstepMembersRequest {};
+        Ok(self.unary(self.simulation().list_lockstep_members(request)).await?.members)
     }
 
     /// Puts the world back, by scope.

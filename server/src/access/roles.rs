@@ -68,7 +68,7 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     (
         "SimulationService",
         Role::Viewer,
-        &["GetSimulatorInfo", "GetSimulationState", "GetPhysics", "GetWorldStatistics", "ListSavedStates"],
+        &["GetSimulatorInfo", "GetSimulationState", "GetPhysics", "GetWorldStatistics", "ListSavedStates", "ListLockstepMembers"],
     ),
     (
         "SimulationService",
@@ -76,6 +76,8 @@ const ROLES: &[(&str, Role, &[&str])] = &[
         &[
             "SetSimulationState",
             "StepSimulation",
+            "JoinLockstep",
+            "LeaveLockstep",
             "ResetSimulation",
             "SetPhysics",
             "SaveState",

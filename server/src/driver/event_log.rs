@@ -1,7 +1,7 @@
 //! What happened, numbered without holes; the last 1,024 are kept, or fewer where they are long.
 
 use std::collections::VecDeque;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use simd_core::simulation::EventKind;
@@ -48,6 +48,17 @@ pub enum Happened {
         /// From then on.
         state: RunState,
     },
+    /// To who steps it together.
+    LockstepChanged {
+        /// When.
+        at: Moment,
+        /// As the member calls itself; empty where it does not.
+        client: Arc<str>,
+        /// Whether it came or went, and why.
+        change: LockstepChange,
+        /// From then on.
+        members: usize,
+    },
     /// It could not keep up.
     Overrun {
         /// When.
@@ -55,6 +66,19 @@ pub enum Happened {
         /// Wall seconds, since the event of this kind before.
         dropped_lag: f64,
     },
+}
+
+/// Why a client came to those that step the world together, or went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LockstepChange {
+    /// It joined.
+    Joined,
+    /// It left.
+    Left,
+    /// It did not ask for its next step in its time.
+    TimedOut,
+    /// Its connection ended.
+    Disconnected,
 }
 
 /// Events after a number.

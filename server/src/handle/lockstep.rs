@@ -10,7 +10,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::{CallError, SimHandle};
 use crate::account::Account;
-use crate::driver::{Happened, Stepped};
+use crate::driver::{Happened, LockstepChange, Stepped};
 
 /// Members at one time.
 const MEMBERS: usize = 64;
@@ -59,19 +59,6 @@ pub struct LockstepMember {
     pub timeout: Duration,
     /// Steps that it waits for; 0 where the others wait for it.
     pub waits_for: u64,
-}
-
-/// Why a member came or went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LockstepChange {
-    /// It joined.
-    Joined,
-    /// It left.
-    Left,
-    /// It did not ask in its time.
-    TimedOut,
-    /// Its connection ended.
-    Disconnected,
 }
 
 /// Says that a member may have changed.
@@ -199,32 +186,38 @@ impl SimHandle {
         }
     }
 
+    /// Refuses who is no member, or waits already.
+    pub(super) fn check_member(&self, id: &str) -> Result<(), CallError> {
+        let mut group = self.inner.lockstep.lock();
+        group.forget_gone();
+        match group.find(id)?.state {
+            State::Computes { .. } => Ok(()),
+            State::Waits { .. } => Err(CallError::InvalidValue {
+                element: "lockstep_member".into(),
+                value: "that of a request that waits".into(),
+                expected: "a member asks once, and again when it has its answer".into(),
+            }),
+        }
+    }
+
     /// Does steps together with the other members: answers once the world has advanced by so many, and each of the others has
     /// asked for as many by then.
     ///
     /// # Errors
     /// Where the caller is no member, has asked already, or leaves; and those of steps.
     pub(super) async fn step_together(&self, id: &str, steps: u64) -> Result<Stepped, CallError> {
+        self.check_member(id)?;
         let (reply, answer) = oneshot::channel();
         {
             let mut group = self.inner.lockstep.lock();
-            group.forget_gone();
             let member = group.find(id)?;
-            if matches!(member.state, State::Waits { .. }) {
-                return Err(CallError::InvalidValue {
-                    element: "lockstep_member".into(),
-                    value: "of a request that waits".into(),
-                    expected: "a member asks once, and again when it has its answer".into(),
-                });
-            }
             member.state = State::Waits { remaining: steps, reply };
         }
         // Also where the caller goes away before it is answered.
         let _changed = NotifyOnDrop(&self.inner.lockstep.changed);
         self.inner.lockstep.changed.notify_waiters();
         self.advance_lockstep();
-        let gone = || CallError::Superseded { what: "the membership in lockstep ended".into() };
-        answer.await.map_err(|_left| gone())?
+        answer.await.map_err(|_left| CallError::LockstepMemberNotFound)?
     }
 
     /// Advances the world where all members have asked. One at a time does.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::simulation::command::{PhysicsChange, SetTargets};
-use simd_core::{Command, PhysicsSettings};
+use simd_core::{Command, PhysicsSettings, Reply};
 
 use super::{CallError, RunState, SimHandle};
 use crate::driver::{Done, Event, Pace, PaceChange, Published, Statistics, Stepped};
@@ -24,6 +24,9 @@ impl SimHandle {
     /// # Errors
     /// Where the mailbox is full.
     pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
+        if state == RunState::Playing {
+            self.check_no_lockstep()?;
+        }
         let claim = self.renewed_claim();
         self.ask(|reply| Event::SetState { state, claim, reply }).await
     }
@@ -44,6 +47,36 @@ impl SimHandle {
     /// # Errors
     /// Those of [`SimHandle::step`], and where the world refuses the targets.
     pub async fn step_with(&self, targets: Option<SetTargets>, steps: u64) -> Result<Stepped, CallError> {
+        self.check_steps(steps)?;
+        self.check_no_lockstep()?;
+        self.step_alone(targets, steps).await
+    }
+
+    /// The same with the other clients that step the world together: once each of them has asked. Targets are set at once,
+    /// while the world waits.
+    ///
+    /// # Errors
+    /// Where the caller is no member, has asked already, or leaves; and those of [`SimHandle::step_with`].
+    pub async fn step_with_others(
+        &self,
+        member: &str,
+        targets: Option<SetTargets>,
+        steps: u64,
+    ) -> Result<Stepped, CallError> {
+        self.check_steps(steps)?;
+        self.check_member(member)?;
+        let mut clamped = Vec::new();
+        if let Some(targets) = targets {
+            let done = self.command(Command::SetTargets(targets)).await?;
+            if let Reply::Targets { clamped: beyond, .. } = done.applied.reply {
+                clamped = beyond;
+            }
+        }
+        let stepped = self.step_together(member, steps).await?;
+        Ok(Stepped { clamped, ..stepped })
+    }
+
+    fn check_steps(&self, steps: u64) -> Result<(), CallError> {
         let limit = self.inner.info.limits.steps;
         if steps == 0 {
             return Err(CallError::InvalidValue {
@@ -55,6 +88,14 @@ impl SimHandle {
         if steps > limit {
             return Err(CallError::LimitExceeded { what: "steps".into(), value: steps, limit });
         }
+        Ok(())
+    }
+
+    pub(super) async fn step_alone(
+        &self,
+        targets: Option<SetTargets>,
+        steps: u64,
+    ) -> Result<Stepped, CallError> {
         let claim = self.renewed_claim();
         self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, reply })).await?
     }

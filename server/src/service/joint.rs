@@ -195,7 +195,7 @@ fn may_take_over(request: &Request<v1::ClaimJointsRequest>) -> Result<(), Denied
 }
 
 /// The end of the connection is not noticed.
-fn no_connection() -> CallError {
+pub(super) fn no_connection() -> CallError {
     CallError::InvalidValue {
         element: "until_disconnect".into(),
         value: "true".into(),

@@ -5,11 +5,12 @@ use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
 use super::mismatched;
-use super::once::once;
+use super::joint::no_connection;
+use super::once::{once, once_in_secret};
 use crate::SimHandle;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
-use crate::handle::Caller;
+use crate::handle::{Caller, Disconnect};
 
 /// Serves `simd.v1.SimulationService`.
 #[derive(Clone, Debug)]
@@ -61,7 +62,7 @@ impl SimulationService for Service {
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, request| async move {
-            let Steps { steps, mut targets, mut selection, with_links } = from_proto::steps(request)?;
+            let Steps { steps, member, mut targets, mut selection, with_links } = from_proto::steps(request)?;
             if let Some(targets) = &mut targets {
                 targets.source = Some(handle.target_source(caller.as_ref()));
             }
@@ -69,7 +70,10 @@ impl SimulationService for Service {
             if let Some(selection) = &mut selection {
                 selection.resolve(&handle.newest().state.world)?;
             }
-            let stepped = handle.step_with(targets, steps).await?;
+            let stepped = match member.is_empty() {
+                true => handle.step_with(targets, steps).await?,
+                false => handle.step_with_others(&member, targets, steps).await?,
+            };
             let states = selection.map(|mut selection| selection.states(&stepped.state)).transpose()?;
             let robots = states.iter().filter(|_| with_links).flat_map(|states| &states.robots);
             let state_of_world = &stepped.state.state;
@@ -86,6 +90,45 @@ impl SimulationService for Service {
             })
         })
         .await
+    }
+
+    async fn join_lockstep(
+        &self,
+        request: Request<v1::JoinLockstepRequest>,
+    ) -> Result<Response<v1::JoinLockstepResponse>, Status> {
+        let caller = request.extensions().get::<Caller>().cloned();
+        let disconnect = request.extensions().get::<Disconnect>().cloned();
+        once_in_secret(&self.handle, request, |handle, request| async move {
+            let until = match request.until_disconnect {
+                true => Some(disconnect.ok_or_else(no_connection)?.0),
+                false => None,
+            };
+            let client = caller.map(|caller| caller.name).unwrap_or_default();
+            let timeout = from_proto::lockstep_timeout(&request)?;
+            let (member, members) = handle.join_lockstep(&client, timeout, until)?;
+            let members = to_proto::lockstep_members(members);
+            Ok(v1::JoinLockstepResponse { member: member.to_string(), members })
+        })
+        .await
+    }
+
+    async fn leave_lockstep(
+        &self,
+        request: Request<v1::LeaveLockstepRequest>,
+    ) -> Result<Response<v1::LeaveLockstepResponse>, Status> {
+        once(&self.handle, request, |handle, request| async move {
+            handle.leave_lockstep(&request.member)?;
+            Ok(v1::LeaveLockstepResponse {})
+        })
+        .await
+    }
+
+    async fn list_lockstep_members(
+        &self,
+        _request: Request<v1::ListLockstepMembersRequest>,
+    ) -> Result<Response<v1::ListLockstepMembersResponse>, Status> {
+        let members = to_proto::lockstep_members(self.handle.lockstep_members());
+        Ok(Response::new(v1::ListLockstepMembersResponse { members }))
     }
 
     async fn reset_simulation(

@@ -66,6 +66,7 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::JointNotFound
         | ErrorReason::LinkNotFound
         | ErrorReason::ClaimNotFound
+        | ErrorReason::LockstepMemberNotFound
         | ErrorReason::SavedStateNotFound
         | ErrorReason::FileNotFound
         | ErrorReason::ParameterNotFound => Code::NotFound,
@@ -85,7 +86,8 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::JointClaimed
         | ErrorReason::RobotClaimed
         | ErrorReason::WorldClaimed
-        | ErrorReason::WorldNotClaimed => Code::FailedPrecondition,
+        | ErrorReason::WorldNotClaimed
+        | ErrorReason::InLockstep => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
         ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow => Code::PermissionDenied,
         ErrorReason::Unauthenticated => Code::Unauthenticated,
@@ -118,6 +120,8 @@ impl From<&CallError> for Explained {
                 let name = to_proto::simulation::run_state(*state).as_str_name();
                 new(ErrorReason::WrongState).with("state", without_prefix(name, "SIMULATION_STATE_"))
             }
+            CallError::LockstepMemberNotFound => new(ErrorReason::LockstepMemberNotFound),
+            CallError::InLockstep { members } => new(ErrorReason::InLockstep).with("members", members),
             CallError::Superseded { by: _, steps_done: _, steps: _ } => new(ErrorReason::Superseded),
             CallError::InvalidDescription { message: _, report: _ } => new(ErrorReason::InvalidDescription),
             CallError::DescriptionNotUploaded { sha256: _ } => new(ErrorReason::DescriptionNotUploaded),

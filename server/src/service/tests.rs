@@ -28,7 +28,7 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 28] = [
+const WRITES: [&str; 30] = [
     "AddParameter",
     "ApplyLinkWrench",
     "ClaimJoints",
@@ -36,6 +36,8 @@ const WRITES: [&str; 28] = [
     "DeleteEntity",
     "DeleteSavedState",
     "ImportSavedState",
+    "JoinLockstep",
+    "LeaveLockstep",
     "ReleaseJoints",
     "ReloadEntity",
     "RemoveParameters",
@@ -127,6 +129,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("GetWorldStatistics", Vec::new()),
         ("ListClients", Vec::new()),
         ("ListEntities", Vec::new()),
+        ("ListLockstepMembers", Vec::new()),
         ("ListSavedStates", Vec::new()),
         ("NextEvents", v1::NextEventsRequest { after_sequence: 0, timeout }.encode_to_vec()),
         ("NextJointStates", v1::NextJointStatesRequest { timeout, ..Default::default() }.encode_to_vec()),

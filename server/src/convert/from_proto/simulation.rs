@@ -1,5 +1,7 @@
 //! Requests of the simulation service.
 
+use std::time::Duration;
+
 use simd_core::Integrator;
 use simd_core::simulation::command::{PhysicsChange, ResetScope, SetTargets};
 use simd_model::robot::Sha256;
@@ -29,6 +31,8 @@ pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, Ba
 pub struct Steps {
     /// How many.
     pub steps: u64,
+    /// With whom they are done; empty: with nobody.
+    pub member: String,
     /// To be set before the first.
     pub targets: Option<SetTargets>,
     /// Whose states to answer with; `None` for no states.
@@ -43,6 +47,7 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     let selections = state::selections(request.selections)?;
     Ok(Steps {
         steps: request.steps,
+        member: request.lockstep_member,
         targets: (!targets.robots.is_empty()).then_some(targets),
         selection: request.return_states.then(|| Selection::new(selections)),
         with_links: request.return_link_states,
@@ -91,4 +96,14 @@ pub fn new_saved_state_name(name: String) -> Result<Option<String>, BadField> {
 pub fn import_saved_state(request: v1::ImportSavedStateRequest) -> Result<(Sha256, String), BadField> {
     let digest = sha256(&Path::ROOT.field("sha256"), &request.sha256)?;
     Ok((digest, Path::ROOT.field("name").short(request.name)?))
+}
+
+/// How long a member of a lockstep may take to ask for its next step.
+///
+/// # Errors
+/// Where it is no time.
+pub fn lockstep_timeout(request: &v1::JoinLockstepRequest) -> Result<Duration, BadField> {
+    let seconds = if request.timeout == 0.0 { 10.0 } else { request.timeout };
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_error| Path::ROOT.field("timeout").refuse(seconds, "it must be a number of seconds"))
 }

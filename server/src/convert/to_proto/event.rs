@@ -7,7 +7,7 @@ use simd_core::{Event, Moment};
 use simd_proto::v1;
 
 use super::{simulation, stamp};
-use crate::handle::{Happened, LoggedEvent, Pace};
+use crate::handle::{Happened, LockstepChange, LoggedEvent, Pace};
 
 /// Something that happened.
 pub fn event(logged: LoggedEvent) -> v1::Event {
@@ -29,6 +29,17 @@ fn happened(what: Happened) -> (Moment, v1::event::Kind) {
         Happened::StateChanged { at, state } => {
             let state = simulation::run_state(state).into();
             (at, v1::event::Kind::SimulationStateChanged(v1::SimulationStateChanged { state }))
+        }
+        Happened::LockstepChanged { at, client, change, members } => {
+            let cause = match change {
+                LockstepChange::Joined => v1::LockstepCause::Joined,
+                LockstepChange::Left => v1::LockstepCause::Left,
+                LockstepChange::TimedOut => v1::LockstepCause::TimedOut,
+                LockstepChange::Disconnected => v1::LockstepCause::Disconnected,
+            };
+            let members = u32::try_from(members).unwrap_or(u32::MAX);
+            let changed = v1::LockstepChanged { client: client.to_string(), cause: cause.into(), members };
+            (at, v1::event::Kind::LockstepChanged(changed))
         }
         Happened::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
     }

@@ -7,7 +7,7 @@ use simd_proto::{API_VERSION, v1};
 
 use super::geometry::vector;
 use super::stamp;
-use crate::handle::{DaemonInfo, DaemonLimits, Pace, Published, RunState, Statistics};
+use crate::handle::{DaemonInfo, DaemonLimits, LockstepMember, Pace, Published, RunState, Statistics};
 
 /// Optional features that this daemon has.
 const FEATURES: [&str; 8] =
@@ -108,4 +108,14 @@ pub fn saved_state(info: &SavedStateInfo) -> v1::SavedStateInfo {
 /// A number of things as the wire has it.
 pub(super) fn count(number: usize) -> u32 {
     u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+/// Who steps the world together.
+pub fn lockstep_members(members: Vec<LockstepMember>) -> Vec<v1::LockstepMember> {
+    let member = |LockstepMember { client, timeout, waits_for }: LockstepMember| v1::LockstepMember {
+        client: client.to_string(),
+        timeout: timeout.as_secs_f64(),
+        waits_for,
+    };
+    members.into_iter().map(member).collect()
 }

@@ -1,0 +1,151 @@
+//! Several clients that step one world together, over every transport.
+
+use std::time::Duration;
+
+use simd_client::proto::event::Kind;
+use simd_client::proto::{
+    ErrorReason, LockstepCause, SimulationState, StepSimulationRequest, StepSimulationResponse,
+};
+use simd_client::{Client, Error, Target, every_joint, joint_target, robot_targets};
+use simd_tests::daemon::{Daemon, Via};
+use simd_tests::process::soon;
+
+use crate::{arm, load_arm, over_every_transport};
+
+over_every_transport! {
+    the_world_advances_once_each_member_has_asked_and_to_the_nearest_step,
+    a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go_on,
+    while_there_are_members_others_neither_step_nor_play,
+}
+
+const LONG: Duration = Duration::from_secs(60);
+
+fn steps(steps: u64, member: &str) -> StepSimulationRequest {
+    StepSimulationRequest { steps, lockstep_member: member.into(), ..Default::default() }
+}
+
+fn at(answer: Result<StepSimulationResponse, Error>) -> u64 {
+    answer.unwrap().stamp.unwrap().step
+}
+
+async fn step(client: &Client) -> u64 {
+    client.joint_states(Vec::new()).await.unwrap().stamp.unwrap().step
+}
+
+async fn members(daemon: &Daemon, count: usize) {
+    soon("the members", async {
+        while daemon.client.lockstep_members().await.unwrap().len() != count {}
+    })
+    .await;
+}
+
+/// How many members wait for the others.
+async fn waiting(daemon: &Daemon, count: usize) {
+    soon("those who wait", async {
+        let waits = |members: Vec<simd_client::proto::LockstepMember>| {
+            members.iter().filter(|member| member.waits_for > 0).count()
+        };
+        while waits(daemon.client.lockstep_members().await.unwrap()) != count {}
+    })
+    .await;
+}
+
+async fn the_world_advances_once_each_member_has_asked_and_to_the_nearest_step(via: Via) {
+    let daemon = arm(via).await;
+    load_arm(&daemon.client, "other").await;
+    let client = &daemon.client;
+    let (slow, fast) = (client.join_lockstep(LONG).await.unwrap(), client.join_lockstep(LONG).await.unwrap());
+    let mut ten = Box::pin(client.step_with(StepSimulationRequest {
+        robots: vec![robot_targets("arm", [joint_target("shoulder", Target::position(0.2))])],
+        selections: vec![every_joint("arm")],
+        return_states: true,
+        ..steps(10, &slow)
+    }));
+    for turn in 1..=3 {
+        let four = client.step_with(steps(3, &fast));
+        tokio::select! {
+            answer = &mut ten => panic!("answered before its step: {answer:?}"),
+            answer = four => assert_eq!(at(answer), 3 * turn),
+        }
+    }
+    // The nearest is the tenth: the one that asked for it is answered, the other waits for two more.
+    let mut rest = Box::pin(client.step_with(steps(3, &fast)));
+    let answer = tokio::select! {
+        answer = &mut ten => answer.unwrap(),
+        answer = &mut rest => panic!("answered before its step: {answer:?}"),
+    };
+    assert_eq!(answer.stamp.unwrap().step, 10);
+    let position = answer.states.unwrap().robots[0].position[0];
+    assert!(position > 0.0, "its target holds from the first of its steps: {position}");
+    waiting(&daemon, 1).await;
+    assert_eq!(step(client).await, 10);
+    let mut five = Box::pin(client.step_with(steps(5, &slow)));
+    tokio::select! {
+        answer = rest => assert_eq!(at(answer), 12),
+        answer = &mut five => panic!("answered before its step: {answer:?}"),
+    }
+}
+
+async fn a_member_that_does_not_ask_in_its_time_is_one_no_more_and_the_others_go_on(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    let mut events = client.watch_events(0).await.unwrap();
+    let quick = client.join_lockstep(Duration::from_millis(50)).await.unwrap();
+    let patient = client.join_lockstep(LONG).await.unwrap();
+    // The first asks for nothing.
+    assert_eq!(at(client.step_with(steps(2, &patient)).await), 2);
+    let refused = client.step_with(steps(1, &quick)).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::LockstepMemberNotFound), "{refused}");
+    let left = soon("the event", async {
+        loop {
+            if let Some(Kind::LockstepChanged(changed)) = events.next().await.unwrap().unwrap().event.kind
+                && changed.cause() == LockstepCause::TimedOut
+            {
+                return changed;
+            }
+        }
+    });
+    assert_eq!(left.await.members, 1);
+    client.leave_lockstep(&patient).await.unwrap();
+    let again = client.leave_lockstep(&patient).await.unwrap_err();
+    assert_eq!(again.reason(), Some(ErrorReason::LockstepMemberNotFound), "{again}");
+}
+
+async fn while_there_are_members_others_neither_step_nor_play(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    let member = client.join_lockstep(LONG).await.unwrap();
+    for refused in [client.step(1).await.map(drop), client.play().await.map(drop)] {
+        let refused = refused.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InLockstep), "{refused}");
+        assert!(refused.to_string().contains("1 clients step the world together"), "{refused}");
+    }
+    assert_eq!(step(client).await, 0);
+    client.leave_lockstep(&member).await.unwrap();
+    client.step(1).await.unwrap();
+    client.play().await.unwrap();
+    assert_eq!(client.simulation_state().await.unwrap().state(), SimulationState::Playing);
+    // Whoever joins a world that plays learns of it with the first step.
+    let member = client.join_lockstep(LONG).await.unwrap();
+    let refused = client.step_with(steps(1, &member)).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::WrongState), "{refused}");
+}
+
+/// Over Zenoh a query does not end where its asker goes away: there its session does.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_member_whose_caller_went_away_has_not_asked() {
+    let daemon = arm(Via::Grpc).await;
+    let client = &daemon.client;
+    let gone = client.join_lockstep(Duration::from_millis(200)).await.unwrap();
+    let patient = client.join_lockstep(LONG).await.unwrap();
+    {
+        let mut asked = Box::pin(client.step_with(steps(5, &gone)));
+        tokio::select! {
+            answer = &mut asked => panic!("answered alone: {answer:?}"),
+            () = waiting(&daemon, 1) => {}
+        }
+    }
+    // Its time runs again, and then the other goes on alone.
+    assert_eq!(at(client.step_with(steps(4, &patient)).await), 4);
+    members(&daemon, 1).await;
+}
