@@ -6,9 +6,10 @@
 //! The file is text, one token a line:
 //!
 //! ```text
-//! # NAME ROLE SHA256 EXPIRES
+//! # NAME ROLE SHA256 EXPIRES [robots=A,B]
 //! alice operator 2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b 2027-01-31T00:00:00Z
 //! page viewer 9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08 never
+//! bob operator 60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752 never robots=arm,gripper
 //! ```
 
 use std::fmt;
@@ -33,6 +34,9 @@ pub const TOKEN_BYTES: usize = 32;
 
 /// Tokens of one file.
 pub const MAX_TOKENS: usize = 1_000;
+
+/// Before the robots that a token is for.
+const ROBOTS: &str = "robots=";
 
 /// Characters of a token's name.
 const MAX_NAME: usize = 64;
@@ -88,6 +92,8 @@ pub struct TokenEntry {
     pub hash: [u8; 32],
     /// It is refused from then on; `None` is never.
     pub expires: Option<Timestamp>,
+    /// The robots that it may change; none is all, and the world.
+    pub robots: Vec<String>,
 }
 
 impl TokenEntry {
@@ -95,6 +101,11 @@ impl TokenEntry {
     pub fn is_name(text: &str) -> bool {
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"_-.@".contains(&byte);
         (1..=MAX_NAME).contains(&text.len()) && text.bytes().all(is_part)
+    }
+
+    /// Whether a token can be for a robot of this name: a line of the file is words.
+    pub fn is_robot(text: &str) -> bool {
+        !text.is_empty() && !text.contains([' ', ',']) && text.chars().all(|part| part.is_ascii_graphic())
     }
 
     /// Whether it is refused at this time, in seconds since 1970.
@@ -105,9 +116,13 @@ impl TokenEntry {
 
 impl fmt::Display for TokenEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, role, hash, expires } = self;
+        let Self { name, role, hash, expires, robots } = self;
         let expires = expires.map_or_else(|| "never".to_owned(), |expires| expires.to_string());
-        write!(f, "{name} {role} {} {expires}", hex::text(hash))
+        write!(f, "{name} {role} {} {expires}", hex::text(hash))?;
+        match robots.is_empty() {
+            true => Ok(()),
+            false => write!(f, " {ROBOTS}{}", robots.join(",")),
+        }
     }
 }
 
@@ -116,9 +131,19 @@ impl FromStr for TokenEntry {
 
     fn from_str(line: &str) -> Result<Self, String> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        let &[name, role, hash, expires] = words.as_slice() else {
+        let (&[name, role, hash, expires], robots) = (match words.as_slice() {
+            [first @ .., last] if last.starts_with(ROBOTS) => (first, Some(last)),
+            all => (all, None),
+        }) else {
             return Err("it must be a name, a role, a SHA-256, and a time or \"never\"".to_owned());
         };
+        let robots: Vec<String> = match robots.and_then(|robots| robots.strip_prefix(ROBOTS)) {
+            Some(robots) => robots.split(',').map(str::to_owned).collect(),
+            None => Vec::new(),
+        };
+        if robots.iter().any(String::is_empty) {
+            return Err(format!("after {ROBOTS} there must be names of robots, with commas"));
+        }
         if !Self::is_name(name) {
             return Err(format!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @"));
         }
@@ -129,7 +154,7 @@ impl FromStr for TokenEntry {
                 format!("{time:?} is no time; it must be like 2027-01-31T00:00:00Z, or \"never\"")
             })?),
         };
-        Ok(Self { name: name.to_owned(), role: role.parse()?, hash, expires })
+        Ok(Self { name: name.to_owned(), role: role.parse()?, hash, expires, robots })
     }
 }
 
@@ -155,7 +180,7 @@ pub fn parse_tokens(text: &str) -> Result<Vec<TokenEntry>, String> {
 
 /// A file's text.
 pub fn write_tokens(entries: &[TokenEntry]) -> String {
-    let mut text = "# NAME ROLE SHA256 EXPIRES\n".to_owned();
+    let mut text = "# NAME ROLE SHA256 EXPIRES [robots=A,B]\n".to_owned();
     entries.iter().for_each(|entry| text.push_str(&format!("{entry}\n")));
     text
 }
@@ -193,13 +218,14 @@ mod tests {
 
     fn entry(name: &str) -> TokenEntry {
         let hash = token_hash(&token(&[7; TOKEN_BYTES])).unwrap();
-        TokenEntry { name: name.into(), role: Role::Operator, hash, expires: None }
+        TokenEntry { name: name.into(), role: Role::Operator, hash, expires: None, robots: Vec::new() }
     }
 
     #[test]
     fn a_file_is_read_as_it_was_written() {
         let expires = Some("2027-01-31T12:30:00Z".parse().unwrap());
-        let entries = [entry("alice"), TokenEntry { expires, role: Role::Admin, ..entry("lab.page@here") }];
+        let of_robots = TokenEntry { robots: vec!["arm".into(), "gripper_2".into()], ..entry("bob") };
+        let entries = [entry("alice"), of_robots, TokenEntry { expires, role: Role::Admin, ..entry("lab.page@here") }];
         let text = write_tokens(&entries);
         assert_eq!(parse_tokens(&text).unwrap(), entries);
         assert!(!text.contains(&token(&[7; TOKEN_BYTES])), "the token itself is not kept");
@@ -216,6 +242,7 @@ mod tests {
             (good.replace("never", "tomorrow"), "line 1: \"tomorrow\" is no time"),
             (format!("{good}\n\n{good}"), "line 3: there is a token called alice already"),
             (good.replace("never", "never again"), "line 1: it must be a name"),
+            (format!("{good} robots=a,,b"), "line 1: after robots= there must be names"),
         ] {
             let refused = parse_tokens(&text).unwrap_err();
             assert!(refused.starts_with(expected), "{refused}");

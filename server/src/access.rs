@@ -63,6 +63,8 @@ pub struct Grant {
     pub name: String,
     /// What it allows.
     pub role: Role,
+    /// The robots that it may change; none is all, and the world.
+    pub robots: Arc<[String]>,
     /// Set once it was revoked or has expired: streams that it began end then.
     pub revoked: CancellationToken,
 }

@@ -45,6 +45,17 @@ pub enum CallError {
         /// Names the remedy.
         message: String,
     },
+    /// The caller's token is for other robots.
+    #[error(
+        "the token is for {} alone, and this concerns {}", allowed.join(", "),
+        if robot.is_empty() { "the whole world".to_owned() } else { format!("robot {robot:?}") }
+    )]
+    RobotNotAllowed {
+        /// Which it is; empty for the whole world.
+        robot: String,
+        /// Those that the token is for.
+        allowed: Vec<String>,
+    },
     /// There is no such member (any more).
     #[error("there is no such member in lockstep (any more): it left, or did not ask in its time; join again")]
     LockstepMemberNotFound,

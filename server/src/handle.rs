@@ -51,7 +51,7 @@ pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
 pub use crate::run_state::RunState;
 
-use crate::access::Access;
+use crate::access::{Access, Grant};
 use crate::driver::{self, Event, ReplyTo};
 use crate::histogram::Counts;
 use crate::loading::Loader;
@@ -73,6 +73,8 @@ pub struct SimHandle {
     inner: Arc<Inner>,
     /// That commands come with.
     claim: Option<ClaimId>,
+    /// The robots that commands may change; none is all, and the world.
+    only: Arc<[String]>,
 }
 
 #[derive(Debug)]
@@ -115,6 +117,7 @@ impl SimHandle {
         let accounts = Accounts::new(limits.calls_per_second_of_client, limits.streams_of_client);
         Self {
             claim: None,
+            only: Arc::default(),
             inner: Arc::new(Inner {
                 driver,
                 loader: Arc::new(loader),
@@ -137,7 +140,32 @@ impl SimHandle {
     /// The same for the holder of a claim, whom the caller has found to be that: each command begins its lease anew.
     #[must_use]
     pub fn acting_for(&self, claim: Option<ClaimId>) -> Self {
-        Self { inner: Arc::clone(&self.inner), claim }
+        Self { inner: Arc::clone(&self.inner), claim, only: Arc::clone(&self.only) }
+    }
+
+    /// The same for the owner of a token, which may be for some robots alone.
+    #[must_use]
+    pub fn within(&self, grant: Option<&Grant>) -> Self {
+        let only = grant.map_or_else(|| Arc::clone(&self.only), |grant| Arc::clone(&grant.robots));
+        Self { inner: Arc::clone(&self.inner), claim: self.claim, only }
+    }
+
+    /// Refuses what changes other robots than those that this handle is for; `None` is the world.
+    fn check_robots(&self, robots: Option<&[&str]>) -> Result<(), CallError> {
+        if self.only.is_empty() {
+            return Ok(());
+        }
+        let other = match robots {
+            Some(robots) => robots.iter().find(|robot| !self.only.iter().any(|only| only == *robot)),
+            None => Some(&""),
+        };
+        match other {
+            Some(robot) => Err(CallError::RobotNotAllowed {
+                robot: (*robot).to_owned(),
+                allowed: self.only.to_vec(),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// Who this daemon is, and its limits.

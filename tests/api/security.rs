@@ -27,9 +27,14 @@ pub(crate) fn of(role: Role) -> String {
     token(&[role as u8 + 1; 32])
 }
 
+/// The token for the robot "arm" alone.
+fn of_arm() -> String {
+    token(&[8; 32])
+}
+
 fn entry(name: &str, role: Role, token: &str, expires: Option<&str>) -> TokenEntry {
     let expires = expires.map(|time| time.parse().unwrap());
-    TokenEntry { name: name.into(), role, hash: token_hash(token).unwrap(), expires }
+    TokenEntry { name: name.into(), role, hash: token_hash(token).unwrap(), expires, robots: Vec::new() }
 }
 
 /// A file that others cannot read.
@@ -45,6 +50,9 @@ fn write(path: &Path, text: &str) {
 fn entries() -> Vec<TokenEntry> {
     let mut entries: Vec<_> =
         Role::ALL.into_iter().map(|role| entry(role.name(), role, &of(role), None)).collect();
+    // For one robot, and yet an admin: what it may not do, no role allows.
+    let of_arm = entry("of_arm", Role::Admin, &of_arm(), None);
+    entries.push(TokenEntry { robots: vec!["arm".into()], ..of_arm });
     entries.push(entry("late", Role::Admin, &token(&[9; 32]), Some("2020-01-01T00:00:00Z")));
     entries
 }
@@ -315,4 +323,38 @@ async fn a_browser_gets_the_page_and_nothing_else_without_a_token() {
     let foreign = log_in(&of(Role::Operator), &[("Host", "elsewhere.example")]).await;
     assert_eq!(foreign.status, 403);
     assert!(send(address, "DELETE", "/login", &[], &[]).await.header("set-cookie").contains("Max-Age=0"));
+}
+
+/// Over gRPC and over Zenoh; publications too.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_token_for_some_robots_changes_no_other_and_not_the_world() {
+    let guarded = guarded(|_, _| {}).await;
+    let admin = Client::connect_with(&guarded.grpc(), options(Some(of(Role::Admin)), None)).await.unwrap();
+    for robot in ["arm", "other"] {
+        crate::load_arm(&admin, robot).await;
+    }
+    for endpoint in [guarded.grpc(), guarded.running.locators()[0].clone()] {
+        let client = Client::connect_with(&endpoint, options(Some(of_arm()), None)).await.unwrap();
+        assert_eq!(client.robots().await.unwrap().len(), 2, "it reads all");
+        let target = || [joint_target("shoulder", Target::position(0.1))];
+        client.set_robot_targets("arm", target()).await.unwrap();
+        let mut control = client.control(simd_client::ControlOptions::default()).await.unwrap();
+        control.exchange("arm", target()).await.unwrap().accepted().unwrap();
+        let refusals = [
+            ("targets", client.set_robot_targets("other", target()).await.map(drop)),
+            ("a stream", control.exchange("other", target()).await.unwrap().accepted().map(drop)),
+            ("a reset", client.reset_joints("other", Vec::new()).await.map(drop)),
+            ("a claim", client.claim_joints(vec![simd_client::every_joint("other")], "me", std::time::Duration::from_secs(1)).await.map(drop)),
+            ("an end", client.delete_robot("other").await.map(drop)),
+            ("a pause", client.pause().await.map(drop)),
+            ("a saved state", client.save_state("mine").await.map(drop)),
+        ];
+        for (what, outcome) in refusals {
+            let refused = outcome.expect_err(what);
+            assert_eq!(refused.reason(), Some(ErrorReason::RobotNotAllowed), "{what}: {refused}");
+            assert!(refused.to_string().contains("the token is for arm alone"), "{what}: {refused}");
+        }
+    }
+    let states = admin.joint_states(vec![simd_client::every_joint("other")]).await.unwrap();
+    assert_eq!(states.robots[0].target, [0.0]);
 }

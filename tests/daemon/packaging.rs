@@ -60,7 +60,7 @@ fn the_configuration_that_is_installed_is_the_default_also_where_its_comments_ar
 #[test]
 fn the_examples_of_the_configuration_that_is_installed_are_understood() {
     let text = without("#", &without("##", &default_file()));
-    for key in ["tokens", "certificate", "config", "[[robots]]", "positions"] {
+    for key in ["tokens", "certificate", "config", "file", "[[robots]]", "positions"] {
         assert!(text.lines().any(|line| line.starts_with(key)), "{key}");
     }
     let understood = read_as_file(&text);
@@ -139,7 +139,7 @@ async fn each_program_writes_its_manual() {
     let home = Home::new();
     let daemon = home.run("simd", ["--man"]).await;
     assert_eq!(daemon.code, 0, "{}", daemon.err);
-    for text in [".TH simd 1", "\\-\\-until\\-stdin\\-closes", "state_rate = 100"] {
+    for text in [".TH simd 1", "\\-\\-until\\-stdin\\-closes", "\\-\\-time\\-step"] {
         assert!(daemon.out.contains(text), "{text}: {}", daemon.out);
     }
     let folder = home.path().join("man1");

@@ -28,8 +28,9 @@ const SERVER: Layers = Layers {
         &["handle"],
         &["loading"],
         &["driver"],
+        &["fair_permits"],
         &["call_error"],
-        &["access", "authority", "blocking_threads", "histogram", "info", "log", "run_state"],
+        &["access", "account", "authority", "blocking_threads", "histogram", "info", "log", "run_state"],
         &["subcommand"],
     ],
     // States of the world out to files and in from them.

@@ -103,14 +103,13 @@ impl Client {
 
     /// Makes this client one of those that step the world together: it advances once each of them has asked. Gives
     /// what goes into `lockstep_member` of each [`StepSimulationRequest`]. Who takes longer than `timeout` from one step to asking for
-    /// the next is a member no more, and so is one whose connection ends.
+    /// the next is a member no more.
     ///
     /// # Errors
     /// `INVALID_VALUE` for a time that is not within 10 ms and an hour, `LIMIT_EXCEEDED` for too many members.
     pub async fn join_lockstep(&self, timeout: Duration) -> Result<String, Error> {
         let request = JoinLockstepRequest {
             timeout: timeout.as_secs_f64(),
-            until_disconnect: true,
             ..Default::default()
         };
         Ok(self.unary(self.simulation().join_lockstep(request)).await?.member)

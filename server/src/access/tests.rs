@@ -23,7 +23,7 @@ fn write(path: &Path, entries: &[TokenEntry]) {
 fn entry(name: &str, role: Role) -> (String, TokenEntry) {
     let text = token(&[name.as_bytes()[0]; 32]);
     let hash = token_hash(&text).unwrap();
-    (text, TokenEntry { name: name.into(), role, hash, expires: None })
+    (text, TokenEntry { name: name.into(), role, hash, expires: None, robots: Vec::new() })
 }
 
 #[test]

@@ -126,8 +126,7 @@ fn daemon() -> Vec<Key> {
                 |draft, roots| roots.into_iter().try_for_each(|root| draft.config.add_asset_root(root)),
             ),
         )
-        .flag("asset-root")
-        .example("[\"/srv/robots\"]"),
+        .flag("asset-root"),
         Key::new(
             "paused",
             "whether the world starts paused",

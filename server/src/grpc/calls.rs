@@ -18,7 +18,6 @@ use tokio::time::{Instant, Sleep};
 use tonic::Status;
 
 use super::activity::{Activity, Call};
-use crate::account::Account;
 use crate::config::Connections;
 use crate::handle::{Disconnect, Peer};
 use crate::service::status::Explained;
@@ -27,18 +26,16 @@ use crate::service::status::Explained;
 #[derive(Clone, Debug)]
 pub(super) struct Origin {
     pub(super) peer: Peer,
-    pub(super) account: Account,
     pub(super) activity: Arc<Activity>,
     pub(super) disconnect: Disconnect,
 }
 
 /// Wraps request and answer, where the request came by a connection.
 pub(super) async fn follow(State(limits): State<Connections>, mut request: Request, next: Next) -> Response {
-    let Some(Origin { peer, account, activity, disconnect }) = request.extensions_mut().remove() else {
+    let Some(Origin { peer, activity, disconnect }) = request.extensions_mut().remove() else {
         return next.run(request).await;
     };
     request.extensions_mut().insert(peer);
-    request.extensions_mut().insert(account);
     request.extensions_mut().insert(disconnect);
     let call = Call::begin(&activity);
     let pace = match is_stream(&request) {

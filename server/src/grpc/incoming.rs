@@ -16,7 +16,6 @@ use tonic::transport::server::Connected;
 
 use super::calls::Origin;
 use super::connections::{Address, Connections, Place};
-use crate::account::Account;
 use crate::handle::{Disconnect, Peer};
 
 /// How long nothing is accepted after an error: most, such as too many open
@@ -46,7 +45,7 @@ pub(super) async fn accept<S, T>(
                 is_failing = false;
                 let number = ACCEPTED.fetch_add(1, Ordering::Relaxed);
                 if let Ok(place) = connections.admit(number, Address::from(address), draining) {
-                    serve(Connection::new(io, place, Account::of_connection(number, address)));
+                    serve(Connection::new(io, place, address));
                 }
             }
             Err(error) => {
@@ -66,8 +65,8 @@ pub(super) struct Connection<T> {
     io: T,
     speaks: Speaks,
     is_cut: Pin<Box<WaitForCancellationFutureOwned>>,
-    /// Whom its calls count for.
-    account: Account,
+    /// Where it comes from.
+    address: IpAddr,
     /// Dropped after `io`, so that there are never more connections than places.
     place: Place,
 }
@@ -84,10 +83,10 @@ enum Speaks {
 }
 
 impl<T> Connection<T> {
-    fn new(io: T, place: Place, account: Account) -> Self {
+    fn new(io: T, place: Place, address: IpAddr) -> Self {
         let deadline = Box::pin(tokio::time::sleep(place.limits().begin));
         let is_cut = Box::pin(place.cut.clone().cancelled_owned());
-        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, account, place }
+        Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, address, place }
     }
 
     /// Set when it shall take no more calls.
@@ -222,8 +221,7 @@ impl<T> Connected for Connection<T> {
 
     fn connect_info(&self) -> Origin {
         Origin {
-            peer: Peer::Connection(self.place.number),
-            account: self.account.clone(),
+            peer: Peer::Connection { number: self.place.number, address: self.address },
             activity: Arc::clone(&self.place.activity),
             disconnect: Disconnect(self.place.cut.clone()),
         }

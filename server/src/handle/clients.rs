@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -45,8 +46,13 @@ impl Transport {
 /// The other end of the way by which a call came.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Peer {
-    /// Of a connection, by its number: no two have the same as long as the daemon runs.
-    Connection(u64),
+    /// Of a connection.
+    Connection {
+        /// No two have the same as long as the daemon runs.
+        number: u64,
+        /// Where it comes from.
+        address: IpAddr,
+    },
     /// Of a session of Zenoh, by the id that it says it has.
     Session(Arc<str>),
     /// Somebody within the daemon's own process.
@@ -56,7 +62,7 @@ pub enum Peer {
 impl fmt::Display for Peer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Connection(number) => write!(f, "connection {number}"),
+            Self::Connection { number, address } => write!(f, "{address}, connection {number}"),
             Self::Session(id) => write!(f, "session {id}"),
             Self::Process => f.write_str("this process"),
         }
@@ -68,7 +74,7 @@ impl Peer {
     /// made up.
     pub(crate) fn is_certain(&self) -> bool {
         match self {
-            Self::Connection(_) | Self::Process => true,
+            Self::Connection { .. } | Self::Process => true,
             Self::Session(_) => false,
         }
     }

@@ -15,6 +15,9 @@ impl SimHandle {
     /// # Errors
     /// Where the world refuses, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
+        if !self.only.is_empty() {
+            self.check_robots(command.robots().as_deref())?;
+        }
         let claim = self.renewed_claim();
         self.ask(|reply| Event::Command { command, claim, reply }).await
     }
@@ -24,6 +27,7 @@ impl SimHandle {
     /// # Errors
     /// Where the mailbox is full.
     pub async fn set_state(&self, state: RunState) -> Result<Done, CallError> {
+        self.check_robots(None)?;
         if state == RunState::Playing {
             self.check_no_lockstep()?;
         }
@@ -77,6 +81,7 @@ impl SimHandle {
     }
 
     fn check_steps(&self, steps: u64) -> Result<(), CallError> {
+        self.check_robots(None)?;
         let limit = self.inner.info.limits.steps;
         if steps == 0 {
             return Err(CallError::InvalidValue {
@@ -119,6 +124,7 @@ impl SimHandle {
         change: PhysicsChange,
         pace: PaceChange,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
+        self.check_robots(None)?;
         if let Some(factor) = pace.factor {
             Pace::RealTime { factor }.check()?;
         }

@@ -137,7 +137,8 @@ impl JointService for Service {
     ) -> Result<Response<Self::ControlStream>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
         let presented = Presented::of(request.extensions());
-        let control = Control::new(self.handle.clone(), caller, presented, request.into_inner());
+        let handle = self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
+        let control = Control::new(handle, caller, presented, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
     }
 

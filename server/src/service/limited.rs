@@ -74,11 +74,8 @@ fn account(request: &Request<Body>) -> Account {
     if let Some(grant) = extensions.get::<Arc<Grant>>() {
         return Account::Token(grant.name.as_str().into());
     }
-    if let Some(account) = extensions.get::<Account>() {
-        return account.clone();
-    }
     match extensions.get::<Peer>() {
-        Some(Peer::Connection(number)) => Account::Connection(*number),
+        Some(Peer::Connection { number, address }) => Account::of_connection(*number, *address),
         Some(Peer::Session(id)) => Account::Session(Arc::clone(id)),
         Some(Peer::Process) | None => Account::Process,
     }

@@ -3,6 +3,7 @@
 //! The kind and the digest of a request come from its type and its bytes, and whose it is from what it came with, so
 //! that no method can forget one of them.
 
+use std::sync::Arc;
 use std::future::Future;
 
 use bytes::Bytes;
@@ -16,6 +17,7 @@ use tonic_types::pb;
 use super::claims::Presented;
 use super::status::Explained;
 use crate::SimHandle;
+use crate::access::Grant;
 use crate::convert::BadField;
 use crate::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, Scope};
 
@@ -106,7 +108,8 @@ where
     if let Ok(Some(claim)) = &claim {
         handle.renew(*claim);
     }
-    let work = claim.map(|claim| work(handle.acting_for(claim), request.into_inner()));
+    let handle_of = handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
+    let work = claim.map(|claim| work(handle_of.acting_for(claim), request.into_inner()));
     let Some(identified) = identified else { return Ok(Response::new(work?.await?)) };
     let outcome = handle.once(identified, work.map(|work| async { outcome(work.await) })).await?;
     let broken = || CallError::Internal { message: "a remembered answer cannot be read".into() };

@@ -89,7 +89,7 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::WorldNotClaimed
         | ErrorReason::InLockstep => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
-        ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow => Code::PermissionDenied,
+        ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow | ErrorReason::RobotNotAllowed => Code::PermissionDenied,
         ErrorReason::Unauthenticated => Code::Unauthenticated,
         ErrorReason::ShuttingDown => Code::Unavailable,
         ErrorReason::Superseded => Code::Cancelled,
@@ -119,6 +119,9 @@ impl From<&CallError> for Explained {
             CallError::WrongState { state, message: _ } => {
                 let name = to_proto::simulation::run_state(*state).as_str_name();
                 new(ErrorReason::WrongState).with("state", without_prefix(name, "SIMULATION_STATE_"))
+            }
+            CallError::RobotNotAllowed { robot, allowed: _ } => {
+                new(ErrorReason::RobotNotAllowed).with("robot", robot)
             }
             CallError::LockstepMemberNotFound => new(ErrorReason::LockstepMemberNotFound),
             CallError::InLockstep { members } => new(ErrorReason::InLockstep).with("members", members),

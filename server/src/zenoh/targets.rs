@@ -22,7 +22,7 @@ use zenoh::bytes::ZBytes;
 use super::Error;
 use super::proofs::{MAX_ATTACHMENT_BYTES, proven};
 use crate::SimHandle;
-use crate::access::role_of;
+use crate::access::{Grant, role_of};
 use crate::convert::from_proto::joint::set_joint_targets;
 use crate::handle::{Caller, Transport};
 use crate::service::claims::{Presented, Proven};
@@ -120,11 +120,11 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: R
 }
 
 async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
-    check(handle, sent.attachment.as_ref())?;
+    let grant = check(handle, sent.attachment.as_ref())?;
     let request: v1::SetJointTargetsRequest = checked::decode(&sent.payload.to_bytes())
         .map_err(|error| format!("the payload is no SetJointTargetsRequest: {error}"))?;
     let claim = Presented::Id(sent.proven).claim(handle, &request.claim);
-    let handle = handle.acting_for(claim.map_err(|error| error.to_string())?);
+    let handle = handle.within(grant.as_deref()).acting_for(claim.map_err(|error| error.to_string())?);
     let mut targets = set_joint_targets(request).map_err(|error| error.to_string())?;
     let caller = sent.attachment.as_ref().and_then(|attachment| caller(&attachment.to_bytes()));
     targets.source = Some(handle.target_source(caller.as_ref()));
@@ -136,17 +136,17 @@ async fn set(handle: &SimHandle, sent: Sent) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether the token in an attachment allows targets.
-fn check(handle: &SimHandle, attachment: Option<&ZBytes>) -> Result<(), String> {
+/// What the token in an attachment allows, where one is needed and it allows targets.
+fn check(handle: &SimHandle, attachment: Option<&ZBytes>) -> Result<Option<Arc<Grant>>, String> {
     if !handle.access().is_required() {
-        return Ok(());
+        return Ok(None);
     }
     let attachment = attachment.filter(|attachment| attachment.len() <= MAX_ATTACHMENT_BYTES);
     let text = attachment.map(|attachment| String::from_utf8_lossy(&attachment.to_bytes()).into_owned());
     let token = text.as_deref().and_then(|text| parse_bearer(keys::parse_attachment(text, TOKEN_HEADER)?));
     let needed = role_of("JointService", "SetJointTargets");
     let granted = handle.access().check(token, needed, "SetJointTargets");
-    granted.map(drop).map_err(|denied| denied.to_string())
+    granted.map_err(|denied| denied.to_string())
 }
 
 /// Who publishes, by the attachment.

@@ -103,6 +103,38 @@ pub enum Command {
     },
 }
 
+impl Command {
+    /// The robots that it changes, by name; `None` where it concerns the whole world.
+    pub fn robots(&self) -> Option<Vec<&str>> {
+        Some(match self {
+            Self::Spawn(spawn) => vec![&spawn.name],
+            Self::Reload(reload) => vec![&reload.robot],
+            Self::SetTargets(targets) => targets.robots.iter().map(|robot| robot.robot.as_str()).collect(),
+            Self::ResetJoints { robots } => robots.iter().map(|reset| reset.robot.as_str()).collect(),
+            Self::Delete { robot }
+            | Self::SetJointProperties { robot, .. }
+            | Self::SetLinkProperties { robot, .. }
+            | Self::SetEntityState { robot, .. } => vec![robot],
+            Self::SetCollisionFilter(change) => {
+                let others = change.pairs.iter().map(|pair| pair.other_robot.as_str());
+                let others = others.filter(|other| !other.is_empty());
+                std::iter::once(change.robot.as_str()).chain(others).collect()
+            }
+            Self::ApplyWrench(wrench) => vec![&wrench.robot],
+            Self::Claim(request) if request.world => return None,
+            Self::Claim(request) => request.joints.iter().map(|joints| joints.robot.as_str()).collect(),
+            // Whose claim it is was proven.
+            Self::Release { .. } => Vec::new(),
+            Self::SetPhysics(_)
+            | Self::Reset(_)
+            | Self::SaveState { .. }
+            | Self::RestoreState { .. }
+            | Self::DeleteSavedState { .. }
+            | Self::ImportSavedState { .. } => return None,
+        })
+    }
+}
+
 /// A robot to bring into the world.
 #[derive(Clone, Debug)]
 pub struct Spawn {

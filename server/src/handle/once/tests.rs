@@ -16,7 +16,7 @@ fn asked(id: &str) -> IdentifiedRequest {
         kind: "DeleteEntityRequest",
         id: id.to_owned(),
         digest: Sha256::of(b"arm"),
-        peer: Some(Peer::Connection(1)),
+        peer: Some(connection(1)),
         is_secret: false,
     }
 }
@@ -37,6 +37,10 @@ fn counted(count: &Arc<AtomicU32>) -> impl Future<Output = Outcome> + Send + 'st
 /// An answer of so many bytes.
 async fn long(bytes: usize) -> Outcome {
     Outcome { bytes: Ok(vec![0; bytes].into()), is_transient: false }
+}
+
+fn connection(number: u64) -> Peer {
+    Peer::Connection { number, address: std::net::Ipv4Addr::LOCALHOST.into() }
 }
 
 const KEPT: usize = 1024;
@@ -77,7 +81,7 @@ async fn the_same_request_gets_the_first_answer_again() {
 #[tokio::test]
 async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
     let (answers, count) = (AnswerCache::new(&DaemonLimits::default()), Arc::default());
-    let first = IdentifiedRequest { peer: Some(Peer::Connection(7)), ..asked("a") };
+    let first = IdentifiedRequest { peer: Some(connection(7)), ..asked("a") };
     assert_eq!(answers.give(first, &count).await, "1");
     let others = [
         IdentifiedRequest { scope: named("viewer"), ..asked("a") },
@@ -85,8 +89,8 @@ async fn an_id_is_that_of_one_caller_and_one_kind_of_request() {
             scope: Scope::Named(Caller::said("bench", Transport::Zenoh).unwrap()),
             ..asked("a")
         },
-        IdentifiedRequest { scope: Scope::Unnamed(Peer::Connection(1)), ..asked("a") },
-        IdentifiedRequest { scope: Scope::Unnamed(Peer::Connection(2)), ..asked("a") },
+        IdentifiedRequest { scope: Scope::Unnamed(connection(1)), ..asked("a") },
+        IdentifiedRequest { scope: Scope::Unnamed(connection(2)), ..asked("a") },
         IdentifiedRequest { scope: Scope::Unnamed(Peer::Session("1".into())), ..asked("a") },
         IdentifiedRequest { kind: "RestoreStateRequest", ..asked("a") },
     ];
@@ -117,7 +121,7 @@ async fn a_secret_is_given_again_over_the_connection_that_asked_first_and_no_oth
     for _ in 0..2 {
         assert_eq!(answers.give(secret(), &count).await, "1");
     }
-    for peer in [None, Some(Peer::Connection(2)), Some(Peer::Process)] {
+    for peer in [None, Some(connection(2)), Some(Peer::Process)] {
         let other = IdentifiedRequest { peer, ..secret() };
         assert!(reused(answers.once(other, Ok(counted(&count))).await).contains("secret"));
     }
