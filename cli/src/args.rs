@@ -5,8 +5,9 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    claim, contact, context, daemon, event, joint, parameter, robot, server, sim, state, token,
+    claim, contact, context, daemon, doctor, event, joint, parameter, robot, server, sim, state, token, top,
 };
+use crate::complete;
 
 const AFTER_HELP: &str = "\
 Which daemon: --endpoint, else --context, else $SIMD_ENDPOINT, else the context in the
@@ -16,8 +17,11 @@ configuration file, else 127.0.0.1:7400. The file is $XDG_CONFIG_HOME/simd/confi
   context = \"lab\"
   [contexts.lab]
   endpoint = \"https://10.0.0.7:7400\"
-  token = \"simd_...\"             # else $SIMD_TOKEN, which beats it
-  tls_authorities = \"ca.pem\"     # else --tls-ca or $SIMD_TLS_CA, which beat it
+  token = \"simd_...\"             # --token-file and $SIMD_TOKEN beat it
+  tls_authorities = \"ca.pem\"     # --tls-ca and $SIMD_TLS_CA beat it
+
+A token: --token-file, else $SIMD_TOKEN, else that of the context. Where a daemon asks for one and
+none is given, a person at a terminal is asked for it; a pipe or a script is not.
 
 Exit codes:
   0   done; also a watch that was ended by Ctrl-C or by a closed pipe
@@ -45,11 +49,14 @@ pub(crate) struct Options {
     #[arg(short, long, global = true, value_name = "ADDRESS", help_heading = "Options everywhere")]
     pub(crate) endpoint: Option<String>,
     /// The daemon, by its name in the configuration file
-    #[arg(long, global = true, value_name = "NAME", help_heading = "Options everywhere")]
+    #[arg(long, global = true, value_name = "NAME", help_heading = "Options everywhere", add = complete::contexts())]
     pub(crate) context: Option<String>,
     /// For https and tls/: the authority that signed the daemon's certificate (PEM), else $SIMD_TLS_CA
     #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
     pub(crate) tls_ca: Option<PathBuf>,
+    /// For a daemon that asks for a token: a file with it in its first line, else $SIMD_TOKEN
+    #[arg(long, global = true, value_name = "PATH", help_heading = "Options everywhere")]
+    pub(crate) token_file: Option<PathBuf>,
     /// The claim that calls come with, by its secret; else $SIMD_CLAIM
     #[arg(long, global = true, value_name = "SECRET", help_heading = "Options everywhere")]
     pub(crate) claim: Option<String>,
@@ -64,6 +71,9 @@ pub(crate) struct Options {
         help_heading = "Options everywhere"
     )]
     pub(crate) output: Format,
+    /// The same as --output json
+    #[arg(long, global = true, conflicts_with = "output", help_heading = "Options everywhere")]
+    pub(crate) json: bool,
     /// Seconds to wait for an answer
     #[arg(
         long,
@@ -74,6 +84,13 @@ pub(crate) struct Options {
         help_heading = "Options everywhere"
     )]
     pub(crate) timeout: Duration,
+}
+
+impl Options {
+    /// How results are written.
+    pub(crate) fn format(&self) -> Format {
+        if self.json { Format::Json } else { self.output }
+    }
 }
 
 /// How results are written.
@@ -95,7 +112,7 @@ pub(crate) enum Command {
     /// Robots: load, shape, reload, list, info, links, ik, delete
     #[command(subcommand)]
     Robot(robot::Robot),
-    /// Joints: list, get, set, reset, watch
+    /// Joints: list, get, set, reset, watch, hz
     #[command(subcommand)]
     Joint(joint::Joint),
     /// Sliders and buttons for people and programs: list, get, add, set, press, watch, remove
@@ -119,13 +136,17 @@ pub(crate) enum Command {
     /// Daemons of a Zenoh network: list
     #[command(subcommand)]
     Daemon(daemon::Daemon),
-    /// Daemons of the configuration file: list
+    /// Daemons of the configuration file: list, show, use
     #[command(subcommand)]
     Context(context::Context),
     /// Tokens in the file of a daemon on this machine: add, list, revoke
     #[command(subcommand)]
     Token(token::Token),
-    /// Prints a completion script
+    /// Shows worlds, robots and clients as they are, over and over
+    Top(top::Top),
+    /// Looks for what is wrong with an installation, and says what to do
+    Doctor(doctor::Doctor),
+    /// Prints a completion script, which asks the daemon for names of robots and joints
     Completions {
         /// The shell it is for
         shell: clap_complete::Shell,

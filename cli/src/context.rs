@@ -76,11 +76,17 @@ fn choose_from(
     let Some(name) = options.context.as_ref().or(configuration.context.as_ref()) else {
         return chosen(&format!("{DEFAULT_HOST}:{}", simd_client::DEFAULT_PORT), "default");
     };
+    of_context(&configuration, name)
+}
+
+/// The daemon of a context.
+pub(crate) fn of_context(configuration: &Configuration, name: &str) -> anyhow::Result<Choice> {
     match configuration.contexts.get(name) {
         Some(Daemon { endpoint, token, tls_authorities }) => Ok(Choice {
+            endpoint: endpoint.clone(),
             token: token.clone(),
             tls_authorities: tls_authorities.clone(),
-            ..chosen(endpoint, &format!("context {name}"))?
+            source: format!("context {name}"),
         }),
         None if configuration.contexts.is_empty() => {
             bail!("there is no context `{name}`: the configuration file names none")
@@ -89,6 +95,84 @@ fn choose_from(
             let names: Vec<&str> = configuration.contexts.keys().map(String::as_str).collect();
             bail!("there is no context `{name}`; there is {}", names.join(", "))
         }
+    }
+}
+
+/// Makes a context the one that is used, and answers with its endpoint. All else in the file stays as it was written,
+/// comments too.
+pub(crate) fn use_context(path: &Path, name: &str) -> anyhow::Result<String> {
+    let before = read(Some(path))?;
+    let endpoint = of_context(&before, name)?.endpoint;
+    // A link goes on leading to the file.
+    let path = fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let changed = with_context(&text, name);
+    let after: Configuration = toml::from_str(&changed).unwrap_or_default();
+    // Only what TOML allows and nobody writes, such as `"context" = ...`, gets here.
+    if after.context.as_deref() != Some(name) || !after.contexts.keys().eq(before.contexts.keys()) {
+        bail!(
+            "{} is written in a way that is not understood: set `context = {name:?}` there",
+            path.display()
+        );
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let unwritten = || format!("cannot write {}", path.display());
+    let mut file = private_beside(folder, &path).with_context(unwritten)?;
+    file.write_all(changed.as_bytes()).and_then(|()| file.persist()).with_context(unwritten)?;
+    Ok(endpoint)
+}
+
+/// The text with another `context`, which stands before the first table.
+fn with_context(text: &str, name: &str) -> String {
+    let line = format!("context = {}\n", toml::Value::from(name));
+    let is_key = |line: &str| {
+        line.trim_start().strip_prefix("context").is_some_and(|rest| rest.trim_start().starts_with('='))
+    };
+    let head = text.split_inclusive('\n').take_while(|line| !line.trim_start().starts_with('['));
+    let mut at = 0;
+    for old in head {
+        if is_key(old) {
+            return format!("{}{line}{}", &text[..at], &text[at + old.len()..]);
+        }
+        at += old.len();
+    }
+    format!("{line}{text}")
+}
+
+/// A file that takes the place of another once it is whole, with its permissions: the configuration may have tokens.
+struct Replacement {
+    file: fs::File,
+    path: PathBuf,
+    replaced: PathBuf,
+}
+
+fn private_beside(folder: &Path, replaced: &Path) -> io::Result<Replacement> {
+    let permissions = fs::metadata(replaced)?.permissions();
+    let path = folder.join(format!(".config.toml.{}", std::process::id()));
+    let mut options = fs::OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let replacement = Replacement { file: options.open(&path)?, path, replaced: replaced.to_owned() };
+    replacement.file.set_permissions(permissions)?;
+    Ok(replacement)
+}
+
+impl Replacement {
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        io::Write::write_all(&mut self.file, bytes)
+    }
+
+    fn persist(self) -> io::Result<()> {
+        self.file.sync_all()?;
+        fs::rename(&self.path, &self.replaced)
+    }
+}
+
+impl Drop for Replacement {
+    fn drop(&mut self) {
+        // Once it was renamed there is nothing left.
+        let _ = fs::remove_file(&self.path);
     }
 }
 
@@ -155,6 +239,49 @@ mod tests {
         let error = choice("--context moon", None, FILE).unwrap_err().to_string();
         assert_eq!(error, "there is no context `moon`; there is lab, sea");
         assert!(choice("--context moon", None, "").is_err());
+    }
+
+    #[test]
+    fn another_context_leaves_the_rest_of_the_file_as_it_was_written() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("config.toml");
+        for (before, after) in [
+            (format!("# mine\n{FILE}"), format!("# mine\n{}", FILE.replace("\"lab\"\n[", "\"sea\"\n["))),
+            (
+                "[contexts.sea]\nendpoint = \"a\"".to_owned(),
+                "context = \"sea\"\n[contexts.sea]\nendpoint = \"a\"".to_owned(),
+            ),
+            (
+                "context=\"x\" # why\n\n[contexts.sea] # \"context = 1\"\nendpoint = \"a\"\n".to_owned(),
+                "context = \"sea\"\n\n[contexts.sea] # \"context = 1\"\nendpoint = \"a\"\n".to_owned(),
+            ),
+        ] {
+            fs::write(&path, before).unwrap();
+            use_context(&path, "sea").unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), after);
+        }
+        let strange = "\"context\" = \"x\"\n[contexts.sea]\nendpoint = \"a\"\n";
+        fs::write(&path, strange).unwrap();
+        assert!(use_context(&path, "sea").unwrap_err().to_string().contains("not understood"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), strange, "it is left alone");
+        assert!(use_context(&path, "moon").unwrap_err().to_string().contains("there is sea"));
+        assert!(use_context(&folder.path().join("none"), "sea").is_err());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_file_keeps_its_mode_and_stays_behind_its_link() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::TempDir::new().unwrap();
+        let (real, link) = (folder.path().join("real"), folder.path().join("config.toml"));
+        fs::write(&real, FILE).unwrap();
+        fs::set_permissions(&real, fs::Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        use_context(&link, "sea").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::metadata(&real).unwrap().permissions().mode() & 0o777, 0o640);
+        assert_eq!(read(Some(&link)).unwrap().context.as_deref(), Some("sea"));
     }
 
     #[test]

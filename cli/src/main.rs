@@ -3,13 +3,16 @@
 //! * `args`: the options that every command has, and the list of commands.
 //! * `commands`: one file per noun, its arguments beside what they do.
 //! * `target`, `quantity`, `pose`: parses what is typed.
-//! * `context`: which daemon.
+//! * `context`: which daemon. `credentials`: with which token.
+//! * `complete`: what shells are told that complete a line.
 //! * `output`: tables for people, JSON for programs.
 //! * `failure`: exit codes, and the remedy for a refusal.
 
 mod args;
 mod commands;
+mod complete;
 mod context;
+mod credentials;
 mod failure;
 mod output;
 mod pose;
@@ -21,6 +24,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 fn main() -> ExitCode {
+    complete::answer();
     let arguments = args::Arguments::parse();
     // Zenoh needs this flavor; one worker is enough for one who mostly waits.
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();

@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use prost_types::Timestamp;
 use simd_proto::access::{Role, token_hash};
 use tokio_util::sync::CancellationToken;
 
@@ -65,6 +66,8 @@ pub struct Grant {
     pub role: Role,
     /// The robots that it may change; none is all, and the world.
     pub robots: Arc<[String]>,
+    /// It is refused from then on; `None` is never.
+    pub expires: Option<Timestamp>,
     /// Set once it was revoked or has expired: streams that it began end then.
     pub revoked: CancellationToken,
 }

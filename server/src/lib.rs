@@ -9,7 +9,8 @@
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
 //! * [`config`]: what the operator can say.
 //! * [`access`]: who may call what. [`authority`]: `simd tls init`. [`zenoh_acl`]: `simd zenoh-acl`.
-//! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long. `account`, `fair_permits`: what each client may have.
+//! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
+//! * `account`, `fair_permits`: what each client may have. `process`: what the system says of this process.
 //! * [`log`]: lines on stderr, which block no caller.
 //! * [`daemon`]: all of it put together, from start to drain.
 
@@ -30,6 +31,7 @@ pub mod http;
 mod info;
 pub mod loading;
 pub mod log;
+mod process;
 mod run_state;
 pub mod service;
 mod subcommand;

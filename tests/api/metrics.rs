@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use simd_client::every_joint;
+use simd_client::{every_joint, proto};
 use simd_tests::daemon::{Daemon, Via};
 use simd_tests::http::get;
 
@@ -40,6 +40,27 @@ async fn metrics_count_steps_calls_and_refusals() {
     assert!(value("process_open_fds") > 3.0);
     drop(stream);
 }
+
+async fn the_same_counts_are_asked_for_over_every_transport(via: Via) {
+    let daemon = arm(via).await;
+    let (_, Some(before)) = daemon.client.daemon_statistics().await.unwrap() else { panic!() };
+    daemon.client.step(25).await.unwrap();
+    daemon.client.delete_robot("nobody").await.unwrap_err();
+    let claim = proto::ClaimJointsRequest { world: true, lease: 60.0, ..Default::default() };
+    daemon.client.claim(claim).await.unwrap();
+    let (world, Some(after)) = daemon.client.daemon_statistics().await.unwrap() else { panic!() };
+    assert_eq!(world.iterations, 25);
+    // The question itself, a step, a refusal and a claim.
+    assert_eq!((after.calls - before.calls, after.failed_calls - before.failed_calls), (4, 1));
+    assert_eq!((before.claims, after.claims), (0, 1));
+    let (before, after) = (before.step_duration.unwrap(), after.step_duration.unwrap());
+    assert_eq!(before.upper_bounds, after.upper_bounds);
+    assert!(after.upper_bounds.is_sorted() && after.upper_bounds.last() == Some(&f64::INFINITY));
+    assert_eq!(after.counts.iter().sum::<u64>() - before.counts.iter().sum::<u64>(), 25);
+    assert!(after.sum > before.sum);
+}
+
+crate::over_every_transport![the_same_counts_are_asked_for_over_every_transport,];
 
 #[tokio::test]
 async fn a_daemon_that_drains_is_alive_and_not_ready() {

@@ -190,6 +190,29 @@ async fn each_method_asks_for_its_role_over_zenoh_too() {
 
 /// Publications have no answer: what a viewer publishes is not taken, what an operator publishes is.
 #[tokio::test(flavor = "multi_thread")]
+async fn a_client_is_told_what_its_token_allows() {
+    let until = "2999-01-01T00:00:00Z";
+    let limited = token(&[10; 32]);
+    let guarded = guarded(|_, folder| {
+        let mut entries = entries();
+        entries.push(entry("limited", Role::Viewer, &limited, Some(until)));
+        write(&folder.join("tokens"), &write_tokens(&entries));
+    })
+    .await;
+    for place in [guarded.grpc(), guarded.running.locators()[0].clone()] {
+        for (token, name, role, expires) in [
+            (of(Role::Operator), "operator", "operator", None),
+            (limited.clone(), "limited", "viewer", Some(until)),
+        ] {
+            let client = Client::connect_with(&place, options(Some(token), None)).await.unwrap();
+            let info = client.simulator_info().await.unwrap().token.unwrap();
+            let until = info.expires.map(|time| time.to_string());
+            assert_eq!((&*info.name, &*info.role, until.as_deref()), (name, role, expires), "{place}");
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn published_targets_are_taken_from_operators_alone() {
     use prost::Message as _;
     let guarded = guarded(|_, _| {}).await;

@@ -11,6 +11,7 @@ mod faults;
 mod logs;
 mod mistakes;
 mod network;
+mod operator;
 mod packaging;
 mod programs;
 mod readme;

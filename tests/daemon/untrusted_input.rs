@@ -38,7 +38,7 @@ async fn a_client_of_another_version_is_told_which_side_is_older() {
         ("0.9", "client speaks simd API 0.9, this daemon speaks 1.0; the client is older: update the client"),
     ] {
         let refused = client
-            .get_world_statistics(from_version(version, GetWorldStatisticsRequest {}))
+            .get_world_statistics(from_version(version, GetWorldStatisticsRequest::default()))
             .await
             .unwrap_err();
         assert_eq!(refused.code(), Code::FailedPrecondition);
@@ -52,7 +52,7 @@ async fn a_client_of_another_version_is_told_which_side_is_older() {
             .into_inner();
         assert_eq!((info.api_major, info.api_minor), (1, 0));
     }
-    let unsaid = client.get_world_statistics(GetWorldStatisticsRequest {}).await;
+    let unsaid = client.get_world_statistics(GetWorldStatisticsRequest::default()).await;
     assert!(unsaid.is_ok(), "a client that says no version, such as grpcurl, is served");
 }
 

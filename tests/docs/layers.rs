@@ -30,7 +30,7 @@ const SERVER: Layers = Layers {
         &["driver"],
         &["fair_permits"],
         &["call_error"],
-        &["access", "account", "authority", "blocking_threads", "histogram", "info", "log", "run_state"],
+        &["access", "account", "authority", "blocking_threads", "histogram", "info", "log", "process", "run_state"],
         &["subcommand"],
     ],
     // States of the world out to files and in from them.

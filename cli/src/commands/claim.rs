@@ -9,9 +9,12 @@ use simd_client::{
     proto::{ClaimJointsRequest, JointSelection},
 };
 
-use crate::output::{
-    Output, View,
-    table::{Column, Page, Table},
+use crate::{
+    complete,
+    output::{
+        Output, View,
+        table::{Column, Page, Table},
+    },
 };
 
 const ABOUT: &str = "\
@@ -34,7 +37,7 @@ pub(crate) enum Claim {
 #[derive(Args, Debug)]
 pub(crate) struct Take {
     /// Robots, and joints of robots
-    #[arg(value_name = "ROBOT[/JOINT]", required_unless_present = "world")]
+    #[arg(value_name = "ROBOT[/JOINT]", required_unless_present = "world", add = complete::robots_or_joints())]
     what: Vec<String>,
     /// The world: what concerns all robots
     #[arg(long)]

@@ -9,7 +9,7 @@ use simd_client::{
     proto::{LinkProperties, Ray, Vector3},
 };
 
-use crate::{output::Output, pose::parse_vector};
+use crate::{complete, output::Output, pose::parse_vector};
 use view::{HitView, SurfaceView};
 
 #[derive(Debug, Subcommand)]
@@ -17,6 +17,7 @@ pub(crate) enum Contact {
     /// Shows the points at which links touch: where, how deep, with what force
     List {
         /// Only contacts of this robot
+        #[arg(add = complete::robots())]
         robot: Option<String>,
     },
     /// Shows what a straight line meets first
@@ -37,11 +38,13 @@ pub(crate) enum Contact {
     /// Shows the boxes around links, along the world's axes
     Bounds {
         /// Only of this robot
+        #[arg(add = complete::robots())]
         robot: Option<String>,
     },
     /// Shows how a robot's links rub and bounce
     Surfaces {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
     },
     /// Changes how a robot's links rub and bounce
@@ -51,6 +54,7 @@ pub(crate) enum Contact {
 #[derive(Args, Debug)]
 pub(crate) struct Set {
     /// The robot's name
+    #[arg(add = complete::robots())]
     robot: String,
     /// Only this link; all of them where it is left out
     #[arg(long)]

@@ -5,10 +5,10 @@ use clap::Subcommand;
 use serde::Serialize;
 use simd_client::{Client, Error, Network, Presence, proto::SimulationState};
 
-use super::connect_options;
 use crate::{
     args::Options,
     context::choose,
+    credentials::connect_options,
     output::{
         Output, json,
         number::ABSENT,
@@ -37,7 +37,7 @@ pub(crate) async fn run(command: Daemon, options: &Options, output: Output) -> a
             simd_client::DEFAULT_LOCATOR
         ),
     };
-    let network = Network::join(locator, connect_options(options, &choice)).await?;
+    let network = Network::join(locator, connect_options(options, &choice)?).await?;
     let mut daemons = Vec::new();
     for presence in network.daemons().await? {
         let client = network.client(&presence.name);

@@ -1,5 +1,6 @@
 //! `simctl joint`: what joints are, what they do, what they are asked to do.
 
+mod hz;
 mod info;
 mod reading;
 
@@ -17,6 +18,7 @@ use simd_client::{
 
 use super::{ended, present};
 use crate::{
+    complete,
     failure::warn,
     output::{
         Output, View,
@@ -51,6 +53,7 @@ pub(crate) enum Joint {
     /// Shows the joints of a robot: type, axis, limits, mode
     List {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
         /// Also damping, friction, gains, parent and child links
         #[arg(short, long)]
@@ -59,8 +62,10 @@ pub(crate) enum Joint {
     /// Shows where joints are and what they do
     Get {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
         /// All joints that can move, where none is named
+        #[arg(add = complete::joints())]
         joints: Vec<String>,
     },
     /// Gives joints new targets, all at one step
@@ -69,21 +74,25 @@ pub(crate) enum Joint {
     /// Puts joints at a position, or all of them back to where they were spawned
     Reset {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
         /// In rad and rad/s or m and m/s, or with units
-        #[arg(value_name = "JOINT=POSITION[,VELOCITY]", value_parser = placement)]
+        #[arg(value_name = "JOINT=POSITION[,VELOCITY]", value_parser = placement, add = complete::assignments())]
         placements: Vec<Placement>,
     },
     /// Shows where joints are, over and over, until Ctrl-C
     Watch(Watch),
+    /// Measures how often states come, and how evenly, until Ctrl-C
+    Hz(hz::Hz),
 }
 
 #[derive(Args, Debug)]
 pub(crate) struct Set {
     /// The robot's name
+    #[arg(add = complete::robots())]
     robot: String,
     /// What each joint is to do
-    #[arg(value_name = "JOINT=TARGET", value_parser = assignment, required = true)]
+    #[arg(value_name = "JOINT=TARGET", value_parser = assignment, required = true, add = complete::assignments())]
     targets: Vec<Assignment>,
     /// Refuses a target beyond a limit; else the limit is used
     #[arg(long)]
@@ -93,8 +102,10 @@ pub(crate) struct Set {
 #[derive(Args, Debug)]
 pub(crate) struct Watch {
     /// The robot's name
+    #[arg(add = complete::robots())]
     robot: String,
     /// All joints that can move, where none is named
+    #[arg(add = complete::joints())]
     joints: Vec<String>,
     /// States per second: 0.1 to 1000
     #[arg(short, long, default_value_t = 10.0, value_name = "HZ")]
@@ -123,6 +134,7 @@ pub(crate) async fn run(command: Joint, client: &Client, output: Output) -> anyh
                 _ = tokio::signal::ctrl_c() => Ok(()),
             }
         }
+        Joint::Hz(arguments) => hz::run(&arguments, client, output).await,
     }
 }
 

@@ -4,6 +4,7 @@ pub(crate) mod claim;
 pub(crate) mod contact;
 pub(crate) mod context;
 pub(crate) mod daemon;
+pub(crate) mod doctor;
 pub(crate) mod event;
 pub(crate) mod joint;
 pub(crate) mod parameter;
@@ -12,21 +13,24 @@ pub(crate) mod server;
 pub(crate) mod sim;
 pub(crate) mod state;
 pub(crate) mod token;
+pub(crate) mod top;
 
 use anyhow::Context as _;
 use clap::CommandFactory as _;
-use simd_client::{Client, ConnectOptions, Error, Token};
+use simd_client::{Client, Error};
 
 use crate::{
     args::{Arguments, Command, Options},
-    context::{Choice, choose},
+    complete,
+    context::choose,
+    credentials,
     output::{Output, write_bytes},
 };
 
 /// Does what the arguments say.
 pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
     let options = &arguments.options;
-    let output = Output::new(options.output);
+    let output = Output::new(options.format());
     match arguments.command {
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
         // Needs no daemon.
@@ -40,14 +44,11 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::State(command) => state::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,
         Command::Daemon(command) => daemon::run(command, options, output).await,
-        Command::Context(command) => context::run(command, options, output),
+        Command::Context(command) => context::run(&command, options, output),
         Command::Token(command) => token::run(&command, output),
-        Command::Completions { shell } => {
-            // Into memory first: the generator panics where its writer fails.
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Arguments::command(), "simctl", &mut script);
-            write_bytes(&script)
-        }
+        Command::Top(arguments) => top::run(arguments, options, output).await,
+        Command::Doctor(arguments) => doctor::run(arguments, options, output).await,
+        Command::Completions { shell } => write_bytes(&complete::script(shell)?),
         Command::Man { folder } => clap_mangen::generate_to(Arguments::command(), &folder)
             .with_context(|| format!("cannot write manual pages into {}", folder.display())),
     }
@@ -55,21 +56,9 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
 
 async fn connect(options: &Options) -> anyhow::Result<Client> {
     let choice = choose(options)?;
-    let client = Client::connect_with(&choice.endpoint, connect_options(options, &choice)).await?;
+    let client = credentials::connect(options, &choice).await?;
     let claim = options.claim.clone().or_else(|| std::env::var("SIMD_CLAIM").ok());
     Ok(client.with_claim(&claim.unwrap_or_default()))
-}
-
-/// What is said on the command line and by the environment beats the context.
-fn connect_options(options: &Options, choice: &Choice) -> ConnectOptions {
-    let default = ConnectOptions::default();
-    let authorities = options.tls_ca.clone().or(default.tls_authorities);
-    ConnectOptions {
-        token: default.token.or(choice.token.clone().map(Token::from)),
-        tls_authorities: authorities.or(choice.tls_authorities.clone()),
-        connect_timeout: options.timeout.min(default.connect_timeout),
-        timeout: options.timeout,
-    }
 }
 
 /// A field that the schema promises and the type cannot.

@@ -12,7 +12,7 @@ use simd_client::{
 };
 
 use super::ended;
-use crate::output::Output;
+use crate::{complete, output::Output};
 use view::{ListView, ParameterView, Removed};
 
 #[derive(Debug, Subcommand)]
@@ -22,7 +22,7 @@ pub(crate) enum Parameter {
     /// Shows some of them
     Get {
         /// Which
-        #[arg(required = true, value_name = "NAME")]
+        #[arg(required = true, value_name = "NAME", add = complete::parameters())]
         names: Vec<String>,
     },
     /// Puts up a slider or a button
@@ -36,6 +36,7 @@ pub(crate) enum Parameter {
     /// Presses a button
     Press {
         /// Which
+        #[arg(add = complete::parameters())]
         name: String,
         /// How often
         #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..), value_name = "N")]
@@ -50,7 +51,7 @@ pub(crate) enum Parameter {
     /// Takes sliders and buttons down
     Remove {
         /// Which
-        #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "NAME")]
+        #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "NAME", add = complete::parameters())]
         names: Vec<String>,
         /// All there are
         #[arg(long)]

@@ -22,6 +22,7 @@ use simd_client::{
 use crate::{
     args::{PackageFolder, package_folder},
     commands::contact::Surface,
+    complete,
     failure::{hint, warn},
     output::Output,
     pose,
@@ -45,6 +46,7 @@ pub(crate) enum Robot {
     /// Shows one robot: base, mass, pose, links
     Info {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
     },
     /// Changes what a robot touches: itself, groups of links, pairs of links
@@ -52,6 +54,7 @@ pub(crate) enum Robot {
     /// Shows where a robot's links are and how they move
     Links {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
     },
     /// Finds joint positions that put a link somewhere (inverse kinematics)
@@ -59,6 +62,7 @@ pub(crate) enum Robot {
     /// Takes a robot out of the world
     Delete {
         /// The robot's name
+        #[arg(add = complete::robots())]
         robot: String,
     },
 }
@@ -131,6 +135,7 @@ pub(crate) enum Collision {
 #[derive(Args, Debug)]
 pub(crate) struct Reload {
     /// The robot's name
+    #[arg(add = complete::robots())]
     robot: String,
     /// A URDF or xacro file or package folder; where it is left out, the daemon reads again what it has on its own disk
     path: Option<PathBuf>,

@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use simd_proto::v1::{
-    DeleteSavedStateRequest, GetPhysicsRequest, GetSimulationStateRequest, GetSimulationStateResponse,
-    GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest, JoinLockstepRequest,
-    LeaveLockstepRequest, ListLockstepMembersRequest, ListSavedStatesRequest, LockstepMember, Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreStateRequest, SaveStateRequest,
-    SavedStateInfo, SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest, SimulationState, Stamp,
-    StepSimulationRequest, StepSimulationResponse, WorldStatistics,
+    DaemonStatistics, DeleteSavedStateRequest, GetPhysicsRequest, GetSimulationStateRequest,
+    GetSimulationStateResponse, GetSimulatorInfoRequest, GetSimulatorInfoResponse, GetWorldStatisticsRequest,
+    JoinLockstepRequest, LeaveLockstepRequest, ListLockstepMembersRequest, ListSavedStatesRequest,
+    LockstepMember, Physics, ResetSimulationRequest, ResetSimulationResponse, RestoreStateRequest,
+    SaveStateRequest, SavedStateInfo, SetPhysicsRequest, SetPhysicsResponse, SetSimulationStateRequest,
+    SimulationState, Stamp, StepSimulationRequest, StepSimulationResponse, WorldStatistics,
 };
 
 use crate::{Client, Error, client::present};
@@ -164,8 +165,19 @@ impl Client {
     /// # Errors
     /// Where the daemon does not answer or is of another version.
     pub async fn world_statistics(&self) -> Result<WorldStatistics, Error> {
-        let answer = self.unary(self.simulation().get_world_statistics(GetWorldStatisticsRequest {})).await?;
+        let request = GetWorldStatisticsRequest::default();
+        let answer = self.unary(self.simulation().get_world_statistics(request)).await?;
         present(answer.statistics, "statistics")
+    }
+
+    /// The same, and what the daemon does for its clients and needs for that.
+    ///
+    /// # Errors
+    /// As [`world_statistics`](Self::world_statistics). An older daemon says the first alone.
+    pub async fn daemon_statistics(&self) -> Result<(WorldStatistics, Option<DaemonStatistics>), Error> {
+        let request = GetWorldStatisticsRequest { daemon: true };
+        let answer = self.unary(self.simulation().get_world_statistics(request)).await?;
+        Ok((present(answer.statistics, "statistics")?, answer.daemon))
     }
 
     /// Keeps the state of the world in the daemon's memory. An empty name lets the

@@ -87,7 +87,8 @@ fn table(entries: Vec<TokenEntry>, before: &Table) -> Table {
         let known = before.get(&entry.hash).filter(|(known, _)| *known == entry);
         let grant = known.map(|(_, grant)| Arc::clone(grant)).unwrap_or_else(|| {
             let revoked = CancellationToken::new();
-            Arc::new(Grant { name: entry.name.clone(), role: entry.role, robots: entry.robots.clone().into(), revoked })
+            let (name, role, expires) = (entry.name.clone(), entry.role, entry.expires);
+            Arc::new(Grant { name, role, expires, robots: entry.robots.clone().into(), revoked })
         });
         (entry.hash, (entry, grant))
     };

@@ -18,9 +18,9 @@ use prometheus_client::registry::{Registry, Unit};
 use tonic::Code;
 
 use super::Page;
-use crate::SimHandle;
 use crate::handle::RunState;
 use crate::histogram::Counts;
+use crate::{SimHandle, process};
 
 /// Of OpenMetrics, which Prometheus asks for.
 const MEDIA: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -64,7 +64,7 @@ impl Collector for Scrape {
         let mut families = Families(encoder);
         self.world(&mut families)?;
         self.clients(&mut families)?;
-        process(&mut families)
+        of_process(&mut families)
     }
 }
 
@@ -135,21 +135,13 @@ impl Scrape {
 }
 
 /// What the system says of the process, in the names that Prometheus has for it. What cannot be read is left out.
-fn process(families: &mut Families<'_>) -> fmt::Result {
-    let resident = fs::read_to_string("/proc/self/status").ok().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-        line.trim().strip_suffix(" kB")?.trim().parse::<f64>().ok()
-    });
-    if let Some(kilobytes) = resident {
+fn of_process(families: &mut Families<'_>) -> fmt::Result {
+    if let Some(bytes) = process::resident_bytes() {
         let help = "Memory that the process has.";
-        families.gauge_of("process_resident_memory", help, Some(&Unit::Bytes), kilobytes * 1024.0)?;
+        families.gauge_of("process_resident_memory", help, Some(&Unit::Bytes), bytes as f64)?;
     }
-    if let Ok(files) = fs::read_dir("/proc/self/fd") {
-        families.gauge(
-            "process_open_fds",
-            "Files, sockets and pipes that are open.",
-            files.count() as f64,
-        )?;
+    if let Some(files) = process::open_files() {
+        families.gauge("process_open_fds", "Files, sockets and pipes that are open.", files as f64)?;
     }
     let limit = fs::read_to_string("/proc/self/limits").ok().and_then(|text| {
         let line = text.lines().find_map(|line| line.strip_prefix("Max open files"))?;

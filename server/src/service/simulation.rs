@@ -1,5 +1,7 @@
 //! The simulation service: the world, its time, whether it runs, how it is stepped.
 
+use std::sync::Arc;
+
 use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
@@ -8,6 +10,7 @@ use super::mismatched;
 use super::joint::no_connection;
 use super::once::{once, once_in_secret};
 use crate::SimHandle;
+use crate::access::Grant;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
 use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
 use crate::handle::{Caller, Disconnect};
@@ -29,9 +32,10 @@ impl Service {
 impl SimulationService for Service {
     async fn get_simulator_info(
         &self,
-        _request: Request<v1::GetSimulatorInfoRequest>,
+        request: Request<v1::GetSimulatorInfoRequest>,
     ) -> Result<Response<v1::GetSimulatorInfoResponse>, Status> {
-        Ok(Response::new(to_proto::simulator_info(self.handle.info())))
+        let grant = request.extensions().get::<Arc<Grant>>();
+        Ok(Response::new(to_proto::simulator_info(self.handle.info(), grant.map(Arc::as_ref))))
     }
 
     async fn get_simulation_state(
@@ -171,11 +175,12 @@ impl SimulationService for Service {
 
     async fn get_world_statistics(
         &self,
-        _request: Request<v1::GetWorldStatisticsRequest>,
+        request: Request<v1::GetWorldStatisticsRequest>,
     ) -> Result<Response<v1::GetWorldStatisticsResponse>, Status> {
         let state = self.handle.newest();
         let statistics = to_proto::statistics(&state, &self.handle.statistics_at(&state));
-        Ok(Response::new(v1::GetWorldStatisticsResponse { statistics: Some(statistics) }))
+        let daemon = request.into_inner().daemon.then(|| to_proto::daemon(&self.handle));
+        Ok(Response::new(v1::GetWorldStatisticsResponse { statistics: Some(statistics), daemon }))
     }
 
     async fn save_state(

@@ -7,15 +7,19 @@ use simd_client::{
     proto::{CollisionPair, LinkProperties, PairCollision, SetCollisionFilterRequest},
 };
 
-use crate::output::{
-    Output, View,
-    json::name,
-    table::{Column, Page, Table},
+use crate::{
+    complete,
+    output::{
+        Output, View,
+        json::name,
+        table::{Column, Page, Table},
+    },
 };
 
 #[derive(Args, Debug)]
 pub(crate) struct Filter {
     /// The robot's name
+    #[arg(add = complete::robots())]
     robot: String,
     /// Whether its links touch each other
     #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set)]

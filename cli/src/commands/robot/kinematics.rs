@@ -14,6 +14,7 @@ use simd_client::{
 
 use crate::{
     commands::present,
+    complete,
     output::{
         Output, View,
         json::{PoseView, Stamp},
@@ -26,6 +27,7 @@ use crate::{
 #[derive(Args, Debug)]
 pub(crate) struct Ik {
     /// The robot's name
+    #[arg(add = complete::robots())]
     robot: String,
     /// The link that is to be there
     link: String,
@@ -34,7 +36,7 @@ pub(crate) struct Ik {
     #[arg(value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     pose: Pose,
     /// A joint that may move; may be given again. All that are actuated where it is left out
-    #[arg(long = "joint", value_name = "JOINT")]
+    #[arg(long = "joint", value_name = "JOINT", add = complete::joints())]
     joints: Vec<String>,
     /// Metres, and radians, that it may be off
     #[arg(long, value_name = "ERROR", default_value_t = 1e-4)]

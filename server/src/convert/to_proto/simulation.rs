@@ -1,5 +1,7 @@
 //! Answers of the simulation service.
 
+use std::time::SystemTime;
+
 use simd_core::simulation::command::SavedStateInfo;
 use simd_core::{Integrator, PhysicsSettings};
 use simd_model::robot::JointKind;
@@ -7,14 +9,17 @@ use simd_proto::{API_VERSION, v1};
 
 use super::geometry::vector;
 use super::stamp;
+use crate::access::Grant;
 use crate::handle::{DaemonInfo, DaemonLimits, LockstepMember, Pace, Published, RunState, Statistics};
+use crate::histogram::Counts;
+use crate::{SimHandle, process};
 
 /// Optional features that this daemon has.
 const FEATURES: [&str; 8] =
     ["claims", "events", "health", "kinematics", "parameters", "reflection", "saved_states", "wrenches"];
 
 /// Who answers.
-pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
+pub fn simulator_info(info: &DaemonInfo, grant: Option<&Grant>) -> v1::GetSimulatorInfoResponse {
     v1::GetSimulatorInfoResponse {
         simulator: "simd".to_owned(),
         version: info.version.to_owned(),
@@ -23,6 +28,11 @@ pub fn simulator_info(info: &DaemonInfo) -> v1::GetSimulatorInfoResponse {
         name: info.name.clone(),
         limits: Some(limits(&info.limits)),
         features: FEATURES.map(str::to_owned).to_vec(),
+        token: grant.map(|grant| v1::TokenInfo {
+            name: grant.name.clone(),
+            role: grant.role.name().to_owned(),
+            expires: grant.expires,
+        }),
     }
 }
 
@@ -94,6 +104,31 @@ pub fn statistics(newest: &Published, now: &Statistics) -> v1::WorldStatistics {
         mailbox_refusals: now.mailbox_refusals,
         claimed_by: newest.state.claimed_by.as_deref().unwrap_or_default().to_owned(),
     }
+}
+
+/// What the daemon does and needs, at this moment.
+pub fn daemon(handle: &SimHandle) -> v1::DaemonStatistics {
+    let calls = handle.call_counts();
+    let ended = || calls.iter().flat_map(|of| &of.ended);
+    let is_failed = |((code, _), _): &&((i32, &str), u64)| *code != i32::from(tonic::Code::Ok);
+    let (duration, lateness) = handle.step_times();
+    v1::DaemonStatistics {
+        wall_time: Some(stamp::timestamp(SystemTime::now())),
+        calls: ended().map(|(_, count)| count).sum(),
+        failed_calls: ended().filter(is_failed).map(|(_, count)| count).sum(),
+        streams: u32::try_from(calls.iter().map(|of| of.streams).sum::<u64>()).unwrap_or(u32::MAX),
+        claims: count(handle.claim_count()),
+        mailbox_waiting: count(handle.mailbox().0),
+        resident_bytes: process::resident_bytes().unwrap_or(0),
+        open_files: process::open_files().map_or(0, count),
+        step_duration: Some(histogram(&duration)),
+        step_lateness: Some(histogram(&lateness)),
+    }
+}
+
+fn histogram(counts: &Counts) -> v1::DurationHistogram {
+    let (upper_bounds, each) = counts.buckets.iter().copied().unzip();
+    v1::DurationHistogram { sum: counts.sum, upper_bounds, counts: each }
 }
 
 /// A kept state. Nothing was published for its moment, so that it has no wall time.

@@ -1,0 +1,235 @@
+//! `simctl doctor`: what is wrong with an installation, and what to do.
+//!
+//! * Here: what is typed, the order of the checks, and the table of what they found.
+//! * `daemon`: whether one answers, as what, to whom. `network`: the same over Zenoh.
+//! * `certificate`: what TLS is served with. `files`: tokens and keys that others must not read.
+//! * `machine`: what a daemon on this machine has to run with.
+
+mod certificate;
+mod daemon;
+mod files;
+mod machine;
+mod network;
+
+use std::{path::PathBuf, time::SystemTime};
+
+use anyhow::bail;
+use clap::Args;
+use serde::Serialize;
+use simd_client::is_zenoh;
+
+use crate::{
+    args::{Format, Options},
+    context::{choose, configuration_path},
+    credentials,
+    output::{
+        Output,
+        number::count,
+        table::{Column, Page, Table},
+    },
+};
+
+/// Of a daemon that is installed as a service.
+const SERVICE_CONFIGURATION: &str = "/etc/simd/simd.toml";
+
+const ABOUT: &str = "\
+Exit code: 0 where there is no problem, also with warnings; 1 with a problem.
+
+What a daemon on this machine has (its tokens and certificates) is looked for in its configuration file.";
+
+#[derive(Args, Debug)]
+#[command(after_help = ABOUT)]
+pub(crate) struct Doctor {
+    /// The daemon's configuration file [default: /etc/simd/simd.toml where it is there]
+    #[arg(long, value_name = "PATH")]
+    config: Option<PathBuf>,
+    /// The daemon's file of tokens, as its flag of that name
+    #[arg(long, value_name = "PATH")]
+    tokens: Option<PathBuf>,
+    /// The daemon's certificate, as its flag of that name
+    #[arg(long, value_name = "PATH", requires = "tls_key")]
+    tls_certificate: Option<PathBuf>,
+    /// The key of the daemon's certificate, as its flag of that name
+    #[arg(long, value_name = "PATH", requires = "tls_certificate")]
+    tls_key: Option<PathBuf>,
+    /// The Zenoh network that it is to be on; for a daemon on this machine tcp/127.0.0.1:7447
+    #[arg(long, value_name = "LOCATOR")]
+    zenoh: Option<String>,
+}
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Level {
+    Ok,
+    Warning,
+    Problem,
+}
+
+/// What a check found.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct Finding {
+    /// What was looked at.
+    check: &'static str,
+    level: Level,
+    found: String,
+    /// Null where there is nothing to do.
+    advice: Option<String>,
+}
+
+impl Finding {
+    fn ok(check: &'static str, found: impl Into<String>) -> Self {
+        Self { check, level: Level::Ok, found: found.into(), advice: None }
+    }
+
+    fn warning(check: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self { check, level: Level::Warning, found: found.into(), advice: Some(advice.into()) }
+    }
+
+    fn problem(check: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self { check, level: Level::Problem, found: found.into(), advice: Some(advice.into()) }
+    }
+}
+
+pub(crate) async fn run(arguments: Doctor, options: &Options, output: Output) -> anyhow::Result<()> {
+    let findings = look(&arguments, options).await;
+    output.list(&findings, page)?;
+    let problems = findings.iter().filter(|finding| finding.level == Level::Problem).count();
+    if problems > 0 {
+        bail!("{}", count(problems, "problem"));
+    }
+    if options.format() == Format::Table {
+        let warnings = findings.iter().filter(|finding| finding.level == Level::Warning).count();
+        output.remark(&Page::of_line(match warnings {
+            0 => "nothing is wrong".to_owned(),
+            warnings => format!("no problem, {}", count(warnings, "warning")),
+        }))?;
+    }
+    Ok(())
+}
+
+async fn look(arguments: &Doctor, options: &Options) -> Vec<Finding> {
+    let now = SystemTime::now();
+    let mut all = files::configuration(configuration_path().as_deref());
+    let chosen = choose(options).and_then(|choice| {
+        let token = credentials::token(options, &choice)?.map(|(_, source)| source);
+        Ok((credentials::connect_options(options, &choice)?, choice, token))
+    });
+    let mut is_here = true;
+    match chosen {
+        Ok((connect, choice, token)) => {
+            all.push(Finding::ok("endpoint", format!("{}, from {}", choice.endpoint, choice.source)));
+            if let Some(path) = &connect.tls_authorities {
+                all.extend(certificate::authorities(path, now));
+            }
+            is_here = daemon::is_loopback(&choice.endpoint);
+            let seen = match is_zenoh(&choice.endpoint) {
+                true => network::daemon(&choice.endpoint, &connect, token).await,
+                false => daemon::over_grpc(&choice.endpoint, &connect, token, now).await,
+            };
+            all.extend(seen.findings);
+            let locator = arguments.zenoh.as_deref();
+            // The endpoint's own network was looked at.
+            if locator.is_some() || (is_here && !is_zenoh(&choice.endpoint)) {
+                all.extend(network::beside(locator, &connect, seen.name.as_deref()).await);
+            }
+        }
+        Err(error) => all.push(Finding::problem(
+            "endpoint",
+            format!("{error:#}"),
+            "name a daemon by --endpoint, or make the configuration file say one",
+        )),
+    }
+    let service = PathBuf::from(SERVICE_CONFIGURATION);
+    let config = arguments.config.clone().or_else(|| (is_here && service.exists()).then_some(service));
+    let (found, mut of_daemon) = config.as_deref().map(files::daemon).unwrap_or_default();
+    all.extend(found);
+    of_daemon.tokens = arguments.tokens.clone().or(of_daemon.tokens);
+    of_daemon.certificate = arguments.tls_certificate.clone().or(of_daemon.certificate);
+    of_daemon.key = arguments.tls_key.clone().or(of_daemon.key);
+    if let Some(path) = &of_daemon.tokens {
+        all.extend(files::tokens(path, now));
+    }
+    if let (Some(certificate), Some(key)) = (&of_daemon.certificate, &of_daemon.key) {
+        all.extend(certificate::files(certificate, key, now));
+    }
+    if is_here {
+        all.extend(machine::look());
+    } else {
+        all.push(Finding::ok("machine", "the daemon is on another one: run `simctl doctor` there too"));
+    }
+    all
+}
+
+fn page(findings: &[Finding]) -> Page {
+    let columns = ["CHECK", "RESULT", "FOUND"].map(Column::left).into();
+    let row = |finding: &Finding| {
+        let level = match finding.level {
+            Level::Ok => "ok",
+            Level::Warning => "warning",
+            Level::Problem => "problem",
+        };
+        vec![finding.check.to_owned(), level.to_owned(), finding.found.clone()]
+    };
+    let mut page = Page::new().table(Table::new(columns, findings.iter().map(row).collect()));
+    let mut bad: Vec<&Finding> = findings.iter().filter(|finding| finding.advice.is_some()).collect();
+    bad.sort_by_key(|finding| std::cmp::Reverse(finding.level));
+    for finding in bad {
+        let advice = finding.advice.as_deref().unwrap_or_default();
+        page = page.line(format!("{}: {advice}", finding.check));
+    }
+    page
+}
+
+/// A time of the system in seconds since 1970.
+fn unix_seconds(time: SystemTime) -> i64 {
+    let since = time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(since.as_secs()).unwrap_or(i64::MAX)
+}
+
+/// `in 3 days`, `5 hours ago`: a time from now on, in seconds.
+fn away(seconds: i64) -> String {
+    let length = seconds.unsigned_abs();
+    let (number, unit) = match length {
+        0..=119 => (length, "second"),
+        120..=7_199 => (length / 60, "minute"),
+        7_200..=172_799 => (length / 3_600, "hour"),
+        _ => (length / 86_400, "day"),
+    };
+    let length = count(usize::try_from(number).unwrap_or(usize::MAX), unit);
+    if seconds < 0 { format!("{length} ago") } else { format!("in {length}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_said_in_what_people_count() {
+        for (seconds, text) in
+            [(1, "in 1 second"), (-90, "90 seconds ago"), (7_200, "in 2 hours"), (-864_000, "10 days ago")]
+        {
+            assert_eq!(away(seconds), text);
+        }
+        assert!(away(i64::MIN).ends_with("ago"));
+    }
+
+    #[test]
+    fn what_to_do_follows_the_table_with_the_worst_first() {
+        let findings = [
+            Finding::ok("a", "fine"),
+            Finding::warning("b", "hm", "look"),
+            Finding::problem("c", "bad\x1b", "act"),
+        ];
+        let text = page(&findings).render(false);
+        let expected = "\
+CHECK  RESULT   FOUND
+a      ok       fine
+b      warning  hm
+c      problem  bad\\u{1b}
+c: act
+b: look
+";
+        assert_eq!(text, expected);
+    }
+}

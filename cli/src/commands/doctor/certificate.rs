@@ -1,0 +1,340 @@
+//! Certificates: what a daemon shows to those who connect, and the files that it has them from.
+
+use std::{
+    fs,
+    net::IpAddr,
+    path::Path,
+    sync::Arc,
+    time::{Duration, SystemTime},
+};
+
+use tokio::{net::TcpStream, time::timeout};
+use tokio_rustls::{
+    TlsConnector,
+    rustls::{
+        self, ClientConfig, DigitallySignedStruct, SignatureScheme,
+        client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier},
+        crypto::{CryptoProvider, ring},
+        pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime, pem::PemObject as _},
+        sign::CertifiedKey,
+    },
+};
+use x509_parser::{extensions::GeneralName, parse_x509_certificate, prelude::X509Certificate};
+
+use super::{Finding, away, files, unix_seconds};
+
+/// A certificate that expires sooner is to be made anew.
+const SOON: i64 = 30 * 86_400;
+const RENEW: &str =
+    "make a new one (`simd tls init` with server.pem and server.key moved away), and send the daemon SIGHUP";
+
+/// What the daemon at a connection shows: one that is not trusted too. `None` where it does not speak TLS.
+///
+/// Nothing is sent on this connection but the handshake.
+pub(super) async fn shown(
+    host: &str,
+    connection: TcpStream,
+    patience: Duration,
+) -> Option<Vec<CertificateDer<'static>>> {
+    let provider = Arc::new(ring::default_provider());
+    let verifier = Arc::new(Looker(Arc::clone(&provider)));
+    let mut config = ClientConfig::builder_with_provider(provider)
+        .with_safe_default_protocol_versions()
+        .ok()?
+        .dangerous()
+        .with_custom_certificate_verifier(verifier)
+        .with_no_client_auth();
+    config.alpn_protocols = vec![b"h2".to_vec()];
+    let name = ServerName::try_from(host.to_owned()).ok()?;
+    let connect = TlsConnector::from(Arc::new(config)).connect(name, connection);
+    let stream = timeout(patience, connect).await.ok()?.ok()?;
+    let (_, session) = stream.get_ref();
+    Some(session.peer_certificates()?.iter().map(|certificate| certificate.clone().into_owned()).collect())
+}
+
+/// Whether the certificate of the daemon is in its time and for the name that it is called by.
+pub(super) fn served(host: &str, chain: &[CertificateDer<'_>], now: SystemTime) -> Vec<Finding> {
+    const CHECK: &str = "certificate";
+    match chain.first().map(|der| parse_x509_certificate(der)) {
+        Some(Ok((_, certificate))) => {
+            vec![time(CHECK, &certificate, now), name(CHECK, host, &certificate)]
+        }
+        _ => vec![Finding::problem(CHECK, "the daemon shows none that can be read", RENEW)],
+    }
+}
+
+/// The authorities by which a client checks certificates.
+pub(super) fn authorities(path: &Path, now: SystemTime) -> Vec<Finding> {
+    const CHECK: &str = "authorities";
+    let advice = "--tls-ca, SIMD_TLS_CA or the context must name the daemon's `ca.pem`";
+    let text = match files::bounded(path) {
+        Ok(text) => text,
+        Err(error) => {
+            return vec![Finding::problem(
+                CHECK,
+                format!("{} cannot be read: {error}", path.display()),
+                advice,
+            )];
+        }
+    };
+    match certificates(&text) {
+        None => vec![Finding::problem(CHECK, format!("{} has no certificate", path.display()), advice)],
+        Some(all) => all.iter().map(|der| of_file(CHECK, path, der, now)).collect(),
+    }
+}
+
+/// The files that a daemon on this machine has its certificate from.
+pub(super) fn files(certificate: &Path, key: &Path, now: SystemTime) -> Vec<Finding> {
+    const CHECK: &str = "certificate's file";
+    const KEY: &str = "certificate's key";
+    let mut all = Vec::new();
+    let read = |check, path: &Path, all: &mut Vec<Finding>| match files::bounded(path) {
+        Ok(text) => Some(text),
+        Err(error) => {
+            all.push(files::unreadable(check, path, &error));
+            None
+        }
+    };
+    let chain = read(CHECK, certificate, &mut all).map(|text| certificates(&text));
+    match chain.as_ref().map(|chain| chain.as_deref()) {
+        Some(Some([first, ..])) => all.push(of_file(CHECK, certificate, first, now)),
+        Some(_) => {
+            let found = format!("{} has no certificate", certificate.display());
+            all.push(Finding::problem(CHECK, found, "name the certificate, and the key as the other file"));
+        }
+        None => {}
+    }
+    if let Ok(metadata) = fs::metadata(key) {
+        all.push(files::private(KEY, key, &metadata));
+    }
+    let Some(text) = read(KEY, key, &mut all) else { return all };
+    let Ok(der) = PrivateKeyDer::from_pem_slice(text.as_bytes()) else {
+        let found = format!("{} has no private key", key.display());
+        all.push(Finding::problem(KEY, found, "name the file that begins with -----BEGIN PRIVATE KEY-----"));
+        return all;
+    };
+    let Some(Some(chain)) = chain else { return all };
+    all.push(match CertifiedKey::from_der(chain, der, &ring::default_provider()) {
+        Ok(_) => Finding::ok(KEY, "it is that of the certificate"),
+        Err(rustls::Error::InconsistentKeys(_)) => Finding::problem(
+            KEY,
+            format!("{} is not the key of {}", key.display(), certificate.display()),
+            "name the two files that were made together",
+        ),
+        Err(error) => Finding::problem(KEY, format!("{} cannot be used: {error}", key.display()), RENEW),
+    });
+    all
+}
+
+fn certificates(text: &str) -> Option<Vec<CertificateDer<'static>>> {
+    let all: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(text.as_bytes()).collect();
+    all.ok().filter(|all| !all.is_empty())
+}
+
+fn of_file(check: &'static str, path: &Path, der: &CertificateDer<'_>, now: SystemTime) -> Finding {
+    match parse_x509_certificate(der) {
+        Ok((_, certificate)) => {
+            let mut finding = time(check, &certificate, now);
+            finding.found = format!("{}: {}", path.display(), finding.found);
+            finding
+        }
+        Err(_) => Finding::problem(check, format!("{} cannot be read", path.display()), RENEW),
+    }
+}
+
+fn time(check: &'static str, certificate: &X509Certificate<'_>, now: SystemTime) -> Finding {
+    let now = unix_seconds(now);
+    let until = |time: i64| away(time.saturating_sub(now));
+    let (from, to) =
+        (certificate.validity().not_before.timestamp(), certificate.validity().not_after.timestamp());
+    if now < from {
+        let advice = "wait, or set the clock of the machine that is wrong";
+        return Finding::problem(check, format!("it is valid only {} from now", until(from)), advice);
+    }
+    if now >= to {
+        return Finding::problem(check, format!("it expired {}", until(to)), RENEW);
+    }
+    match to - now < SOON {
+        true => Finding::warning(check, format!("it expires {}", until(to)), RENEW),
+        false => Finding::ok(check, format!("it expires {}", until(to))),
+    }
+}
+
+fn name(check: &'static str, host: &str, certificate: &X509Certificate<'_>) -> Finding {
+    let names = certificate.subject_alternative_name().ok().flatten();
+    let names: Vec<String> = names
+        .iter()
+        .flat_map(|extension| &extension.value.general_names)
+        .filter_map(|name| match name {
+            GeneralName::DNSName(name) => Some((*name).to_owned()),
+            GeneralName::IPAddress(bytes) => address(bytes).map(|address| address.to_string()),
+            _ => None,
+        })
+        .collect();
+    match names.iter().any(|name| is_of(name, host)) {
+        true => Finding::ok(check, format!("it is for {}", names.join(", "))),
+        false => Finding::problem(
+            check,
+            format!("it is not for {host}, but for {}", names.join(", ")),
+            format!(
+                "call the daemon by a name of its certificate, or make one with `simd tls init --host {host}`"
+            ),
+        ),
+    }
+}
+
+fn address(bytes: &[u8]) -> Option<IpAddr> {
+    match bytes.len() {
+        4 => <[u8; 4]>::try_from(bytes).ok().map(IpAddr::from),
+        _ => <[u8; 16]>::try_from(bytes).ok().map(IpAddr::from),
+    }
+}
+
+/// `*` stands for one label, the first.
+fn is_of(name: &str, host: &str) -> bool {
+    match (name.strip_prefix("*."), host.split_once('.')) {
+        (Some(parent), Some((_, of_host))) => parent.eq_ignore_ascii_case(of_host),
+        _ => name.eq_ignore_ascii_case(host),
+    }
+}
+
+/// Takes any certificate, to look at it.
+#[derive(Debug)]
+struct Looker(Arc<CryptoProvider>);
+
+impl ServerCertVerifier for Looker {
+    fn verify_server_cert(
+        &self,
+        _end_entity: &CertificateDer<'_>,
+        _intermediates: &[CertificateDer<'_>],
+        _server_name: &ServerName<'_>,
+        _ocsp_response: &[u8],
+        _now: UnixTime,
+    ) -> Result<ServerCertVerified, rustls::Error> {
+        Ok(ServerCertVerified::assertion())
+    }
+
+    fn verify_tls12_signature(
+        &self,
+        message: &[u8],
+        certificate: &CertificateDer<'_>,
+        signed: &DigitallySignedStruct,
+    ) -> Result<HandshakeSignatureValid, rustls::Error> {
+        let algorithms = &self.0.signature_verification_algorithms;
+        rustls::crypto::verify_tls12_signature(message, certificate, signed, algorithms)
+    }
+
+    fn verify_tls13_signature(
+        &self,
+        message: &[u8],
+        certificate: &CertificateDer<'_>,
+        signed: &DigitallySignedStruct,
+    ) -> Result<HandshakeSignatureValid, rustls::Error> {
+        let algorithms = &self.0.signature_verification_algorithms;
+        rustls::crypto::verify_tls13_signature(message, certificate, signed, algorithms)
+    }
+
+    fn supported_verify_schemes(&self) -> Vec<SignatureScheme> {
+        self.0.signature_verification_algorithms.supported_schemes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rcgen::{CertificateParams, KeyPair};
+
+    use super::super::Level;
+    use super::*;
+
+    const DAY: i64 = 86_400;
+
+    /// A certificate from so many days before now to so many after, and its key.
+    fn certificate(from: i64, to: i64) -> (String, String) {
+        let names = ["lab.example", "*.sea.example", "127.0.0.1"].map(str::to_owned);
+        let mut params = CertificateParams::new(names).unwrap();
+        let now = time::OffsetDateTime::now_utc();
+        (params.not_before, params.not_after) =
+            (now + time::Duration::days(from), now + time::Duration::days(to));
+        let key = KeyPair::generate().unwrap();
+        (params.self_signed(&key).unwrap().pem(), key.serialize_pem())
+    }
+
+    fn levels(found: &[Finding]) -> Vec<Level> {
+        found.iter().map(|finding| finding.level).collect()
+    }
+
+    #[test]
+    fn expired_early_and_soon_expiring_certificates_are_found() {
+        let now = SystemTime::now();
+        for (from, to, level, phrase) in [
+            (-1, 365, Level::Ok, "it expires in 36"),
+            (-9, 10, Level::Warning, "it expires in"),
+            (-9, -3, Level::Problem, "it expired 3 days ago"),
+            (3, 9, Level::Problem, "valid only in"),
+        ] {
+            let (pem, _) = certificate(from, to);
+            let chain = certificates(&pem).unwrap();
+            let found = served("lab.example", &chain, now);
+            assert_eq!(levels(&found), [level, Level::Ok], "{found:?}");
+            assert!(found[0].found.contains(phrase), "{found:?}");
+        }
+        assert_eq!(levels(&served("lab.example", &[], now)), [Level::Problem]);
+        let nonsense = CertificateDer::from(vec![1, 2, 3]);
+        assert_eq!(levels(&served("lab.example", &[nonsense], now)), [Level::Problem]);
+        assert_eq!(SOON, 30 * DAY);
+    }
+
+    #[test]
+    fn a_certificate_is_for_its_names_alone() {
+        let (pem, _) = certificate(-1, 365);
+        let chain = certificates(&pem).unwrap();
+        for (host, level) in [
+            ("lab.example", Level::Ok),
+            ("LAB.example", Level::Ok),
+            ("deep.sea.example", Level::Ok),
+            ("127.0.0.1", Level::Ok),
+            ("sea.example", Level::Problem),
+            ("a.deep.sea.example", Level::Problem),
+            ("127.0.0.2", Level::Problem),
+            ("lab", Level::Problem),
+        ] {
+            let found = served(host, &chain, SystemTime::now());
+            assert_eq!(found[1].level, level, "{host}: {found:?}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_key_must_be_the_certificates_and_its_owners_alone() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let (cert, key) = (folder.path().join("server.pem"), folder.path().join("server.key"));
+        let (pem, own) = certificate(-1, 365);
+        let (_, other) = certificate(-1, 365);
+        let look = |text: &str, mode: u32| {
+            fs::write(&cert, &pem).unwrap();
+            fs::write(&key, text).unwrap();
+            fs::set_permissions(&key, fs::Permissions::from_mode(mode)).unwrap();
+            levels(&files(&cert, &key, SystemTime::now()))
+        };
+        assert_eq!(look(&own, 0o600), [Level::Ok; 3]);
+        assert_eq!(look(&own, 0o644), [Level::Ok, Level::Problem, Level::Ok]);
+        assert_eq!(look(&other, 0o600), [Level::Ok, Level::Ok, Level::Problem]);
+        assert_eq!(look("nothing", 0o600), [Level::Ok, Level::Ok, Level::Problem]);
+        // The two files taken for each other.
+        assert!(files(&key, &cert, SystemTime::now()).iter().any(|of| of.level == Level::Problem));
+        assert!(files(&folder.path().join("none"), &key, SystemTime::now())[0].level == Level::Problem);
+    }
+
+    #[test]
+    fn authorities_are_certificates_in_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ca.pem");
+        let (pem, key) = certificate(-1, 365);
+        for (text, level) in [(&*pem, Level::Ok), (&*key, Level::Problem), ("", Level::Problem)] {
+            fs::write(&path, text).unwrap();
+            assert_eq!(levels(&authorities(&path, SystemTime::now())), [level]);
+        }
+        assert_eq!(levels(&authorities(&folder.path().join("none"), SystemTime::now())), [Level::Problem]);
+    }
+}

@@ -1,0 +1,482 @@
+//! Whether a daemon answers, as what, and what it says of its caller and of itself.
+
+use std::{
+    io,
+    net::IpAddr,
+    time::{Duration, Instant, SystemTime},
+};
+
+use simd_client::{
+    API_VERSION, Client, ConnectOptions, DEFAULT_PORT, Error, Refusal,
+    proto::{
+        DaemonStatistics, ErrorReason, GetSimulatorInfoResponse, SimulationState, TokenInfo, WorldStatistics,
+    },
+};
+use tokio::{net::TcpStream, time::timeout};
+
+use super::{Finding, away, certificate, unix_seconds};
+use crate::{
+    credentials::Source,
+    output::number::{count, fixed},
+};
+
+/// A token that expires sooner is to be made anew.
+const SOON: i64 = 7 * 86_400;
+/// Clocks that are farther apart disagree on what has expired.
+const MAX_SKEW: f64 = 1.0;
+
+/// What was found of a daemon, and its name where it said it.
+#[derive(Debug, Default)]
+pub(super) struct Seen {
+    pub(super) findings: Vec<Finding>,
+    pub(super) name: Option<String>,
+}
+
+/// Where gRPC is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Address {
+    is_tls: bool,
+    host: String,
+    port: u16,
+}
+
+impl Address {
+    /// As the client reads it, which refuses what is none.
+    fn read(endpoint: &str) -> Option<Self> {
+        let (is_tls, rest) = match endpoint.trim().split_once("://") {
+            Some(("https", rest)) => (true, rest),
+            Some(("http", rest)) => (false, rest),
+            Some(_) => return None,
+            None => (false, endpoint.trim()),
+        };
+        let rest = rest.split('/').next().unwrap_or(rest);
+        let (host, port) = match rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+            Some((host, port)) => (host, port.strip_prefix(':')),
+            None => match rest.rsplit_once(':') {
+                Some((host, port)) => (host, Some(port)),
+                None => (rest, None),
+            },
+        };
+        let port = port.map_or(Some(DEFAULT_PORT), |port| port.parse().ok())?;
+        Some(Self { is_tls, host: host.to_owned(), port })
+    }
+
+    async fn connect(&self, patience: Duration) -> io::Result<TcpStream> {
+        let connect = TcpStream::connect((self.host.as_str(), self.port));
+        timeout(patience, connect).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+    }
+}
+
+/// Whether an endpoint, of gRPC or of Zenoh, is on this machine.
+pub(super) fn is_loopback(endpoint: &str) -> bool {
+    let grpc = match endpoint.split_once('/') {
+        Some((_, rest)) if simd_client::is_zenoh(endpoint) => rest.split('#').next().unwrap_or(rest),
+        _ => endpoint,
+    };
+    let Some(Address { host, .. }) = Address::read(grpc) else { return false };
+    host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+}
+
+/// A daemon over gRPC: what listens there, by which certificate, and what it answers.
+pub(super) async fn over_grpc(
+    endpoint: &str,
+    options: &ConnectOptions,
+    token: Option<Source>,
+    now: SystemTime,
+) -> Seen {
+    let Some(address) = Address::read(endpoint) else {
+        return refused(Finding::problem(
+            "endpoint",
+            format!("`{endpoint}` is none"),
+            "an endpoint is host, host:port, https://host:port, or a locator of Zenoh like tcp/host:7447",
+        ));
+    };
+    let connection = match address.connect(options.connect_timeout).await {
+        Ok(connection) => connection,
+        Err(error) => return refused(unreachable(&address, &error)),
+    };
+    let mut seen = Seen::default();
+    let place = format!("{}:{}", address.host, address.port);
+    seen.findings.push(Finding::ok("port", format!("a program listens at {place}")));
+    let chain = certificate::shown(&address.host, connection, options.connect_timeout).await;
+    match (address.is_tls, chain) {
+        (true, Some(chain)) => seen.findings.extend(certificate::served(&address.host, &chain, now)),
+        (true, None) => {
+            seen.findings.push(Finding::problem(
+                "TLS",
+                format!("what listens at {place} does not speak it"),
+                format!("say http://{place}, or start the daemon with --tls-certificate and --tls-key"),
+            ));
+            return seen;
+        }
+        (false, Some(_)) => {
+            seen.findings.push(Finding::problem(
+                "TLS",
+                format!("what listens at {place} speaks it, and the endpoint does not"),
+                format!("say https://{place}, with the daemon's ca.pem as --tls-ca"),
+            ));
+            return seen;
+        }
+        (false, None) => {}
+    }
+    let is_plain = !address.is_tls && !is_loopback(endpoint);
+    match Client::connect_with(endpoint, options.clone()).await {
+        Ok(client) => asked(&client, token, is_plain, now, &mut seen).await,
+        Err(error) => seen.findings.push(silent(&error, &place)),
+    }
+    seen
+}
+
+fn refused(finding: Finding) -> Seen {
+    Seen { findings: vec![finding], name: None }
+}
+
+/// Why no connection is made.
+fn unreachable(address: &Address, error: &io::Error) -> Finding {
+    let Address { host, port, .. } = address;
+    let place = format!("{host}:{port}");
+    match error.kind() {
+        io::ErrorKind::ConnectionRefused => Finding::problem(
+            "port",
+            format!("nothing listens at {place}"),
+            format!("start a daemon there (`simd --listen {place}`), or name another endpoint"),
+        ),
+        io::ErrorKind::TimedOut => Finding::problem(
+            "port",
+            format!("{place} does not answer"),
+            "look whether the machine is up and a firewall lets the port through",
+        ),
+        _ => Finding::problem(
+            "port",
+            format!("{place} cannot be reached: {error}"),
+            "look at the name of the host, and at the network",
+        ),
+    }
+}
+
+/// Why something that listens is no daemon that can be used.
+fn silent(error: &Error, place: &str) -> Finding {
+    match error {
+        Error::Unreachable { reason, .. } if reason.contains("invalid peer certificate") => Finding::problem(
+            "certificate",
+            format!("it is not trusted: {reason}"),
+            "--tls-ca, SIMD_TLS_CA or the context must name the `ca.pem` of this daemon's authority",
+        ),
+        Error::Endpoint { reason, .. } => Finding::problem(
+            "endpoint",
+            reason.clone(),
+            "correct the endpoint, or what the context says beside it",
+        ),
+        Error::Unreachable { .. } => Finding::problem(
+            "daemon",
+            format!("another program has the port of {place}: it does not speak gRPC"),
+            "see whose it is (`ss -ltnp`), end it, or give the daemon another port with --listen",
+        ),
+        Error::TimedOut { after, .. } => Finding::problem(
+            "daemon",
+            format!("what listens at {place} did not answer within {} s", after.as_secs_f64()),
+            "see whether it is a daemon that hangs (its log, `/healthz`), or another program",
+        ),
+        error => Finding::problem("daemon", error.to_string(), "look at the daemon's log"),
+    }
+}
+
+/// What a daemon says that is connected to.
+pub(super) async fn asked(
+    client: &Client,
+    token: Option<Source>,
+    is_plain: bool,
+    now: SystemTime,
+    seen: &mut Seen,
+) {
+    let found = &mut seen.findings;
+    let info = match client.simulator_info().await {
+        Ok(info) => info,
+        Err(Error::Refused(refusal)) if refusal.reason == ErrorReason::Unauthenticated => {
+            found.push(Finding::ok("daemon", "one answers"));
+            return found.push(unauthenticated(&refusal, token));
+        }
+        Err(error) => return found.push(silent(&error, client.endpoint())),
+    };
+    found.push(Finding::ok("daemon", format!("{} {} called {}", info.simulator, info.version, info.name)));
+    found.push(versions(&info));
+    found.push(self::token(info.token.as_ref(), token, is_plain, now));
+    let sent = (Instant::now(), SystemTime::now());
+    match client.daemon_statistics().await {
+        Ok((world, daemon)) => {
+            found.extend(daemon.as_ref().and_then(|daemon| clock(daemon, sent.1, sent.0.elapsed())));
+            found.push(self::world(&world));
+        }
+        Err(Error::Refused(refusal)) if refusal.reason == ErrorReason::VersionMismatch => {
+            found.push(Finding::problem(
+                "versions",
+                refusal.message,
+                "install simctl and simd of one release",
+            ));
+        }
+        Err(error) => found.push(silent(&error, client.endpoint())),
+    }
+    seen.name = Some(info.name);
+}
+
+fn versions(info: &GetSimulatorInfoResponse) -> Finding {
+    const CHECK: &str = "versions";
+    let own = env!("CARGO_PKG_VERSION");
+    let api = format!("{}.{}", info.api_major, info.api_minor);
+    let found = format!("simd {} with API {api}, simctl {own} with API {API_VERSION}", info.version);
+    let advice = "install simctl and simd of one release";
+    if info.api_major != API_VERSION.major || info.api_minor < API_VERSION.minor {
+        return Finding::problem(CHECK, found, advice);
+    }
+    match info.version == own {
+        true => Finding::ok(CHECK, found),
+        false => Finding::warning(CHECK, found, advice),
+    }
+}
+
+fn unauthenticated(refusal: &Refusal, token: Option<Source>) -> Finding {
+    match token {
+        None => Finding::problem(
+            "token",
+            "the daemon asks for one, and none is given",
+            "set SIMD_TOKEN, or `token` of the context; `simctl token add` makes one where the daemon runs",
+        ),
+        Some(source) => Finding::problem(
+            "token",
+            format!("that of {} is refused: {}", source.name(), refusal.message),
+            "`simctl token list` where the daemon runs shows those there are, `simctl token add` makes another",
+        ),
+    }
+}
+
+fn token(known: Option<&TokenInfo>, given: Option<Source>, is_plain: bool, now: SystemTime) -> Finding {
+    const CHECK: &str = "token";
+    match (known, given) {
+        (Some(known), Some(source)) => {
+            let left = known.expires.map(|expires| expires.seconds - unix_seconds(now));
+            let until =
+                left.map_or_else(|| "does not expire".to_owned(), |left| format!("expires {}", away(left)));
+            let found = format!("that of {}, from {}: {}, {until}", known.name, source.name(), known.role);
+            if is_plain {
+                return Finding::warning(
+                    CHECK,
+                    format!("{found}, sent in plain text"),
+                    "use https:// (docs/security.md)",
+                );
+            }
+            match left {
+                Some(left) if left < SOON => {
+                    Finding::warning(CHECK, found, "`simctl token add` makes another")
+                }
+                _ => Finding::ok(CHECK, found),
+            }
+        }
+        (Some(known), None) => Finding::ok(CHECK, format!("that of {}: {}", known.name, known.role)),
+        (None, _) if is_plain => Finding::warning(
+            CHECK,
+            "the daemon asks for none, and others can reach it",
+            "give it --tokens and a certificate (docs/security.md): everyone commands its robots",
+        ),
+        (None, Some(source)) => {
+            Finding::ok(CHECK, format!("the daemon asks for none; that of {} is not needed", source.name()))
+        }
+        (None, None) => Finding::ok(CHECK, "the daemon asks for none"),
+    }
+}
+
+/// How far its clock is from ours: it told its time somewhere between the question and the answer.
+fn clock(daemon: &DaemonStatistics, sent: SystemTime, took: Duration) -> Option<Finding> {
+    const CHECK: &str = "clock";
+    let theirs = daemon.wall_time?;
+    let since = sent.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+    let seconds = (theirs.seconds - i64::try_from(since.as_secs()).ok()?) as f64;
+    let ahead = seconds + (f64::from(theirs.nanos) - f64::from(since.subsec_nanos())) * 1e-9;
+    // Nearer than this they cannot be told to differ.
+    let skew = ahead - ahead.clamp(0.0, took.as_secs_f64());
+    Some(match skew.abs() > MAX_SKEW {
+        true => Finding::warning(
+            CHECK,
+            format!(
+                "the daemon's is {} s {}",
+                fixed(skew.abs(), 3),
+                if skew < 0.0 { "behind" } else { "ahead" }
+            ),
+            "let both machines follow one time (chrony, systemd-timesyncd): tokens and certificates expire by it",
+        ),
+        false => Finding::ok(CHECK, format!("the daemon's is within {} s of this one's", fixed(MAX_SKEW, 0))),
+    })
+}
+
+/// Whether it keeps time.
+fn world(statistics: &WorldStatistics) -> Finding {
+    const CHECK: &str = "world";
+    let (wanted, reached) = (statistics.target_real_time_factor, statistics.real_time_factor);
+    let is_playing = statistics.state() == SimulationState::Playing;
+    let found = format!(
+        "{}; real-time factor {} of {}, {} overruns, {} s dropped",
+        count(usize::try_from(statistics.robots).unwrap_or(usize::MAX), "robot"),
+        fixed(reached, 2),
+        fixed(wanted, 2),
+        statistics.overruns,
+        fixed(statistics.dropped_lag, 3)
+    );
+    // Right after it begins to play nothing was reached yet.
+    let is_slow = is_playing && wanted.is_finite() && reached > 0.0 && reached < 0.9 * wanted;
+    match is_slow || statistics.overruns > 0 {
+        true => Finding::warning(
+            CHECK,
+            found,
+            "`simctl top` shows how long steps take; see docs/performance.md, or lower `simctl sim physics --rtf`",
+        ),
+        false => Finding::ok(CHECK, found),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use simd_client::Code;
+
+    use super::super::Level;
+    use super::*;
+
+    fn now() -> SystemTime {
+        SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000)
+    }
+
+    #[test]
+    fn an_address_is_read_as_the_client_reads_it() {
+        for (endpoint, is_tls, host, port) in [
+            ("lab", false, "lab", DEFAULT_PORT),
+            ("lab:1", false, "lab", 1),
+            ("http://127.0.0.1:7400", false, "127.0.0.1", 7400),
+            ("https://[::1]:9/", true, "::1", 9),
+            ("[::1]", false, "::1", DEFAULT_PORT),
+        ] {
+            let expected = Address { is_tls, host: host.into(), port };
+            assert_eq!(Address::read(endpoint), Some(expected), "{endpoint}");
+        }
+        assert_eq!(Address::read("lab:many"), None);
+        assert_eq!(Address::read("ftp://lab"), None);
+        for (endpoint, is) in [
+            ("127.0.0.9:1", true),
+            ("https://localhost", true),
+            ("[::1]:7400", true),
+            ("tcp/127.0.0.1:7447#simd", true),
+            ("tcp/10.0.0.1:7447", false),
+            ("10.0.0.1", false),
+            ("localhost.example", false),
+        ] {
+            assert_eq!(is_loopback(endpoint), is, "{endpoint}");
+        }
+    }
+
+    #[test]
+    fn another_version_is_a_warning_and_another_api_a_problem() {
+        let info = |version: &str, api_major, api_minor| GetSimulatorInfoResponse {
+            version: version.into(),
+            api_major,
+            api_minor,
+            ..Default::default()
+        };
+        let own = env!("CARGO_PKG_VERSION");
+        assert_eq!(versions(&info(own, API_VERSION.major, API_VERSION.minor)).level, Level::Ok);
+        assert_eq!(versions(&info("99.0.0", API_VERSION.major, API_VERSION.minor)).level, Level::Warning);
+        assert_eq!(versions(&info(own, API_VERSION.major + 1, 0)).level, Level::Problem);
+    }
+
+    #[test]
+    fn a_token_has_a_role_and_a_time() {
+        let known = |left: Option<i64>| TokenInfo {
+            name: "alice".into(),
+            role: "operator".into(),
+            expires: left.map(|left| prost_types::Timestamp { seconds: 1_000_000 + left, nanos: 0 }),
+        };
+        let source = Some(Source::Environment);
+        let found = token(Some(&known(Some(30 * 86_400))), source, false, now());
+        assert_eq!(
+            found,
+            Finding::ok("token", "that of alice, from SIMD_TOKEN: operator, expires in 30 days")
+        );
+        assert_eq!(token(Some(&known(None)), source, false, now()).level, Level::Ok);
+        assert_eq!(token(Some(&known(Some(3_600))), source, false, now()).level, Level::Warning);
+        assert_eq!(token(Some(&known(None)), source, true, now()).level, Level::Warning);
+        assert_eq!(token(None, None, true, now()).level, Level::Warning);
+        assert_eq!(token(None, None, false, now()).level, Level::Ok);
+        let refusal = Refusal {
+            code: Code::Unauthenticated,
+            reason: ErrorReason::Unauthenticated,
+            message: "the token of bob has expired".into(),
+            metadata: BTreeMap::new(),
+            fields: Vec::new(),
+        };
+        let found = unauthenticated(&refusal, source);
+        assert!(found.level == Level::Problem && found.found.contains("bob has expired"), "{found:?}");
+        assert!(unauthenticated(&refusal, None).found.contains("none is given"));
+    }
+
+    #[test]
+    fn clocks_that_are_apart_are_found_however_slow_the_answer() {
+        let daemon = |seconds: i64, nanos| DaemonStatistics {
+            wall_time: Some(prost_types::Timestamp { seconds: 1_000_000 + seconds, nanos }),
+            ..Default::default()
+        };
+        let skew = |daemon: &DaemonStatistics, took| clock(daemon, now(), Duration::from_secs(took)).unwrap();
+        assert_eq!(skew(&daemon(0, 900_000_000), 0).level, Level::Ok);
+        assert_eq!(skew(&daemon(3, 0), 4).level, Level::Ok, "it took four seconds to answer");
+        let ahead = skew(&daemon(3, 0), 1);
+        assert!(ahead.level == Level::Warning && ahead.found.contains("2.000 s ahead"), "{ahead:?}");
+        let behind = skew(&daemon(-3, 500_000_000), 1);
+        assert!(behind.level == Level::Warning && behind.found.contains("2.500 s behind"), "{behind:?}");
+        assert_eq!(clock(&DaemonStatistics::default(), now(), Duration::ZERO), None);
+    }
+
+    #[test]
+    fn a_world_that_is_late_is_a_warning() {
+        let playing = WorldStatistics {
+            state: SimulationState::Playing.into(),
+            target_real_time_factor: 1.0,
+            real_time_factor: 1.0,
+            ..Default::default()
+        };
+        assert_eq!(world(&playing).level, Level::Ok);
+        assert_eq!(
+            world(&WorldStatistics { real_time_factor: 0.5, ..playing.clone() }).level,
+            Level::Warning
+        );
+        assert_eq!(world(&WorldStatistics { overruns: 1, ..playing.clone() }).level, Level::Warning);
+        let paused = WorldStatistics {
+            state: SimulationState::Paused.into(),
+            real_time_factor: 0.0,
+            ..playing.clone()
+        };
+        assert_eq!(world(&paused).level, Level::Ok);
+        let fast =
+            WorldStatistics { target_real_time_factor: f64::INFINITY, real_time_factor: 7.0, ..playing };
+        assert_eq!(world(&fast).level, Level::Ok);
+    }
+
+    #[tokio::test]
+    async fn an_empty_port_and_one_of_another_program_are_told_apart() {
+        let options = ConnectOptions { timeout: Duration::from_secs(1), ..ConnectOptions::default() };
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let endpoint = listener.local_addr().unwrap().to_string();
+        // It closes each connection, as what speaks another protocol does.
+        let other = tokio::spawn(async move {
+            loop {
+                drop(listener.accept().await);
+            }
+        });
+        let last = |seen: Seen| seen.findings.last().cloned().unwrap();
+        let taken = last(over_grpc(&endpoint, &options, None, now()).await);
+        assert!(taken.level == Level::Problem && taken.found.contains("another program"), "{taken:?}");
+        let tls = last(over_grpc(&format!("https://{endpoint}"), &options, None, now()).await);
+        assert!(tls.level == Level::Problem && tls.found.contains("does not speak it"), "{tls:?}");
+        other.abort();
+        let _ = other.await;
+        let empty = last(over_grpc(&endpoint, &options, None, now()).await);
+        assert!(empty.level == Level::Problem && empty.found.contains("nothing listens"), "{empty:?}");
+        assert_eq!(last(over_grpc("lab:x", &options, None, now()).await).check, "endpoint");
+    }
+}

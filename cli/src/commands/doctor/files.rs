@@ -1,0 +1,278 @@
+//! Files that an installation has: configurations, and tokens and keys that others must not read.
+
+use std::{
+    fs::{self, Metadata},
+    io,
+    path::{Path, PathBuf},
+    time::SystemTime,
+};
+
+use simd_client::access::parse_tokens;
+
+use super::{Finding, away, unix_seconds};
+use crate::context::read;
+
+/// A longer file is none that a daemon reads.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// What a daemon on this machine has, as its configuration file says.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct DaemonFiles {
+    pub(super) tokens: Option<PathBuf>,
+    pub(super) certificate: Option<PathBuf>,
+    pub(super) key: Option<PathBuf>,
+}
+
+/// The configuration file of simctl.
+pub(super) fn configuration(path: Option<&Path>) -> Vec<Finding> {
+    const CHECK: &str = "configuration";
+    let Some(path) = path else {
+        return vec![Finding::ok(CHECK, "there is no home for a configuration file")];
+    };
+    let configuration = match read(Some(path)) {
+        Ok(configuration) => configuration,
+        Err(error) => {
+            let advice = "correct the file; docs/simctl.md has an example";
+            return vec![Finding::problem(CHECK, format!("{error:#}"), advice)];
+        }
+    };
+    let Ok(metadata) = fs::metadata(path) else {
+        return vec![Finding::ok(CHECK, format!("{} is not there: defaults are used", path.display()))];
+    };
+    let mut all = vec![match &configuration.context {
+        Some(name) if !configuration.contexts.contains_key(name) => Finding::problem(
+            CHECK,
+            format!("{} chooses the context {name}, which it does not have", path.display()),
+            "`simctl context use NAME` chooses another",
+        ),
+        _ => Finding::ok(
+            CHECK,
+            format!(
+                "{} has {}",
+                path.display(),
+                crate::output::number::count(configuration.contexts.len(), "context")
+            ),
+        ),
+    }];
+    if configuration.contexts.values().any(|context| context.token.is_some()) {
+        all.push(private("tokens of contexts", path, &metadata));
+    }
+    all
+}
+
+/// What a daemon's configuration file names.
+pub(super) fn daemon(path: &Path) -> (Vec<Finding>, DaemonFiles) {
+    const CHECK: &str = "daemon's file";
+    let bad = |sentence: String| {
+        let advice = "correct the file, or name another by --config; docs/daemon.md has an example";
+        (vec![Finding::problem(CHECK, sentence, advice)], DaemonFiles::default())
+    };
+    let text = match bounded(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+            let found = format!("{} cannot be read by this user", path.display());
+            let advice =
+                "run `simctl doctor` as the daemon's user to have its tokens and certificates checked";
+            return (vec![Finding::warning(CHECK, found, advice)], DaemonFiles::default());
+        }
+        Err(error) => return bad(format!("{} cannot be read: {error}", path.display())),
+    };
+    let table: toml::Table = match toml::from_str(&text) {
+        Ok(table) => table,
+        Err(error) => return bad(format!("{} is no TOML: {}", path.display(), error.message())),
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = |value: Option<&toml::Value>| Some(folder.join(value?.as_str()?));
+    let tls = table.get("tls");
+    let files = DaemonFiles {
+        tokens: file(table.get("tokens")),
+        certificate: file(tls.and_then(|tls| tls.get("certificate"))),
+        key: file(tls.and_then(|tls| tls.get("key"))),
+    };
+    (vec![Finding::ok(CHECK, format!("{} can be read", path.display()))], files)
+}
+
+/// A daemon's file of tokens.
+pub(super) fn tokens(path: &Path, now: SystemTime) -> Vec<Finding> {
+    const CHECK: &str = "file of tokens";
+    let text = match bounded(path) {
+        Ok(text) => text,
+        Err(error) => return vec![unreadable(CHECK, path, &error)],
+    };
+    let mut all = Vec::new();
+    if let Ok(metadata) = fs::metadata(path) {
+        all.push(private(CHECK, path, &metadata));
+    }
+    match parse_tokens(&text) {
+        Err(error) => all.push(Finding::problem(
+            CHECK,
+            format!("{}: {error}", path.display()),
+            "correct the line, or make the file anew with `simctl token add`",
+        )),
+        Ok(entries) if entries.is_empty() => all.push(Finding::warning(
+            CHECK,
+            format!("{} has no token: nobody can call the daemon", path.display()),
+            "`simctl token add NAME --role ROLE` makes one",
+        )),
+        Ok(entries) => {
+            let now = unix_seconds(now);
+            let expired: Vec<&str> = entries
+                .iter()
+                .filter(|entry| entry.is_expired(now))
+                .map(|entry| entry.name.as_str())
+                .collect();
+            if !expired.is_empty() {
+                all.push(Finding::warning(
+                    CHECK,
+                    format!("the tokens of {} have expired", expired.join(", ")),
+                    "`simctl token revoke NAME` takes one out, `simctl token add` makes another",
+                ));
+            }
+            let next = entries
+                .iter()
+                .filter_map(|entry| Some((entry.expires?.seconds - now, &entry.name)))
+                .filter(|(left, _)| *left > 0)
+                .min();
+            let next = next.map(|(left, name)| format!("; that of {name} expires {}", away(left)));
+            let tokens = crate::output::number::count(entries.len(), "token");
+            all.push(Finding::ok(CHECK, format!("{tokens}{}", next.unwrap_or_default())));
+        }
+    }
+    all
+}
+
+/// That others can neither read nor change a file.
+pub(super) fn private(check: &'static str, path: &Path, metadata: &Metadata) -> Finding {
+    match mode(metadata) {
+        Some(mode) if mode & 0o077 != 0 => Finding::problem(
+            check,
+            format!("others can read or change {} (its mode is {mode:04o})", path.display()),
+            format!("chmod 600 {}", path.display()),
+        ),
+        Some(mode) => Finding::ok(check, format!("{} is its owner's alone ({mode:04o})", path.display())),
+        None => Finding::ok(check, format!("{} is there; this system has no modes", path.display())),
+    }
+}
+
+#[cfg(unix)]
+fn mode(metadata: &Metadata) -> Option<u32> {
+    use std::os::unix::fs::PermissionsExt as _;
+    Some(metadata.permissions().mode() & 0o777)
+}
+
+#[cfg(not(unix))]
+fn mode(_metadata: &Metadata) -> Option<u32> {
+    None
+}
+
+/// Text of no endless length, and of no pipe, which would be waited for.
+pub(super) fn bounded(path: &Path) -> io::Result<String> {
+    let metadata = fs::metadata(path)?;
+    if !metadata.is_file() {
+        return Err(io::Error::other("it is no file"));
+    }
+    if metadata.len() > MAX_BYTES {
+        return Err(io::Error::other(format!("it has more than {MAX_BYTES} bytes")));
+    }
+    fs::read_to_string(path)
+}
+
+/// Of a file that is needed. One that is its owner's alone, as it should be, may not be for this user.
+pub(super) fn unreadable(check: &'static str, path: &Path, error: &io::Error) -> Finding {
+    let found = format!("{} cannot be read: {error}", path.display());
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => {
+            Finding::warning(check, found, "run `simctl doctor` as the daemon's user to have it checked")
+        }
+        _ => Finding::problem(check, found, "name a file that is there, and whose folders can be entered"),
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    use super::super::Level;
+    use super::*;
+
+    fn write(folder: &tempfile::TempDir, name: &str, text: &str, mode: u32) -> PathBuf {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+        path
+    }
+
+    fn worst(findings: &[Finding]) -> &Finding {
+        findings.iter().max_by_key(|finding| finding.level).unwrap()
+    }
+
+    const HASH: &str = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b";
+
+    #[test]
+    fn a_file_of_tokens_that_others_read_is_a_problem() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = format!("alice admin {HASH} never\n");
+        let now = SystemTime::now();
+        let path = write(&folder, "tokens", &text, 0o600);
+        assert_eq!(worst(&tokens(&path, now)).level, Level::Ok);
+        for mode in [0o644, 0o640, 0o606, 0o620] {
+            let path = write(&folder, "tokens", &text, mode);
+            let found = tokens(&path, now);
+            let worst = worst(&found);
+            assert_eq!(worst.level, Level::Problem, "{worst:?}");
+            assert_eq!(worst.advice, Some(format!("chmod 600 {}", path.display())));
+        }
+    }
+
+    #[test]
+    fn damaged_empty_expired_and_missing_tokens_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let now = SystemTime::now();
+        for (text, level, phrase) in [
+            ("alice admin nonsense never\n".to_owned(), Level::Problem, "no SHA-256"),
+            (String::new(), Level::Warning, "has no token"),
+            (format!("bob viewer {HASH} 2020-01-01T00:00:00Z\n"), Level::Warning, "bob have expired"),
+        ] {
+            let path = write(&folder, "tokens", &text, 0o600);
+            let found = tokens(&path, now);
+            let worst = worst(&found);
+            assert!(worst.level == level && worst.found.contains(phrase), "{found:?}");
+        }
+        assert_eq!(worst(&tokens(&folder.path().join("none"), now)).level, Level::Problem);
+        assert_eq!(worst(&tokens(folder.path(), now)).level, Level::Problem);
+    }
+
+    #[test]
+    fn a_configuration_with_a_token_is_its_owners_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "context = \"lab\"\n[contexts.lab]\nendpoint = \"lab\"\n";
+        let path = write(&folder, "config.toml", text, 0o644);
+        assert_eq!(worst(&configuration(Some(&path))).level, Level::Ok, "there is no secret in it");
+        let secret = format!("{text}token = \"simd_1\"\n");
+        let path = write(&folder, "config.toml", &secret, 0o644);
+        assert_eq!(worst(&configuration(Some(&path))).level, Level::Problem);
+        let path = write(&folder, "config.toml", &secret, 0o600);
+        assert_eq!(worst(&configuration(Some(&path))).level, Level::Ok);
+        for text in ["context = \"moon\"\n", "contxt = 1\n"] {
+            let path = write(&folder, "config.toml", text, 0o600);
+            assert_eq!(worst(&configuration(Some(&path))).level, Level::Problem, "{text}");
+        }
+        assert_eq!(worst(&configuration(Some(&folder.path().join("none")))).level, Level::Ok);
+    }
+
+    #[test]
+    fn a_daemons_file_says_where_its_own_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = "tokens = \"tokens\"\n[tls]\ncertificate = \"/etc/c.pem\"\nkey = \"k.pem\"\n[zenoh]\nenabled = false\n";
+        let (found, files) = daemon(&write(&folder, "simd.toml", text, 0o644));
+        assert_eq!(worst(&found).level, Level::Ok);
+        let expected = DaemonFiles {
+            tokens: Some(folder.path().join("tokens")),
+            certificate: Some("/etc/c.pem".into()),
+            key: Some(folder.path().join("k.pem")),
+        };
+        assert_eq!(files, expected);
+        let (found, files) = daemon(&write(&folder, "simd.toml", "tokens = [", 0o644));
+        assert_eq!((worst(&found).level, files), (Level::Problem, DaemonFiles::default()));
+    }
+}

@@ -1,0 +1,110 @@
+//! Which daemons `simctl top` looks at: those that are given, or those that can be found.
+
+use std::time::Duration;
+
+use simd_client::{ConnectOptions, DEFAULT_LOCATOR, DEFAULT_PORT, Network, Token, is_zenoh};
+use tokio::sync::oneshot;
+
+use super::watch::{Board, Place};
+use crate::{
+    args::Options,
+    context::{choose, configuration_path, of_context, read},
+    credentials::connect_options,
+};
+
+/// How often a network is looked at for new daemons.
+const LOOK: Duration = Duration::from_secs(2);
+
+/// Begins to watch them. The future is over once each network was looked at for the first time.
+pub(super) fn find(
+    endpoints: &[String],
+    options: &Options,
+    board: &Board,
+) -> anyhow::Result<impl Future<Output = ()> + use<>> {
+    let choice = choose(options)?;
+    let connect = connect_options(options, &choice)?;
+    let mut searches = Vec::new();
+    let mut add = |endpoint: &str, connect: &ConnectOptions, is_default: bool| {
+        // With a name it is one daemon; `#` and settings of Zenoh's own are not of a name.
+        let is_network =
+            is_zenoh(endpoint) && endpoint.rsplit_once('#').is_none_or(|(_, of)| of.contains('='));
+        if is_network {
+            let (looked, first) = oneshot::channel();
+            let search = search(board.clone(), endpoint.to_owned(), connect.clone(), is_default, looked);
+            tokio::spawn(search);
+            searches.push(first);
+        } else {
+            board.add(endpoint, Place::Endpoint(endpoint.to_owned(), connect.clone()), is_default);
+        }
+    };
+    let is_said = !matches!(choice.source.as_str(), "default") && !choice.source.starts_with("context ");
+    if !endpoints.is_empty() {
+        endpoints.iter().for_each(|endpoint| add(endpoint, &connect, false));
+    } else if is_said || options.context.is_some() {
+        add(&choice.endpoint, &connect, false);
+    } else {
+        add(&choice.endpoint, &connect, false);
+        let configuration = read(configuration_path().as_deref())?;
+        for name in configuration.contexts.keys() {
+            let other = of_context(&configuration, name)?;
+            // The token of one daemon is not told to another.
+            let authorities = other.tls_authorities.or(connect.tls_authorities.clone());
+            let token = other.token.map(Token::from);
+            add(
+                &other.endpoint,
+                &ConnectOptions { token, tls_authorities: authorities, ..connect.clone() },
+                false,
+            );
+        }
+        let unsaid = ConnectOptions { token: None, ..connect };
+        add(&format!("127.0.0.1:{DEFAULT_PORT}"), &unsaid, true);
+        add(DEFAULT_LOCATOR, &unsaid, true);
+    }
+    Ok(async move {
+        for first in searches {
+            // One that ended has nothing more to say.
+            let _ = first.await;
+        }
+    })
+}
+
+/// Looks for daemons on a network, over and over.
+async fn search(
+    board: Board,
+    locator: String,
+    options: ConnectOptions,
+    is_default: bool,
+    looked: oneshot::Sender<()>,
+) {
+    let mut looked = Some(looked);
+    let mut network: Option<Network> = None;
+    loop {
+        let found = async {
+            let network = match &network {
+                Some(network) => network,
+                None => network.insert(Network::join(&locator, options.clone()).await?),
+            };
+            Ok::<_, simd_client::Error>((network.clone(), network.daemons().await?))
+        };
+        match found.await {
+            Ok((network, daemons)) => {
+                if !daemons.is_empty() {
+                    board.remove(&locator);
+                } else if !is_default {
+                    board.add_lost(&locator, "no daemon is on this network");
+                }
+                for daemon in daemons {
+                    let place = Place::Network(network.clone(), daemon.name.clone());
+                    board.add(&format!("{locator}#{}", daemon.name), place, is_default);
+                }
+            }
+            Err(error) if !is_default => board.add_lost(&locator, &error.to_string()),
+            // Nobody said that there is a network.
+            Err(_) => {}
+        }
+        if let Some(looked) = looked.take() {
+            let _ = looked.send(());
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+}

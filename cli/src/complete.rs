@@ -1,0 +1,179 @@
+//! Completion in shells: robots, joints and parameters of the daemon that the line is for, and contexts of the configuration
+//! file.
+//!
+//! A shell starts `simctl` with the words that were typed, at each press of Tab. Whatever goes wrong then has no candidates
+//! and no message, and a daemon that does not answer is waited for no longer than [`WAIT`].
+
+use std::{ffi::OsStr, io, time::Duration};
+
+use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
+use clap_complete::{
+    Shell,
+    engine::{ArgValueCompleter, CompletionCandidate},
+    env::{CompleteEnv, Shells},
+};
+use simd_client::{Client, is_printable};
+
+use crate::{
+    args::{Arguments, Options},
+    context::{choose, configuration_path, read},
+    credentials::connect_options,
+};
+
+/// What a shell sets to its name when it asks.
+const VARIABLE: &str = "SIMCTL_COMPLETE";
+/// For connecting and all answers together.
+const WAIT: Duration = Duration::from_millis(300);
+/// More candidates help nobody.
+const MAX_CANDIDATES: usize = 2_000;
+
+/// Answers a shell that asks, and exits then.
+pub(crate) fn answer() {
+    CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
+}
+
+/// The script that makes a shell ask.
+pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
+    let name = shell.to_string();
+    let mut script = Vec::new();
+    let shells = Shells::builtins();
+    let of_shell = shells.completer(&name).ok_or_else(|| io::Error::other(format!("{name} is not known")))?;
+    of_shell.write_registration(VARIABLE, "simctl", "simctl", "simctl", &mut script)?;
+    Ok(script)
+}
+
+/// For a context's name.
+pub(crate) fn contexts() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let configuration = read(configuration_path().as_deref()).unwrap_or_default();
+        candidates(current, configuration.contexts.into_keys())
+    })
+}
+
+/// For a robot's name.
+pub(crate) fn robots() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        candidates(current, asked(async |client, _| robot_names(client).await))
+    })
+}
+
+/// For the name of a joint of the robot that was typed before it.
+pub(crate) fn joints() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| candidates(current, asked(joints_of_typed)))
+}
+
+/// For `JOINT=VALUE`; the value is left to who types.
+pub(crate) fn assignments() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let names = asked(joints_of_typed);
+        candidates(current, names.into_iter().map(|name| format!("{name}=")))
+    })
+}
+
+/// For `ROBOT[/JOINT]`: the joints of a robot once its slash was typed.
+pub(crate) fn robots_or_joints() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let robot = current.to_str().and_then(|text| text.split_once('/')).map(|(robot, _)| robot.to_owned());
+        let names = asked(async move |client, _| match robot {
+            Some(robot) => {
+                let joints = joint_names(client, &robot).await;
+                joints.into_iter().map(|joint| format!("{robot}/{joint}")).collect()
+            }
+            None => robot_names(client).await,
+        });
+        candidates(current, names)
+    })
+}
+
+/// For a parameter's name.
+pub(crate) fn parameters() -> ArgValueCompleter {
+    ArgValueCompleter::new(|current: &OsStr| {
+        let names = asked(async |client, _| {
+            let list = client.parameters(Vec::new()).await.map(|list| list.parameters).unwrap_or_default();
+            list.into_iter().map(|parameter| parameter.name).collect()
+        });
+        candidates(current, names)
+    })
+}
+
+async fn robot_names(client: Client) -> Vec<String> {
+    client.robots().await.unwrap_or_default().into_iter().map(|robot| robot.name).collect()
+}
+
+async fn joint_names(client: Client, robot: &str) -> Vec<String> {
+    let joints = client.joint_layout(robot).await.map(|layout| layout.joints).unwrap_or_default();
+    joints.into_iter().map(|joint| joint.name).collect()
+}
+
+async fn joints_of_typed(client: Client, line: ArgMatches) -> Vec<String> {
+    let mut of = &line;
+    while let Some((_, inner)) = of.subcommand() {
+        of = inner;
+    }
+    match of.try_get_one::<String>("robot") {
+        Ok(Some(robot)) => joint_names(client, robot).await,
+        _ => Vec::new(),
+    }
+}
+
+/// A name that a terminal would obey is none to put into a line.
+fn candidates(current: &OsStr, names: impl IntoIterator<Item = String>) -> Vec<CompletionCandidate> {
+    let begin = current.to_str().unwrap_or_default();
+    let may_be = |name: &String| name.starts_with(begin) && name.chars().all(is_printable);
+    names.into_iter().filter(may_be).take(MAX_CANDIDATES).map(CompletionCandidate::new).collect()
+}
+
+/// What the daemon of the line says, in time.
+fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<String> {
+    let Some((line, options)) = typed(std::env::args().collect()) else { return Vec::new() };
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
+    let Ok(runtime) = runtime else { return Vec::new() };
+    let answer = runtime.block_on(async {
+        let ask = async {
+            let choice = choose(&options).ok()?;
+            // Nobody is asked for a token in the middle of a line.
+            let connect = connect_options(&options, &choice).ok()?;
+            let client = Client::connect_with(&choice.endpoint, connect).await.ok()?;
+            Some(question(client, line).await)
+        };
+        tokio::time::timeout(WAIT, ask).await.ok().flatten()
+    });
+    // What Zenoh does when it ends is not waited for either.
+    runtime.shutdown_background();
+    answer.unwrap_or_default()
+}
+
+/// What was typed so far, of the words `simctl -- simctl NOUN VERB ...`.
+fn typed(words: Vec<String>) -> Option<(ArgMatches, Options)> {
+    let line = words.into_iter().skip_while(|word| word != "--").skip(1);
+    let matches = Arguments::command().ignore_errors(true).try_get_matches_from(line).ok()?;
+    let options = Options::from_arg_matches(&matches).ok()?;
+    Some((matches, options))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_so_far_says_which_daemon_and_which_robot() {
+        let words = |line: &str| format!("simctl -- simctl {line}").split(' ').map(str::to_owned).collect();
+        let (line, options) = typed(words("-e lab:1 joint get arm --rate 5 sh")).unwrap();
+        assert_eq!(options.endpoint.as_deref(), Some("lab:1"));
+        let (_, joint) = line.subcommand().unwrap();
+        let (_, get) = joint.subcommand().unwrap();
+        assert_eq!(get.get_one::<String>("robot").map(String::as_str), Some("arm"));
+        let (_, options) = typed(words("joint set --context sea arm elb")).unwrap();
+        assert_eq!(options.context.as_deref(), Some("sea"));
+    }
+
+    #[test]
+    fn names_that_a_terminal_obeys_are_not_offered() {
+        let names = ["arm", "arm\u{1b}[31m", "arm\nleg", "leg"].map(str::to_owned);
+        let offered: Vec<_> = candidates(OsStr::new("a"), names)
+            .into_iter()
+            .map(|candidate| candidate.get_value().to_string_lossy().into_owned())
+            .collect();
+        assert_eq!(offered, ["arm"]);
+    }
+}

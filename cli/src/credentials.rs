@@ -1,0 +1,136 @@
+//! With which token: --token-file, else SIMD_TOKEN, else the context's, else the one that somebody types.
+
+use std::{
+    fs::File,
+    io::{self, IsTerminal as _, Read as _},
+    path::Path,
+};
+
+use anyhow::{Context as _, bail};
+use simd_client::{Client, ConnectOptions, Error, Token, proto::ErrorReason};
+
+use crate::{args::Options, context::Choice};
+
+/// A longer file is none of a token.
+const MAX_TOKEN_FILE: u64 = 4096;
+
+/// Where a token is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    Flag,
+    Environment,
+    Context,
+}
+
+impl Source {
+    /// For people.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Flag => "--token-file",
+            Self::Environment => "SIMD_TOKEN",
+            Self::Context => "the context",
+        }
+    }
+}
+
+/// How to connect: what is said on the command line beats the environment, which beats the context.
+pub(crate) fn connect_options(options: &Options, choice: &Choice) -> anyhow::Result<ConnectOptions> {
+    let default = ConnectOptions::default();
+    let authorities = options.tls_ca.clone().or(default.tls_authorities);
+    Ok(ConnectOptions {
+        token: token(options, choice)?.map(|(token, _)| token),
+        tls_authorities: authorities.or(choice.tls_authorities.clone()),
+        connect_timeout: options.timeout.min(default.connect_timeout),
+        timeout: options.timeout,
+    })
+}
+
+/// The token that is given, and where.
+pub(crate) fn token(options: &Options, choice: &Choice) -> anyhow::Result<Option<(Token, Source)>> {
+    let environment = ConnectOptions::default().token;
+    Ok(match (&options.token_file, environment, &choice.token) {
+        (Some(path), _, _) => Some((Token::from(read(path)?), Source::Flag)),
+        (None, Some(token), _) => Some((token, Source::Environment)),
+        (None, None, Some(token)) => Some((Token::from(token.clone()), Source::Context)),
+        (None, None, None) => None,
+    })
+}
+
+/// The first line of a file.
+fn read(path: &Path) -> anyhow::Result<String> {
+    let mut text = String::new();
+    let unreadable = || format!("cannot read the token in {}", path.display());
+    let file = File::open(path).with_context(unreadable)?;
+    file.take(MAX_TOKEN_FILE + 1).read_to_string(&mut text).with_context(unreadable)?;
+    let token = text.lines().next().unwrap_or_default().trim();
+    if token.is_empty() || text.len() as u64 > MAX_TOKEN_FILE {
+        bail!("{} has no token: it must be the first line", path.display());
+    }
+    Ok(token.to_owned())
+}
+
+/// Connects; a daemon that asks for a token, where none is given, is told the one that is typed.
+pub(crate) async fn connect(options: &Options, choice: &Choice) -> anyhow::Result<Client> {
+    let mut connect = connect_options(options, choice)?;
+    let client = Client::connect_with(&choice.endpoint, connect.clone()).await?;
+    // A script must not hang at a question.
+    if connect.token.is_some() || !io::stdin().is_terminal() || !io::stderr().is_terminal() {
+        return Ok(client);
+    }
+    match client.simulator_info().await {
+        Err(Error::Refused(refusal)) if refusal.reason == ErrorReason::Unauthenticated => {
+            connect.token = Some(ask(&choice.endpoint).await?);
+            Ok(Client::connect_with(&choice.endpoint, connect).await?)
+        }
+        // What else is wrong the command itself says.
+        _ => Ok(client),
+    }
+}
+
+/// What somebody types, which is not shown.
+async fn ask(endpoint: &str) -> anyhow::Result<Token> {
+    let question = format!("token for {}: ", simd_client::printable(endpoint));
+    let typed = tokio::task::spawn_blocking(move || rpassword::prompt_password(question)).await?;
+    let typed = typed.context("cannot ask for a token")?;
+    match typed.trim() {
+        "" => bail!("no token was typed"),
+        token => Ok(Token::from(token.to_owned())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+    use crate::args::Arguments;
+
+    #[test]
+    fn a_file_has_the_token_in_its_first_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("token");
+        std::fs::write(&path, "simd_1\nand more\n").unwrap();
+        assert_eq!(read(&path).unwrap(), "simd_1");
+        for text in [String::new(), "\n".to_owned(), "a".repeat(5000)] {
+            std::fs::write(&path, text).unwrap();
+            assert!(read(&path).unwrap_err().to_string().contains("has no token"));
+        }
+        assert!(format!("{:#}", read(folder.path()).unwrap_err()).contains("cannot read the token"));
+    }
+
+    #[test]
+    fn the_flag_beats_the_context() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("token");
+        std::fs::write(&path, "simd_1\n").unwrap();
+        let line = format!("simctl robot list --token-file {}", path.display());
+        let options = Arguments::try_parse_from(line.split(' ')).unwrap().options;
+        let choice = Choice {
+            endpoint: "lab".into(),
+            token: Some("simd_2".into()),
+            tls_authorities: None,
+            source: "context lab".into(),
+        };
+        assert_eq!(token(&options, &choice).unwrap().unwrap().1, Source::Flag);
+    }
+}
