@@ -39,6 +39,12 @@ pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
     let shells = Shells::builtins();
     let of_shell = shells.completer(&name).ok_or_else(|| io::Error::other(format!("{name} is not known")))?;
     of_shell.write_registration(VARIABLE, "simctl", "simctl", "simctl", &mut script)?;
+    if shell == Shell::Zsh {
+        // Zsh reads a package's script at the first press of Tab, and means it to answer that one, too.
+        script.extend_from_slice(
+            b"[ \"$funcstack[1]\" != _simctl ] || _clap_dynamic_completer_simctl \"$@\"\n",
+        );
+    }
     Ok(script)
 }
 
@@ -118,9 +124,47 @@ async fn joints_of_typed(client: Client, line: ArgMatches) -> Vec<String> {
 
 /// A name that a terminal would obey is none to put into a line.
 fn candidates(current: &OsStr, names: impl IntoIterator<Item = String>) -> Vec<CompletionCandidate> {
-    let begin = current.to_str().unwrap_or_default();
-    let may_be = |name: &String| name.starts_with(begin) && name.chars().all(is_printable);
-    names.into_iter().filter(may_be).take(MAX_CANDIDATES).map(CompletionCandidate::new).collect()
+    let begin = if is_bash() {
+        unquoted(current.to_str().unwrap_or_default())
+    } else {
+        current.to_string_lossy().into()
+    };
+    let may_be = |name: &String| name.starts_with(&begin) && name.chars().all(is_printable);
+    let names = names.into_iter().filter(may_be).take(MAX_CANDIDATES);
+    names.map(|name| CompletionCandidate::new(if is_bash() { quoted(&name) } else { name })).collect()
+}
+
+/// Bash alone gives words as they were typed, with what quotes them, and puts candidates into the line as they are.
+fn is_bash() -> bool {
+    std::env::var_os("_CLAP_COMPLETE_COMP_TYPE").is_some()
+}
+
+/// A word without what quotes it.
+fn unquoted(word: &str) -> String {
+    let mut plain = String::with_capacity(word.len());
+    let mut quote = None;
+    let mut chars = word.chars();
+    while let Some(c) = chars.next() {
+        match (quote, c) {
+            (None, '\'' | '"') => quote = Some(c),
+            (Some(begin), c) if begin == c => quote = None,
+            (None | Some('"'), '\\') => plain.extend(chars.next()),
+            (_, c) => plain.push(c),
+        }
+    }
+    plain
+}
+
+/// A name as bash takes it for one word.
+fn quoted(name: &str) -> String {
+    let mut word = String::with_capacity(name.len());
+    for c in name.chars() {
+        if !c.is_alphanumeric() && !"_-./=:,+@%".contains(c) {
+            word.push('\\');
+        }
+        word.push(c);
+    }
+    word
 }
 
 /// What the daemon of the line says, in time.
@@ -145,7 +189,8 @@ fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<S
 
 /// What was typed so far, of the words `simctl -- simctl NOUN VERB ...`.
 fn typed(words: Vec<String>) -> Option<(ArgMatches, Options)> {
-    let line = words.into_iter().skip_while(|word| word != "--").skip(1);
+    let plain = |word: String| if is_bash() { unquoted(&word) } else { word };
+    let line = words.into_iter().skip_while(|word| word != "--").skip(1).map(plain);
     let matches = Arguments::command().ignore_errors(true).try_get_matches_from(line).ok()?;
     let options = Options::from_arg_matches(&matches).ok()?;
     Some((matches, options))
@@ -165,6 +210,18 @@ mod tests {
         assert_eq!(get.get_one::<String>("robot").map(String::as_str), Some("arm"));
         let (_, options) = typed(words("joint set --context sea arm elb")).unwrap();
         assert_eq!(options.context.as_deref(), Some("sea"));
+    }
+
+    #[test]
+    fn what_quotes_a_word_is_not_of_its_name() {
+        for name in ["shoulder joint", "a\\b", "it's", "a$(b)\"c", "肩", "ns:a/b=1"] {
+            assert_eq!(unquoted(&quoted(name)), name);
+        }
+        assert_eq!(quoted("two links"), "two\\ links");
+        for typed in ["two\\ li", "'two li", "\"two li", "two' 'li"] {
+            assert_eq!(unquoted(typed), "two li");
+        }
+        assert_eq!(unquoted("a\\"), "a");
     }
 
     #[test]

@@ -46,7 +46,8 @@ async fn the_same_counts_are_asked_for_over_every_transport(via: Via) {
     let (_, Some(before)) = daemon.client.daemon_statistics().await.unwrap() else { panic!() };
     daemon.client.step(25).await.unwrap();
     daemon.client.delete_robot("nobody").await.unwrap_err();
-    let claim = proto::ClaimJointsRequest { world: true, lease: 60.0, ..Default::default() };
+    let claim =
+        proto::ClaimJointsRequest { world: true, lease: 60.0, holder: "us".into(), ..Default::default() };
     daemon.client.claim(claim).await.unwrap();
     let (world, Some(after)) = daemon.client.daemon_statistics().await.unwrap() else { panic!() };
     assert_eq!(world.iterations, 25);

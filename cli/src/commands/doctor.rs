@@ -111,14 +111,25 @@ pub(crate) async fn run(arguments: Doctor, options: &Options, output: Output) ->
 async fn look(arguments: &Doctor, options: &Options) -> Vec<Finding> {
     let now = SystemTime::now();
     let mut all = files::configuration(configuration_path().as_deref());
-    let chosen = choose(options).and_then(|choice| {
-        let token = credentials::token(options, &choice)?.map(|(_, source)| source);
-        Ok((credentials::connect_options(options, &choice)?, choice, token))
+    let chosen = choose(options).map_err(|error| {
+        let advice = "name a daemon by --endpoint, or make the configuration file say one";
+        Finding::problem("endpoint", format!("{error:#}"), advice)
+    });
+    let chosen = chosen.and_then(|choice| {
+        all.push(Finding::ok("endpoint", format!("{}, from {}", choice.endpoint, choice.source)));
+        let given = credentials::token(options, &choice)
+            .and_then(|token| Ok((credentials::connect_options(options, &choice)?, token)));
+        match given {
+            Ok((connect, token)) => Ok((connect, choice, token.map(|(_, source)| source))),
+            Err(error) => {
+                let advice = "name a file that has a token in its first line";
+                Err(Finding::problem("token", format!("{error:#}"), advice))
+            }
+        }
     });
     let mut is_here = true;
     match chosen {
         Ok((connect, choice, token)) => {
-            all.push(Finding::ok("endpoint", format!("{}, from {}", choice.endpoint, choice.source)));
             if let Some(path) = &connect.tls_authorities {
                 all.extend(certificate::authorities(path, now));
             }
@@ -134,11 +145,7 @@ async fn look(arguments: &Doctor, options: &Options) -> Vec<Finding> {
                 all.extend(network::beside(locator, &connect, seen.name.as_deref()).await);
             }
         }
-        Err(error) => all.push(Finding::problem(
-            "endpoint",
-            format!("{error:#}"),
-            "name a daemon by --endpoint, or make the configuration file say one",
-        )),
+        Err(problem) => all.push(problem),
     }
     let service = PathBuf::from(SERVICE_CONFIGURATION);
     let config = arguments.config.clone().or_else(|| (is_here && service.exists()).then_some(service));

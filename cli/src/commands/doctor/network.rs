@@ -84,10 +84,11 @@ fn names(there: &[Presence], locator: &str) -> Vec<Finding> {
     let mut all = Vec::new();
     let mut names: Vec<&str> = there.iter().map(|presence| presence.name.as_str()).collect();
     names.sort_unstable();
-    for pair in names.chunk_by(|a, b| a == b).filter(|same| same.len() > 1) {
+    for same in names.chunk_by(|a, b| a == b).filter(|same| same.len() > 1) {
+        let name = same.first().copied().unwrap_or_default();
         all.push(Finding::problem(
             CHECK,
-            format!("{} on {locator} are called {}", count(pair.len(), "session"), pair[0]),
+            format!("{} on {locator} are called {name}", count(same.len(), "session")),
             "end all but one, or start it with another --name: clients cannot tell which is meant",
         ));
     }
