@@ -22,6 +22,8 @@ use crate::{
 
 /// What a shell sets to its name when it asks.
 const VARIABLE: &str = "SIMCTL_COMPLETE";
+/// In which bash says the word as it was typed, with what quotes it: bash alone has candidates put into the line as they are.
+const WORD: &str = "SIMCTL_COMPLETE_WORD";
 /// For connecting and all answers together.
 const WAIT: Duration = Duration::from_millis(300);
 /// More candidates help nobody.
@@ -39,13 +41,19 @@ pub(crate) fn script(shell: Shell) -> io::Result<Vec<u8>> {
     let shells = Shells::builtins();
     let of_shell = shells.completer(&name).ok_or_else(|| io::Error::other(format!("{name} is not known")))?;
     of_shell.write_registration(VARIABLE, "simctl", "simctl", "simctl", &mut script)?;
-    if shell == Shell::Zsh {
+    let mut script = String::from_utf8(script).map_err(io::Error::other)?;
+    match shell {
+        Shell::Bash => {
+            let asks = format!("{VARIABLE}=\"bash\"");
+            script = script.replace(&asks, &format!("{WORD}=\"${{COMP_WORDS[COMP_CWORD]}}\" {asks}"));
+        }
         // Zsh reads a package's script at the first press of Tab, and means it to answer that one, too.
-        script.extend_from_slice(
-            b"[ \"$funcstack[1]\" != _simctl ] || _clap_dynamic_completer_simctl \"$@\"\n",
-        );
+        Shell::Zsh => {
+            script.push_str("[ \"$funcstack[1]\" != _simctl ] || _clap_dynamic_completer_simctl \"$@\"\n");
+        }
+        _ => {}
     }
-    Ok(script)
+    Ok(script.into_bytes())
 }
 
 /// For a context's name.
@@ -131,12 +139,19 @@ fn candidates(current: &OsStr, names: impl IntoIterator<Item = String>) -> Vec<C
     };
     let may_be = |name: &String| name.starts_with(&begin) && name.chars().all(is_printable);
     let names = names.into_iter().filter(may_be).take(MAX_CANDIDATES);
-    names.map(|name| CompletionCandidate::new(if is_bash() { quoted(&name) } else { name })).collect()
+    names
+        .map(|name| CompletionCandidate::new(if is_bash() { quoted(&name, open_quote()) } else { name }))
+        .collect()
 }
 
-/// Bash alone gives words as they were typed, with what quotes them, and puts candidates into the line as they are.
 fn is_bash() -> bool {
-    std::env::var_os("_CLAP_COMPLETE_COMP_TYPE").is_some()
+    std::env::var_os(WORD).is_some()
+}
+
+/// Of the word, where one was begun and is not over.
+fn open_quote() -> Option<char> {
+    let word = std::env::var(WORD).ok()?;
+    word.chars().next().filter(|first| matches!(first, '\'' | '"'))
 }
 
 /// A word without what quotes it.
@@ -155,8 +170,12 @@ fn unquoted(word: &str) -> String {
     plain
 }
 
-/// A name as bash takes it for one word.
-fn quoted(name: &str) -> String {
+/// A name as bash takes it for one word, or for the rest of one that began with a quote.
+fn quoted(name: &str, quote: Option<char>) -> String {
+    let is_open = quote.is_some_and(|quote| !name.contains([quote, '$', '`', '\\']));
+    if is_open {
+        return name.to_owned();
+    }
     let mut word = String::with_capacity(name.len());
     for c in name.chars() {
         if !c.is_alphanumeric() && !"_-./=:,+@%".contains(c) {
@@ -215,9 +234,10 @@ mod tests {
     #[test]
     fn what_quotes_a_word_is_not_of_its_name() {
         for name in ["shoulder joint", "a\\b", "it's", "a$(b)\"c", "肩", "ns:a/b=1"] {
-            assert_eq!(unquoted(&quoted(name)), name);
+            assert_eq!(unquoted(&quoted(name, None)), name);
         }
-        assert_eq!(quoted("two links"), "two\\ links");
+        assert_eq!(quoted("two links", None), "two\\ links");
+        assert_eq!(quoted("two links", Some('"')), "two links");
         for typed in ["two\\ li", "'two li", "\"two li", "two' 'li"] {
             assert_eq!(unquoted(typed), "two li");
         }

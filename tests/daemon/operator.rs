@@ -392,3 +392,31 @@ async fn the_doctor_joins_a_router_and_counts_names() {
     let (code, found) = look(&format!("{}#sea", router.locator)).await;
     assert!(code == 1 && problems(&found)[0].1.contains("none is called sea"), "{found:?}");
 }
+
+/// A name with a space becomes one word of the line, whether a quote was begun or not.
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn bash_completes_names_with_spaces_as_it_quotes_them() {
+    let daemon = paused().await;
+    daemon.simctl(["robot", "load", "tests/assets/Two Link.v2", "--fixed"]).await;
+    let home = Home::new();
+    let rc =
+        format!("PS1='ready '; export SIMD_ENDPOINT={}\n. <(simctl completions bash)\n", daemon.endpoint);
+    std::fs::write(home.path().join("rc"), rc).unwrap();
+    let line = format!("bash --rcfile {}/rc -i", home.path().display());
+    let mut terminal = Terminal::start(home.command("script"), &line);
+    terminal.shows("ready ").await;
+    for (typed, completed) in [
+        ("joint get two_link elb", r"elbow\ joint "),
+        ("joint get two_link 'elb", "'elbow joint' "),
+        (r"joint get two_link elbow\ j", r"elbow\ joint "),
+        ("joint set two_link elb", r"elbow\ joint="),
+    ] {
+        // Ctrl-U takes the line away again.
+        terminal.type_in(&format!("simctl {typed}\t")).await;
+        terminal.shows(completed).await;
+        terminal.type_in("\x15").await;
+    }
+    terminal.type_in("exit\r").await;
+    assert_eq!(terminal.end().await.0, Some(0));
+}

@@ -180,6 +180,8 @@ async fn each_shell_gets_its_completions_without_a_daemon() {
         assert_eq!(said.code, 0, "{}", said.err);
         assert!(said.out.contains("SIMCTL_COMPLETE") && said.out.contains("simctl"), "{shell}");
     }
+    let bash = home.run("simctl", ["completions", "bash"]).await.out;
+    assert!(bash.contains("SIMCTL_COMPLETE_WORD="), "bash says what was typed: {bash}");
     let script = "simctl completions bash > c && bash -c '. ./c && complete -p simctl'";
     let mut command = home.command("sh");
     command.current_dir(home.path()).args(["-c", script]);
