@@ -35,6 +35,9 @@ pub(crate) enum Token {
         /// After which time it is refused, for instance 90d, 12h, or never
         #[arg(long, value_name = "TIME", default_value = "never", value_parser = lifetime)]
         expires: Lifetime,
+        /// It may change this robot alone, and nothing that concerns the whole world. Repeatable
+        #[arg(long = "robot", value_name = "ROBOT")]
+        robots: Vec<String>,
         #[command(flatten)]
         file: TokenFile,
     },
@@ -65,7 +68,9 @@ pub(crate) struct Lifetime(Option<i64>);
 
 pub(crate) fn run(command: &Token, output: Output) -> anyhow::Result<()> {
     match command {
-        Token::Add { name, role, expires, file } => add(&file.path()?, name, *role, *expires, output),
+        Token::Add { name, role, expires, robots, file } => {
+            add(&file.path()?, name, *role, *expires, robots, output)
+        }
         Token::List { file } => {
             let entries = read(&file.path()?)?;
             output.list(&entries.iter().map(TokenView::from).collect::<Vec<_>>(), list)
@@ -85,9 +90,19 @@ pub(crate) fn run(command: &Token, output: Output) -> anyhow::Result<()> {
     }
 }
 
-fn add(path: &Path, name: &str, role: Role, expires: Lifetime, output: Output) -> anyhow::Result<()> {
+fn add(
+    path: &Path,
+    name: &str,
+    role: Role,
+    expires: Lifetime,
+    robots: &[String],
+    output: Output,
+) -> anyhow::Result<()> {
     if !TokenEntry::is_name(name) {
         bail!("{name:?} is no name; it must be 1 to 64 of A-Z a-z 0-9 _ - . @");
+    }
+    if let Some(robot) = robots.iter().find(|robot| !TokenEntry::is_robot(robot)) {
+        bail!("a token cannot be for a robot called {robot:?}: the file has names without spaces and commas alone");
     }
     let mut random = [0; TOKEN_BYTES];
     getrandom::fill(&mut random)
@@ -99,7 +114,7 @@ fn add(path: &Path, name: &str, role: Role, expires: Lifetime, output: Output) -
         seconds: i64::try_from(now).unwrap_or(i64::MAX).saturating_add(seconds),
         nanos: 0,
     });
-    let entry = TokenEntry { name: name.to_owned(), role, hash, expires };
+    let entry = TokenEntry { name: name.to_owned(), role, hash, expires, robots: robots.to_vec() };
     let view = TokenView::from(&entry);
     change(path, |entries| {
         if entries.iter().any(|known| known.name == name) {
@@ -199,6 +214,8 @@ struct TokenView {
     role: &'static str,
     /// As in RFC 3339; null is never.
     expires: Option<String>,
+    /// That it may change; none is all, and the world.
+    robots: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -229,15 +246,16 @@ impl View for Revoked {
 impl From<&TokenEntry> for TokenView {
     fn from(entry: &TokenEntry) -> Self {
         let expires = entry.expires.map(|expires| expires.to_string());
-        Self { name: entry.name.clone(), role: entry.role.name(), expires }
+        Self { name: entry.name.clone(), role: entry.role.name(), expires, robots: entry.robots.clone() }
     }
 }
 
 fn list(tokens: &[TokenView]) -> Page {
-    let columns = ["NAME", "ROLE", "EXPIRES"].map(Column::left).into();
+    let columns = ["NAME", "ROLE", "EXPIRES", "ROBOTS"].map(Column::left).into();
     let row = |token: &TokenView| {
         let expires = token.expires.clone().unwrap_or_else(|| "never".to_owned());
-        vec![token.name.clone(), token.role.to_owned(), expires]
+        let robots = if token.robots.is_empty() { "all".to_owned() } else { token.robots.join(",") };
+        vec![token.name.clone(), token.role.to_owned(), expires, robots]
     };
     Page::new().table(Table::new(columns, tokens.iter().map(row).collect()))
 }
