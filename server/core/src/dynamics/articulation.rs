@@ -344,6 +344,11 @@ impl Articulation {
         sweep(&mut self.scratch.constraints, velocities)
     }
 
+    /// Writes M^-1 J' for an impulse of a size at the joint of a body.
+    pub(super) fn joint_response(&mut self, joint: (usize, f64), response: &mut [f64]) {
+        respond(&self.tree, &self.state.positions, &[joint], &mut self.scratch.passes, response);
+    }
+
     /// The rows of joints, and what they do.
     pub(super) fn constraints_mut(&mut self) -> &mut Constraints {
         &mut self.scratch.constraints

@@ -1,7 +1,8 @@
-//! Robots that touch, solved together: the rows of their joints and of their contacts, by
-//! projected Gauss-Seidel on all their velocities.
+//! Robots that touch or are constrained, solved together: the rows of their joints, of their contacts and of the constraints between
+//! their links, on all their velocities.
 
 mod impulses;
+mod links;
 mod rows;
 
 use glamx::DVec3;
@@ -9,6 +10,8 @@ use glamx::DVec3;
 use super::articulation::{Articulation, MAX_ROUNDS};
 use super::constraint::contact::{Contact, ContactRows};
 use super::constraint::direct::Direct;
+use super::constraint::link_constraint::LinkConstraint;
+use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
 
 /// Sweeps of position correction; the rest is left to the next step.
@@ -24,7 +27,9 @@ pub struct Island {
     rows: Vec<ContactRows>,
     /// Of those contacts that have friction against rolling or spinning.
     turning: Vec<TurningRows>,
-    /// Of all sides of all contacts.
+    /// Of constraints between links.
+    links: Vec<LinkRows>,
+    /// Of all sides of all contacts and constraints.
     blocks: Vec<f64>,
     /// Of all members, one after the other.
     velocities: Vec<f64>,
@@ -66,7 +71,8 @@ pub struct Member {
 
 impl Island {
     /// Solves and moves on the robots at `members`, which have been
-    /// [started](Articulation::start) and touch at those of `contacts` that `which` names.
+    /// [started](Articulation::start), touch at those of `contacts` that `which` names, and are held together by those of
+    /// `constraints` that `links` names.
     ///
     /// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005), chapter
     /// 5, with the tangents of a contact as a block. Position correction uses
@@ -80,22 +86,25 @@ impl Island {
         robots: &mut [R],
         members: &[usize],
         (contacts, which): (&mut [Contact], &[usize]),
+        (constraints, links): (&mut [LinkConstraint], &[usize]),
         gravity: DVec3,
         h: f64,
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.list(robots, members);
-        self.make_rows(robots, contacts, which);
+        let at = self.make_rows(robots, contacts, which);
+        self.make_links(robots, constraints, links, (h, at));
         for round in 0..MAX_ROUNDS {
             self.gather(robots);
-            if !self.measure(robots, contacts, interrupt) {
+            if !(self.measure(robots, contacts, interrupt) && self.measure_links(robots, interrupt)) {
                 return false;
             }
             if round == 0 {
                 self.aim(robots, contacts, gravity, h);
             } else {
                 let turning = self.turning.iter_mut().map(|turning| &mut turning.rows);
-                for rows in self.rows.iter_mut().chain(turning) {
+                let links = self.links.iter_mut().map(|link| &mut link.rows);
+                for rows in self.rows.iter_mut().chain(turning).chain(links) {
                     rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
                 }
             }
@@ -137,7 +146,9 @@ impl Island {
         for member in &self.members {
             robots[member.robot].as_mut().keep_rows();
         }
+        self.keep_links(robots, constraints, links);
         let is_corrected = self.correct_positions();
+        self.foresee(robots, constraints, links, h);
         for &Member { robot, first, len } in &self.members {
             let body = robots[robot].as_mut();
             if is_corrected {

@@ -1,5 +1,6 @@
 //! Everything that can change a world from outside, and what is said in return.
 
+mod constraint;
 mod target;
 
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 use simd_model::robot::JointLimits;
 
+pub use self::constraint::{ChangeConstraint, CreateConstraint, RequestedConstraint, RequestedEnd};
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
 pub use super::contact_settings::{
@@ -31,6 +33,15 @@ pub enum Command {
     Delete {
         /// Its name.
         robot: String,
+    },
+    /// Holds two links together.
+    CreateConstraint(Box<CreateConstraint>),
+    /// Changes how two links are held together.
+    ChangeConstraint(Box<ChangeConstraint>),
+    /// Lets two links go.
+    DeleteConstraint {
+        /// Its name.
+        name: String,
     },
     /// Gives joints new targets.
     SetTargets(SetTargets),
@@ -346,6 +357,11 @@ pub enum Reply {
     Done,
     /// The robot is in the world.
     Spawned {
+        /// Under this name.
+        name: String,
+    },
+    /// The constraint holds from the next step on.
+    ConstraintCreated {
         /// Under this name.
         name: String,
     },

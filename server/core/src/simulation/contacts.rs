@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glamx::DVec3;
 
+use super::constraints::LinksApart;
 use super::entity::Entity;
 use super::sleep::{Busy, acts};
 use super::world_state::Pair;
@@ -31,6 +32,13 @@ pub(super) struct Contacts {
     narrow: Narrow,
 }
 
+/// Whether links do not touch for the sake of a constraint.
+fn is_apart(apart: &[LinksApart], robots: [usize; 2], links: [usize; 2]) -> bool {
+    let is_swapped = robots[0] == robots[1] && links[0] > links[1];
+    let links = if is_swapped { [links[1], links[0]] } else { links };
+    apart.binary_search(&(robots, links)).is_ok()
+}
+
 /// What orders contacts.
 fn key(contact: &Contact) -> Pair {
     (contact.robots, contact.point.colliders)
@@ -54,7 +62,7 @@ impl Contacts {
     }
 
     /// Finds what touches, of robots whose colliders are in place; false where it was interrupted. Contacts are looked
-    /// for at least `slack` metres from what moves.
+    /// for at least `slack` metres from what moves, and not between links that are `apart`.
     ///
     /// An overlap between links of one robot, or of two robots that are fixed to the world, is ignored if it exists
     /// right after one of them was teleported, until the links have separated. A user may load two arms at the origin,
@@ -64,6 +72,7 @@ impl Contacts {
         &mut self,
         robots: &[Entity],
         busy: &Busy,
+        apart: &[LinksApart],
         slack: f64,
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
@@ -83,7 +92,10 @@ impl Contacts {
             let [a, b] = pair.map(|robot| &robots[robot]);
             let colliders = [&a.colliders, &b.colliders];
             let filter = Filter::between(pair, collision_pairs);
-            let found = |point| {
+            let found = |point: ContactPoint| {
+                if !apart.is_empty() && is_apart(apart, pair, point.links) {
+                    return;
+                }
                 list.push(Contact {
                     robots: pair,
                     index: 0,
@@ -145,6 +157,11 @@ impl Contacts {
             }
         });
         self.fixed.iter_mut().for_each(FixedPair::forget_distances);
+    }
+
+    /// Takes out contacts between links that are apart.
+    pub(super) fn forget_apart(&mut self, apart: &[LinksApart]) {
+        self.list.retain(|contact| !is_apart(apart, contact.robots, contact.point.links));
     }
 
     /// Takes over the contacts and the ignored overlaps of another state.

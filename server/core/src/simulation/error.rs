@@ -120,6 +120,20 @@ pub enum Error {
     /// No such claim.
     #[error("there is no such claim: it was released, it lapsed, or another took over")]
     ClaimNotFound,
+    /// No such constraint.
+    #[error("there is no constraint {constraint:?} in this world; {}", list_known("constraints", .known))]
+    ConstraintNotFound {
+        /// What was asked for.
+        constraint: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The name is taken.
+    #[error("there is a constraint {constraint:?} already; choose another name, change it, or delete it")]
+    ConstraintExists {
+        /// The name.
+        constraint: String,
+    },
     /// No such kept state.
     #[error("there is no saved state {name:?}; {}", list_known("saved states", .known))]
     SavedStateNotFound {

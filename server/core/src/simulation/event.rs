@@ -60,11 +60,36 @@ pub enum EventKind {
         /// Why.
         cause: ReleaseCause,
     },
+    /// A constraint came.
+    ConstraintCreated {
+        /// Its name.
+        constraint: String,
+    },
+    /// A constraint went.
+    ConstraintDeleted {
+        /// Its name.
+        constraint: String,
+        /// Why.
+        cause: ConstraintDeletion,
+    },
     /// The world was put back to a kept state.
     StateRestored {
         /// Its name.
         name: String,
     },
+}
+
+/// Why a constraint went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConstraintDeletion {
+    /// It was asked for.
+    Asked,
+    /// It needed more than its maximal force or torque.
+    Broke,
+    /// One of its robots went.
+    RobotDeleted,
+    /// The new model of one of its robots has no such link, or no such joint.
+    LinkGone,
 }
 
 /// What a claim is on.

@@ -5,7 +5,7 @@
 //! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`]: small types.
 //! * `check`: which numbers can be.
 //! * [`world_state`]: the state as plain data.
-//! * `entity`: one robot. `sleep`, `contacts`: whether it rests, and what it touches.
+//! * `entity`: one robot. `constraints`, `sleep`, `contacts`: what it is constrained to, whether it rests, and what it touches.
 //! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
 //! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], `reactions`: what follows from that alone, on any thread.
 //! * [`command`], [`event`]: what can be asked of it, and what happens.
@@ -15,6 +15,7 @@
 mod check;
 mod claim;
 pub mod command;
+mod constraints;
 pub mod contact_settings;
 mod contacts;
 mod entity;
@@ -43,6 +44,8 @@ use std::sync::Arc;
 
 use claim::{Claim, ClaimId};
 pub use command::{Applied, Command, Reply};
+use constraints::LinkConstraints;
+pub use constraints::{MAX_CONSTRAINT_NAME, MAX_CONSTRAINTS};
 use contacts::Contacts;
 use entity::Entity;
 pub use error::Error;
@@ -72,6 +75,7 @@ pub struct Simulation {
     entities: Vec<Entity>,
     /// As the last step had them.
     contacts: Contacts,
+    constraints: LinkConstraints,
     step_memory: StepMemory,
     claims: BTreeMap<ClaimId, Arc<Claim>>,
     /// Whose the world is, beside its robots and joints.
@@ -121,6 +125,7 @@ impl Simulation {
             time_base: (0, 0.0),
             entities: Vec::new(),
             contacts: Contacts::default(),
+            constraints: LinkConstraints::default(),
             step_memory: StepMemory::default(),
             claims: BTreeMap::new(),
             world_claim: None,
@@ -155,6 +160,9 @@ impl Simulation {
             Command::Spawn(spawn) => self.spawn(spawn),
             Command::Reload(reload) => self.reload(reload),
             Command::Delete { robot } => self.delete(robot),
+            Command::CreateConstraint(create) => self.create_constraint(create),
+            Command::ChangeConstraint(change) => self.change_constraint(change),
+            Command::DeleteConstraint { name } => self.delete_constraint(name),
             Command::SetTargets(targets) => self.set_targets(targets, claim),
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
@@ -202,6 +210,7 @@ impl Simulation {
         bytes.extend(encoded(&self.contacts.list));
         bytes.extend(encoded(&self.contacts.ignored_overlaps().collect::<Vec<_>>()));
         bytes.extend(encoded(&*self.contacts.collision_pairs));
+        bytes.extend(encoded(&self.constraints.list));
         let mut hasher = DefaultHasher::new();
         hasher.write(&bytes);
         hasher.finish()
@@ -251,9 +260,10 @@ impl Simulation {
         })
     }
 
-    /// Wakes what a robot touches, and what that touches, and itself.
+    /// Wakes what a robot touches or is constrained to, and what that touches, and itself.
     fn wake_around(&mut self, robot_index: usize) {
-        sleep::wake_around(&mut self.entities, &self.contacts.list, robot_index);
+        let (contacts, constraints) = (&self.contacts.list, &self.constraints.list);
+        sleep::wake_around(&mut self.entities, contacts, constraints, robot_index);
     }
 
     fn entity_mut(&mut self, robot: &str) -> Result<&mut Entity, Error> {

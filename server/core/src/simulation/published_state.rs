@@ -13,6 +13,7 @@ use super::saved::{Kept, no_saved_state};
 use super::target_sources::RobotTargetSources;
 use crate::collision::{RobotLinkPair, Shapes};
 pub use crate::dynamics::Mode;
+pub use crate::dynamics::constraint::link_constraint::{ConstraintDefinition, ConstraintEnd, ConstraintKind};
 use crate::dynamics::{Configuration, Tree};
 
 /// All robots at a moment. Values of all robots lie in flat arrays;
@@ -45,6 +46,10 @@ pub struct PublishedState {
     pub flags: Vec<Flags>,
     /// What touches, as the last step had it, in an order that is the same for equal states.
     pub contacts: Vec<ContactReport>,
+    /// What constraints between links are, in the order in which they were made. Shared like `settings`.
+    pub constraints: Arc<Vec<ConstraintDefinition>>,
+    /// What each of them did over the last step.
+    pub constraint_states: Vec<ConstraintState>,
     /// What acts on links from outside.
     pub applied_wrenches: Vec<AppliedWrench>,
     /// What commands set, one a robot. A state shares it with those before as long as nothing changed.
@@ -57,6 +62,31 @@ pub struct PublishedState {
     pub claimed_by: Option<Arc<str>>,
     /// The states that the world can go back to, oldest first. Shared like `settings`.
     pub saved: Arc<Vec<Kept>>,
+}
+
+/// What a constraint did over the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConstraintState {
+    /// Mean force on the second link over the last step, world, N; of a gear of a sliding joint along its axis.
+    pub force: DVec3,
+    /// The same torque about `point`, N m; of a gear of a turning joint about its axis.
+    pub torque: DVec3,
+    /// Force and torque over the last part of the last step.
+    pub last: [DVec3; 2],
+    /// Where the force acts, world.
+    pub point: DVec3,
+    /// How far the last part of the last step found the links from where they are to be, metres; of a gear the unit of
+    /// the second joint.
+    pub position_error: f64,
+    /// The same of their orientations, rad.
+    pub angle_error: f64,
+    /// How fast they leave where they are to be, since other constraints ask for something else or the limits
+    /// are reached: m/s.
+    pub velocity_residual: f64,
+    /// The same of their orientations, rad/s.
+    pub angular_residual: f64,
+    /// It did what it may do at the most.
+    pub is_saturated: bool,
 }
 
 /// A force and a torque on a link over the last step.

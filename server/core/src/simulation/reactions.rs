@@ -2,7 +2,7 @@
 
 use glamx::DVec3;
 
-use super::published_state::{AppliedWrench, PublishedState};
+use super::published_state::{AppliedWrench, ConstraintKind, PublishedState};
 use crate::dynamics::reactions::{Motion, joint_reactions};
 use crate::dynamics::spatial::Spatial;
 
@@ -37,7 +37,19 @@ impl PublishedState {
                 Some((link, Spatial::new(to_base * arm.cross(force), to_base * force)))
             })
         });
-        let wrenches: Vec<(usize, Spatial)> = applied.chain(contacts).collect();
+        let constraints =
+            self.constraints.iter().zip(&self.constraint_states).flat_map(|(definition, state)| {
+                let sides = definition.ends.into_iter().zip([-1.0, 1.0]);
+                // A gear acts within joints, as their actuators do.
+                let of_links = sides.filter(|_| !matches!(definition.kind, ConstraintKind::Gear { .. }));
+                of_links.filter_map(|(end, sign)| {
+                    let (_, link) = end.link.filter(|(of, _)| *of == robot)?;
+                    let [force, torque] = state.last.map(|vector| sign * vector);
+                    let arm = state.point - poses.get(link)?.translation;
+                    Some((link, Spatial::new(to_base * (torque + arm.cross(force)), to_base * force)))
+                })
+            });
+        let wrenches: Vec<(usize, Spatial)> = applied.chain(contacts).chain(constraints).collect();
         let mut accelerations = root.accelerations[..tree.root_velocities()].to_vec();
         accelerations.extend_from_slice(self.accelerations.get(entity.velocities.clone())?);
         let motion = Motion { positions: &positions, velocities: &velocities, accelerations: &accelerations };

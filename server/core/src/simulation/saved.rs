@@ -146,6 +146,7 @@ impl Saved {
         super::contacts::check_ignored_overlaps(&entities, &state.ignored_overlaps)
             .map_err(InvalidState::World)?;
         super::contacts::check_pairs(&entities, &state.collision_pairs).map_err(InvalidState::World)?;
+        super::constraints::check(&entities, &state.constraints).map_err(InvalidState::World)?;
         let robots = entities.iter().map(Entity::description).collect();
         Ok(Self(Arc::new(Inner { state, robots })))
     }

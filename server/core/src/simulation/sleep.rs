@@ -1,7 +1,9 @@
-//! Which robots a step looks at; groups of robots that touch, and which of them sleep.
+//! Which robots a step looks at; groups of robots that touch or are constrained, and which of them sleep.
 
+use super::constraints::{acts as constraint_acts, moved};
 use super::entity::Entity;
 use crate::dynamics::constraint::contact::Contact;
+use crate::dynamics::constraint::link_constraint::LinkConstraint;
 
 /// A body slower than this may fall asleep, m/s.
 const STILL_LINEAR: f64 = 5e-4;
@@ -64,7 +66,7 @@ impl Busy {
     }
 }
 
-/// Robots that move, in groups that touch each other; kept from step to step for its memory.
+/// Robots that move, in groups that touch each other or are constrained; kept from step to step for its memory.
 #[derive(Debug, Default)]
 pub(super) struct Groups {
     /// Of each robot: one on the way to its group's first.
@@ -73,8 +75,10 @@ pub(super) struct Groups {
     members: Vec<usize>,
     /// Contacts by group, then index.
     contacts: Vec<usize>,
-    /// Ends of each group in the two lists.
-    ends: Vec<(usize, usize)>,
+    /// Constraints between links by group, then index.
+    links: Vec<usize>,
+    /// Ends of each group in the three lists.
+    ends: Vec<(usize, usize, usize)>,
 }
 
 /// Robots that are solved together.
@@ -83,12 +87,20 @@ pub(super) struct Group<'a> {
     pub(super) members: &'a [usize],
     /// Those that can move one of them, in their order.
     pub(super) contacts: &'a [usize],
+    /// The same of constraints between links.
+    pub(super) links: &'a [usize],
 }
 
 impl Groups {
-    /// Joins what touches. What cannot move joins nothing.
-    pub(super) fn gather(&mut self, robots: &[Entity], busy: &Busy, contacts: &[Contact]) {
-        let Self { above, members, contacts: sorted, ends } = self;
+    /// Joins what touches or is constrained. What cannot move joins nothing.
+    pub(super) fn gather(
+        &mut self,
+        robots: &[Entity],
+        busy: &Busy,
+        contacts: &[Contact],
+        constraints: &[LinkConstraint],
+    ) {
+        let Self { above, members, contacts: sorted, links, ends } = self;
         above.resize(robots.len(), 0);
         for &robot in busy.robots() {
             above[robot] = robot;
@@ -96,6 +108,12 @@ impl Groups {
         for contact in contacts {
             if contact.point.bodies.iter().all(Option::is_some) {
                 let [a, b] = contact.robots.map(|robot| first(above, robot));
+                above[a.max(b)] = a.min(b);
+            }
+        }
+        for constraint in constraints {
+            if let Some([Some(a), Some(b)]) = moved(robots, constraint) {
+                let [a, b] = [a, b].map(|robot| first(above, robot));
                 above[a.max(b)] = a.min(b);
             }
         }
@@ -115,24 +133,44 @@ impl Groups {
         sorted.clear();
         sorted.extend(0..contacts.len());
         sorted.sort_unstable_by_key(group);
+        let link_group = |index: &usize| {
+            let one = moved(robots, &constraints[*index]).and_then(|[a, b]| a.or(b));
+            (one.map(|robot| above[robot]), *index)
+        };
+        links.clear();
+        links.extend((0..constraints.len()).filter(|index| link_group(index).0.is_some()));
+        links.sort_unstable_by_key(link_group);
         ends.clear();
-        let (mut m, mut c) = (0, 0);
+        let (mut m, mut c, mut l) = (0, 0, 0);
         while m < members.len() {
             let root = above[members[m]];
             m += members[m..].iter().take_while(|&&robot| above[robot] == root).count();
             c += sorted[c..].iter().take_while(|&&index| group(&index).0 == root).count();
-            ends.push((m, c));
+            l += links[l..].iter().take_while(|&&index| link_group(&index).0 == Some(root)).count();
+            ends.push((m, c, l));
         }
     }
 
     /// Wakes each group of which one is awake. Of the present step `done`, 0 to 1, is over: what slept
     /// until now was pushed for so long as it was pushed before.
-    pub(super) fn wake(&self, robots: &mut [Entity], contacts: &mut [Contact], done: f64) {
+    pub(super) fn wake(
+        &self,
+        robots: &mut [Entity],
+        contacts: &mut [Contact],
+        constraints: &mut [LinkConstraint],
+        done: f64,
+    ) {
         for group in self.all() {
             if group.members.iter().any(|&robot| robots[robot].is_awake()) {
                 for &index in group.contacts {
                     if !acts(robots, &contacts[index]) {
                         contacts[index].total *= done;
+                    }
+                }
+                for &index in group.links {
+                    if !constraint_acts(robots, &constraints[index]) {
+                        constraints[index].reading.force *= done;
+                        constraints[index].reading.torque *= done;
                     }
                 }
                 group.members.iter().for_each(|&robot| robots[robot].wake());
@@ -151,9 +189,13 @@ impl Groups {
 
     /// One of them.
     pub(super) fn get(&self, group: usize) -> Group<'_> {
-        let (m, c) = group.checked_sub(1).map_or((0, 0), |before| self.ends[before]);
-        let (m_end, c_end) = self.ends[group];
-        Group { members: &self.members[m..m_end], contacts: &self.contacts[c..c_end] }
+        let (m, c, l) = group.checked_sub(1).map_or((0, 0, 0), |before| self.ends[before]);
+        let (m_end, c_end, l_end) = self.ends[group];
+        Group {
+            members: &self.members[m..m_end],
+            contacts: &self.contacts[c..c_end],
+            links: &self.links[l..l_end],
+        }
     }
 }
 
@@ -164,15 +206,23 @@ pub(super) fn acts(robots: &[Entity], contact: &Contact) -> bool {
     sides.any(|(robot, body)| body.is_some() && robots[robot].is_awake())
 }
 
-/// Wakes what a robot touches, and what that touches, and itself.
-pub(super) fn wake_around(robots: &mut [Entity], contacts: &[Contact], robot_index: usize) {
+/// Wakes what a robot touches or is constrained to, and what that touches, and itself.
+pub(super) fn wake_around(
+    robots: &mut [Entity],
+    contacts: &[Contact],
+    constraints: &[LinkConstraint],
+    robot_index: usize,
+) {
     let mut reached = vec![false; robots.len()];
     reached[robot_index] = true;
     let mut grows = true;
     while grows {
         grows = false;
-        for contact in contacts {
-            let [a, b] = contact.robots;
+        let constrained = constraints.iter().filter_map(|of| match of.definition.ends.map(|end| end.link) {
+            [Some((a, _)), Some((b, _))] => Some([a, b]),
+            _ => None,
+        });
+        for [a, b] in contacts.iter().map(|contact| contact.robots).chain(constrained) {
             // What cannot move passes nothing on.
             let passes = |robot: usize| reached[robot] && (robot == robot_index || robots[robot].moves());
             let (from_a, from_b) = (passes(a), passes(b));
@@ -198,9 +248,9 @@ fn first(above: &mut [usize], mut robot: usize) -> usize {
 impl Group<'_> {
     /// Counts for how long each member has been still, and puts the group to sleep when all
     /// have for long enough and the step `ends`: impulses of a step are summed over all of its parts. Only
-    /// single free bodies that lie on something sleep.
+    /// single free bodies that lie or hang on something sleep.
     pub(super) fn rest(&self, robots: &mut [Entity], h: f64, ends: bool) {
-        let mut all = ends && !self.contacts.is_empty();
+        let mut all = ends && !(self.contacts.is_empty() && self.links.is_empty());
         for &member in self.members {
             let robot = &mut robots[member];
             robot.state.still_for =

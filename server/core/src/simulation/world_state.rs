@@ -7,13 +7,15 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::constraints::MAX_CONSTRAINTS;
 use super::contact_settings::{ContactSettings, MAX_COLLISION_PAIRS};
 use super::settings::PhysicsSettings;
 pub use super::wrench::ActiveWrench;
 pub use crate::collision::{Groups, LinkPair, RestPose, RobotLinkPair, Surface};
 pub use crate::dynamics::BodyState;
 pub use crate::dynamics::constraint::contact::Contact;
-use crate::plain::{optional_text, shared, shared_list};
+pub use crate::dynamics::constraint::link_constraint::LinkConstraint;
+use crate::plain::{bounded_list, optional_text, shared, shared_list};
 
 /// Everything that a world is at a moment: a world in an equal state runs on equal to the bit, on
 /// the same build and machine.
@@ -41,6 +43,9 @@ pub struct WorldState {
         deserialize_with = "shared_list::deserialize::<MAX_COLLISION_PAIRS, _, _>"
     )]
     pub collision_pairs: Arc<Vec<RobotLinkPair>>,
+    /// Between links, in the order in which they were made.
+    #[serde(deserialize_with = "bounded_list::deserialize::<MAX_CONSTRAINTS, _, _>")]
+    pub constraints: Vec<LinkConstraint>,
 }
 
 /// One robot.

@@ -88,6 +88,21 @@ impl Articulation {
         self.scratch.is_touched = true;
     }
 
+    /// A constraint between links acts on it: `jump`, from velocities that it did not allow, `kink`, in another way than in the step
+    /// before.
+    pub(in crate::dynamics) fn note_link(&mut self, jump: bool, kink: bool) {
+        // What acts on a single body is a kick before its drift.
+        self.scratch.is_touched |= self.scratch.free_body.is_some();
+        self.scratch.is_held |= jump;
+        self.scratch.is_kinked |= kink;
+    }
+
+    /// Whether this step takes half of the change of its velocities: these were given at its beginning.
+    pub(in crate::dynamics) fn halves_its_kick(&self) -> bool {
+        let is_smooth = !self.scratch.is_held && !self.scratch.is_touched;
+        self.scratch.integrator == Integrator::Leapfrog && self.state.history == History::Given && is_smooth
+    }
+
     /// Whether limits hold it, and whether a limit or dry friction has begun or ended to hold or has turned round,
     /// before the impulses of the step before are forgotten. What stays as it was is smooth: a joint that is held has
     /// no acceleration.

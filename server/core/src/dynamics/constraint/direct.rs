@@ -1,4 +1,5 @@
-//! All rows of an island at once: exact where sweeps would go on for long, and with the least impulses.
+//! All rows of an island at once: exact where sweeps would go on for long, and with the least impulses. Rows of constraints between links
+//! keep their R.
 //!
 //! A row is active where it is an equation: a contact that presses, friction that holds, a joint at its limit. For
 //! a set of active rows the impulses are those of
@@ -22,6 +23,7 @@ mod equations;
 mod newton;
 
 use super::contact::ContactRows;
+use super::link_rows::LinkRows;
 use super::{Constraints, Row};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::block_cholesky::{BlockCholesky, MOST_NODES};
@@ -41,6 +43,9 @@ const SLIP_TOLERANCE: f64 = 1e-7;
 
 /// Multiplications that a factorisation may take for each that a sweep takes, and those that it always may.
 const COST: (usize, usize) = (20, 100_000);
+
+/// The latter where there are constraints between links: sweeps close no long loop.
+const LINKED_COST: usize = 1_000_000;
 
 /// What became of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +108,7 @@ pub struct Direct {
     /// Velocities and impulses to go back to.
     kept_velocities: Vec<f64>,
     kept_impulses: Vec<[f64; 3]>,
+    kept_links: Vec<[f64; 3]>,
 }
 
 /// A row of a joint.
@@ -134,6 +140,8 @@ pub struct System<'a, R> {
     pub members: &'a [Member],
     /// Contacts.
     pub rows: &'a mut [ContactRows],
+    /// Constraints between links.
+    pub links: &'a mut [LinkRows],
     /// Their J and M^-1 J'.
     pub blocks: &'a [f64],
     /// Velocities of all members without impulses.
@@ -156,6 +164,7 @@ impl Direct {
         robots: &mut [R],
         members: &[Member],
         rows: &[ContactRows],
+        links: &[LinkRows],
     ) -> bool {
         if members.len() > MOST_NODES {
             return false;
@@ -169,7 +178,7 @@ impl Direct {
             }
         }
         let (mut sweep, mut matrix) = (0usize, 0usize);
-        for rows in rows {
+        for rows in rows.iter().chain(links.iter().map(|link| &link.rows)) {
             let [a, b] = &rows.sides;
             sweep += 7 * (a.len + b.len);
             matrix = matrix.saturating_add(4 * (a.len * a.len + b.len * b.len + a.len * b.len));
@@ -180,7 +189,7 @@ impl Direct {
                 self.matrix.join_branches(a.member);
             }
         }
-        let most = COST.0 * sweep + COST.1;
+        let most = COST.0 * sweep + if links.is_empty() { COST.1 } else { LINKED_COST };
         if matrix > most || self.matrix.plan(most).is_none() {
             return false;
         }
@@ -224,6 +233,8 @@ impl Direct {
         self.kept_velocities.extend_from_slice(system.velocities);
         self.kept_impulses.clear();
         self.kept_impulses.extend(system.rows.iter().map(|rows| rows.impulse));
+        self.kept_links.clear();
+        self.kept_links.extend(system.links.iter().map(|link| link.rows.impulse));
         self.joints.clear();
         for (index, member) in system.members.iter().enumerate() {
             let robot = system.robots[member.robot].as_mut();
@@ -255,6 +266,9 @@ impl Direct {
         system.velocities.copy_from_slice(&self.kept_velocities);
         for (rows, impulse) in system.rows.iter_mut().zip(&self.kept_impulses) {
             rows.impulse = *impulse;
+        }
+        for (link, impulse) in system.links.iter_mut().zip(&self.kept_links) {
+            (link.rows.impulse, link.state) = link.bounded(*impulse);
         }
     }
 

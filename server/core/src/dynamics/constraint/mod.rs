@@ -1,4 +1,4 @@
-//! Constraints as rows on the new velocities: position limits, dry friction, mimic, contact.
+//! Constraints as rows on the new velocities: position limits, dry friction, mimic, contact, and those between links.
 //!
 //! A row says of J qd that it is at least, equal to, or pulled towards -bias by
 //! a bounded impulse. Rows are solved together by projected Gauss-Seidel,
@@ -6,6 +6,8 @@
 
 pub mod contact;
 pub mod direct;
+pub mod link_constraint;
+pub mod link_rows;
 mod response;
 mod rows;
 pub mod side;

@@ -39,10 +39,17 @@ impl Island {
         for turning in self.turning.iter().filter(|turning| turning.acts()) {
             turning.rows.apply_impulse(&self.blocks, turning.rows.impulse, &mut self.velocities);
         }
+        for link in &mut self.links {
+            if link.acts() {
+                link.rows.apply_impulse(&self.blocks, link.rows.impulse, &mut self.velocities);
+            } else {
+                link.rows.impulse = [0.0; 3];
+            }
+        }
         for &Member { robot, first, len } in &self.members {
             robots[robot].as_mut().prepare_rows(&mut self.velocities[first..first + len]);
         }
-        let Self { members, rows, turning, blocks, velocities, free, .. } = self;
+        let Self { members, rows, turning, links, blocks, velocities, free, .. } = self;
         // -p' (J v0 - target), and p' J M^-1 J' p.
         let (mut linear, mut square) = (0.0, 0.0);
         let turns = turning.iter().filter(|turning| turning.acts()).map(|turning| &turning.rows);
@@ -52,6 +59,13 @@ impl Island {
             for ((before, after), impulse) in before.into_iter().zip(after).zip(rows.impulse) {
                 linear -= impulse * before;
                 square += impulse * (after - before);
+            }
+        }
+        for link in links.iter().filter(|link| link.acts()) {
+            let (before, after) = (link.rows.unloaded, link.rows.velocities(blocks, velocities));
+            for (k, impulse) in link.rows.impulse.into_iter().enumerate() {
+                linear += impulse * (link.targets[k] - before[k]);
+                square += impulse * (after[k] - before[k] + link.compliance * impulse);
             }
         }
         for &Member { robot, first, len } in &*members {
@@ -65,7 +79,8 @@ impl Island {
         }
         if linear < 0.5 * square {
             let part = (linear / square).max(0.0);
-            for rows in rows.iter_mut().chain(turning.iter_mut().map(|turning| &mut turning.rows)) {
+            let turning = turning.iter_mut().map(|turning| &mut turning.rows);
+            for rows in rows.iter_mut().chain(turning).chain(links.iter_mut().map(|link| &mut link.rows)) {
                 rows.impulse = rows.impulse.map(|impulse| impulse * part);
             }
             for member in members {
@@ -92,13 +107,14 @@ impl Island {
             return true;
         }
         self.was_least = false;
-        let is_direct = self.turning.is_empty() && self.direct.plan(robots, &self.members, &self.rows);
+        let is_direct =
+            self.turning.is_empty() && self.direct.plan(robots, &self.members, &self.rows, &self.links);
         let mut settled = false;
         for sweep in 0..MAX_SWEEPS {
             let rounds = DIRECT_AT.iter().find(|(at, _)| *at == sweep).map(|(_, rounds)| *rounds);
             if let Some(rounds) = rounds.or(settled.then_some(SETTLED_ROUNDS)).filter(|_| is_direct) {
-                let Self { members, rows, blocks, velocities, free, direct, .. } = self;
-                let system = System { robots, members, rows, blocks, free, velocities };
+                let Self { members, rows, links, blocks, velocities, free, direct, .. } = self;
+                let system = System { robots, members, rows, links, blocks, free, velocities };
                 match direct.solve(system, rounds, interrupt) {
                     Outcome::Solved => {
                         self.was_least = true;
@@ -140,13 +156,16 @@ impl Island {
             let body = robots[robot].as_mut();
             largest = largest.max(body.sweep_rows(&mut self.velocities[first..first + len]));
         }
-        let Self { rows, turning, blocks, velocities, .. } = self;
+        let Self { rows, turning, links, blocks, velocities, .. } = self;
         for rows in rows.iter_mut().filter(|rows| rows.acts()) {
             largest = largest.max(rows.solve(blocks, velocities));
         }
         for turning in turning.iter_mut().filter(|turning| turning.acts()) {
             let normal = rows[turning.of].impulse[0];
             largest = largest.max(turning.solve(normal, blocks, velocities));
+        }
+        for link in links.iter_mut().filter(|link| link.acts()) {
+            largest = largest.max(link.solve(blocks, velocities));
         }
         largest
     }

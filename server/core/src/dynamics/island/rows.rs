@@ -14,13 +14,13 @@ use crate::dynamics::tree::{Body, Tree};
 const MANY: usize = 3;
 
 impl Island {
-    /// One for each contact, with its sides laid out.
+    /// One for each contact, with its sides laid out. Where their numbers end.
     pub(super) fn make_rows<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
         contacts: &[Contact],
         which: &[usize],
-    ) {
+    ) -> usize {
         self.rows.clear();
         self.turning.clear();
         self.was_least = which.iter().all(|&index| contacts[index].is_least);
@@ -72,6 +72,7 @@ impl Island {
         if self.scratch.len() < longest {
             self.scratch.resize(longest, 0.0);
         }
+        at
     }
 
     /// J and M^-1 J' of all contacts. False where it was interrupted.
@@ -143,7 +144,8 @@ impl Island {
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
             rows.aim(&contacts[rows.contact], before, gravity.length(), h);
         }
-        for TurningRows { rows, .. } in &mut self.turning {
+        let links = self.links.iter_mut().map(|link| &mut link.rows);
+        for rows in self.turning.iter_mut().map(|turning| &mut turning.rows).chain(links) {
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
         }
     }
@@ -151,7 +153,7 @@ impl Island {
 
 /// Gives a side the spans of the velocities that move a body, and where the contact is one of two bodies of the same
 /// robot, those that move either.
-fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
+pub(super) fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
     if tree.bodies.len() == 1 {
         side.add_span(0..side.len);
         return side;
@@ -170,18 +172,15 @@ fn find_spans(mut side: Side, tree: &Tree, bodies: [Option<usize>; 2]) -> Side {
 }
 
 /// Memory for measuring, and where numbers go.
-struct Measure<'a> {
-    blocks: &'a mut [f64],
-    scratch: &'a mut [f64],
-    bases: &'a [Basis],
-    basis_responses: &'a [f64],
+pub(super) struct Measure<'a> {
+    pub(super) blocks: &'a mut [f64],
+    pub(super) scratch: &'a mut [f64],
+    pub(super) bases: &'a [Basis],
+    pub(super) basis_responses: &'a [f64],
 }
 
 impl Measure<'_> {
     /// J and M^-1 J' of a contact's forces, or of the torques against its turning.
-    ///
-    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
-    /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
     fn rows<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
@@ -189,18 +188,36 @@ impl Measure<'_> {
         rows: &mut ContactRows,
         turns: bool,
     ) {
+        let [a, b] = contact.point.bodies;
+        let ends = [(contact.robots[0], a), (contact.robots[1], b)];
+        self.wrenches(robots, ends, contact.point.position, rows, turns);
+        rows.measure(self.blocks);
+    }
+
+    /// J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between bodies of two robots.
+    ///
+    /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
+    /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
+    pub(super) fn wrenches<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        ends: [(usize, Option<usize>); 2],
+        point: DVec3,
+        rows: &mut ContactRows,
+        turns: bool,
+    ) {
         let mut used = 0;
-        for (i, (robot, body)) in contact.robots.into_iter().zip(contact.point.bodies).enumerate() {
+        for (i, (robot, body)) in ends.into_iter().enumerate() {
             let Some(body) = body else { continue };
             let sign = if i == 0 { -1.0 } else { 1.0 };
-            let again = i == 1 && used == 1 && contact.robots[0] == contact.robots[1];
+            let again = i == 1 && used == 1 && ends[0].0 == ends[1].0;
             let side = rows.sides[if again { 0 } else { used }];
             used += 1;
             let n = side.len;
             let articulation = robots[robot].as_mut();
             let block = &mut self.blocks[side.at..side.at + side.size()];
             if side.moves_six() && !again && !turns {
-                let at = (contact.point.position, rows.axes.map(|axis| axis * sign));
+                let at = (point, rows.axes.map(|axis| axis * sign));
                 if articulation.single_body_rows(at, block) {
                     continue;
                 }
@@ -214,7 +231,7 @@ impl Measure<'_> {
                 if turns {
                     articulation.torque(axis * sign)
                 } else {
-                    articulation.wrench(body, contact.point.position, axis * sign)
+                    articulation.wrench(body, point, axis * sign)
                 }
             });
             articulation.add_wrench_rows(body, wrenches, &side, jacobian);
@@ -233,7 +250,6 @@ impl Measure<'_> {
                 }
             }
         }
-        rows.measure(self.blocks);
     }
 }
 

@@ -55,6 +55,12 @@ impl Simulation {
                     .chain(others)
                     .try_for_each(|robot| self.allow_robot(robot, claim))
             }
+            Command::CreateConstraint(create) => [&create.parent, &create.child]
+                .into_iter()
+                .filter(|end| !end.robot.is_empty())
+                .try_for_each(|end| self.allow_robot(&end.robot, claim)),
+            Command::ChangeConstraint(change) => self.allow_constraint(&change.name, claim),
+            Command::DeleteConstraint { name } => self.allow_constraint(name, claim),
             Command::Delete { robot }
             | Command::SetLinkProperties { robot, .. }
             | Command::SetEntityState { robot, .. } => self.allow_robot(robot, claim),
@@ -100,6 +106,13 @@ impl Simulation {
         // A robot that is not there is refused by what the command does.
         let Ok(robot) = self.robot_index(robot) else { return Ok(()) };
         self.entities[robot].allow(claim)
+    }
+
+    /// A constraint that is not there is refused by what the command does.
+    fn allow_constraint(&self, name: &str, claim: Option<ClaimId>) -> Result<(), Error> {
+        let Ok(constraint) = self.constraint_index(name) else { return Ok(()) };
+        let mut robots = self.constraints.list[constraint].definition.robots();
+        robots.try_for_each(|robot| self.entities[robot].allow(claim))
     }
 
     fn allow_reset(&self, reset: &RobotReset, claim: Option<ClaimId>) -> Result<(), Error> {

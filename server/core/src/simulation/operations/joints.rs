@@ -53,6 +53,7 @@ impl Simulation {
             self.entities[robot_index].settle_after_reset();
             self.wake_around(robot_index);
             self.contacts.forget(robot_index);
+            self.constraints.forget_motion(Some(robot_index));
         }
         Ok(Reply::Done)
     }

@@ -3,6 +3,7 @@
 
 mod claims;
 mod collision_filter;
+mod constraints;
 mod joints;
 mod links;
 mod observe;

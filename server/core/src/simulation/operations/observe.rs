@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use crate::dynamics::constraint::link_constraint::Reading;
 use crate::dynamics::tree::JointType;
 use crate::simulation::Simulation;
+use crate::simulation::constraints::LinkConstraints;
 use crate::simulation::contacts::Contacts;
 use crate::simulation::entity::Entity;
 use crate::simulation::published_state::{
-    AppliedWrench, ContactReport, EntityLayout, Flags, PublishedState, RootState, WorldLayout,
+    AppliedWrench, ConstraintState, ContactReport, EntityLayout, Flags, PublishedState, RootState,
+    WorldLayout,
 };
 use crate::simulation::settings::PhysicsSettings;
 use crate::simulation::wrench::ActiveWrench;
@@ -32,6 +35,9 @@ impl Simulation {
         }
         state.contacts.clear();
         state.contacts.extend(self.contacts.reports(time_step, h));
+        share(&mut state.constraints, &self.constraints.definitions);
+        state.constraint_states.clear();
+        state.constraint_states.extend(self.constraints.states(time_step, h));
         state.applied_wrenches.clear();
         state.applied_wrenches.extend(self.applied_wrenches());
         share(&mut state.settings, &self.robot_settings);
@@ -122,6 +128,27 @@ impl Contacts {
                 normal_force,
                 friction_force: force - point.normal * normal_force,
                 last_force: contact.impulse / h,
+            }
+        })
+    }
+}
+
+impl LinkConstraints {
+    /// What each did over the last step of `time_step` seconds, whose parts took `h` seconds each.
+    fn states(&self, time_step: f64, h: f64) -> impl Iterator<Item = ConstraintState> + '_ {
+        self.list.iter().map(move |constraint| {
+            let Reading { force, torque, last_force, last_torque, point, errors, residuals, is_saturated } =
+                constraint.reading;
+            ConstraintState {
+                force: force / time_step,
+                torque: torque / time_step,
+                last: [last_force / h, last_torque / h],
+                point,
+                position_error: errors[0],
+                angle_error: errors[1],
+                velocity_residual: residuals[0],
+                angular_residual: residuals[1],
+                is_saturated,
             }
         })
     }

@@ -10,6 +10,7 @@ use crate::simulation::command::{
 };
 use crate::simulation::entity::{Entity, apply_mimics, is_robot_name};
 use crate::simulation::error::Error;
+use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::wrench::ActiveWrench;
 use crate::simulation::{EventKind, Reply, Simulation, check};
 
@@ -122,7 +123,9 @@ impl Simulation {
         self.contacts.reload_pairs(robot_index, &link);
         let robot = reload.robot.clone();
         self.entities[robot_index] = new;
+        let gone = self.reload_constraints(robot_index, &link);
         self.lay_out();
+        self.constraints_went(gone, ConstraintDeletion::LinkGone);
         self.happened(EventKind::EntityReloaded { robot, layout_version: version });
         Ok(Reply::Reloaded { added, removed })
     }
@@ -131,8 +134,11 @@ impl Simulation {
         let robot_index = self.robot_index(robot)?;
         self.wake_around(robot_index);
         self.contacts.remove(robot_index);
+        let left = |index: usize| (index != robot_index).then_some(index - usize::from(index > robot_index));
+        let gone = self.constraints.keep(left);
         self.entities.remove(robot_index);
         self.lay_out();
+        self.constraints_went(gone, ConstraintDeletion::RobotDeleted);
         self.happened(EventKind::EntityDeleted { robot: robot.to_owned() });
         Ok(Reply::Done)
     }
@@ -170,6 +176,7 @@ impl Simulation {
         entity.update_external_forces();
         let moves = entity.moves();
         let robot_index = self.robot_index(robot)?;
+        self.constraints.forget_motion(Some(robot_index));
         self.wake_around(robot_index);
         if !moves {
             // What cannot move does not look for what sleeps where it is put.

@@ -26,6 +26,7 @@ impl Simulation {
             contacts: self.contacts.list.clone(),
             ignored_overlaps: self.contacts.ignored_overlaps().collect(),
             collision_pairs: Arc::clone(&self.contacts.collision_pairs),
+            constraints: self.constraints.list.clone(),
         };
         (state, self.entities.iter().map(Entity::description).collect())
     }
@@ -41,6 +42,7 @@ impl Simulation {
             contacts,
             ignored_overlaps,
             collision_pairs,
+            constraints,
         } = state;
         (self.now.step, self.now.sim_time) = (step, sim_time);
         (self.time_base, self.settings) = (time_base, settings);
@@ -57,6 +59,7 @@ impl Simulation {
         self.step_memory.busy.forget();
         self.contacts.replace(contacts, &ignored_overlaps);
         self.contacts.collision_pairs = collision_pairs;
+        self.constraints.replace(constraints);
     }
 
     /// Keeps a state that came from elsewhere.

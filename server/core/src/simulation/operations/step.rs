@@ -3,6 +3,7 @@
 use glamx::DVec3;
 
 use crate::dynamics::Integrator;
+use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::Contacts;
 use crate::simulation::entity::Entity;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
@@ -48,6 +49,11 @@ impl Simulation {
             self.entities[robot].begin_step();
         }
         self.contacts.begin_step(&self.entities);
+        for constraint in &mut self.constraints.list {
+            if acts(&self.entities, constraint) {
+                constraint.begin_step();
+            }
+        }
         for part in 0..substeps {
             let part = Part {
                 gravity,
@@ -56,8 +62,8 @@ impl Simulation {
                 done: f64::from(part) / f64::from(substeps),
                 ends: part + 1 == substeps,
             };
-            let Self { entities, contacts, step_memory, .. } = self;
-            if interrupt() || !advance(entities, contacts, step_memory, part, interrupt) {
+            let Self { entities, contacts, constraints, step_memory, .. } = self;
+            if interrupt() || !advance(entities, (contacts, constraints), step_memory, part, interrupt) {
                 return false;
             }
         }
@@ -70,6 +76,7 @@ impl Simulation {
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
         }
+        self.break_constraints();
         self.step_memory.busy.end_step(&self.entities);
         self.now.step += 1;
         // A product instead of a sum: no error gathers over a month.
@@ -95,7 +102,7 @@ struct Part {
 /// False where it was interrupted.
 fn advance(
     robots: &mut [Entity],
-    contacts: &mut Contacts,
+    (contacts, constraints): (&mut Contacts, &mut LinkConstraints),
     StepMemory { island, groups, busy }: &mut StepMemory,
     Part { gravity, h, integrator, done, ends }: Part,
     interrupt: &dyn Fn() -> bool,
@@ -110,14 +117,15 @@ fn advance(
             robot.update_poses(shaped > 1, slack, h);
         }
     }
-    if !contacts.find(robots, busy, slack, interrupt) {
+    if !contacts.find(robots, busy, &constraints.apart, slack, interrupt) {
         return false;
     }
     for &robot in busy.robots() {
         robots[robot].state.teleported = false;
     }
-    groups.gather(robots, busy, &contacts.list);
-    groups.wake(robots, &mut contacts.list, done);
+    let constraints = &mut constraints.list;
+    groups.gather(robots, busy, &contacts.list, constraints);
+    groups.wake(robots, &mut contacts.list, constraints, done);
     for &robot in busy.robots() {
         let robot = &mut robots[robot];
         if robot.is_awake() {
@@ -130,14 +138,15 @@ fn advance(
         }
         // A robot with velocities that are not finite is solved alone, so that it does not spoil others.
         let sound = group.members.iter().all(|&member| robots[member].body.new_velocities_are_finite());
-        if group.contacts.is_empty() || !sound {
+        if group.contacts.is_empty() && group.links.is_empty() || !sound {
             for &member in group.members {
                 robots[member].body.solve_alone(gravity, h);
                 robots[member].body.finish(gravity, h);
             }
         } else {
             let touching = (&mut *contacts.list, group.contacts);
-            if !island.solve(robots, group.members, touching, gravity, h, interrupt) {
+            let linked = (&mut **constraints, group.links);
+            if !island.solve(robots, group.members, touching, linked, gravity, h, interrupt) {
                 return false;
             }
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::dynamics::BodyState;
+use crate::dynamics::constraint::link_constraint::LinkConstraint;
 use crate::simulation::claim::RobotClaims;
 use crate::simulation::command::{PhysicsChange, ResetScope};
 use crate::simulation::entity::Entity;
@@ -36,6 +37,7 @@ impl Simulation {
         let step = self.settings.time_step / before.time_step;
         let part = step * f64::from(before.substeps) / f64::from(self.settings.substeps);
         self.contacts.stretch(step, part);
+        self.constraints.list.iter_mut().for_each(|of| of.stretch(step, part));
         self.entities.iter_mut().for_each(|entity| entity.body.change_step(part));
         self.entities.iter_mut().for_each(Entity::wake);
         self.happened(EventKind::PhysicsChanged(self.settings));
@@ -49,6 +51,7 @@ impl Simulation {
         let mut deleted = Vec::new();
         if scope.spawned {
             self.forget_pairs_of_spawned();
+            self.drop_constraints_of_spawned();
             self.entities.retain(|entity| {
                 if !entity.state.loaded_at_start {
                     deleted.push(entity.state.name.clone());
@@ -61,6 +64,7 @@ impl Simulation {
             for entity in &mut self.entities {
                 entity.put_back();
             }
+            self.constraints.list.iter_mut().for_each(LinkConstraint::forget_step);
             self.targets_were_put_back();
         }
         if scope.state || !deleted.is_empty() {

@@ -2,7 +2,9 @@
 
 use super::{Direct, SOFTNESS, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
+use crate::dynamics::block_cholesky::BlockCholesky;
 use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::link_rows::{LinkState, weigh};
 use crate::dynamics::constraint::side::{Side, add_transposed};
 
 /// Steps of refinement at the most.
@@ -44,25 +46,25 @@ impl Direct {
             if weights == [0.0; 4] {
                 continue;
             }
-            let [a, b] = &rows.sides;
-            let n = system.members[a.member].len;
-            add_weighted(self.matrix.diagonal_mut(a.member), n, a, a, system.blocks, weights);
-            if b.len > 0 {
-                let n = system.members[b.member].len;
-                add_weighted(self.matrix.diagonal_mut(b.member), n, b, b, system.blocks, weights);
-                if a.member == b.member {
-                    continue;
-                }
-                let (block, is_swapped) = self.matrix.block_mut(a.member, b.member);
-                let (rows, columns) = if is_swapped { (b, a) } else { (a, b) };
-                add_weighted(block, columns.len, rows, columns, system.blocks, weights);
-            }
+            let [normal, tt, tu, uu] = weights;
+            let weigh = |[a, b, c]: [f64; 3]| [a * normal, b * tt + c * tu, b * tu + c * uu];
+            add_rows(&mut self.matrix, rows, system.blocks, weigh);
+        }
+        for link in system.links.iter().filter(|link| link.weights != [0.0; 6]) {
+            add_rows(&mut self.matrix, &link.rows, system.blocks, |entries| weigh(link.weights, entries));
         }
     }
 
-    /// What is left of each active row's equation without its R. The largest.
-    pub(super) fn take_residuals<R>(&mut self, system: &System<'_, R>) -> f64 {
+    /// What is left of each active row's equation, without its R but for constraints between links. The largest.
+    pub(super) fn take_residuals<R>(&mut self, system: &mut System<'_, R>) -> f64 {
         let mut largest = 0.0f64;
+        for link in &mut *system.links {
+            link.residuals = [0.0; 3];
+            if link.acts() && link.state == LinkState::Holds {
+                link.residuals = link.residual(link.rows.velocities(system.blocks, system.velocities));
+                largest = link.residuals.iter().fold(largest, |largest, value| largest.max(value.abs()));
+            }
+        }
         for ((rows, state), residual) in system.rows.iter().zip(&self.states).zip(&mut self.residuals) {
             *residual = [0.0; 3];
             if *state == State::Open {
@@ -93,6 +95,10 @@ impl Direct {
             }
             rows.add_momentum(system.blocks, residual.map(|residual| residual * hardness), change);
         }
+        for link in system.links.iter().filter(|link| link.residuals != [0.0; 3]) {
+            let force = link.residuals.map(|residual| residual / link.compliance);
+            link.rows.add_momentum(system.blocks, force, change);
+        }
         for joint in joints.iter().filter(|joint| joint.is_active) {
             for (velocity, factor) in joint.entries {
                 change[velocity] += factor * joint.residual * joint.hardness;
@@ -107,13 +113,20 @@ impl Direct {
         for rows in system.rows.iter().filter(|rows| rows.impulse != [0.0; 3]) {
             rows.apply_impulse(system.blocks, rows.impulse, system.velocities);
         }
+        for link in system.links.iter().filter(|link| link.rows.impulse != [0.0; 3]) {
+            link.rows.apply_impulse(system.blocks, link.rows.impulse, system.velocities);
+        }
         for joint in self.joints.iter().filter(|joint| joint.impulse != 0.0) {
             let member = &system.members[joint.member];
             let own = &mut system.velocities[member.first..member.first + member.len];
             joint.apply(system.robots[member.robot].as_mut().constraints_mut(), joint.impulse, own);
         }
         // What slips is given from here on: the matrix is to be that of the other rows.
-        if self.states.contains(&State::Slips) {
+        let is_bounded = system.links.iter().any(|link| link.state == LinkState::Saturated);
+        if is_bounded || self.states.contains(&State::Slips) {
+            for link in system.links.iter_mut().filter(|link| link.state == LinkState::Saturated) {
+                link.weights = [0.0; 6];
+            }
             for (weights, state) in self.weights.iter_mut().zip(&self.states) {
                 if *state == State::Slips {
                     (weights[1], weights[2], weights[3]) = (0.0, 0.0, 0.0);
@@ -142,6 +155,12 @@ impl Direct {
                 (0..3).for_each(|k| rows.impulse[k] += added[k]);
                 rows.apply_impulse(system.blocks, added, system.velocities);
             }
+            for link in system.links.iter_mut().filter(|link| link.residuals != [0.0; 3]) {
+                let moved = link.rows.velocities(system.blocks, &self.change);
+                let added = [0, 1, 2].map(|k| (link.residuals[k] - moved[k]) / link.compliance);
+                (0..3).for_each(|k| link.rows.impulse[k] += added[k]);
+                link.rows.apply_impulse(system.blocks, added, system.velocities);
+            }
             for joint in self.joints.iter_mut().filter(|joint| joint.is_active) {
                 let moved: f64 = joint.entries.iter().map(|&(at, factor)| factor * self.change[at]).sum();
                 let added = (joint.residual - moved) * joint.hardness;
@@ -161,18 +180,37 @@ impl Direct {
     }
 }
 
-/// block += J' w J for the J of two sides, with weights of the normal and tt, tu, uu of the tangents; where the sides are one, on
-/// and below the diagonal. Rows of the block have `width` numbers.
+/// matrix += J' w J for the J of three rows; `weigh` is w times a column.
+fn add_rows(
+    matrix: &mut BlockCholesky,
+    rows: &ContactRows,
+    blocks: &[f64],
+    weigh: impl Fn([f64; 3]) -> [f64; 3] + Copy,
+) {
+    let [a, b] = &rows.sides;
+    add_weighted(matrix.diagonal_mut(a.member), a.len, a, a, blocks, weigh);
+    if b.len > 0 {
+        add_weighted(matrix.diagonal_mut(b.member), b.len, b, b, blocks, weigh);
+        if a.member == b.member {
+            return;
+        }
+        let (block, is_swapped) = matrix.block_mut(a.member, b.member);
+        let (rows, columns) = if is_swapped { (b, a) } else { (a, b) };
+        add_weighted(block, columns.len, rows, columns, blocks, weigh);
+    }
+}
+
+/// block += J' w J for the J of two sides; where the sides are one, on and below the diagonal. Rows of the block have `width`
+/// numbers.
 fn add_weighted(
     block: &mut [f64],
     width: usize,
     rows: &Side,
     columns: &Side,
     blocks: &[f64],
-    [normal, tt, tu, uu]: [f64; 4],
+    weigh: impl Fn([f64; 3]) -> [f64; 3],
 ) {
     let is_diagonal = rows.at == columns.at;
-    let weigh = |[a, b, c]: [f64; 3]| [a * normal, b * tt + c * tu, b * tu + c * uu];
     if let (Some((j, _)), Some((k, _)), Some(block)) =
         (rows.single(blocks), columns.single(blocks), block.first_chunk_mut::<36>())
     {

@@ -3,6 +3,7 @@
 use super::{Direct, SLIP_TOLERANCE, State, System, TOLERANCE};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::link_rows::LinkState;
 
 /// A step is short enough where what is left of the slope is at most this part of that at its begin.
 const FLAT: f64 = 1e-3;
@@ -75,6 +76,9 @@ impl Direct {
             self.bounds.push(bound);
             self.states.push(state);
         }
+        for link in system.links.iter().filter(|link| link.acts()) {
+            link.rows.add_momentum(system.blocks, link.rows.impulse, &mut self.momentum);
+        }
         for joint in &mut self.joints {
             for (velocity, factor) in joint.entries {
                 self.momentum[velocity] += factor * joint.impulse;
@@ -110,6 +114,18 @@ impl Direct {
             self.speeds.push(speeds);
             self.weights.push(weights);
             self.used.push(impulse);
+        }
+        for link in &mut *system.links {
+            (link.speeds, link.used, link.weights) = ([0.0; 3], [0.0; 3], [0.0; 6]);
+            if link.acts() {
+                link.speeds = link.rows.velocities(system.blocks, system.velocities);
+                if is_first {
+                    (link.used, link.weights) = link.given(link.speeds);
+                } else {
+                    (link.used, link.weights, link.state) = link.soft(link.speeds);
+                }
+                link.rows.add_momentum(system.blocks, link.used, &mut self.force);
+            }
         }
         for joint in &mut self.joints {
             joint.speed = joint.velocity(system.velocities);
@@ -148,7 +164,7 @@ impl Direct {
 
     /// What the solution changes the rows' velocities by, and `force` into what it changes `momentum` by: M change, which is the
     /// right side without what the rows take of it.
-    fn find_ways<R>(&mut self, system: &System<'_, R>) {
+    fn find_ways<R>(&mut self, system: &mut System<'_, R>) {
         self.ways.clear();
         for (rows, weights) in system.rows.iter().zip(&self.weights) {
             let [n, t, u] = rows.velocities(system.blocks, &self.change);
@@ -158,6 +174,13 @@ impl Direct {
                 rows.add_momentum(system.blocks, taken, &mut self.force);
             }
             self.ways.push([n, t, u]);
+        }
+        for link in &mut *system.links {
+            link.ways = link.rows.velocities(system.blocks, &self.change);
+            let taken = link.weighted(link.ways).map(|taken| -taken);
+            if link.weights != [0.0; 6] {
+                link.rows.add_momentum(system.blocks, taken, &mut self.force);
+            }
         }
         for joint in &mut self.joints {
             joint.way = joint.entries.iter().map(|&(at, factor)| factor * self.change[at]).sum();
@@ -182,6 +205,11 @@ impl Direct {
                     let (impulse, _) = soft(rows, self.hardness[i], self.bounds[i], at);
                     sum -= way[0] * impulse[0] + way[1] * impulse[1] + way[2] * impulse[2];
                 }
+            }
+            for link in system.links.iter().filter(|link| link.acts()) {
+                let at = [0, 1, 2].map(|k| link.speeds[k] + length * link.ways[k]);
+                let (impulse, ..) = link.soft(at);
+                sum -= (0..3).map(|k| link.ways[k] * impulse[k]).sum::<f64>();
             }
             for joint in &self.joints {
                 sum -= joint.way * joint.soft(joint.speed + length * joint.way);
@@ -260,6 +288,15 @@ impl Direct {
                 *bound = self.slip_bounds[i].max(0.0);
             }
         }
+        for link in system.links.iter_mut().filter(|link| link.acts()) {
+            let (impulse, weights, state) = link.soft(link.rows.velocities(system.blocks, system.velocities));
+            let moved = (0..3).map(|k| (impulse[k] - link.used[k]).powi(2)).sum::<f64>().sqrt();
+            // Its derivative is not constant there: the step was not exact.
+            let turned = state == LinkState::Saturated && moved > SLIP_TOLERANCE * link.most;
+            changed |= turned || (state == LinkState::Holds && link.weights != weights);
+            changed |= state == LinkState::Open && link.weights != [0.0; 6];
+            (link.rows.impulse, link.state) = (impulse, state);
+        }
         for joint in &mut self.joints {
             let impulse = joint.soft(joint.velocity(system.velocities));
             let is_active = joint.least < impulse && impulse < joint.most;
@@ -283,7 +320,20 @@ impl Direct {
                 }
             }
         });
+        let links = system.links.iter().filter(|link| link.acts()).all(|link| {
+            let [n, t, u] = link.rows.impulse;
+            match link.state {
+                LinkState::Open => {
+                    link.rows.velocities(system.blocks, system.velocities)[0] >= link.targets[0] - TOLERANCE
+                }
+                LinkState::Holds | LinkState::Saturated => {
+                    let size = (n * n + t * t + u * u).sqrt();
+                    size <= link.most * (1.0 + 1e-6) && !(link.is_one_sided && n < -TOLERANCE * size)
+                }
+            }
+        });
         contacts
+            && links
             && self.joints.iter().all(|joint| {
                 let slack = TOLERANCE * joint.impulse.abs();
                 joint.least - slack <= joint.impulse && joint.impulse <= joint.most + slack

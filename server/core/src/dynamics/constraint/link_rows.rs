@@ -1,0 +1,227 @@
+//! The rows of a constraint between links: up to three forces, or three torques, as one block.
+//!
+//! A row is J v + R p = target, with a small R: constraints that contradict each other then settle where the sum of R p^2 is the
+//! least, and each has a force of a definite size. The block's impulse is at most of a given size, by its norm, so that it does not
+//! depend on the axes of the frames.
+//!
+//! The target has two parts. A part [`ERROR_REDUCTION`] of the error is put right in each step (Baumgarte's method; as PyBullet's `erp`
+//! and MuJoCo's `solref` of 2.2 steps). And what the velocities of the last step bent away from is put right beforehand: positions
+//! move along curves, and rows are tangents. Where q + h v is off the curve by h^2/2 v' H v, the velocity that stays on it has
+//! J v = -h/2 v' H v (SHAKE: Ryckaert, Ciccotti and Berendsen (1977)). That is taken from the last step, as the
+//! difference between the error that it foresaw and the error that is found. So the error is of third order in h
+//! and no energy goes into or out of what moves on a curve.
+
+use glamx::DVec3;
+
+use super::ERROR_REDUCTION;
+use super::contact::{ContactRows, MAX_CORRECTION_VELOCITY};
+
+/// R as a part of the mean J M^-1 J' of the block.
+const COMPLIANCE: f64 = 1e-6;
+
+/// Errors of angles are put right no faster than this, rad/s; others as those of contacts.
+const MAX_CORRECTION_TURN: f64 = 3.0;
+
+/// A curve that leads farther away from its tangent in a step is none: something has been put elsewhere. m or rad.
+const MOST_BENT: f64 = 1e-2;
+
+/// A velocity before the step that is not yet what the rows ask for, m/s or rad/s.
+const AT_REST: f64 = 1e-6;
+
+/// Axes of rows, world, and errors along them; what has no row has no axis.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Aim {
+    /// Of unit length, or zero.
+    pub axes: [DVec3; 3],
+    /// m or rad.
+    pub errors: [f64; 3],
+}
+
+/// Which of a block's rows are equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LinkState {
+    /// A rope is slack.
+    Open,
+    /// They are.
+    #[default]
+    Holds,
+    /// It does what it may do at the most.
+    Saturated,
+}
+
+/// Two joints of one axis each, as a row.
+#[derive(Clone, Copy, Debug)]
+pub struct GearRow {
+    /// Of each joint: robot, body, index of its velocity, factor.
+    pub joints: [(usize, usize, usize, f64); 2],
+}
+
+/// A block.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LinkRows {
+    /// J, M^-1 J', axes and impulses; `contact` is the index of the constraint. What it says of targets and friction is
+    /// not used.
+    pub rows: ContactRows,
+    /// Robots and bodies of the ends; no body where it cannot move.
+    pub ends: [(usize, Option<usize>); 2],
+    /// Where forces act.
+    pub point: DVec3,
+    /// It is one of torques.
+    pub turns: bool,
+    /// It is a gear.
+    pub gear: Option<GearRow>,
+    /// m or rad.
+    pub errors: [f64; 3],
+    /// m/s or rad/s.
+    pub targets: [f64; 3],
+    /// The impulse's norm at the most, N s or N m s.
+    pub most: f64,
+    /// Its only row pulls and does not push.
+    pub is_one_sided: bool,
+    /// R.
+    pub compliance: f64,
+    /// (J M^-1 J' + R)^-1: nn, nt, nu, tt, tu, uu.
+    pub inverse: [f64; 6],
+    /// Of the last solution.
+    pub state: LinkState,
+    /// Of the direct solver: weights in its matrix, nn, nt, nu, tt, tu, uu.
+    pub weights: [f64; 6],
+    /// The same: velocities of the rows, and what its solution changes them by.
+    pub speeds: [f64; 3],
+    /// The same.
+    pub ways: [f64; 3],
+    /// The same: the impulse that a round began with.
+    pub used: [f64; 3],
+    /// The same: what is left of its equations.
+    pub residuals: [f64; 3],
+}
+
+impl LinkRows {
+    /// What it aims at in a step of `h`, from errors found now and those that were foreseen.
+    pub fn aim(&mut self, foreseen: Option<[f64; 3]>, h: f64) {
+        if self.is_one_sided && self.errors[0] > 0.0 {
+            // Slack: it may go on to where it is tight.
+            self.targets = [-self.errors[0] / h, 0.0, 0.0];
+            return;
+        }
+        let most = if self.turns { MAX_CORRECTION_TURN } else { MAX_CORRECTION_VELOCITY };
+        let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / h);
+        let mut bent = DVec3::ZERO;
+        if let Some(foreseen) = foreseen {
+            bent = DVec3::from_array(self.errors) - DVec3::from_array(foreseen);
+            if bent.length() > MOST_BENT {
+                bent = DVec3::ZERO;
+            }
+        }
+        self.targets = (correction.clamp_length_max(most) - bent / h).to_array();
+    }
+
+    /// Takes J M^-1 J' from the blocks.
+    pub fn measure(&mut self, blocks: &[f64]) {
+        self.rows.measure(blocks);
+        let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
+        let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);
+        let r = COMPLIANCE * (nn + tt + uu) / count as f64;
+        self.compliance = r;
+        let (nn, tt, uu) = (nn + r, tt + r, uu + r);
+        let (a, b, c) = (tt * uu - tu * tu, nu * tu - nt * uu, nt * tu - nu * tt);
+        let determinant = nn * a + nt * b + nu * c;
+        self.inverse = [a, b, c, nn * uu - nu * nu, nt * nu - nn * tu, nn * tt - nt * nt]
+            .map(|entry| entry / determinant);
+    }
+
+    /// Whether it can move anything.
+    pub fn acts(&self) -> bool {
+        self.compliance > 0.0 && self.inverse.iter().all(|entry| entry.is_finite())
+    }
+
+    /// Whether the velocities before the step are beside what is asked for: then they were given, and a whole kick
+    /// brings them there.
+    pub fn meets_jump(&self, blocks: &[f64], before: &[f64]) -> bool {
+        let before = self.rows.velocities(blocks, before);
+        let is_off =
+            before.into_iter().zip(self.targets).any(|(before, target)| (before - target).abs() > AT_REST);
+        is_off && !(self.is_one_sided && before[0] >= self.targets[0])
+    }
+
+    /// An impulse as far as it may go.
+    pub fn bounded(&self, [n, t, u]: [f64; 3]) -> ([f64; 3], LinkState) {
+        if self.is_one_sided && n <= 0.0 {
+            return ([0.0; 3], LinkState::Open);
+        }
+        let size = DVec3::new(n, t, u).length();
+        if size <= self.most {
+            return ([n, t, u], LinkState::Holds);
+        }
+        let part = self.most / size;
+        ([n * part, t * part, u * part], LinkState::Saturated)
+    }
+
+    /// target - J v - R p, at these velocities of the rows.
+    pub fn residual(&self, velocities: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.targets[k] - velocities[k] - self.compliance * self.rows.impulse[k])
+    }
+
+    /// The impulse of the soft block at these velocities, and the weights of its derivative.
+    pub fn soft(&self, velocities: [f64; 3]) -> ([f64; 3], [f64; 6], LinkState) {
+        let hardness = 1.0 / self.compliance;
+        let raw = [0, 1, 2].map(|k| (self.targets[k] - velocities[k]) * hardness);
+        let (impulse, state) = self.bounded(raw);
+        let weights = match state {
+            LinkState::Open => [0.0; 6],
+            LinkState::Holds => [hardness, 0.0, 0.0, hardness, 0.0, hardness],
+            LinkState::Saturated => {
+                let size = DVec3::from_array(raw).length();
+                let (w, [n, t, u]) = (hardness * self.most / size, raw.map(|raw| raw / size));
+                let [nt, nu, tu] = [-w * n * t, -w * n * u, -w * t * u];
+                [w * (1.0 - n * n), nt, nu, w * (1.0 - t * t), tu, w * (1.0 - u * u)]
+            }
+        };
+        (impulse, weights, state)
+    }
+
+    /// The same where it is known whether they are equations; what is saturated has the impulse that it had.
+    pub fn given(&self, velocities: [f64; 3]) -> ([f64; 3], [f64; 6]) {
+        let hardness = 1.0 / self.compliance;
+        match self.state {
+            LinkState::Open => ([0.0; 3], [0.0; 6]),
+            LinkState::Saturated => (self.rows.impulse, [0.0; 6]),
+            LinkState::Holds => (
+                [0, 1, 2].map(|k| (self.targets[k] - velocities[k]) * hardness),
+                [hardness, 0.0, 0.0, hardness, 0.0, hardness],
+            ),
+        }
+    }
+
+    /// Weights times changes of velocities.
+    pub fn weighted(&self, [n, t, u]: [f64; 3]) -> [f64; 3] {
+        weigh(self.weights, [n, t, u])
+    }
+
+    /// Gives the block the impulse that makes its rows hold, as far as it may go. The largest change of a row's velocity.
+    pub fn solve(&mut self, blocks: &[f64], velocities: &mut [f64]) -> f64 {
+        let residual = self.residual(self.rows.velocities(blocks, velocities));
+        let step = weigh(self.inverse, residual);
+        let before = self.rows.impulse;
+        let (mut impulse, mut state) = self.bounded([0, 1, 2].map(|k| before[k] + step[k]));
+        let [nn, _, _, tt, _, uu] = self.rows.effect;
+        if state == LinkState::Saturated && !self.is_one_sided {
+            // As for the friction of what slips: a step against the motion.
+            let length = 1.0 / (nn + tt + uu + self.compliance);
+            (impulse, state) = self.bounded([0, 1, 2].map(|k| before[k] + length * residual[k]));
+        }
+        self.state = state;
+        let change = [0, 1, 2].map(|k| impulse[k] - before[k]);
+        if change == [0.0; 3] {
+            return 0.0;
+        }
+        self.rows.impulse = impulse;
+        self.rows.apply_impulse(blocks, change, velocities);
+        (change[0] * nn).abs().max((change[1] * tt).abs()).max((change[2] * uu).abs())
+    }
+}
+
+/// A symmetric matrix, nn, nt, nu, tt, tu, uu, times a vector.
+pub fn weigh([nn, nt, nu, tt, tu, uu]: [f64; 6], [n, t, u]: [f64; 3]) -> [f64; 3] {
+    [nn * n + nt * t + nu * u, nt * n + tt * t + tu * u, nu * n + tu * t + uu * u]
+}

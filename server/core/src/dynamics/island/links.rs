@@ -1,0 +1,263 @@
+//! The rows of constraints between links: where they act, what they aim at, and what is kept of them.
+
+use glamx::{DPose3, DVec3};
+
+use super::rows::{Measure, find_spans};
+use super::{Island, Member};
+use crate::dynamics::articulation::Articulation;
+use crate::dynamics::constraint::contact::ContactRows;
+use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind, LinkConstraint};
+use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState};
+use crate::dynamics::constraint::side::Side;
+use crate::dynamics::tree::JointType;
+
+/// Robot and body of an end, and where its frame is, world.
+type Place = ((usize, Option<usize>), DPose3);
+
+impl Island {
+    /// One or two blocks for each constraint, with what they aim at in a step of `h`; their numbers lie from `at` on.
+    pub(super) fn make_links<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &[LinkConstraint],
+        which: &[usize],
+        (h, at): (f64, usize),
+    ) {
+        self.links.clear();
+        for &index in which {
+            let constraint = &constraints[index];
+            self.was_least &= constraint.is_least;
+            let definition = &constraint.definition;
+            let places = definition.ends.map(|end| place(robots, end));
+            let mut add = |turns: bool, Aim { axes, errors }, gear: Option<GearRow>| {
+                let kept = constraint.impulses[usize::from(turns)];
+                let most = if turns { definition.max_torque } else { definition.max_force } * h;
+                let rows = ContactRows { contact: index, axes, impulse: kept, ..ContactRows::default() };
+                let mut link = LinkRows {
+                    rows,
+                    ends: places.map(|place| place.0),
+                    point: places[1].1.translation,
+                    turns,
+                    gear,
+                    errors,
+                    most,
+                    is_one_sided: matches!(definition.kind, ConstraintKind::Distance { is_rope: true, .. }),
+                    ..LinkRows::default()
+                };
+                (link.rows.impulse, link.state) = link.bounded(kept);
+                let is_smooth = !link.is_one_sided || kept[0] > 0.0;
+                let foreseen = constraint.foreseen.filter(|_| is_smooth);
+                link.aim(foreseen.map(|foreseen| foreseen[usize::from(turns)]), h);
+                self.links.push(link);
+            };
+            if let ConstraintKind::Gear { ratio, offset } = definition.kind {
+                let Some((gear, axis, error)) = gear(robots, places, ratio, offset) else { continue };
+                add(
+                    false,
+                    Aim { axes: [axis, DVec3::ZERO, DVec3::ZERO], errors: [error, 0.0, 0.0] },
+                    Some(gear),
+                );
+                continue;
+            }
+            let aims = constraint.aims(places.map(|place| place.1));
+            for (turns, aim) in [false, true].into_iter().zip(aims) {
+                if aim.axes != [DVec3::ZERO; 3] {
+                    add(turns, aim, None);
+                }
+            }
+        }
+        self.lay_out_links(robots, at);
+    }
+
+    /// Says where the numbers of each block are, from `at` on.
+    fn lay_out_links<R: AsMut<Articulation>>(&mut self, robots: &mut [R], mut at: usize) {
+        for link in &mut self.links {
+            let own = link.ends[0].0 == link.ends[1].0;
+            let mut count = 0;
+            for (i, (robot, body)) in link.ends.into_iter().enumerate() {
+                let Some(body) = body else { continue };
+                let Ok(member) = self.members.binary_search_by_key(&robot, |member| member.robot) else {
+                    continue;
+                };
+                let Member { first, len, .. } = self.members[member];
+                if own && count == 1 {
+                    continue;
+                }
+                let mut side = Side { member, first, len, at, ..Side::default() };
+                side = if let Some(GearRow { joints }) = &link.gear {
+                    let [a, b] = [joints[0].2, joints[1].2];
+                    if own && a != b {
+                        side.is_pair = true;
+                        side.add_span(a.max(b)..a.max(b) + 1);
+                        side.add_span(a.min(b)..a.min(b) + 1);
+                    } else {
+                        side.add_span(joints[i].2..joints[i].2 + 1);
+                    }
+                    side
+                } else {
+                    let bodies = if own { link.ends.map(|end| end.1) } else { [Some(body), None] };
+                    find_spans(side, robots[robot].as_mut().tree(), bodies)
+                };
+                link.rows.sides[count] = side;
+                at += side.size();
+                count += 1;
+            }
+        }
+        if self.blocks.len() < at {
+            self.blocks.resize(at, 0.0);
+        }
+    }
+
+    /// J and M^-1 J' of all blocks. False where it was interrupted.
+    pub(super) fn measure_links<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        interrupt: &dyn Fn() -> bool,
+    ) -> bool {
+        let Self { links, blocks, scratch, bases, basis_responses, .. } = self;
+        let mut measure = Measure { blocks, scratch, bases, basis_responses };
+        for link in links {
+            if interrupt() {
+                return false;
+            }
+            match link.gear {
+                Some(gear) => measure.gear(robots, &gear, &mut link.rows),
+                None => measure.wrenches(robots, link.ends, link.point, &mut link.rows, link.turns),
+            }
+            link.measure(measure.blocks);
+        }
+        true
+    }
+
+    /// Keeps what the step found, and says what it means for how robots go on.
+    pub(super) fn keep_links<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &mut [LinkConstraint],
+        which: &[usize],
+    ) {
+        for &index in which {
+            constraints[index].is_least = self.was_least;
+            let reading = &mut constraints[index].reading;
+            (reading.last_force, reading.last_torque) = (DVec3::ZERO, DVec3::ZERO);
+        }
+        for link in &self.links {
+            let constraint = &mut constraints[link.rows.contact];
+            let part = usize::from(link.turns);
+            let was_pulling = constraint.impulses[part] != [0.0; 3];
+            let was_saturated = link.bounded(constraint.impulses[part]).1 == LinkState::Saturated;
+            let is_saturated = link.state == LinkState::Saturated;
+            let is_jump = link.meets_jump(&self.blocks, &self.before);
+            let is_kink = was_saturated != is_saturated
+                || link.is_one_sided && was_pulling != (link.rows.impulse[0] != 0.0);
+            for (robot, body) in link.ends {
+                if body.is_some() {
+                    robots[robot].as_mut().note_link(is_jump, is_kink);
+                }
+            }
+            let left = link.residual(link.rows.velocities(&self.blocks, &self.velocities));
+            let impulse = link.rows.world_impulse();
+            constraint.impulses[part] = link.rows.impulse;
+            let is_turn = link.turns || link.gear.is_some_and(|gear| turns(robots, gear));
+            let reading = &mut constraint.reading;
+            let (sum, last) = if is_turn {
+                (&mut reading.torque, &mut reading.last_torque)
+            } else {
+                (&mut reading.force, &mut reading.last_force)
+            };
+            *sum += impulse;
+            *last = impulse;
+            reading.point = link.point;
+            reading.errors[part] = if link.is_one_sided && link.errors[0] > 0.0 {
+                0.0
+            } else {
+                DVec3::from_array(link.errors).length()
+            };
+            let is_left = link.state != LinkState::Open;
+            reading.residuals[part] = if is_left { DVec3::from_array(left).length() } else { 0.0 };
+            reading.is_saturated |= is_saturated;
+        }
+    }
+
+    /// Keeps the errors that velocities lead to, which are those that positions follow; to be called before they do.
+    pub(super) fn foresee<R: AsMut<Articulation>>(
+        &mut self,
+        robots: &mut [R],
+        constraints: &mut [LinkConstraint],
+        which: &[usize],
+        h: f64,
+    ) {
+        let is_known = !self.members.iter().any(|member| robots[member.robot].as_mut().halves_its_kick());
+        for &index in which {
+            constraints[index].foreseen = is_known.then_some([[0.0; 3]; 2]);
+        }
+        for link in self.links.iter().filter(|_| is_known) {
+            let velocities = link.rows.velocities(&self.blocks, &self.velocities);
+            if let Some(foreseen) = &mut constraints[link.rows.contact].foreseen {
+                foreseen[usize::from(link.turns)] = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
+            }
+        }
+    }
+}
+
+impl Measure<'_> {
+    /// J and M^-1 J' of two joints, as the first row.
+    fn gear<R: AsMut<Articulation>>(&mut self, robots: &mut [R], gear: &GearRow, rows: &mut ContactRows) {
+        let own = gear.joints[0].0 == gear.joints[1].0;
+        for side in rows.sides.iter().filter(|side| side.len > 0) {
+            self.blocks[side.at..side.at + side.size()].fill(0.0);
+        }
+        for (i, (robot, body, velocity, factor)) in gear.joints.into_iter().enumerate() {
+            let side = rows.sides[if own { 0 } else { i }];
+            let (jacobian, responses) =
+                self.blocks[side.at..side.at + side.size()].split_at_mut(3 * side.columns());
+            if let Some([place, ..]) = side.places(velocity) {
+                jacobian[place] += factor;
+            }
+            let response = &mut self.scratch[..side.len];
+            robots[robot].as_mut().joint_response((body, factor), response);
+            responses[..side.len].iter_mut().zip(&*response).for_each(|(sum, response)| *sum += response);
+        }
+    }
+}
+
+fn place<R: AsMut<Articulation>>(robots: &mut [R], ConstraintEnd { link, frame }: ConstraintEnd) -> Place {
+    let Some((robot, link)) = link else { return ((usize::MAX, None), frame) };
+    let articulation = robots[robot].as_mut();
+    let at = articulation.tree().links[link];
+    let world_from_body = match at.body {
+        Some(body) => articulation.body_motion(body).pose,
+        None => articulation.base(),
+    };
+    ((robot, at.body), world_from_body * at.body_from_link * frame)
+}
+
+/// The row of a gear, the axis of the second joint, world, and the error.
+fn gear<R: AsMut<Articulation>>(
+    robots: &mut [R],
+    places: [Place; 2],
+    ratio: f64,
+    offset: f64,
+) -> Option<(GearRow, DVec3, f64)> {
+    let joint = |robots: &mut [R], place: Place| {
+        let (robot, body) = place.0;
+        let body = body?;
+        let articulation = robots[robot].as_mut();
+        let own = &articulation.tree().bodies[body];
+        if matches!(own.joint_type, JointType::Free { .. }) {
+            return None;
+        }
+        let (velocity, position) = (own.velocity, own.position);
+        let axis = articulation.body_motion(body).pose.rotation * DVec3::Z;
+        Some((robot, body, velocity, articulation.positions()[position], axis))
+    };
+    let (first, second) = (joint(robots, places[0])?, joint(robots, places[1])?);
+    let joints = [(first.0, first.1, first.2, -ratio), (second.0, second.1, second.2, 1.0)];
+    Some((GearRow { joints }, second.4, second.3 - ratio * first.3 - offset))
+}
+
+/// Whether the second joint of a gear turns.
+fn turns<R: AsMut<Articulation>>(robots: &mut [R], gear: GearRow) -> bool {
+    let (robot, body, ..) = gear.joints[1];
+    robots[robot].as_mut().tree().bodies[body].joint_type == JointType::Revolute
+}

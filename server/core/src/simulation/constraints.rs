@@ -1,0 +1,185 @@
+//! The constraints between links of a world: which robots they hold together, and what follows from that.
+
+use std::sync::Arc;
+
+use super::entity::Entity;
+use crate::dynamics::constraint::link_constraint::{
+    ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint, Reading,
+};
+use crate::dynamics::tree::JointType;
+use crate::valid::{finite, pose};
+
+/// Constraints of a world at the most.
+pub const MAX_CONSTRAINTS: usize = 4_096;
+
+/// Bytes of a constraint's name at the most.
+pub const MAX_CONSTRAINT_NAME: usize = 256;
+
+/// Robots and links that a constraint keeps from touching, the smaller robot, or link of one robot, first.
+pub(super) type LinksApart = ([usize; 2], [usize; 2]);
+
+/// The constraints of a world, in the order in which they were made.
+#[derive(Debug, Default)]
+pub(super) struct LinkConstraints {
+    pub(super) list: Vec<LinkConstraint>,
+    /// What they are. Shared with what is published.
+    pub(super) definitions: Arc<Vec<ConstraintDefinition>>,
+    /// What does not touch for their sake, in order.
+    pub(super) apart: Vec<LinksApart>,
+}
+
+impl LinkConstraints {
+    /// To be called when the list has changed.
+    pub(super) fn changed(&mut self) {
+        self.definitions = Arc::new(self.list.iter().map(|of| of.definition.clone()).collect());
+        self.apart.clear();
+        for of in self.list.iter().filter(|of| of.definition.disable_collisions) {
+            if let [Some(a), Some(b)] = of.definition.ends.map(|end| end.link) {
+                let (a, b) = (a.min(b), a.max(b));
+                self.apart.push(([a.0, b.0], [a.1, b.1]));
+            }
+        }
+        self.apart.sort_unstable();
+        self.apart.dedup();
+    }
+
+    /// Takes over those of another state.
+    pub(super) fn replace(&mut self, list: Vec<LinkConstraint>) {
+        self.list = list;
+        self.changed();
+    }
+
+    /// Something else than a step has moved robots, which are all where none is named.
+    pub(super) fn forget_motion(&mut self, robot: Option<usize>) {
+        for of in &mut self.list {
+            if robot.is_none_or(|robot| of.definition.robots().any(|other| other == robot)) {
+                of.forget_motion();
+            }
+        }
+    }
+
+    /// Gives robots other indices; takes out constraints of those that have none, and names them.
+    pub(super) fn keep(&mut self, index: impl Fn(usize) -> Option<usize>) -> Vec<String> {
+        let mut gone = Vec::new();
+        self.list.retain_mut(|of| {
+            let is_there = of.definition.robots().all(|robot| index(robot).is_some());
+            for (robot, _) in of.definition.ends.iter_mut().filter_map(|end| end.link.as_mut()) {
+                *robot = index(*robot).unwrap_or(*robot);
+            }
+            if !is_there {
+                gone.push(of.definition.name.clone());
+            }
+            is_there
+        });
+        self.changed();
+        gone
+    }
+
+    /// Gives links of a robot other indices; takes out constraints of those that have none, and names them.
+    pub(super) fn keep_links(&mut self, robot: usize, index: impl Fn(usize) -> Option<usize>) -> Vec<String> {
+        let mut gone = Vec::new();
+        self.list.retain_mut(|of| {
+            let mut is_there = true;
+            for (_, link) in
+                of.definition.ends.iter_mut().filter_map(|end| end.link.as_mut()).filter(|of| of.0 == robot)
+            {
+                match index(*link) {
+                    Some(new) => *link = new,
+                    None => is_there = false,
+                }
+            }
+            if !is_there {
+                gone.push(of.definition.name.clone());
+            }
+            is_there
+        });
+        gone
+    }
+}
+
+/// The robots and bodies that a constraint moves; `None` where it acts on nothing: a robot is out of the simulation.
+pub(super) fn moved(robots: &[Entity], constraint: &LinkConstraint) -> Option<[Option<usize>; 2]> {
+    let mut moved = [None; 2];
+    for (moved, ConstraintEnd { link, .. }) in moved.iter_mut().zip(&constraint.definition.ends) {
+        let Some((robot, link)) = *link else { continue };
+        if !robots[robot].is_active() {
+            return None;
+        }
+        *moved = robots[robot].body.tree().links[link].body.map(|_| robot);
+    }
+    Some(moved)
+}
+
+/// Whether a step solves a constraint: something that it can move is awake.
+pub(super) fn acts(robots: &[Entity], constraint: &LinkConstraint) -> bool {
+    moved(robots, constraint)
+        .is_some_and(|moved| moved.into_iter().flatten().any(|robot| robots[robot].is_awake()))
+}
+
+/// Whether a link hangs on a joint of one axis, which a gear can turn.
+pub(super) fn has_axis(robot: &Entity, link: usize) -> bool {
+    let tree = robot.body.tree();
+    let joint = link.checked_sub(1).and_then(|joint| tree.joints.get(joint));
+    joint.is_some_and(|bodies| {
+        bodies.len() == 1 && !matches!(tree.bodies[bodies.start].joint_type, JointType::Free { .. })
+    })
+}
+
+/// Whether constraints that came from elsewhere can be those of these robots.
+pub(super) fn check(robots: &[Entity], constraints: &[LinkConstraint]) -> Result<(), String> {
+    let mut names: Vec<&str> = constraints.iter().map(|of| of.definition.name.as_str()).collect();
+    names.sort_unstable();
+    if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(format!("there are two constraints {:?}", pair[0]));
+    }
+    constraints.iter().try_for_each(|of| {
+        check_one(robots, of).map_err(|what| format!("the constraint {:?} {what}", of.definition.name))
+    })
+}
+
+fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
+    let LinkConstraint { definition, impulses, is_least: _, foreseen, reading } = of;
+    let ConstraintDefinition { name, ends, kind, max_force, max_torque, breaks: _, disable_collisions: _ } =
+        definition;
+    if !super::entity::is_robot_name(name) || name.len() > MAX_CONSTRAINT_NAME {
+        return Err("has a name that is not valid".into());
+    }
+    for ConstraintEnd { link, frame } in ends {
+        pose("has a frame", frame)?;
+        if let Some((robot, link)) = *link {
+            let robot = robots.get(robot).filter(|robot| link < robot.model.links.len());
+            let robot = robot.ok_or("is on a link that is not there")?;
+            if matches!(kind, ConstraintKind::Gear { .. }) && !has_axis(robot, link) {
+                return Err("is a gear of a joint that has not one axis".into());
+            }
+        }
+    }
+    if ends[0].link == ends[1].link {
+        return Err("has two equal ends".into());
+    }
+    let is_unit = |axis: glamx::DVec3| (axis.length_squared() - 1.0).abs() < 1e-6;
+    match *kind {
+        ConstraintKind::Weld | ConstraintKind::PointToPoint => {}
+        ConstraintKind::Hinge { axis } | ConstraintKind::Slide { axis } if is_unit(axis) => {}
+        ConstraintKind::Hinge { .. } | ConstraintKind::Slide { .. } => {
+            return Err("has an axis that is not of unit length".into());
+        }
+        ConstraintKind::Gear { ratio, offset } => {
+            if ends.iter().any(|end| end.link.is_none()) {
+                return Err("is a gear of the world".into());
+            }
+            finite("is a gear", [ratio, offset])?;
+        }
+        ConstraintKind::Distance { length, .. } if length.is_finite() && length >= 0.0 => {}
+        ConstraintKind::Distance { .. } => return Err("has a length that cannot be".into()),
+    }
+    if !(*max_force >= 0.0 && *max_torque >= 0.0) {
+        return Err("has a limit that is not a size".into());
+    }
+    finite("has impulses", impulses.iter().chain(foreseen.iter().flatten()).flatten().copied())?;
+    let Reading { force, torque, last_force, last_torque, point, errors, residuals, is_saturated: _ } =
+        reading;
+    let vectors =
+        [force, torque, last_force, last_torque, point].into_iter().flat_map(|vector| vector.to_array());
+    finite("has readings", vectors.chain(*errors).chain(*residuals))
+}
