@@ -53,6 +53,8 @@ struct StepScratch {
     integrator: Integrator,
     /// A limit acted in this step.
     is_held: bool,
+    /// A constraint between links did.
+    is_linked: bool,
     /// A contact did.
     is_touched: bool,
     /// Dry friction or a limit began or ended to hold in this step, or an actuator came to its effort limit or left it.
@@ -88,6 +90,7 @@ impl Articulation {
             new_velocities: vec![0.0; tree.velocity_count],
             integrator: Integrator::default(),
             is_held: false,
+            is_linked: false,
             is_touched: false,
             is_kinked: false,
             meets_jump: false,

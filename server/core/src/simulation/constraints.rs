@@ -138,7 +138,7 @@ pub(super) fn check(robots: &[Entity], constraints: &[LinkConstraint]) -> Result
 }
 
 fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
-    let LinkConstraint { definition, impulses, is_least: _, foreseen, reading } = of;
+    let LinkConstraint { definition, impulses, is_least: _, motion, reading } = of;
     let ConstraintDefinition { name, ends, kind, max_force, max_torque, breaks: _, disable_collisions: _ } =
         definition;
     if !super::entity::is_robot_name(name) || name.len() > MAX_CONSTRAINT_NAME {
@@ -176,7 +176,14 @@ fn check_one(robots: &[Entity], of: &LinkConstraint) -> Result<(), String> {
     if !(*max_force >= 0.0 && *max_torque >= 0.0) {
         return Err("has a limit that is not a size".into());
     }
-    finite("has impulses", impulses.iter().chain(foreseen.iter().flatten()).flatten().copied())?;
+    finite(
+        "has impulses",
+        impulses
+            .iter()
+            .chain(motion.iter().flatten().flat_map(|of| [&of.foreseen, &of.bent]))
+            .flatten()
+            .copied(),
+    )?;
     let Reading { force, torque, last_force, last_torque, point, errors, residuals, is_saturated: _ } =
         reading;
     let vectors =

@@ -35,6 +35,7 @@ impl Articulation {
         }
         self.scratch.integrator = integrator;
         (self.scratch.is_held, self.scratch.is_touched, self.scratch.is_kinked) = (false, false, false);
+        self.scratch.is_linked = false;
         let goes_on = !matches!(history, History::Given | History::Kinked);
         self.scratch.meets_jump = std::mem::take(has_external_changed) && goes_on;
     }
@@ -93,8 +94,15 @@ impl Articulation {
     pub(in crate::dynamics) fn note_link(&mut self, jump: bool, kink: bool) {
         // What acts on a single body is a kick before its drift.
         self.scratch.is_touched |= self.scratch.free_body.is_some();
+        self.scratch.is_linked = true;
         self.scratch.is_held |= jump;
         self.scratch.is_kinked |= kink;
+    }
+
+    /// Whether all of its velocities would take half of a kick.
+    pub(in crate::dynamics) fn takes_half_alike(&self) -> bool {
+        let StepScratch { free_body, passes, .. } = &self.scratch;
+        free_body.is_none() && passes.bodies.iter().all(|at| at.implicitness == Implicitness::MEAN)
     }
 
     /// Whether this step takes half of the change of its velocities: these were given at its beginning.
@@ -245,9 +253,10 @@ impl Articulation {
         *history = history.after(is_smooth);
     }
 
-    /// Where joints follow others, all of them have the same, so that what follows also does so in velocity.
+    /// Where joints follow others or links are constrained, all of them have the same, so that what follows also does so in
+    /// velocity.
     fn implicitness_of_all(&self) -> Option<Implicitness> {
-        if self.tree.mimics.is_empty() {
+        if self.tree.mimics.is_empty() && !self.scratch.is_linked {
             return None;
         }
         let most = |a: Implicitness, b: Implicitness| if b.damper() > a.damper() { b } else { a };

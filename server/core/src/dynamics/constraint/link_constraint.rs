@@ -3,7 +3,7 @@
 use glamx::{DPose3, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::link_rows::Aim;
+use super::link_rows::{Aim, Motion};
 use crate::plain::{pose3, vector3};
 
 /// What two links may not do against each other. Axes are of unit length, in the frames of both ends.
@@ -79,8 +79,8 @@ pub struct LinkConstraint {
     pub impulses: [[f64; 3]; 2],
     /// They are those of a solution with the least impulses, and not of sweeps.
     pub is_least: bool,
-    /// The errors that its velocities of the last step lead to, as far as they are linear; `None` where that is not known.
-    pub foreseen: Option<[[f64; 3]; 2]>,
+    /// What foresees how far it leaves a tangent; `None` where something else than a step has moved it.
+    pub motion: Option<[Motion; 2]>,
     /// What it does and how well it holds.
     pub reading: Reading,
 }
@@ -126,19 +126,19 @@ impl LinkConstraint {
             definition,
             impulses: [[0.0; 3]; 2],
             is_least: false,
-            foreseen: None,
+            motion: None,
             reading: Reading::default(),
         }
     }
 
     /// Something else than a step has moved what it is on.
     pub fn forget_motion(&mut self) {
-        self.foreseen = None;
+        self.motion = None;
     }
 
     /// Forgets the last step.
     pub fn forget_step(&mut self) {
-        (self.impulses, self.is_least, self.foreseen) = ([[0.0; 3]; 2], false, None);
+        (self.impulses, self.is_least, self.motion) = ([[0.0; 3]; 2], false, None);
         self.reading = Reading::default();
     }
 
@@ -155,7 +155,7 @@ impl LinkConstraint {
         self.reading.last_force *= part;
         self.reading.last_torque *= part;
         self.impulses.iter_mut().flatten().for_each(|impulse| *impulse *= part);
-        self.foreseen = None;
+        self.motion = None;
     }
 
     /// The axes of its rows and its errors along them, with the two frames where they are, world. A gear has others.
@@ -202,6 +202,10 @@ impl LinkConstraint {
 fn turned(a: DPose3, b: DPose3) -> Aim {
     let rotation = a.rotation.inverse() * b.rotation;
     let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
-    let errors = rotation.to_scaled_axis().to_array();
+    let part = DVec3::new(rotation.x, rotation.y, rotation.z);
+    let sine = part.length();
+    // Of tiny angles all digits count: links at rest are that far off.
+    let factor = if sine > f64::MIN_POSITIVE { 2.0 * sine.atan2(rotation.w) / sine } else { 2.0 };
+    let errors = (part * factor).to_array();
     Aim { axes: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| a.rotation * axis), errors }
 }

@@ -12,6 +12,7 @@
 //! and no energy goes into or out of what moves on a curve.
 
 use glamx::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::ERROR_REDUCTION;
 use super::contact::{ContactRows, MAX_CORRECTION_VELOCITY};
@@ -25,8 +26,23 @@ const MAX_CORRECTION_TURN: f64 = 3.0;
 /// A curve that leads farther away from its tangent in a step is none: something has been put elsewhere. m or rad.
 const MOST_BENT: f64 = 1e-2;
 
+/// J of what no joint can move is below this, 1 or m.
+const IMMOVABLE: f64 = 1e-10;
+
 /// A velocity before the step that is not yet what the rows ask for, m/s or rad/s.
 const AT_REST: f64 = 1e-6;
+
+/// What leaves its tangent otherwise than in the step before by a part 1 / this of that is not foreseen at all.
+const UNSTEADY: f64 = 2.0;
+
+/// What a step leaves of a block for the next one to foresee how far its motion leaves a tangent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// The errors that its velocities lead to, as far as they are linear, m or rad.
+    pub foreseen: [f64; 3],
+    /// By how much the step before left its tangent.
+    pub bent: [f64; 3],
+}
 
 /// Axes of rows, world, and errors along them; what has no row has no axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,6 +88,8 @@ pub struct LinkRows {
     pub gear: Option<GearRow>,
     /// m or rad.
     pub errors: [f64; 3],
+    /// By how much the last step left its tangent, m or rad.
+    pub bent: [f64; 3],
     /// m/s or rad/s.
     pub targets: [f64; 3],
     /// The impulse's norm at the most, N s or N m s.
@@ -97,8 +115,9 @@ pub struct LinkRows {
 }
 
 impl LinkRows {
-    /// What it aims at in a step of `h`, from errors found now and those that were foreseen.
-    pub fn aim(&mut self, foreseen: Option<[f64; 3]>, h: f64) {
+    /// What it aims at in a step of `h`, from errors found now and what the last step left.
+    pub fn aim(&mut self, last: Option<Motion>, h: f64) {
+        self.bent = [0.0; 3];
         if self.is_one_sided && self.errors[0] > 0.0 {
             // Slack: it may go on to where it is tight.
             self.targets = [-self.errors[0] / h, 0.0, 0.0];
@@ -106,18 +125,25 @@ impl LinkRows {
         }
         let most = if self.turns { MAX_CORRECTION_TURN } else { MAX_CORRECTION_VELOCITY };
         let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / h);
-        let mut bent = DVec3::ZERO;
-        if let Some(foreseen) = foreseen {
-            bent = DVec3::from_array(self.errors) - DVec3::from_array(foreseen);
-            if bent.length() > MOST_BENT {
-                bent = DVec3::ZERO;
+        let mut ahead = DVec3::ZERO;
+        if let Some(Motion { foreseen, bent: before }) = last {
+            let bent = DVec3::from_array(self.errors) - DVec3::from_array(foreseen);
+            let (size, change) = (bent.length(), bent.distance(DVec3::from_array(before)));
+            // What changes from step to step as fast as this is no guide: without it the motion across the constraint is damped.
+            if size > 0.0 && size < MOST_BENT {
+                ahead = bent * (1.0 - UNSTEADY * change / size).max(0.0);
             }
+            self.bent = bent.to_array();
         }
-        self.targets = (correction.clamp_length_max(most) - bent / h).to_array();
+        self.targets = (correction.clamp_length_max(most) - ahead / h).to_array();
     }
 
-    /// Takes J M^-1 J' from the blocks.
-    pub fn measure(&mut self, blocks: &[f64]) {
+    /// Takes J M^-1 J' from the blocks. What no joint can move, as what leads out of the plane of a plane linkage, has no row:
+    /// its J is rounding.
+    pub fn measure(&mut self, blocks: &mut [f64]) {
+        for side in self.rows.sides.iter().filter(|side| side.len > 0) {
+            side.drop_small_rows(IMMOVABLE, blocks);
+        }
         self.rows.measure(blocks);
         let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
         let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);

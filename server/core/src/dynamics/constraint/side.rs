@@ -122,6 +122,24 @@ impl Side {
         Some((jacobian, rest.first_chunk::<18>()?.as_chunks::<6>().0.first_chunk::<3>()?))
     }
 
+    /// Makes rows zero, of J and of M^-1 J', in which no number of J is larger than this.
+    pub fn drop_small_rows(&self, least: f64, blocks: &mut [f64]) {
+        let (jacobian, responses) = blocks[self.at..self.at + self.size()].split_at_mut(3 * self.columns());
+        let mut largest = [0.0f64; 3];
+        let places = |side: &Self| {
+            side.spans.map(Span::range).into_iter().flatten().filter_map(|velocity| self.places(velocity))
+        };
+        for place in places(self) {
+            (0..3).for_each(|k| largest[k] = largest[k].max(jacobian[place[k]].abs()));
+        }
+        for k in (0..3).filter(|&k| largest[k] <= least) {
+            for place in places(self) {
+                jacobian[place[k]] = 0.0;
+            }
+            responses[k * self.len..(k + 1) * self.len].fill(0.0);
+        }
+    }
+
     /// Whether its robot has six velocities, and J columns for all of them.
     #[inline(always)]
     pub fn moves_six(&self) -> bool {

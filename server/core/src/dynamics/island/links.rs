@@ -7,7 +7,7 @@ use super::{Island, Member};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::ContactRows;
 use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind, LinkConstraint};
-use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState};
+use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState, Motion};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::tree::JointType;
 
@@ -46,8 +46,8 @@ impl Island {
                 };
                 (link.rows.impulse, link.state) = link.bounded(kept);
                 let is_smooth = !link.is_one_sided || kept[0] > 0.0;
-                let foreseen = constraint.foreseen.filter(|_| is_smooth);
-                link.aim(foreseen.map(|foreseen| foreseen[usize::from(turns)]), h);
+                let motion = constraint.motion.filter(|_| is_smooth);
+                link.aim(motion.map(|motion| motion[usize::from(turns)]), h);
                 self.links.push(link);
             };
             if let ConstraintKind::Gear { ratio, offset } = definition.kind {
@@ -141,13 +141,15 @@ impl Island {
             let reading = &mut constraints[index].reading;
             (reading.last_force, reading.last_torque) = (DVec3::ZERO, DVec3::ZERO);
         }
+        // Velocities that were given take half of a kick alike, or a whole one: parts of their own would part what is held together.
+        let is_alike = self.members.iter().all(|member| robots[member.robot].as_mut().takes_half_alike());
         for link in &self.links {
             let constraint = &mut constraints[link.rows.contact];
             let part = usize::from(link.turns);
             let was_pulling = constraint.impulses[part] != [0.0; 3];
             let was_saturated = link.bounded(constraint.impulses[part]).1 == LinkState::Saturated;
             let is_saturated = link.state == LinkState::Saturated;
-            let is_jump = link.meets_jump(&self.blocks, &self.before);
+            let is_jump = !is_alike || link.meets_jump(&self.blocks, &self.before);
             let is_kink = was_saturated != is_saturated
                 || link.is_one_sided && was_pulling != (link.rows.impulse[0] != 0.0);
             for (robot, body) in link.ends {
@@ -189,12 +191,14 @@ impl Island {
     ) {
         let is_known = !self.members.iter().any(|member| robots[member.robot].as_mut().halves_its_kick());
         for &index in which {
-            constraints[index].foreseen = is_known.then_some([[0.0; 3]; 2]);
+            constraints[index].motion =
+                is_known.then_some([Motion { foreseen: [0.0; 3], bent: [0.0; 3] }; 2]);
         }
         for link in self.links.iter().filter(|_| is_known) {
             let velocities = link.rows.velocities(&self.blocks, &self.velocities);
-            if let Some(foreseen) = &mut constraints[link.rows.contact].foreseen {
-                foreseen[usize::from(link.turns)] = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
+            if let Some(motion) = &mut constraints[link.rows.contact].motion {
+                let foreseen = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
+                motion[usize::from(link.turns)] = Motion { foreseen, bent: link.bent };
             }
         }
     }

@@ -3,6 +3,7 @@
 
 mod claims;
 mod commands;
+mod constraints;
 mod wrenches;
 
 use std::sync::Arc;
