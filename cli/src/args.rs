@@ -5,7 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    claim, contact, context, daemon, doctor, event, joint, parameter, robot, server, sim, state, token, top,
+    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, robot, server, sim, state,
+    token, top,
 };
 use crate::complete;
 
@@ -121,6 +122,9 @@ pub(crate) enum Command {
     /// Who may change what, where that is not everybody: take, release, list
     #[command(subcommand)]
     Claim(claim::Claim),
+    /// What holds links together beside joints: create, list, change, delete
+    #[command(subcommand)]
+    Constraint(constraint::Constraint),
     /// What touches what: list, ray, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),

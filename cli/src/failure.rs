@@ -103,6 +103,9 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::SavedStateNotFound => {
             Some("`simctl state list` shows the saved states there are".to_owned())
         }
+        ErrorReason::ConstraintNotFound => {
+            Some("`simctl constraint list` shows the constraints there are".to_owned())
+        }
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
         }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use simd_client::{
     Client, Observed,
-    proto::{LockstepCause, ReleaseCause, event::Kind},
+    proto::{ConstraintDeletionCause, LockstepCause, ReleaseCause, event::Kind},
 };
 
 use super::{ended, present};
@@ -173,6 +173,27 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                 "taken_over_by": it.taken_over_by,
             });
             ("joints_released", details, sentence)
+        }
+        Some(Kind::ConstraintCreated(it)) => (
+            "constraint_created",
+            json!({ "constraint": it.constraint }),
+            format!("constraint {} created", it.constraint),
+        ),
+        Some(Kind::ConstraintDeleted(it)) => {
+            let cause = json::name("CONSTRAINT_DELETION_CAUSE_", it.cause().as_str_name());
+            let sentence = match it.cause() {
+                ConstraintDeletionCause::Unspecified | ConstraintDeletionCause::Deleted => {
+                    format!("constraint {} deleted", it.constraint)
+                }
+                ConstraintDeletionCause::Broke => format!("constraint {} broke", it.constraint),
+                ConstraintDeletionCause::RobotDeleted => {
+                    format!("constraint {} went with its robot", it.constraint)
+                }
+                ConstraintDeletionCause::LinkGone => {
+                    format!("constraint {} went with its link", it.constraint)
+                }
+            };
+            ("constraint_deleted", json!({ "constraint": it.constraint, "cause": cause }), sentence)
         }
         Some(Kind::StateRestored(it)) => {
             ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))

@@ -1,6 +1,7 @@
 //! The commands, one file per noun, and what they share: the connection.
 
 pub(crate) mod claim;
+pub(crate) mod constraint;
 pub(crate) mod contact;
 pub(crate) mod context;
 pub(crate) mod daemon;
@@ -38,6 +39,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
         Command::Claim(command) => claim::run(command, &connect(options).await?, output).await,
+        Command::Constraint(command) => constraint::run(command, &connect(options).await?, output).await,
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,

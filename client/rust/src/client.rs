@@ -15,10 +15,11 @@ use simd_proto::{
     API_VERSION, API_VERSION_HEADER, CLIENT_HEADER,
     access::{TOKEN_HEADER, bearer},
     v1::{
-        client_service_client::ClientServiceClient, contact_service_client::ContactServiceClient,
-        entity_service_client::EntityServiceClient, event_service_client::EventServiceClient,
-        joint_service_client::JointServiceClient, kinematics_service_client::KinematicsServiceClient,
-        parameter_service_client::ParameterServiceClient, simulation_service_client::SimulationServiceClient,
+        client_service_client::ClientServiceClient, constraint_service_client::ConstraintServiceClient,
+        contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
+        event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
+        kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
+        simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{
@@ -223,6 +224,10 @@ impl Client {
 
     pub(crate) fn clients_service(&self) -> ClientServiceClient<WithHeaders> {
         ClientServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn constraint(&self) -> ConstraintServiceClient<WithHeaders> {
+        ConstraintServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     pub(crate) fn contact(&self) -> ContactServiceClient<WithHeaders> {

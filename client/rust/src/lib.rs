@@ -16,7 +16,7 @@
 //! ```
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
-//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `contact`,
+//!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
 //!   `clients`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
@@ -29,6 +29,7 @@
 mod channel;
 mod client;
 mod clients;
+mod constraint;
 mod contact;
 mod control;
 mod endpoint;

@@ -5,6 +5,8 @@ use simd_proto::access::Role;
 /// All methods, by service and role.
 const ROLES: &[(&str, Role, &[&str])] = &[
     ("ClientService", Role::Viewer, &["ListClients"]),
+    ("ConstraintService", Role::Viewer, &["ListConstraints"]),
+    ("ConstraintService", Role::Operator, &["CreateConstraint", "ChangeConstraint", "DeleteConstraint"]),
     (
         "ContactService",
         Role::Viewer,

@@ -179,6 +179,8 @@ fn bytes_of(what: &Happened) -> usize {
             holder.len() + names.map(|name| name.len() + size_of::<String>()).sum::<usize>()
         }
         EventKind::StateRestored { name } => name.len(),
+        EventKind::ConstraintCreated { constraint }
+        | EventKind::ConstraintDeleted { constraint, cause: _ } => constraint.len(),
         EventKind::Reset(_) | EventKind::PhysicsChanged(_) => 0,
     }
 }

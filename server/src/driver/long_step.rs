@@ -90,6 +90,9 @@ fn may_make_steps_long(command: &Command) -> bool {
         | Command::SetJointProperties { .. }
         | Command::SetLinkProperties { .. }
         | Command::SetCollisionFilter(_)
+        | Command::CreateConstraint(_)
+        | Command::ChangeConstraint(_)
+        | Command::DeleteConstraint { .. }
         | Command::Claim { .. }
         | Command::Release { .. }
         | Command::ApplyWrench(_)

@@ -34,7 +34,7 @@ use crate::handle::CallError;
 const MAGIC: &[u8; 8] = b"simdsave";
 
 /// The format that is read and written. It grows with every change of what a state is.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 /// Entries of lists that take more memory than bytes of the file, of all robots together: some fifty bytes for
 /// each, and in a file three. Far above a thousand robots with a hundred meshes each.
@@ -112,6 +112,7 @@ impl Content {
                 contacts: world.contacts.clone(),
                 ignored_overlaps: world.ignored_overlaps.clone(),
                 collision_pairs: Arc::clone(&world.collision_pairs),
+                constraints: world.constraints.clone(),
                 ..*world
             },
             files,
@@ -292,6 +293,7 @@ mod tests {
             contacts: Vec::new(),
             ignored_overlaps: vec![([0, 1], [2, 3])],
             collision_pairs: Arc::default(),
+            constraints: Vec::new(),
         };
         Content { name: "a".into(), robots: Vec::new(), world, files: vec![vec![7; 100].into()] }
     }

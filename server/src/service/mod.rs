@@ -2,7 +2,7 @@
 //! [`SimHandle`], and answered by `convert`.
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
-//!   [`client`]: one file a service.
+//!   [`constraint`], [`client`]: one file a service.
 //! * [`authorization`]: who may call what.
 //! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
@@ -17,6 +17,7 @@ pub mod authorization;
 pub mod callers;
 pub mod claims;
 pub mod client;
+pub mod constraint;
 pub mod contact;
 pub mod control;
 mod counted;
@@ -43,6 +44,7 @@ use axum::middleware;
 use simd_core::simulation::joint_status::JointStatus;
 use simd_core::simulation::published_state::EntityLayout;
 use simd_proto::v1::client_service_server::ClientServiceServer;
+use simd_proto::v1::constraint_service_server::ConstraintServiceServer;
 use simd_proto::v1::contact_service_server::ContactServiceServer;
 use simd_proto::v1::entity_service_server::EntityServiceServer;
 use simd_proto::v1::event_service_server::EventServiceServer;
@@ -71,6 +73,7 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let checked = Checked { handle, transport };
     let simulation = simulation::Service::new(handle.clone());
     let client = client::Service::new(handle.clone());
+    let constraint = constraint::Service::new(handle.clone());
     let contact = contact::Service::new(handle.clone());
     let entity = entity::Service::new(handle.clone());
     let joint = joint::Service::new(handle.clone());
@@ -82,6 +85,9 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
             checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
         )
         .add_service(checked.service(ClientServiceServer::new(client).max_decoding_message_size(limit)))
+        .add_service(
+            checked.service(ConstraintServiceServer::new(constraint).max_decoding_message_size(limit)),
+        )
         .add_service(checked.service(ContactServiceServer::new(contact).max_decoding_message_size(limit)))
         .add_service(checked.service(EntityServiceServer::new(entity).max_decoding_message_size(limit)))
         .add_service(checked.service(JointServiceServer::new(joint).max_decoding_message_size(limit)))

@@ -68,11 +68,13 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::ClaimNotFound
         | ErrorReason::LockstepMemberNotFound
         | ErrorReason::SavedStateNotFound
+        | ErrorReason::ConstraintNotFound
         | ErrorReason::FileNotFound
         | ErrorReason::ParameterNotFound => Code::NotFound,
-        ErrorReason::RobotExists | ErrorReason::ParameterExists | ErrorReason::RequestIdReused => {
-            Code::AlreadyExists
-        }
+        ErrorReason::RobotExists
+        | ErrorReason::ParameterExists
+        | ErrorReason::ConstraintExists
+        | ErrorReason::RequestIdReused => Code::AlreadyExists,
         ErrorReason::InvalidValue
         | ErrorReason::JointNotActuated
         | ErrorReason::InvalidDescription
@@ -186,6 +188,12 @@ impl From<&simd_core::Error> for Explained {
             Error::WorldClaimed { holder } => new(ErrorReason::WorldClaimed).with("holder", holder),
             Error::WorldShared { holder } => new(ErrorReason::WorldNotClaimed).with("holder", holder),
             Error::ClaimNotFound => new(ErrorReason::ClaimNotFound),
+            Error::ConstraintNotFound { constraint, known: _ } => {
+                new(ErrorReason::ConstraintNotFound).with("constraint", constraint)
+            }
+            Error::ConstraintExists { constraint } => {
+                new(ErrorReason::ConstraintExists).with("constraint", constraint)
+            }
             Error::SavedStateNotFound { name, known: _ } => {
                 new(ErrorReason::SavedStateNotFound).with("saved_state", name)
             }

@@ -28,11 +28,14 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 30] = [
+const WRITES: [&str; 33] = [
     "AddParameter",
     "ApplyLinkWrench",
+    "ChangeConstraint",
     "ClaimJoints",
     "Control",
+    "CreateConstraint",
+    "DeleteConstraint",
     "DeleteEntity",
     "DeleteSavedState",
     "ImportSavedState",
@@ -90,6 +93,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
             .encode_to_vec(),
         ),
         ("GetLinkBounds", Vec::new()),
+        ("ListConstraints", v1::ListConstraintsRequest { robot: robot() }.encode_to_vec()),
         (
             "ComputeInverseDynamics",
             v1::ComputeInverseDynamicsRequest { robot: robot(), ..Default::default() }.encode_to_vec(),

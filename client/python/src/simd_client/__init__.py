@@ -17,12 +17,14 @@ messages of the schema.
 from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connect import connect
+from simd_client.blocking.constraints import Constraints
 from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.blocking.watch import EventWatch, Watch
 from simd_client.collision_filter import CollisionFilter, CollisionPair
+from simd_client.constraint import Constraint, ConstraintEnd, ConstraintKind
 from simd_client.contact import Contact, RayHits
 from simd_client.description import Disposition, Finding, LinkInfo, LoadReport, Reloaded, RobotInfo, Severity
 from simd_client.endpoint import DEFAULT_ENDPOINT, Endpoint
@@ -30,6 +32,8 @@ from simd_client.errors import (
     AnswerError,
     AssetNotUploaded,
     ClaimNotFound,
+    ConstraintExists,
+    ConstraintNotFound,
     DeadlineExceeded,
     DescriptionNotUploaded,
     EndpointError,
@@ -109,6 +113,12 @@ __all__ = [
     "CollisionFilter",
     "CollisionPair",
     "Configuration",
+    "Constraint",
+    "ConstraintEnd",
+    "ConstraintExists",
+    "ConstraintKind",
+    "ConstraintNotFound",
+    "Constraints",
     "Contact",
     "DEFAULT_ENDPOINT",
     "DeadlineExceeded",

@@ -169,6 +169,14 @@ class SavedStateNotFound(NotFound):
     """No saved state of that name. Metadata: `saved_state`."""
 
 
+class ConstraintNotFound(NotFound):
+    """No constraint of that name. Metadata: `constraint`."""
+
+
+class ConstraintExists(Refused):
+    """A constraint of that name is in the world. Metadata: `constraint`."""
+
+
 class InvalidSavedState(Refused):
     """A file is not a saved state, is damaged, has a newer format, or this daemon reads its robots differently."""
 

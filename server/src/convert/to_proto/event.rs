@@ -2,7 +2,7 @@
 
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::ReleaseCause;
-use simd_core::simulation::event::Claimed;
+use simd_core::simulation::event::{Claimed, ConstraintDeletion};
 use simd_core::{Event, Moment};
 use simd_proto::v1;
 
@@ -79,7 +79,23 @@ fn world(kind: EventKind) -> v1::event::Kind {
                 taken_over_by,
             })
         }
+        EventKind::ConstraintCreated { constraint } => {
+            v1::event::Kind::ConstraintCreated(v1::ConstraintCreated { constraint })
+        }
+        EventKind::ConstraintDeleted { constraint, cause } => {
+            let cause = constraint_deletion(cause).into();
+            v1::event::Kind::ConstraintDeleted(v1::ConstraintDeleted { constraint, cause })
+        }
         EventKind::StateRestored { name } => v1::event::Kind::StateRestored(v1::StateRestored { name }),
+    }
+}
+
+fn constraint_deletion(cause: ConstraintDeletion) -> v1::ConstraintDeletionCause {
+    match cause {
+        ConstraintDeletion::Asked => v1::ConstraintDeletionCause::Deleted,
+        ConstraintDeletion::Broke => v1::ConstraintDeletionCause::Broke,
+        ConstraintDeletion::RobotDeleted => v1::ConstraintDeletionCause::RobotDeleted,
+        ConstraintDeletion::LinkGone => v1::ConstraintDeletionCause::LinkGone,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The daemon's own types to answers.
 
+pub mod constraint;
 pub mod contact;
 pub mod entity;
 pub mod event;

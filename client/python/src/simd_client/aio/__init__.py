@@ -16,6 +16,7 @@ The blocking client, `simd_client.blocking`, is generated from this package by `
 from simd_client.aio.callbacks import Callbacks
 from simd_client.aio.claim import Claim
 from simd_client.aio.connect import Connecting, connect
+from simd_client.aio.constraints import Constraints
 from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.parameters import Parameters
 from simd_client.aio.robot import Robot
@@ -26,6 +27,7 @@ __all__ = [
     "Callbacks",
     "Claim",
     "Connecting",
+    "Constraints",
     "EventWatch",
     "Joint",
     "Joints",

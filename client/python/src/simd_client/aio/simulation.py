@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from simd_client import keys, proto
 from simd_client.aio.callbacks import Callbacks, SomeEvents
+from simd_client.aio.constraints import Constraints
 from simd_client.aio.lockstep import Lockstep
 from simd_client.aio.parameters import Parameters
 from simd_client.aio.primitives import Primitives
@@ -333,6 +334,11 @@ class Simulation(Primitives):
         return _StatisticsWatch(self, rate)
 
     # Everything else.
+
+    @property
+    def constraints(self) -> Constraints:
+        """What holds links together beside the joints of their robots."""
+        return Constraints(self)
 
     @property
     def parameters(self) -> Parameters:

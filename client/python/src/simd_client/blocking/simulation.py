@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from simd_client import keys, proto
 from simd_client.blocking.callbacks import Callbacks, SomeEvents
+from simd_client.blocking.constraints import Constraints
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.primitives import Primitives
 from simd_client.blocking.robot import Robot
@@ -316,6 +317,11 @@ class Simulation(Primitives):
         return _StatisticsWatch(self, rate)
 
     # Everything else.
+
+    @property
+    def constraints(self) -> Constraints:
+        """What holds links together beside the joints of their robots."""
+        return Constraints(self)
 
     @property
     def parameters(self) -> Parameters:

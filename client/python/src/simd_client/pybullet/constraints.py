@@ -1,23 +1,29 @@
-"""createConstraint: a base fixed to the world, and gears between two joints of a robot."""
+"""createConstraint and what goes with it: the daemon's constraints, as PyBullet numbers and measures them."""
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from typing import Any
 
-from simd_client.proto import SetEntityStateRequest, methods
+from simd_client import proto
+from simd_client.proto import methods
 
-from . import constants, descriptions
+from . import constants
 from .arguments import Pose, Vector, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
-from .respawn import respawn
-from .rotations import compose, inverse
+from .rotations import compose
 from .world import World
 
-_WHICH = "JOINT_FIXED between a robot's base and the world, and JOINT_GEAR between two joints of a robot only"
+_WHICH = "JOINT_FIXED, JOINT_POINT2POINT, JOINT_PRISMATIC and JOINT_GEAR only, as PyBullet's"
+
+_KINDS = {
+    constants.JOINT_FIXED: proto.ConstraintKind.CONSTRAINT_KIND_WELD,
+    constants.JOINT_POINT2POINT: proto.ConstraintKind.CONSTRAINT_KIND_POINT_TO_POINT,
+    constants.JOINT_PRISMATIC: proto.ConstraintKind.CONSTRAINT_KIND_SLIDE,
+    constants.JOINT_GEAR: proto.ConstraintKind.CONSTRAINT_KIND_GEAR,
+}
 
 
 @dataclass
@@ -30,12 +36,16 @@ class Constraint:
     child: int
     child_link: int
     axis: Vector
-    # inertia_from_constraint of the body, world_from_constraint on the world's.
+    # inertia_from_constraint of the body; of the child the same, or world_from_constraint.
     parent_frame: Pose
     child_frame: Pose
     force: float = 500.0
     ratio: float = 0.0
+    aux_link: int = -1
     offset: float = 0.0
+    erp: float = 0.0
+    # The daemon's name; empty where nothing of it can move.
+    name: str = ""
 
 
 def createConstraint(
@@ -51,8 +61,8 @@ def createConstraint(
     childFrameOrientation: Any = (0.0, 0.0, 0.0, 1.0),
     physicsClientId: int = 0,
 ) -> int:
-    """Fixes a base to the world, at the child's frame, or makes a gear (see changeConstraint for its
-    ratio). Returns the number of the constraint."""
+    """Holds a link to another one, or with -1 for the child to the world. Frames are about the centers of mass.
+    Returns the number of the constraint."""
     world = connected(physicsClientId)
     body = world.body(parentBodyUniqueId, "createConstraint failed.")
     text = "createConstraint: positions need 3 numbers, orientations 4"
@@ -66,14 +76,15 @@ def createConstraint(
         parent_frame=(vector(parentFramePosition, text), quaternion(parentFrameOrientation, text)),
         child_frame=(vector(childFramePosition, text), quaternion(childFrameOrientation, text)),
     )
-    if jointType == constants.JOINT_FIXED and childBodyUniqueId < 0 and parentLinkIndex == -1:
-        _hold(world, body, made)
-    elif jointType == constants.JOINT_GEAR and childBodyUniqueId == parentBodyUniqueId:
-        for index in (parentLinkIndex, childLinkIndex):
-            if not 0 <= index < len(body.joints) or body.joints[index].width != 1:
-                raise error(f"createConstraint: joint {index} of {body.robot} neither turns nor slides")
-    else:
+    if jointType not in _KINDS:
         raise unsupported("createConstraint", _WHICH)
+    other = None
+    if childBodyUniqueId >= 0:
+        other = world.body(childBodyUniqueId, "createConstraint failed.")
+    if jointType == constants.JOINT_GEAR:
+        _make_gear(world, body, other, made)
+    else:
+        _make(world, body, other, made)
     number = world.next_constraint
     world.next_constraint += 1
     world.constraints[number] = made
@@ -91,39 +102,42 @@ def changeConstraint(
     erp: float | None = None,
     physicsClientId: int = 0,
 ) -> None:
-    """Moves a fixed base, or sets the ratio of a gear. Both are exact: no force limits them."""
-    del erp, gearAuxLink
+    """Moves the frame on the child, or sets the largest force, or the ratio of a gear. `gearAuxLink` and `erp` have no
+    effect."""
     world = connected(physicsClientId)
-    constraint = _there(world, userConstraintUniqueId)
-    if maxForce is not None:
-        constraint.force = float(maxForce)
+    made = _there(world, userConstraintUniqueId)
+    request = proto.ChangeConstraintRequest(name=made.name)
     text = "changeConstraint: a pivot needs 3 numbers, an orientation 4"
-    if constraint.kind == constants.JOINT_FIXED:
-        position, orientation = constraint.child_frame
+    if jointChildPivot is not None or jointChildFrameOrientation is not None:
+        position, orientation = made.child_frame
         if jointChildPivot is not None:
             position = vector(jointChildPivot, text)
         if jointChildFrameOrientation is not None:
             orientation = quaternion(jointChildFrameOrientation, text)
-        constraint.child_frame = (position, orientation)
-        _place(world, world.body(constraint.body, "changeConstraint failed"), constraint)
-    elif gearRatio is not None or relativePositionTarget is not None:
-        constraint.ratio = constraint.ratio if gearRatio is None else float(gearRatio)
+        made.child_frame = (position, orientation)
+        if made.kind != constants.JOINT_GEAR:
+            body = world.bodies.get(made.child)
+            request.child_pose.CopyFrom(_pose(_frame(body, made.child_link, made.child_frame)))
+    if maxForce is not None:
+        made.force = request.max_force = request.max_torque = float(maxForce)
+    if made.kind == constants.JOINT_GEAR and (gearRatio is not None or relativePositionTarget is not None):
+        made.ratio = made.ratio if gearRatio is None else float(gearRatio)
         if relativePositionTarget is not None:
-            constraint.offset = float(relativePositionTarget)
-        _gear(world, world.body(constraint.body, "changeConstraint failed"), constraint)
+            made.offset = float(relativePositionTarget)
+        request.ratio = -made.ratio
+        request.offset = _gear_position(world, made) + made.offset
+    made.aux_link = made.aux_link if gearAuxLink is None else int(gearAuxLink)
+    made.erp = made.erp if erp is None else float(erp)
+    if made.name:
+        world.wire.call(methods.ChangeConstraint, request)
 
 
 def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> None:
-    """Frees a fixed base, or removes a gear."""
+    """Lets two links go."""
     world = connected(physicsClientId)
-    constraint = world.constraints.pop(userConstraintUniqueId, None)
-    body = world.bodies.get(constraint.body) if constraint is not None else None
-    if constraint is None or body is None:
-        return
-    if constraint.kind == constants.JOINT_FIXED:
-        respawn(world, body, "removeConstraint", fixed=False, pose=world.root(body)[0])
-    elif constraint.ratio:
-        _edit_mimic(world, body, constraint, None)
+    made = world.constraints.pop(userConstraintUniqueId, None)
+    if made is not None and made.name and _reading(world, made) is not None:
+        world.wire.call(methods.DeleteConstraint, proto.DeleteConstraintRequest(name=made.name))
 
 
 def getNumConstraints(physicsClientId: int = 0) -> int:
@@ -144,13 +158,22 @@ def getConstraintInfo(constraintUniqueId: int, physicsClientId: int = 0) -> tupl
         raise error("Couldn't get user constraint info")
     head = (c.body, c.parent_link, c.child, c.child_link, c.kind, c.axis)
     frames = (c.parent_frame[0], c.child_frame[0], c.parent_frame[1], c.child_frame[1])
-    return (*head, *frames, c.force, c.ratio, -1, c.offset, 0.0)
+    return (*head, *frames, c.force, c.ratio, c.aux_link, c.offset, c.erp)
 
 
 def getConstraintState(constraintUniqueId: int, physicsClientId: int = 0) -> tuple[float, ...]:
-    """Raises: the daemon does not report the forces of constraints."""
-    _there(connected(physicsClientId), constraintUniqueId)
-    raise unsupported("getConstraintState", "the daemon does not report the forces of constraints")
+    """What the constraint did over the last step, on the parent, world axes: force, and torque where it has one; of a
+    gear the effort on the parent's joint."""
+    world = connected(physicsClientId)
+    made = _there(world, constraintUniqueId)
+    reading = _reading(world, made)
+    zero = proto.Vector3()
+    force, torque = (zero, zero) if reading is None else (reading.force, reading.torque)
+    forces = (-force.x, -force.y, -force.z)
+    torques = (-torque.x, -torque.y, -torque.z)
+    if made.kind == constants.JOINT_GEAR:
+        return (_gear_effort(made, reading),)
+    return forces if made.kind == constants.JOINT_POINT2POINT else forces + torques
 
 
 def _there(world: World, number: int) -> Constraint:
@@ -160,62 +183,81 @@ def _there(world: World, number: int) -> Constraint:
     return found
 
 
-def held(world: World, body: Body) -> bool:
-    """Whether a constraint fixes the base to the world."""
-    return any(
-        each.body == body.unique_id and each.kind == constants.JOINT_FIXED for each in world.constraints.values()
+def _frame(body: Body | None, link: int, frame: Pose) -> Pose:
+    """link_from_constraint, of inertia_from_constraint; of the world as it is."""
+    if body is None:
+        return frame
+    return compose(body.frame(body.link_name(link) or ""), frame)
+
+
+def _pose(pose: Pose) -> proto.Pose:
+    (x, y, z), (a, b, c, d) = pose
+    turn = proto.Quaternion(x=a, y=b, z=c, w=d)
+    return proto.Pose(position=proto.Vector3(x=x, y=y, z=z), orientation=turn)
+
+
+def _end(body: Body | None, link: int, frame: Pose) -> proto.ConstraintEnd:
+    pose = _pose(_frame(body, link, frame))
+    if body is None:
+        return proto.ConstraintEnd(pose=pose)
+    name = body.link_name(link)
+    if name is None:
+        raise error(f"createConstraint: {body.robot} has no link {link}")
+    return proto.ConstraintEnd(robot=body.robot, link=name, pose=pose)
+
+
+def _make(world: World, body: Body, other: Body | None, made: Constraint) -> None:
+    request = proto.CreateConstraintRequest(
+        kind=_KINDS[made.kind],
+        parent=_end(body, made.parent_link, made.parent_frame),
+        child=_end(other, made.child_link, made.child_frame),
     )
-
-
-def _held_at(body: Body, constraint: Constraint) -> Pose:
-    """world_from_root, so that the frame on the body is the frame in the world."""
-    root_from_constraint = compose(body.frame(body.base_link), constraint.parent_frame)
-    return compose(constraint.child_frame, inverse(root_from_constraint))
-
-
-def _hold(world: World, body: Body, constraint: Constraint) -> None:
-    if body.fixed:
-        _place(world, body, constraint)
-    else:
-        respawn(world, body, "createConstraint", fixed=True, pose=_held_at(body, constraint))
-
-
-def _place(world: World, body: Body, constraint: Constraint) -> None:
-    (x, y, z), (a, b, c, d) = _held_at(body, constraint)
-    request = SetEntityStateRequest(robot=body.robot)
-    at, turn = request.pose.position, request.pose.orientation
-    at.x, at.y, at.z = x, y, z
-    turn.x, turn.y, turn.z, turn.w = a, b, c, d
-    world.wire.call(methods.SetEntityState, request)
-    world.forget_states()
-
-
-def _gear(world: World, body: Body, constraint: Constraint) -> None:
-    """Bullet's gear keeps velocity + ratio * other velocity = 0: one joint mimics the other."""
-    states = world.joint_states(body)
-    own, other = (body.joints[i] for i in (constraint.parent_link, constraint.child_link))
-    at = states.position[own.position_index] + constraint.ratio * states.position[other.position_index]
-    mimic = ElementTree.Element(
-        "mimic", joint=other.name, multiplier=repr(-constraint.ratio), offset=repr(at + constraint.offset)
+    if made.kind == constants.JOINT_PRISMATIC:
+        x, y, z = made.axis
+        request.axis.CopyFrom(proto.Vector3(x=x, y=y, z=z))
+    is_still = (body.fixed and made.parent_link == -1) and (
+        other is None or (other.fixed and made.child_link == -1)
     )
-    _edit_mimic(world, body, constraint, mimic)
+    if not is_still:
+        made.name = world.wire.call(methods.CreateConstraint, request).name
 
 
-def _edit_mimic(world: World, body: Body, constraint: Constraint, mimic: ElementTree.Element | None) -> None:
-    robot = None if body.urdf is None else descriptions.parse(body.urdf)
-    if robot is None:
-        raise unsupported("createConstraint", "gears are for robots that this script loaded")
-    name = body.joints[constraint.parent_link].name
-    for joint in robot.iter("joint"):
-        if joint.get("name") == name:
-            for old in joint.findall("mimic"):
-                joint.remove(old)
-            if mimic is not None:
-                joint.append(mimic)
-    text = ElementTree.tostring(robot)
-    entity = world.wire.reload(body.robot, text, body.files)
-    world.replaced(body, entity, body.frames, text)
-    world.retune()
+def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -> None:
+    """Bullet's gear keeps velocity + ratio * the child's velocity = 0."""
+    made.ratio = 1.0
+    ends: list[proto.ConstraintEnd] = []
+    for each, index in ((other, made.child_link), (body, made.parent_link)):
+        if each is None or not 0 <= index < len(each.joints) or each.joints[index].width != 1:
+            robot = "the world" if each is None else each.robot
+            raise error(f"createConstraint: joint {index} of {robot} neither turns nor slides")
+        ends.append(proto.ConstraintEnd(robot=each.robot, joint=each.joints[index].name))
+    request = proto.CreateConstraintRequest(
+        kind=_KINDS[made.kind], parent=ends[0], child=ends[1], ratio=-made.ratio
+    )
+    made.name = world.wire.call(methods.CreateConstraint, request).name
+
+
+def _gear_position(world: World, made: Constraint) -> float:
+    """What the gear keeps, where the joints are now."""
+    total = 0.0
+    for number, index, factor in ((made.body, made.parent_link, 1.0), (made.child, made.child_link, made.ratio)):
+        body = world.body(number, "changeConstraint failed")
+        total += factor * world.joint_states(body).position[body.joints[index].position_index]
+    return total
+
+
+def _gear_effort(made: Constraint, reading: proto.Constraint | None) -> float:
+    """The size of force or torque; the daemon reports it along the joint's axis in the world."""
+    if reading is None:
+        return 0.0
+    parts = (reading.force, reading.torque)
+    return sum(part.x * part.x + part.y * part.y + part.z * part.z for part in parts) ** 0.5
+
+
+def _reading(world: World, made: Constraint) -> proto.Constraint | None:
+    """As the daemon has it; `None` where it is gone with a robot."""
+    answer = world.wire.call(methods.ListConstraints, proto.ListConstraintsRequest())
+    return next((each for each in answer.constraints if each.name == made.name), None)
 
 
 __all__ = [

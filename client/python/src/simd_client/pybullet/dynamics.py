@@ -19,7 +19,6 @@ from . import descriptions
 from .arguments import Vector, vector
 from .bodies import Body, BodyJoint
 from .connections import connected
-from .constraints import held
 from .errors import error, unsupported
 from .respawn import respawn
 from .rotations import Matrix, matrix
@@ -237,7 +236,7 @@ def _set_mass(world: World, body: Body, index: int, mass: float | None, diagonal
     unit = body.scale * body.scale
     _write_inertia(link, weight, (x / unit, y / unit, z / unit), body)
     text = ElementTree.tostring(robot)
-    if mass and index == -1 and body.fixed and not held(world, body):
+    if mass and index == -1 and body.fixed:
         respawn(world, body, "changeDynamics", fixed=False, pose=world.root(body)[0], urdf=text)
         return
     entity = world.wire.reload(body.robot, text, body.files)

@@ -18,7 +18,6 @@ from simd_client.proto import (
 
 from .bodies import Body
 from .connections import connected
-from .constraints import held
 from .errors import error, unsupported
 from .world import World
 
@@ -57,7 +56,7 @@ def saveWorld(worldFileName: str, clientServerMode: int = 0, physicsClientId: in
 def _loading(world: World, body: Body) -> list[str]:
     (position, orientation), _ = world.root(body)
     # PyBullet leaves out what the robot was loaded with.
-    more = ", useFixedBase=1" if body.fixed and not held(world, body) else ""
+    more = ", useFixedBase=1" if body.fixed else ""
     more += f", globalScaling={body.scale!r}" if body.scale != 1.0 else ""
     lines = [f"objects = [p.loadURDF({body.file!r}, {_numbers((*position, *orientation))}{more})]"]
     if body.joints:

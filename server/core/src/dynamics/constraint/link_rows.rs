@@ -15,13 +15,13 @@ use glamx::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::ERROR_REDUCTION;
-use super::contact::{ContactRows, MAX_CORRECTION_VELOCITY};
+use super::contact::ContactRows;
 
 /// R as a part of the mean J M^-1 J' of the block.
 const COMPLIANCE: f64 = 1e-6;
 
-/// Errors of angles are put right no faster than this, rad/s; others as those of contacts.
-const MAX_CORRECTION_TURN: f64 = 3.0;
+/// Errors are put right no faster than this, m/s, and of angles rad/s: fast enough for what scripts drag along.
+const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 
 /// A curve that leads farther away from its tangent in a step is none: something has been put elsewhere. m or rad.
 const MOST_BENT: f64 = 1e-2;
@@ -123,7 +123,7 @@ impl LinkRows {
             self.targets = [-self.errors[0] / h, 0.0, 0.0];
             return;
         }
-        let most = if self.turns { MAX_CORRECTION_TURN } else { MAX_CORRECTION_VELOCITY };
+        let most = MAX_CORRECTION[usize::from(self.turns)];
         let correction = DVec3::from_array(self.errors) * (-ERROR_REDUCTION / h);
         let mut ahead = DVec3::ZERO;
         if let Some(Motion { foreseen, bent: before }) = last {

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod loops;
+mod rules;
 
 use super::*;
 use crate::simulation::published_state::ConstraintState;

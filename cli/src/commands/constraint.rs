@@ -1,0 +1,418 @@
+//! `simctl constraint`: what holds links together beside the joints of their robots.
+
+use clap::{Args, Subcommand, ValueEnum};
+use serde::Serialize;
+use simd_client::{
+    Client,
+    proto::{
+        self, ChangeConstraintRequest, ConstraintEnd, ConstraintKind, CreateConstraintRequest, Pose,
+        Quaternion, Vector3,
+    },
+};
+
+use crate::output::{
+    Output, View,
+    json::{self, PoseView},
+    number::{fixed, several},
+    table::{Column, Page, Table},
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Constraint {
+    /// Holds two links together, or a link and the world
+    Create(Box<Create>),
+    /// Shows the constraints, what they do and how well they hold
+    List {
+        /// Those on this robot only
+        robot: Option<String>,
+    },
+    /// Changes how two links are held together
+    Change(Box<Change>),
+    /// Lets two links go
+    Delete {
+        /// Which one
+        name: String,
+    },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Create {
+    /// What it asks for
+    kind: Kind,
+    /// The first end
+    #[arg(value_name = "world|ROBOT[/LINK]|ROBOT/JOINT")]
+    parent: String,
+    /// The second one; ends of a gear are joints
+    #[arg(value_name = "world|ROBOT[/LINK]|ROBOT/JOINT")]
+    child: String,
+    /// Its name; made up where it is left out
+    #[arg(long, default_value = "", hide_default_value = true)]
+    name: String,
+    /// Where on the parent, metres, and perhaps a quaternion; at the link's origin if left out
+    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    parent_pose: Option<Pose>,
+    /// Where on the child; where that of the parent is now if left out
+    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    child_pose: Option<Pose>,
+    /// Of a hinge or slide; 1,0,0 if left out
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    axis: Option<Vector3>,
+    /// Of a gear: child = ratio * parent + offset
+    #[arg(long, allow_hyphen_values = true)]
+    ratio: Option<f64>,
+    /// Of a gear, rad or m; as it is now if left out
+    #[arg(long, allow_hyphen_values = true)]
+    offset: Option<f64>,
+    /// Of a distance, metres; as it is now if left out
+    #[arg(long)]
+    length: Option<f64>,
+    /// A distance pulls and does not push
+    #[arg(long)]
+    rope: bool,
+    /// The most it does, N; of a gear N m or N
+    #[arg(long, value_name = "NEWTON")]
+    max_force: Option<f64>,
+    /// The most it does, N m
+    #[arg(long, value_name = "NEWTON_METRE")]
+    max_torque: Option<f64>,
+    /// It goes where it would need more
+    #[arg(long)]
+    breaks: bool,
+    /// The two links do not touch each other
+    #[arg(long)]
+    disable_collisions: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Change {
+    /// Which one
+    name: String,
+    /// Where on the parent, metres, and perhaps a quaternion
+    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    parent_pose: Option<Pose>,
+    /// Where on the child
+    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    child_pose: Option<Pose>,
+    /// The most it does, N; `inf` is no limit
+    #[arg(long, value_name = "NEWTON")]
+    max_force: Option<f64>,
+    /// The most it does, N m; `inf` is no limit
+    #[arg(long, value_name = "NEWTON_METRE")]
+    max_torque: Option<f64>,
+    /// Whether it goes where it would need more
+    #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set)]
+    breaks: Option<bool>,
+    /// Of a gear
+    #[arg(long, allow_hyphen_values = true)]
+    ratio: Option<f64>,
+    /// Of a gear, rad or m
+    #[arg(long, allow_hyphen_values = true)]
+    offset: Option<f64>,
+    /// Of a distance, metres
+    #[arg(long)]
+    length: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Kind {
+    /// The two frames are one
+    Weld,
+    /// Their origins are one
+    PointToPoint,
+    /// What is left is a turn about the axis
+    Hinge,
+    /// What is left is a shift along the axis
+    Slide,
+    /// A joint follows another
+    Gear,
+    /// The origins are so far from each other
+    Distance,
+}
+
+impl From<Kind> for ConstraintKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Weld => Self::Weld,
+            Kind::PointToPoint => Self::PointToPoint,
+            Kind::Hinge => Self::Hinge,
+            Kind::Slide => Self::Slide,
+            Kind::Gear => Self::Gear,
+            Kind::Distance => Self::Distance,
+        }
+    }
+}
+
+pub(crate) async fn run(command: Constraint, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Constraint::Create(create) => {
+            let created = client.create_constraint(request(*create)).await?;
+            output.one(&Created { created })
+        }
+        Constraint::List { robot } => {
+            let all = client.constraints(robot.as_deref()).await?;
+            let views: Vec<ConstraintView> = all.into_iter().map(ConstraintView::new).collect();
+            output.list(&views, list)
+        }
+        Constraint::Change(change) => {
+            let Change {
+                name,
+                parent_pose,
+                child_pose,
+                max_force,
+                max_torque,
+                breaks,
+                ratio,
+                offset,
+                length,
+            } = *change;
+            let request = ChangeConstraintRequest {
+                name: name.clone(),
+                parent_pose,
+                child_pose,
+                max_force,
+                max_torque,
+                breaks,
+                ratio,
+                offset,
+                length,
+                ..Default::default()
+            };
+            client.change_constraint(request).await?;
+            output.one(&Changed { changed: name })
+        }
+        Constraint::Delete { name } => {
+            client.delete_constraint(&name).await?;
+            output.one(&Deleted { deleted: name })
+        }
+    }
+}
+
+fn request(create: Create) -> CreateConstraintRequest {
+    let Create {
+        kind,
+        parent,
+        child,
+        name,
+        parent_pose,
+        child_pose,
+        axis,
+        ratio,
+        offset,
+        length,
+        rope,
+        max_force,
+        max_torque,
+        breaks,
+        disable_collisions,
+    } = create;
+    CreateConstraintRequest {
+        name,
+        kind: ConstraintKind::from(kind).into(),
+        parent: Some(end(kind, &parent, parent_pose)),
+        child: Some(end(kind, &child, child_pose)),
+        axis,
+        ratio,
+        offset,
+        length,
+        rope,
+        max_force,
+        max_torque,
+        breaks,
+        disable_collisions,
+        ..Default::default()
+    }
+}
+
+/// `world`, `ROBOT` or `ROBOT/LINK`; of a gear `ROBOT/JOINT`. A robot's name has no slash.
+fn end(kind: Kind, text: &str, pose: Option<Pose>) -> ConstraintEnd {
+    let (robot, part) = text.split_once('/').unwrap_or((text, ""));
+    let robot = if text == "world" { "" } else { robot }.to_owned();
+    let (link, joint) = if kind == Kind::Gear { ("", part) } else { (part, "") };
+    ConstraintEnd { robot, link: link.to_owned(), joint: joint.to_owned(), pose }
+}
+
+fn numbers(text: &str) -> Result<Vec<f64>, String> {
+    text.split(',').map(|part| part.trim().parse().map_err(|_| format!("{part:?} is not a number"))).collect()
+}
+
+fn vector(text: &str) -> Result<Vector3, String> {
+    match numbers(text)?[..] {
+        [x, y, z] => Ok(Vector3 { x, y, z }),
+        _ => Err("must be three numbers, X,Y,Z".to_owned()),
+    }
+}
+
+fn pose(text: &str) -> Result<Pose, String> {
+    let numbers = numbers(text)?;
+    let (position, orientation) = match numbers[..] {
+        [x, y, z] => (Vector3 { x, y, z }, None),
+        [x, y, z, a, b, c, d] => (Vector3 { x, y, z }, Some(Quaternion { x: a, y: b, z: c, w: d })),
+        _ => return Err("must be three numbers, or seven with a quaternion".to_owned()),
+    };
+    Ok(Pose { position: Some(position), orientation })
+}
+
+#[derive(Serialize)]
+struct Created {
+    created: String,
+}
+
+impl View for Created {
+    fn page(&self) -> Page {
+        Page::of_line(format!("constraint {} created", self.created))
+    }
+}
+
+#[derive(Serialize)]
+struct Changed {
+    changed: String,
+}
+
+impl View for Changed {
+    fn page(&self) -> Page {
+        Page::of_line(format!("constraint {} changed", self.changed))
+    }
+}
+
+#[derive(Serialize)]
+struct Deleted {
+    deleted: String,
+}
+
+impl View for Deleted {
+    fn page(&self) -> Page {
+        Page::of_line(format!("constraint {} deleted", self.deleted))
+    }
+}
+
+#[derive(Serialize)]
+struct EndView {
+    /// Null: the world.
+    robot: Option<String>,
+    link: Option<String>,
+    /// Of a gear.
+    joint: Option<String>,
+    pose: Option<PoseView>,
+}
+
+impl EndView {
+    fn new(end: Option<ConstraintEnd>) -> Self {
+        let ConstraintEnd { robot, link, joint, pose } = end.unwrap_or_default();
+        let some = |text: String| Some(text).filter(|text| !text.is_empty());
+        Self {
+            robot: some(robot),
+            link: some(link),
+            joint: some(joint),
+            pose: pose.as_ref().map(PoseView::from),
+        }
+    }
+
+    fn in_short(&self) -> String {
+        match (&self.robot, self.joint.as_ref().or(self.link.as_ref())) {
+            (Some(robot), Some(part)) => format!("{robot}/{part}"),
+            (Some(robot), None) => robot.clone(),
+            (None, _) => "world".to_owned(),
+        }
+    }
+}
+
+/// `Constraint` of the schema; null where a kind has none, and for a limit that there is not.
+#[derive(Serialize)]
+struct ConstraintView {
+    name: String,
+    kind: String,
+    parent: EndView,
+    child: EndView,
+    axis: Option<[f64; 3]>,
+    ratio: Option<f64>,
+    offset: Option<f64>,
+    length: Option<f64>,
+    rope: bool,
+    max_force: Option<f64>,
+    max_torque: Option<f64>,
+    breaks: bool,
+    disable_collisions: bool,
+    force: [f64; 3],
+    torque: [f64; 3],
+    point: [f64; 3],
+    position_error: f64,
+    angle_error: f64,
+    velocity_residual: f64,
+    angular_residual: f64,
+    saturated: bool,
+}
+
+impl ConstraintView {
+    fn new(of: proto::Constraint) -> Self {
+        let vector = |vector: &Option<Vector3>| vector.as_ref().map(json::vector).unwrap_or_default();
+        Self {
+            kind: json::name("CONSTRAINT_KIND_", of.kind().as_str_name()),
+            axis: of.axis.as_ref().map(json::vector),
+            force: vector(&of.force),
+            torque: vector(&of.torque),
+            point: vector(&of.point),
+            name: of.name,
+            parent: EndView::new(of.parent),
+            child: EndView::new(of.child),
+            ratio: of.ratio,
+            offset: of.offset,
+            length: of.length,
+            rope: of.rope,
+            max_force: of.max_force,
+            max_torque: of.max_torque,
+            breaks: of.breaks,
+            disable_collisions: of.disable_collisions,
+            position_error: of.position_error,
+            angle_error: of.angle_error,
+            velocity_residual: of.velocity_residual,
+            angular_residual: of.angular_residual,
+            saturated: of.saturated,
+        }
+    }
+}
+
+fn list(views: &[ConstraintView]) -> Page {
+    let columns = vec![
+        Column::left("CONSTRAINT"),
+        Column::left("KIND"),
+        Column::left("PARENT"),
+        Column::left("CHILD"),
+        Column::right("FORCE [N]"),
+        Column::right("TORQUE [Nm]"),
+        Column::right("ERROR [mm]"),
+        Column::right("ANGLE [mrad]"),
+        Column::left("STATE"),
+    ];
+    let row = |of: &ConstraintView| {
+        vec![
+            of.name.clone(),
+            of.kind.replace('_', "-"),
+            of.parent.in_short(),
+            of.child.in_short(),
+            several(&of.force, 3),
+            several(&of.torque, 3),
+            fixed(of.position_error * 1e3, 3),
+            fixed(of.angle_error * 1e3, 3),
+            if of.saturated { "saturated" } else { "holds" }.to_owned(),
+        ]
+    };
+    Page::new().table(Table::new(columns, views.iter().map(row).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_and_poses_are_read_as_people_write_them() {
+        let link = end(Kind::Weld, "hand/tip link", None);
+        assert_eq!((link.robot.as_str(), link.link.as_str(), link.joint.as_str()), ("hand", "tip link", ""));
+        let joint = end(Kind::Gear, "hand/left", None);
+        assert_eq!((joint.robot.as_str(), joint.link.as_str(), joint.joint.as_str()), ("hand", "", "left"));
+        assert_eq!(end(Kind::Weld, "world", None), ConstraintEnd::default());
+        assert_eq!(end(Kind::Weld, "hand", None).link, "");
+        assert_eq!(vector("0,-1, 2"), Ok(Vector3 { x: 0.0, y: -1.0, z: 2.0 }));
+        assert!(vector("1,2").is_err() && vector("a,b,c").is_err() && pose("1,2,3,4").is_err());
+        assert!(pose("0,0,1,0,0,0,1").is_ok_and(|pose| pose.orientation.is_some()));
+    }
+}

@@ -1,0 +1,108 @@
+# Generated from simd_client/aio/constraints.py by tools/make_blocking.py; do not edit.
+"""What holds links together beside the joints of their robots."""
+
+from __future__ import annotations
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.blocking.connection import Connection
+from simd_client.constraint import (
+    Constraint,
+    ConstraintEnd,
+    ConstraintKind,
+    constraint_from_proto,
+    end_to_proto,
+    kind_to_proto,
+)
+from simd_client.geometry import Pose, pose_to_proto, vector_to_proto
+from simd_client.proto import methods
+from simd_client.state import Named, name_of
+from simd_client.world import Stamp, stamp_from_proto
+
+
+class Constraints:
+    """The constraints of a world. They stay over resets, are part of saved states, and go with their robots."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def create(
+        self,
+        kind: ConstraintKind,
+        parent: ConstraintEnd,
+        child: ConstraintEnd,
+        *,
+        name: str = "",
+        axis: npt.ArrayLike | None = None,
+        ratio: float | None = None,
+        offset: float | None = None,
+        length: float | None = None,
+        rope: bool = False,
+        max_force: float | None = None,
+        max_torque: float | None = None,
+        breaks: bool = False,
+        disable_collisions: bool = False,
+    ) -> str:
+        """Holds two links together from the next step on, and returns the constraint's name.
+
+        `weld`: the frames of both ends are one. `point_to_point`: their origins are. `hinge`: what is left is a turn
+        about `axis`; `slide`: a shift along it. `gear`: child joint = `ratio` * parent joint + `offset`. `distance`:
+        the origins are `length` apart, or less for a `rope`. Offset and length are as they are now if left out.
+        Without limits a constraint does what is needed. Raises `RobotNotFound`, `InvalidValue`, `ConstraintExists`.
+        """
+        request = proto.CreateConstraintRequest(
+            name=name,
+            kind=kind_to_proto(kind),
+            parent=end_to_proto(parent),
+            child=end_to_proto(child),
+            axis=None if axis is None else vector_to_proto(axis, "an axis"),
+            ratio=ratio,
+            offset=offset,
+            length=length,
+            rope=rope,
+            max_force=max_force,
+            max_torque=max_torque,
+            breaks=breaks,
+            disable_collisions=disable_collisions,
+        )
+        return self._connection.call(methods.CreateConstraint, request).name
+
+    def change(
+        self,
+        name: str,
+        *,
+        parent_pose: Pose | None = None,
+        child_pose: Pose | None = None,
+        max_force: float | None = None,
+        max_torque: float | None = None,
+        breaks: bool | None = None,
+        ratio: float | None = None,
+        offset: float | None = None,
+        length: float | None = None,
+    ) -> Stamp:
+        """Changes what is given. An infinite limit is none. Raises `ConstraintNotFound`, `InvalidValue`."""
+        request = proto.ChangeConstraintRequest(
+            name=name,
+            parent_pose=None if parent_pose is None else pose_to_proto(parent_pose),
+            child_pose=None if child_pose is None else pose_to_proto(child_pose),
+            max_force=max_force,
+            max_torque=max_torque,
+            breaks=breaks,
+            ratio=ratio,
+            offset=offset,
+            length=length,
+        )
+        return stamp_from_proto(self._connection.call(methods.ChangeConstraint, request).stamp)
+
+    def delete(self, name: str) -> Stamp:
+        """Lets two links go. Raises `ConstraintNotFound`."""
+        request = proto.DeleteConstraintRequest(name=name)
+        return stamp_from_proto(self._connection.call(methods.DeleteConstraint, request).stamp)
+
+    def list(self, robot: str | Named | None = None) -> tuple[Constraint, ...]:
+        """The constraints of the world or of one robot, in the order in which they were made, and what they did over the
+        last step."""
+        request = proto.ListConstraintsRequest(robot="" if robot is None else name_of(robot))
+        answer = self._connection.call(methods.ListConstraints, request)
+        return tuple(constraint_from_proto(each) for each in answer.constraints)
