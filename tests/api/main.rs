@@ -8,6 +8,7 @@ mod claims;
 mod clients;
 mod collision_filters;
 mod connections;
+mod constraints;
 mod control;
 mod history;
 mod hostile;

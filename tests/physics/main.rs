@@ -5,6 +5,7 @@
 mod chains;
 mod closed_forms;
 mod collision_filters;
+mod constraints;
 mod contact_runs;
 mod contacts;
 mod cradle;

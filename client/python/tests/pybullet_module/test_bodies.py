@@ -151,20 +151,19 @@ def test_a_base_is_held_moved_and_let_go(script: ModuleType) -> None:
     script.resetJointState(arm, 2, 0.4)
     script.setGravity(0, 0, -9.81)
     held = script.createConstraint(arm, -1, -1, -1, script.JOINT_FIXED, [0, 0, 0], [0, 0, 0], [0.5, 0, 2])
-    for _ in range(24):
+    for _ in range(240):
         script.stepSimulation()
-    assert script.getBasePositionAndOrientation(arm)[0] == pytest.approx((0.5, 0.0, 2.0))
-    assert script.getJointState(arm, 2)[0] == pytest.approx(0.4, abs=1e-2)
-    script.changeConstraint(held, [0.5, 0, 2.5])
-    assert script.getBasePositionAndOrientation(arm)[0] == pytest.approx((0.5, 0.0, 2.5))
+    assert script.getBasePositionAndOrientation(arm)[0] == pytest.approx((0.5, 0.0, 2.0), abs=1e-3)
+    script.changeConstraint(held, [0.5, 0, 2.5], maxForce=1000)
+    for _ in range(60):
+        script.stepSimulation()
+    assert script.getBasePositionAndOrientation(arm)[0] == pytest.approx((0.5, 0.0, 2.5), abs=1e-3)
     script.removeConstraint(held)
     for _ in range(24):
         script.stepSimulation()
     assert script.getBasePositionAndOrientation(arm)[0][2] < 2.49
-    with pytest.raises(
-        NotImplementedError, match="JOINT_FIXED between a robot's base and the world, and JOINT_GEAR"
-    ):
-        script.createConstraint(arm, 0, -1, -1, script.JOINT_POINT2POINT, [0, 0, 0], [0, 0, 0], [0, 0, 0])
+    with pytest.raises(script.error, match="createConstraint failed"):
+        script.createConstraint(arm, 0, -1, -1, script.JOINT_SPHERICAL, [0, 0, 0], [0, 0, 0], [0, 0, 0])
 
 
 def test_a_heavier_link_pulls_harder(script: ModuleType) -> None:

@@ -96,7 +96,6 @@ def test_a_saved_world_is_a_script_that_makes_it_again(
         arm = p.loadURDF(str(SEVEN_ARM), [1, 2, 3], [0, 0, 0.6, 0.8], useFixedBase=1)
         p.resetJointState(arm, 3, 0.25)
         p.loadURDF(str(BENCH_ARM), [4, 5, 6])
-        # Where it is: PyBullet's pulls with the next step, and ours holds at once.
         at = p.getBasePositionAndOrientation(1)[0]
         p.createConstraint(1, -1, -1, -1, p.JOINT_FIXED, [0, 0, 0], [0, 0, 0], at)
         p.createMultiBody(1, p.createCollisionShape(p.GEOM_SPHERE, radius=0.1))

@@ -12,11 +12,10 @@ from . import constants
 from .arguments import Pose, Vector, quaternion, vector
 from .bodies import Body
 from .connections import connected
-from .errors import error, unsupported
-from .rotations import compose
+from .errors import error
+from .kinematics import link_pose
+from .rotations import compose, cross, rotate
 from .world import World
-
-_WHICH = "JOINT_FIXED, JOINT_POINT2POINT, JOINT_PRISMATIC and JOINT_GEAR only, as PyBullet's"
 
 _KINDS = {
     constants.JOINT_FIXED: proto.ConstraintKind.CONSTRAINT_KIND_WELD,
@@ -41,7 +40,7 @@ class Constraint:
     child_frame: Pose
     force: float = 500.0
     ratio: float = 0.0
-    aux_link: int = -1
+    aux_link: int = 0
     offset: float = 0.0
     erp: float = 0.0
     # The daemon's name; empty where nothing of it can move.
@@ -77,7 +76,8 @@ def createConstraint(
         child_frame=(vector(childFramePosition, text), quaternion(childFrameOrientation, text)),
     )
     if jointType not in _KINDS:
-        raise unsupported("createConstraint", _WHICH)
+        # PyBullet has no others either.
+        raise error("createConstraint failed.")
     other = None
     if childBodyUniqueId >= 0:
         other = world.body(childBodyUniqueId, "createConstraint failed.")
@@ -105,7 +105,9 @@ def changeConstraint(
     """Moves the frame on the child, or sets the largest force, or the ratio of a gear. `gearAuxLink` and `erp` have no
     effect."""
     world = connected(physicsClientId)
-    made = _there(world, userConstraintUniqueId)
+    made = world.constraints.get(userConstraintUniqueId)
+    if made is None:
+        return
     request = proto.ChangeConstraintRequest(name=made.name)
     text = "changeConstraint: a pivot needs 3 numbers, an orientation 4"
     if jointChildPivot is not None or jointChildFrameOrientation is not None:
@@ -124,7 +126,7 @@ def changeConstraint(
         made.ratio = made.ratio if gearRatio is None else float(gearRatio)
         if relativePositionTarget is not None:
             made.offset = float(relativePositionTarget)
-        request.ratio = -made.ratio
+        request.ratio = -(made.ratio or 1.0)
         request.offset = _gear_position(world, made) + made.offset
     made.aux_link = made.aux_link if gearAuxLink is None else int(gearAuxLink)
     made.erp = made.erp if erp is None else float(erp)
@@ -162,25 +164,46 @@ def getConstraintInfo(constraintUniqueId: int, physicsClientId: int = 0) -> tupl
 
 
 def getConstraintState(constraintUniqueId: int, physicsClientId: int = 0) -> tuple[float, ...]:
-    """What the constraint did over the last step, on the parent, world axes: force, and torque where it has one; of a
-    gear the effort on the parent's joint."""
+    """What the constraint did over the last step, with PyBullet's signs. JOINT_FIXED: force and torque on the parent, world
+    axes. JOINT_POINT2POINT: force on the child. JOINT_PRISMATIC: two forces across the axis and the torque, on the
+    parent. JOINT_GEAR: the size of the effort on the parent's joint."""
     world = connected(physicsClientId)
-    made = _there(world, constraintUniqueId)
-    reading = _reading(world, made)
-    zero = proto.Vector3()
-    force, torque = (zero, zero) if reading is None else (reading.force, reading.torque)
-    forces = (-force.x, -force.y, -force.z)
-    torques = (-torque.x, -torque.y, -torque.z)
+    made = world.constraints.get(constraintUniqueId)
+    if made is None:
+        raise error("Couldn't getConstraintState.")
+    reading = _reading(world, made) or proto.Constraint()
+    force = (reading.force.x, reading.force.y, reading.force.z)
+    torque = (-reading.torque.x, -reading.torque.y, -reading.torque.z)
     if made.kind == constants.JOINT_GEAR:
-        return (_gear_effort(made, reading),)
-    return forces if made.kind == constants.JOINT_POINT2POINT else forces + torques
+        return (_dot(force, force) ** 0.5 + _dot(torque, torque) ** 0.5,)
+    if made.kind == constants.JOINT_POINT2POINT:
+        return force
+    x, y, z = force
+    if made.kind == constants.JOINT_FIXED:
+        return (-x, -y, -z, *torque)
+    first, second = _across(world, made)
+    return (-_dot(force, first), -_dot(force, second), *torque)
 
 
-def _there(world: World, number: int) -> Constraint:
-    found = world.constraints.get(number)
-    if found is None:
-        raise error("Couldn't find a user constraint of that number")
-    return found
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _across(world: World, made: Constraint) -> tuple[Vector, Vector]:
+    """The axes of a slider's two forces in the world: the second is the first of x and y that is not along the axis, as far
+    as it is across."""
+    _, turn = _frame(None, -1, made.child_frame)
+    if made.child >= 0:
+        body = world.body(made.child, "getConstraintState failed")
+        pose = link_pose(body, world.link_poses(body), body.link_name(made.child_link) or "")
+        turn = compose(pose, _frame(body, made.child_link, made.child_frame))[1]
+    axis = rotate(turn, made.axis)
+    length = _dot(axis, axis) ** 0.5 or 1.0
+    x, y, z = axis = (axis[0] / length, axis[1] / length, axis[2] / length)
+    second = (1 - x * x, -x * y, -x * z) if abs(x) < 0.9 else (-x * y, 1 - y * y, -y * z)
+    size = _dot(second, second) ** 0.5
+    second = (second[0] / size, second[1] / size, second[2] / size)
+    return cross(second, axis), second
 
 
 def _frame(body: Body | None, link: int, frame: Pose) -> Pose:
@@ -223,8 +246,8 @@ def _make(world: World, body: Body, other: Body | None, made: Constraint) -> Non
 
 
 def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -> None:
-    """Bullet's gear keeps velocity + ratio * the child's velocity = 0."""
-    made.ratio = 1.0
+    """Bullet's gear keeps velocity + ratio * the child's velocity = 0. Its ratio is 1 until it is changed, though 0 is what
+    getConstraintInfo says then."""
     ends: list[proto.ConstraintEnd] = []
     for each, index in ((other, made.child_link), (body, made.parent_link)):
         if each is None or not 0 <= index < len(each.joints) or each.joints[index].width != 1:
@@ -232,7 +255,7 @@ def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -
             raise error(f"createConstraint: joint {index} of {robot} neither turns nor slides")
         ends.append(proto.ConstraintEnd(robot=each.robot, joint=each.joints[index].name))
     request = proto.CreateConstraintRequest(
-        kind=_KINDS[made.kind], parent=ends[0], child=ends[1], ratio=-made.ratio
+        kind=_KINDS[made.kind], parent=ends[0], child=ends[1], ratio=-1.0
     )
     made.name = world.wire.call(methods.CreateConstraint, request).name
 
@@ -240,18 +263,10 @@ def _make_gear(world: World, body: Body, other: Body | None, made: Constraint) -
 def _gear_position(world: World, made: Constraint) -> float:
     """What the gear keeps, where the joints are now."""
     total = 0.0
-    for number, index, factor in ((made.body, made.parent_link, 1.0), (made.child, made.child_link, made.ratio)):
+    for number, index, factor in ((made.body, made.parent_link, 1.0), (made.child, made.child_link, made.ratio or 1.0)):
         body = world.body(number, "changeConstraint failed")
         total += factor * world.joint_states(body).position[body.joints[index].position_index]
     return total
-
-
-def _gear_effort(made: Constraint, reading: proto.Constraint | None) -> float:
-    """The size of force or torque; the daemon reports it along the joint's axis in the world."""
-    if reading is None:
-        return 0.0
-    parts = (reading.force, reading.torque)
-    return sum(part.x * part.x + part.y * part.y + part.z * part.z for part in parts) ** 0.5
 
 
 def _reading(world: World, made: Constraint) -> proto.Constraint | None:

@@ -1,0 +1,152 @@
+//! What holds links together, as clients make, change, read and delete it.
+
+use simd_client::Client;
+use simd_client::proto::{self, ConstraintDeletionCause, ConstraintKind, ErrorReason, event::Kind};
+use simd_tests::daemon::{Daemon, Via, fixed};
+use simd_tests::robots::assets;
+
+use crate::over_every_transport;
+
+async fn ball(client: &Client, name: &str, x: f64) {
+    let geometry = proto::primitive::Geometry::Sphere(proto::SphereGeometry { radius: 0.1 });
+    let primitive = proto::Primitive { geometry: Some(geometry), mass: 1.0, color: None };
+    let source = proto::DescriptionSource {
+        source: Some(proto::description_source::Source::Primitive(primitive)),
+        ..Default::default()
+    };
+    let request = proto::SpawnEntityRequest {
+        source: Some(source),
+        name: name.into(),
+        pose: Some(at(x)),
+        base: proto::Base::Free.into(),
+        ..Default::default()
+    };
+    client.spawn(request).await.unwrap();
+}
+
+fn at(x: f64) -> proto::Pose {
+    proto::Pose { position: Some(proto::Vector3 { x, y: 0.0, z: 1.0 }), orientation: None }
+}
+
+fn end(robot: &str) -> Option<proto::ConstraintEnd> {
+    Some(proto::ConstraintEnd { robot: robot.into(), ..Default::default() })
+}
+
+fn weld(name: &str, parent: &str, child: &str) -> proto::CreateConstraintRequest {
+    proto::CreateConstraintRequest {
+        name: name.into(),
+        kind: ConstraintKind::Weld.into(),
+        parent: end(parent),
+        child: end(child),
+        ..Default::default()
+    }
+}
+
+async fn a_constraint_is_made_read_changed_and_deleted(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let client = &daemon.client;
+    ball(client, "left", 0.0).await;
+    ball(client, "right", 0.5).await;
+    let first = proto::CreateConstraintRequest {
+        parent: Some(proto::ConstraintEnd { pose: Some(at(0.0)), ..Default::default() }),
+        ..weld("", "", "left")
+    };
+    assert_eq!(client.create_constraint(first).await.unwrap(), "constraint_1");
+    assert_eq!(client.create_constraint(weld("pair", "left", "right")).await.unwrap(), "pair");
+    client.step(500).await.unwrap();
+    let all = client.constraints(None).await.unwrap();
+    assert_eq!(all.iter().map(|of| of.name.as_str()).collect::<Vec<_>>(), ["constraint_1", "pair"]);
+    // The first one carries both, and the second one the right one at its arm.
+    let (g, force) = (9.81, |of: &proto::Constraint| of.force.unwrap().z);
+    assert!((force(&all[0]) - 2.0 * g).abs() < 1e-4 && (force(&all[1]) - g).abs() < 1e-4, "{all:?}");
+    assert!(all.iter().all(|of| of.position_error < 1e-6 && of.max_force.is_none() && !of.saturated));
+    assert_eq!(client.constraints(Some("right")).await.unwrap().len(), 1);
+    let change = proto::ChangeConstraintRequest {
+        name: "pair".into(),
+        max_force: Some(1.0),
+        max_torque: Some(1.0),
+        ..Default::default()
+    };
+    client.change_constraint(change).await.unwrap();
+    client.step(1).await.unwrap();
+    let pair = client.constraints(Some("right")).await.unwrap().remove(0);
+    assert!(pair.saturated && pair.max_force == Some(1.0), "{pair:?}");
+    client.delete_constraint("constraint_1").await.unwrap();
+    assert_eq!(client.constraints(None).await.unwrap().len(), 1);
+    client.delete_robot("right").await.unwrap();
+    assert!(client.constraints(None).await.unwrap().is_empty());
+    let events = client.next_events(0, std::time::Duration::ZERO).await.unwrap().events;
+    let gone = events.into_iter().filter_map(|event| match event.kind {
+        Some(Kind::ConstraintDeleted(it)) => Some((it.cause(), it.constraint)),
+        _ => None,
+    });
+    let expected =
+        [(ConstraintDeletionCause::Deleted, "constraint_1"), (ConstraintDeletionCause::RobotDeleted, "pair")];
+    assert_eq!(gone.collect::<Vec<_>>(), expected.map(|(cause, name)| (cause, name.to_owned())));
+}
+
+async fn what_cannot_be_is_refused_by_its_field(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let client = &daemon.client;
+    ball(client, "left", 0.0).await;
+    ball(client, "right", 0.5).await;
+    let unspecified = proto::CreateConstraintRequest { kind: 0, ..weld("", "left", "right") };
+    let slack = proto::CreateConstraintRequest { rope: true, ..weld("", "left", "right") };
+    let negative = proto::CreateConstraintRequest { max_force: Some(-1.0), ..weld("", "left", "right") };
+    for (request, part) in [
+        (unspecified, "kind"),
+        (slack, "rope"),
+        (negative, "max_force"),
+        (weld("", "left", "left"), "child.link"),
+    ] {
+        let refused = client.create_constraint(request).await.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue), "{refused}");
+        assert!(refused.to_string().contains(part), "{refused}");
+    }
+    client.create_constraint(weld("one", "left", "right")).await.unwrap();
+    let again = client.create_constraint(weld("one", "left", "right")).await.unwrap_err();
+    assert_eq!(again.reason(), Some(ErrorReason::ConstraintExists));
+    let unknown = client.delete_constraint("two").await.unwrap_err();
+    assert_eq!(unknown.reason(), Some(ErrorReason::ConstraintNotFound));
+    let nobody = client.create_constraint(weld("", "left", "nobody")).await.unwrap_err();
+    assert_eq!(nobody.reason(), Some(ErrorReason::RobotNotFound));
+}
+
+async fn a_gear_is_between_joints_and_goes_into_files(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let client = &daemon.client;
+    for name in ["left", "right"] {
+        client.load(assets().join("seven_arm"), fixed(name)).await.unwrap();
+    }
+    let joints = client.joint_layout("left").await.unwrap().joints;
+    let joint = joints.iter().find(|joint| joint.position_count == 1).unwrap().name.clone();
+    let end = |robot: &str| {
+        Some(proto::ConstraintEnd { robot: robot.into(), joint: joint.clone(), ..Default::default() })
+    };
+    let gear = proto::CreateConstraintRequest {
+        name: "gear".into(),
+        kind: ConstraintKind::Gear.into(),
+        parent: end("left"),
+        child: end("right"),
+        ratio: Some(-2.0),
+        ..Default::default()
+    };
+    client.create_constraint(gear).await.unwrap();
+    client.step(10).await.unwrap();
+    let before = client.constraints(None).await.unwrap();
+    assert_eq!((before[0].ratio, before[0].child.as_ref().unwrap().joint.clone()), (Some(-2.0), joint));
+    let file = tempfile::tempdir().unwrap();
+    let path = file.path().join("here.simd");
+    client.save_state("here").await.unwrap();
+    client.export_saved_state("here", &path).await.unwrap();
+    client.delete_constraint("gear").await.unwrap();
+    client.import_saved_state(&path, "there").await.unwrap();
+    client.restore_state("there").await.unwrap();
+    assert_eq!(client.constraints(None).await.unwrap(), before);
+}
+
+over_every_transport! {
+    a_constraint_is_made_read_changed_and_deleted,
+    what_cannot_be_is_refused_by_its_field,
+    a_gear_is_between_joints_and_goes_into_files,
+}
