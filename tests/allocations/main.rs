@@ -135,3 +135,57 @@ fn a_step_with_contacts_allocates_nothing() {
     assert_eq!(seen.count_total, 0, "{seen:?}");
     assert!(!simd_tests::scenes::contacts(&world, None).is_empty());
 }
+
+/// Boxes on a chain that is welded, hinged and roped to others and to the world, and a gear between two arms.
+#[test]
+fn a_step_with_constraints_between_links_allocates_nothing() {
+    use simd_tests::scenes::{cuboid, robot};
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+    let model = cuboid(DVec3::splat(0.1), 1.0);
+    let kinds = [
+        RequestedConstraint::Weld,
+        RequestedConstraint::PointToPoint,
+        RequestedConstraint::Hinge { axis: DVec3::Y },
+        RequestedConstraint::Slide { axis: DVec3::X },
+        RequestedConstraint::Distance { length: None, is_rope: true },
+    ];
+    let end = |robot: &str| RequestedEnd { robot: robot.into(), ..RequestedEnd::default() };
+    let constraint = |kind, parent, child| CreateConstraint {
+        name: String::new(),
+        kind,
+        parent,
+        child,
+        max_force: Some(1e3),
+        max_torque: None,
+        breaks: false,
+        disable_collisions: true,
+    };
+    for i in 0..10 {
+        let at = DPose3::from_translation(DVec3::new(0.15 * f64::from(i), 0.0, 2.0));
+        let name = format!("body-{i}");
+        simd_tests::scenes::spawn(&mut world, robot(&name, &model, at, false));
+        let parent = if i == 0 { end("") } else { end(&format!("body-{}", i - 1)) };
+        let create = constraint(kinds[i as usize % kinds.len()], parent, end(&name));
+        apply(&mut world, Command::CreateConstraint(Box::new(create)));
+    }
+    let (arm, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
+    for name in ["left", "right"] {
+        spawn(&mut world, name, &arm, true, true);
+    }
+    let joint = arm.joints.iter().find(|joint| joint.kind == JointKind::Revolute).unwrap();
+    let end = |robot: &str| RequestedEnd { joint: joint.name.clone(), ..end(robot) };
+    let gear = RequestedConstraint::Gear { ratio: 2.0, offset: None };
+    apply(&mut world, Command::CreateConstraint(Box::new(constraint(gear, end("left"), end("right")))));
+    (0..WARM_UP).for_each(|_| world.step());
+    world.take_events();
+    let mut state = PublishedState::default();
+    world.observe(&mut state);
+    let seen = measure(|| {
+        for _ in 0..COUNTED {
+            world.step();
+            world.observe(&mut state);
+        }
+    });
+    assert_eq!(seen.count_total, 0, "{seen:?}");
+    assert_eq!(state.constraint_states.len(), 11);
+}

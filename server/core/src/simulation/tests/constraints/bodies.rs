@@ -14,7 +14,6 @@ fn a_weld_to_the_world_carries_the_weight() {
         );
         let state = run(&mut world, 1.0);
         let reading = state_of(&state, &name);
-        println!("{reading:?} {:?}", state.roots[0]);
         assert!((reading.force - DVec3::Z * (2.0 * GRAVITY)).length() < 1e-6, "{reading:?}");
         let torque = DVec3::new(-0.1, -0.1, -0.1).cross(DVec3::Z * (-2.0 * GRAVITY));
         assert!((reading.torque + torque).length() < 1e-6, "{reading:?} {torque}");
@@ -57,18 +56,16 @@ fn a_rope_of_fifty_links_carries_a_weight() {
         };
         world.apply(&Command::ApplyWrench(push)).unwrap();
         let mut state = PublishedState::default();
-        let (mut error, mut energy) = (0.0f64, (f64::INFINITY, f64::NEG_INFINITY));
-        let start = std::time::Instant::now();
+        let mut error = 0.0f64;
         for _ in 0..2_000 {
             world.step();
             world.observe(&mut state);
             error = state.constraint_states.iter().fold(error, |error, of| error.max(of.position_error));
-            let (_, _, now) = momenta(&state);
-            energy = (energy.0.min(now), energy.1.max(now));
         }
-        println!("{integrator:?} error {error:e} energy {energy:?} {:?}", start.elapsed());
-        println!("{:?}", state.constraint_states[0]);
-        assert!(error < 2e-5, "{error:e}");
+        assert!(error < 1e-5, "{integrator:?} {error:e}");
+        // It swings by some centimetres: the top one carries all, and a little more where the weight is at its lowest.
+        let (weight, force) = (2.0 * GRAVITY, state.constraint_states[0].force.length());
+        assert!((force / weight - 1.0).abs() < 0.1, "{force} {weight}");
     }
 }
 
@@ -90,10 +87,17 @@ fn two_welded_boxes_are_one() {
         let before = momenta(&look(&world));
         let state = run(&mut world, 2.0);
         let after = momenta(&state);
-        println!("{integrator:?} {before:?} {after:?} {:?}", state_of(&state, &name));
-        println!("{:?}", state.roots);
+        assert!(
+            (before.0 - after.0).length() < 1e-12 && (before.1 - after.1).length() < 1e-12,
+            "{integrator:?}"
+        );
+        // The velocities of the middle of a step are by a part (w h)^2 / 8 larger than those at its ends.
+        assert!((after.2 / before.2 - 1.0).abs() < 1e-5, "{integrator:?} {before:?} {after:?}");
         let angle = spin * 2.0;
         let expected = DVec3::new(0.1 * angle.cos() + 0.6, 0.1 * angle.sin(), 0.0);
-        println!("{} {expected}", state.roots[1].pose.translation);
+        let error = state.roots[1].pose.translation.distance(expected);
+        assert!(error < 1e-5, "{integrator:?} {error:e}");
+        let angle_between = state.roots[0].pose.rotation.angle_between(state.roots[1].pose.rotation);
+        assert!(angle_between < 1e-7 && state_of(&state, &name).position_error < 1e-9, "{angle_between:e}");
     }
 }

@@ -87,7 +87,7 @@ fn state_of(state: &PublishedState, name: &str) -> ConstraintState {
     state.constraint_states[index]
 }
 
-/// Total momentum, angular momentum about the world's origin, and energy of robots that are single boxes.
+/// Total momentum, angular momentum about the world's origin, and kinetic energy of robots that are single boxes.
 fn momenta(state: &PublishedState) -> (DVec3, DVec3, f64) {
     let (mut linear, mut angular, mut energy) = (DVec3::ZERO, DVec3::ZERO, 0.0);
     for (root, entity) in state.roots.iter().zip(&state.world.entities) {
@@ -97,7 +97,6 @@ fn momenta(state: &PublishedState) -> (DVec3, DVec3, f64) {
         linear += mass * root.linear;
         angular += spin + root.pose.translation.cross(mass * root.linear);
         energy += 0.5 * (mass * root.linear.length_squared() + spin.dot(root.angular));
-        energy += mass * GRAVITY * root.pose.translation.z;
     }
     (linear, angular, energy)
 }

@@ -1,0 +1,40 @@
+"""Constraints."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simd_client
+from simd_client import ConstraintEnd, Pose, Simulation
+
+
+def test_a_constraint_is_made_read_changed_and_deleted(sim: Simulation) -> None:
+    sim.pause()
+    for name, x in (("left", 0.0), ("right", 0.5)):
+        sim.add_sphere(0.1, mass=1.0, name=name, position=(x, 0, 1))
+    constraints = sim.constraints
+    here = ConstraintEnd(pose=Pose.of((0, 0, 1)))
+    first = constraints.create("weld", here, ConstraintEnd("left"))
+    pair = constraints.create("weld", ConstraintEnd("left"), ConstraintEnd("right"), name="pair")
+    assert (first, pair) == ("constraint_1", "pair")
+    sim.step(500)
+    one, two = constraints.list()
+    assert one.force == pytest.approx([0, 0, 2 * 9.81], abs=1e-4)
+    assert two.force == pytest.approx([0, 0, 9.81], abs=1e-4)
+    assert (one.kind, one.parent.robot, one.child.robot) == ("weld", "", "left")
+    assert one.max_force == np.inf and not one.saturated and one.position_error < 1e-6
+    constraints.change("pair", max_force=1.0)
+    sim.step()
+    (seen,) = constraints.list("right")
+    assert seen.max_force == 1.0 and seen.saturated
+    with pytest.raises(simd_client.ConstraintExists):
+        constraints.create("weld", ConstraintEnd("left"), ConstraintEnd("right"), name="pair")
+    constraints.delete("pair")
+    with pytest.raises(simd_client.ConstraintNotFound) as refused:
+        constraints.delete("pair")
+    assert refused.value.metadata == {"constraint": "pair"}
+    with pytest.raises(simd_client.InvalidValue):
+        constraints.create("hinge", here, ConstraintEnd("right"), axis=(0, 0, 0))
+    rope = constraints.create("distance", here, ConstraintEnd("right"), rope=True)
+    assert [each for each in constraints.list() if each.name == rope][0].length == pytest.approx(0.5)
