@@ -10,8 +10,8 @@ use glamx::{DPose3, DVec3};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
-    CollisionFilterChange, CollisionPair, ContactSettings, JointTarget, LinkWrench, RobotTargets, SetTargets,
-    Spawn, Target, WrenchDuration,
+    CollisionFilterChange, CollisionPair, ContactSettings, CreateConstraint, JointTarget, LinkWrench,
+    RequestedConstraint, RequestedEnd, RobotTargets, SetTargets, Spawn, Target, WrenchDuration,
 };
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_fuzz_targets::saved_states;
@@ -182,6 +182,40 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
             pair("l5", "ball", "l", true),
         ],
     }));
+    let mut constrained = Scene::new();
+    constrained.add("kinds", &every_kind(), 1.0, true);
+    constrained.add("ball", BALL, 1.5, false);
+    let end = |robot: &str, link: &str, joint: &str| RequestedEnd {
+        robot: robot.into(),
+        link: link.into(),
+        joint: joint.into(),
+        pose: None,
+    };
+    for (kind, parent, child) in [
+        (RequestedConstraint::Weld, end("kinds", "l4", ""), end("ball", "l", "")),
+        (RequestedConstraint::Hinge { axis: DVec3::Y }, end("", "", ""), end("ball", "", "")),
+        (
+            RequestedConstraint::Gear { ratio: 0.5, offset: None },
+            end("kinds", "", "j0"),
+            end("kinds", "", "j2"),
+        ),
+        (
+            RequestedConstraint::Distance { length: None, is_rope: true },
+            end("kinds", "l6", ""),
+            end("ball", "", ""),
+        ),
+    ] {
+        constrained.apply(Command::CreateConstraint(Box::new(CreateConstraint {
+            name: String::new(),
+            kind,
+            parent,
+            child,
+            max_force: Some(50.0),
+            max_torque: None,
+            breaks: false,
+            disable_collisions: true,
+        })));
+    }
     let free = |steps| {
         let mut free = Scene::new();
         free.add("ground", PLANE, 0.0, true);
@@ -194,6 +228,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
         ("meshes", meshes.content(300)),
         ("kinds", kinds.content(60)),
         ("overlapping", overlapping.content(40)),
+        ("constrained", constrained.content(60)),
         ("spawned", free(0)),
         ("fallen", free(200)),
     ]

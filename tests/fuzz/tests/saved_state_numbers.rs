@@ -145,6 +145,17 @@ fn of_world(world: &mut WorldState) -> Vec<&mut f64> {
         let Surface { friction, restitution, rolling_friction, spinning_friction } = &mut point.surface;
         numbers.extend([&mut point.distance, friction, restitution, rolling_friction, spinning_friction]);
     }
+    for constraint in &mut world.constraints {
+        for end in &mut constraint.definition.ends {
+            numbers.extend(pose(&mut end.frame));
+        }
+        numbers.extend([&mut constraint.definition.max_force, &mut constraint.definition.max_torque]);
+        numbers.extend(constraint.impulses.iter_mut().flatten());
+        numbers.extend(
+            constraint.motion.iter_mut().flatten().flat_map(|of| of.foreseen.iter_mut().chain(&mut of.bent)),
+        );
+        numbers.extend(vector(&mut constraint.reading.force));
+    }
     numbers
 }
 
@@ -153,6 +164,11 @@ fn indices(file: &mut Content) -> Vec<&mut usize> {
     let mut indices: Vec<&mut usize> = Vec::new();
     for contact in &mut file.world.contacts {
         indices.extend(contact.robots.iter_mut().chain(&mut contact.point.colliders));
+    }
+    for constraint in &mut file.world.constraints {
+        for (robot, link) in constraint.definition.ends.iter_mut().filter_map(|end| end.link.as_mut()) {
+            indices.extend([robot, link]);
+        }
     }
     for (robots, colliders) in &mut file.world.ignored_overlaps {
         indices.extend(robots.iter_mut().chain(colliders));
