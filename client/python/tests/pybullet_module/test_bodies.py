@@ -102,6 +102,8 @@ def test_links_of_a_body_are_told_as_pybullet_names_them(script: ModuleType) -> 
 def test_a_gear_turns_one_joint_by_the_other_as_pybullets_does(script: ModuleType) -> None:
     """PyBullet 3.2.7 with ratio 2: velocities 1 and -2."""
     body = linked(script)
+    # Its own brake would slow both: simd's motor gives way to a load.
+    script.setJointMotorControl2(body, 0, script.VELOCITY_CONTROL, force=0)
     gear = script.createConstraint(body, 0, body, 1, script.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
     script.changeConstraint(gear, gearRatio=2, maxForce=10000)
     for _ in range(120):
@@ -154,7 +156,7 @@ def test_a_base_is_held_moved_and_let_go(script: ModuleType) -> None:
     for _ in range(240):
         script.stepSimulation()
     assert script.getBasePositionAndOrientation(arm)[0] == pytest.approx((0.5, 0.0, 2.0), abs=1e-3)
-    script.changeConstraint(held, [0.5, 0, 2.5], maxForce=1000)
+    script.changeConstraint(held, [0.5, 0, 2.5])
     for _ in range(60):
         script.stepSimulation()
     assert script.getBasePositionAndOrientation(arm)[0] == pytest.approx((0.5, 0.0, 2.5), abs=1e-3)

@@ -165,8 +165,8 @@ def getConstraintInfo(constraintUniqueId: int, physicsClientId: int = 0) -> tupl
 
 def getConstraintState(constraintUniqueId: int, physicsClientId: int = 0) -> tuple[float, ...]:
     """What the constraint did over the last step, with PyBullet's signs. JOINT_FIXED: force and torque on the parent, world
-    axes. JOINT_POINT2POINT: force on the child. JOINT_PRISMATIC: two forces across the axis and the torque, on the
-    parent. JOINT_GEAR: the size of the effort on the parent's joint."""
+    axes. JOINT_POINT2POINT: force on the child. JOINT_PRISMATIC: two forces across the axis and the torque, z x y, on
+    the parent. JOINT_GEAR: the size of the effort on the parent's joint."""
     world = connected(physicsClientId)
     made = world.constraints.get(constraintUniqueId)
     if made is None:
@@ -182,7 +182,7 @@ def getConstraintState(constraintUniqueId: int, physicsClientId: int = 0) -> tup
     if made.kind == constants.JOINT_FIXED:
         return (-x, -y, -z, *torque)
     first, second = _across(world, made)
-    return (-_dot(force, first), -_dot(force, second), *torque)
+    return (-_dot(force, first), -_dot(force, second), torque[2], torque[0], torque[1])
 
 
 def _dot(a: Vector, b: Vector) -> float:
