@@ -13,7 +13,7 @@ use crate::{
         Output, View,
         json::{self, Stamp},
         number::{count, exact, fixed},
-        table::Page,
+        table::{Column, Page, Table},
     },
     pose,
 };
@@ -38,6 +38,8 @@ pub(crate) enum Sim {
     Reset(Reset),
     /// Shows the physics settings, or changes those that are given
     Physics(Settings),
+    /// Shows which clients step the world together
+    Lockstep,
 }
 
 #[derive(Args, Debug)]
@@ -108,7 +110,35 @@ pub(crate) async fn run(command: Sim, client: &Client, output: Output) -> anyhow
             output.one(&WasReset { stamp, deleted: answer.deleted })
         }
         Sim::Physics(settings) => physics(settings, client, output).await,
+        Sim::Lockstep => {
+            let members: Vec<Member> = client.lockstep_members().await?.into_iter().map(Member::from).collect();
+            output.list(&members, members_page)
+        }
     }
+}
+
+/// One of the clients that step the world together.
+#[derive(Serialize)]
+struct Member {
+    client: String,
+    /// Seconds that it may take from one step to asking for the next.
+    timeout: f64,
+    /// Steps; 0 where the others wait for it.
+    waits_for: u64,
+}
+
+impl From<proto::LockstepMember> for Member {
+    fn from(member: proto::LockstepMember) -> Self {
+        Self { client: member.client, timeout: member.timeout, waits_for: member.waits_for }
+    }
+}
+
+fn members_page(members: &[Member]) -> Page {
+    let columns = vec![Column::left("CLIENT"), Column::right("TIMEOUT S"), Column::right("WAITS FOR STEPS")];
+    let row = |member: &Member| {
+        vec![member.client.clone(), exact(member.timeout), member.waits_for.to_string()]
+    };
+    Page::new().table(Table::new(columns, members.iter().map(row).collect()))
 }
 
 async fn physics(settings: Settings, client: &Client, output: Output) -> anyhow::Result<()> {

@@ -132,11 +132,18 @@ impl Command {
                 std::iter::once(change.robot.as_str()).chain(others).collect()
             }
             Self::ApplyWrench(wrench) => vec![&wrench.robot],
+            Self::CreateConstraint(create) => {
+                let ends = [&create.parent, &create.child].map(|end| end.robot.as_str());
+                ends.into_iter().filter(|robot| !robot.is_empty()).collect()
+            }
             Self::Claim(request) if request.world => return None,
             Self::Claim(request) => request.joints.iter().map(|joints| joints.robot.as_str()).collect(),
             // Whose claim it is was proven.
             Self::Release { .. } => Vec::new(),
-            Self::SetPhysics(_)
+            // Its name alone does not say of which robots a constraint is.
+            Self::ChangeConstraint(_)
+            | Self::DeleteConstraint { .. }
+            | Self::SetPhysics(_)
             | Self::Reset(_)
             | Self::SaveState { .. }
             | Self::RestoreState { .. }

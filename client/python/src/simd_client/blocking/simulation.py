@@ -14,6 +14,7 @@ import numpy.typing as npt
 from simd_client import keys, proto
 from simd_client.blocking.callbacks import Callbacks, SomeEvents
 from simd_client.blocking.constraints import Constraints
+from simd_client.blocking.lockstep import Lockstep
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.primitives import Primitives
 from simd_client.blocking.robot import Robot
@@ -64,6 +65,9 @@ from simd_client.world import (
 STEP_SECONDS = 0.01
 """How much longer a call may take for each step that it asks for, by default."""
 
+LOCKSTEP_SECONDS = 60.0
+"""How much longer than a member may take from step to step a call waits for the others."""
+
 FILE_SECONDS = 120.0
 """How much longer an export or import may take than other calls: all robots of a world are read again."""
 
@@ -73,6 +77,8 @@ class Simulation(Primitives):
 
     May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one. Calls raise a `SimdError`; each has a timeout.
     """
+
+    _others = 0.0
 
     def with_timeout(self, timeout: float) -> Simulation:
         """The same connection with another timeout, in seconds."""
@@ -195,7 +201,8 @@ class Simulation(Primitives):
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
     ) -> States:
-        """Does so many steps of a world that is not playing, as fast as possible, in one round trip.
+        """Does so many steps of a world that is not playing, as fast as possible, in one round trip; after
+        `join_lockstep`, once the other members have asked too.
 
         `targets`, by robot, apply from the first of the steps on: see `Robot.set_targets` for their form.
         With `states` the answer has the states after the last step, of all robots or of a selection (a robot,
@@ -214,8 +221,9 @@ class Simulation(Primitives):
             return_states=wanted,
             selections=selected,
             return_link_states=link_states,
+            lockstep_member=self._cache.lockstep_member,
         )
-        wait = steps * STEP_SECONDS if timeout is None else timeout - self._timeout
+        wait = steps * STEP_SECONDS + self._others if timeout is None else timeout - self._timeout
         with self._cache.marking_stale():
             answer = self.call(methods.StepSimulation, request, wait=wait)
         clamped = clamped_from_proto(answer.clamped)
@@ -226,6 +234,16 @@ class Simulation(Primitives):
         found = self.decode_states(answer.states, selected, clamped)
         links = {each.robot: link_states_from_proto(each, found.stamp) for each in answer.link_states}
         return replace(found, links=links) if links else found
+
+    def join_lockstep(self, timeout: float = 10.0) -> Lockstep:
+        """Makes this client one of those that step the world together: from then on only they step it, `step` waits for
+        the others, and the world does not play. A member that takes longer than `timeout` seconds (0.01 to 3,600) from one step to
+        asking for the next is one no more."""
+        answer = self.call(methods.JoinLockstep, proto.JoinLockstepRequest(timeout=timeout))
+        self._cache.lockstep_member = answer.member
+        # Each of them, also one that is still to come, may take its time before each step.
+        self._others = LOCKSTEP_SECONDS + max(member.timeout for member in answer.members)
+        return Lockstep(self, answer.member, timeout)
 
     def play(self) -> Stamp:
         """Starts or continues the simulation in real time."""
