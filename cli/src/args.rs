@@ -5,8 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, robot, server, sim, state,
-    token, top,
+    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, record, robot, server, sim,
+    state, token, top,
 };
 use crate::complete;
 
@@ -128,6 +128,9 @@ pub(crate) enum Command {
     /// What touches what: list, ray, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),
+    /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, delete
+    #[command(subcommand)]
+    Record(record::Record),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),

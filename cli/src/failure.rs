@@ -109,6 +109,9 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
         }
+        ErrorReason::RecordingNotFound => {
+            Some("`simctl record list` shows the recordings there are".to_owned())
+        }
         ErrorReason::JointClaimed | ErrorReason::RobotClaimed | ErrorReason::WorldClaimed => Some(
             "its holder comes with --claim or SIMD_CLAIM; `simctl claim list` shows who holds what"
                 .to_owned(),

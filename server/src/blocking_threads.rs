@@ -61,7 +61,7 @@ impl Drop for BlockingThreads {
 }
 
 /// Linux has a priority for each thread; other systems have one for the process, which stays as it is.
-fn lower_priority() {
+pub(crate) fn lower_priority() {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::setpriority_process(None, NICE) {
         tracing::debug!(%error, "threads that compute have the priority of all others");

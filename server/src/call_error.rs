@@ -137,6 +137,26 @@ pub enum CallError {
         /// What is wrong with it, and with which robot.
         message: String,
     },
+    /// No recording can be made or changed.
+    #[error("{message}")]
+    RecordingNotPossible {
+        /// Names the remedy.
+        message: String,
+    },
+    /// No recording of that name.
+    #[error("there is no recording {name:?}; {}", list_known("recordings", .known))]
+    RecordingNotFound {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The name is taken.
+    #[error("there is a recording {name:?} already; choose another name, or delete it")]
+    RecordingExists {
+        /// The name.
+        name: String,
+    },
     /// A request's id was used before, and not for this request.
     #[error("the request id {id:?} {how}")]
     RequestIdReused {

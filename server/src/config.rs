@@ -36,6 +36,7 @@ pub use self::zenoh::Zenoh;
 use crate::driver;
 use crate::handle::{DaemonLimits, Pace};
 use crate::log::LogFormat;
+use crate::recording;
 
 /// Everything that a daemon is started with.
 #[derive(Clone, Debug)]
@@ -74,6 +75,8 @@ pub struct Config {
     pub limits: DaemonLimits,
     /// What connections of gRPC and HTTP must stay within.
     pub connections: Connections,
+    /// Where recordings are kept.
+    pub recording: recording::Settings,
 }
 
 /// How the world is saved as it runs.
@@ -153,6 +156,7 @@ impl Default for Config {
             autosave: None,
             limits: DaemonLimits::default(),
             connections: Connections::default(),
+            recording: recording::Settings::default(),
         }
     }
 }

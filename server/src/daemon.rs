@@ -17,6 +17,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use prost::Message as _;
 use simd_core::Simulation;
 use simd_core::simulation::WorldLimits;
 use simd_model::Severity;
@@ -26,11 +27,13 @@ use tokio::task::JoinHandle;
 use crate::access::Access;
 use crate::blocking_threads::BlockingThreads;
 use crate::config::{Autosave, Config, Robot};
+use crate::convert::to_proto;
 use crate::driver;
 use crate::grpc::Tls;
-use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
+use crate::handle::{CallError, DaemonInfo, LoggedEvent, RunState, SimHandle, Source, SpawnRequest};
 use crate::http;
 use crate::loading::Loader;
+use crate::recording::Recordings;
 use crate::zenoh;
 use service_manager::ServiceManager;
 use signals::{SignalAction, Signals};
@@ -147,8 +150,10 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     // Robots come before the first step.
     let paused = driver::Config { state: RunState::Paused, ..config.driver };
     let link = driver::start(world, paused).map_err(Error::System)?;
+    let encode_event = |event: &LoggedEvent| to_proto::event::event(event.clone()).encode_to_vec();
+    let recordings = Recordings::new(config.recording, encode_event);
     let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
-    let handle = SimHandle::with_access(link, loader, info, access.clone());
+    let handle = SimHandle::with_access(link, loader, info, access.clone(), recordings);
     let ready = async {
         let restored = match config.autosave.as_ref().filter(|autosave| autosave.restore) {
             Some(autosave) => autosave::restore(&handle, autosave).await,
@@ -298,6 +303,9 @@ impl Running {
         };
         tokio::join!(server, zenoh);
         self.handle.end_driver();
+        if tokio::time::timeout(DRAIN, self.handle.recording_ended()).await.is_err() {
+            tracing::warn!("the disk takes too long for the end of the recording");
+        }
         if tokio::time::timeout(LAST_STEP, self.handle.driver_ended().cancelled()).await.is_err() {
             tracing::warn!("the last step takes too long and is left behind");
         }

@@ -16,6 +16,7 @@ mod pacer;
 mod published;
 mod realtime;
 mod step_queue;
+mod tap;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -31,10 +32,11 @@ use simd_core::PublishedState;
 pub(crate) use board::Board;
 pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
-pub use event_log::{EventBatch, Happened, LockstepChange, LoggedEvent};
+pub use event_log::{EventBatch, Happened, LockstepChange, LoggedEvent, RecordingEnd};
 pub(crate) use mailbox::Mailbox;
 pub use realtime::{Processors, RealTime};
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
+pub(crate) use tap::{AppliedCommand, Entry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;
 
 use crate::call_error::panic_message;
@@ -130,6 +132,7 @@ fn build<W: World>(world: W, config: Config) -> (Driver<W>, Link) {
         calls: CallBudget::default(),
         long_steps: LongSteps::default(),
         before_retry: 0,
+        tap: None,
     };
     (driver, link)
 }
@@ -141,7 +144,13 @@ fn run<W: World>(mut driver: Driver<W>) {
     let ending = driver.inbox.ending();
     sharpen_timer();
     let outcome = catch_unwind(AssertUnwindSafe(|| driver.run()));
-    let Driver { world, inbox, steps, .. } = driver;
+    if outcome.is_ok() {
+        driver.end_tap();
+    }
+    let Driver { world, inbox, steps, tap, .. } = driver;
+    if let Some(tap) = tap {
+        tap.end(TapEnd::DriverEnded);
+    }
     let cleaned = catch_unwind(AssertUnwindSafe(|| drop(world)));
     if let Err(payload) = outcome.and(cleaned) {
         let failure = panic_message(payload.as_ref());

@@ -3,6 +3,7 @@
 //!
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
+//! * `recordings`: what happens, into files.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
@@ -18,6 +19,7 @@ mod heavy;
 mod lockstep;
 mod once;
 mod parameters;
+mod recordings;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -45,16 +47,19 @@ pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, Param
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published, Statistics, Stepped,
+    Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published, RecordingEnd, Statistics,
+    Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
+pub use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingState};
 pub use crate::run_state::RunState;
 
 use crate::access::{Access, Grant};
-use crate::driver::{self, Event, ReplyTo};
+use crate::driver::{self, Event, ReplyTo, Sender};
 use crate::histogram::Counts;
 use crate::loading::Loader;
+use crate::recording::Recordings;
 use accounts::Accounts;
 use calls::CallCounts;
 use claims::Leases;
@@ -75,6 +80,8 @@ pub struct SimHandle {
     claim: Option<ClaimId>,
     /// The robots that commands may change; none is all, and the world.
     only: Arc<[String]>,
+    /// Whom commands come from, for recordings.
+    sender: Sender,
 }
 
 #[derive(Debug)]
@@ -91,6 +98,7 @@ struct Inner {
     accounts: Arc<Accounts>,
     info: DaemonInfo,
     access: Access,
+    recordings: Recordings,
     /// What the times of targets are counted from.
     started: Instant,
     draining: CancellationToken,
@@ -100,7 +108,8 @@ impl SimHandle {
     /// A handle on a driver that was started, to which everybody may come.
     #[cfg(test)]
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
-        Self::with_access(driver, loader, info, Access::open())
+        let recordings = Recordings::new(crate::recording::Settings::default(), |_| Vec::new());
+        Self::with_access(driver, loader, info, Access::open(), recordings)
     }
 
     /// A handle on a driver that was started.
@@ -109,6 +118,7 @@ impl SimHandle {
         loader: Loader,
         info: DaemonInfo,
         access: Access,
+        recordings: Recordings,
     ) -> Self {
         let (leases, calls, clients, lockstep, draining) = Default::default();
         let limits = &info.limits;
@@ -118,6 +128,7 @@ impl SimHandle {
         Self {
             claim: None,
             only: Arc::default(),
+            sender: None,
             inner: Arc::new(Inner {
                 driver,
                 loader: Arc::new(loader),
@@ -131,6 +142,7 @@ impl SimHandle {
                 accounts: Arc::new(accounts),
                 info,
                 access,
+                recordings,
                 started: Instant::now(),
                 draining,
             }),
@@ -140,14 +152,20 @@ impl SimHandle {
     /// The same for the holder of a claim, whom the caller has found to be that: each command begins its lease anew.
     #[must_use]
     pub fn acting_for(&self, claim: Option<ClaimId>) -> Self {
-        Self { inner: Arc::clone(&self.inner), claim, only: Arc::clone(&self.only) }
+        Self { claim, ..self.clone() }
+    }
+
+    /// The same for what this caller sends.
+    #[must_use]
+    pub fn called_by(&self, caller: Option<&Caller>) -> Self {
+        Self { sender: caller.map(|caller| caller.name.clone()), ..self.clone() }
     }
 
     /// The same for the owner of a token, which may be for some robots alone.
     #[must_use]
     pub fn within(&self, grant: Option<&Grant>) -> Self {
         let only = grant.map_or_else(|| Arc::clone(&self.only), |grant| Arc::clone(&grant.robots));
-        Self { inner: Arc::clone(&self.inner), claim: self.claim, only }
+        Self { only, ..self.clone() }
     }
 
     /// Refuses what changes other robots than those that this handle is for; `None` is the world.

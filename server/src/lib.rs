@@ -4,6 +4,7 @@
 //! * [`handle`]: the one way to the world, for every front-end.
 //! * [`driver`]: the thread that owns the world and its pace.
 //! * [`loading`]: descriptions and assets, from uploads and from disk, to robots.
+//! * [`recording`]: what happens, into files, and the same again. [`replay`]: `simd replay`.
 //! * [`convert`]: wire types to core types and back.
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
@@ -32,6 +33,8 @@ mod info;
 pub mod loading;
 pub mod log;
 mod process;
+pub mod recording;
+pub mod replay;
 mod run_state;
 pub mod service;
 mod subcommand;

@@ -27,6 +27,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use simd_core::collision::MeshShapes;
+use simd_core::simulation::command::Spawn;
 use simd_model::robot::Sha256;
 use simd_model::{ReadOptions, RobotModel};
 use tokio::time::Instant;
@@ -34,6 +35,7 @@ use tokio::time::Instant;
 pub(crate) use progress::Reporter;
 pub use progress::{Phase, Progress};
 pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, summary};
+pub(crate) use saved_states::Files;
 pub use source::{AssetState, Prepared, Source, Validated};
 
 use crate::blocking_threads::BlockingThreads;
@@ -78,6 +80,8 @@ pub(crate) struct Known {
     pub(crate) description: Sha256,
     pub(crate) scale: f64,
     pub(crate) mesh_shapes: MeshShapes,
+    /// Its root link cannot move.
+    pub(crate) fixed_base: bool,
     /// The description and the files.
     pinned: Vec<Sha256>,
 }
@@ -177,9 +181,10 @@ impl Loader {
             cache.store.pin(&[sha256]);
             pinned.push(sha256);
         }
-        let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes, fixed_base: _ } = options;
+        let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes, fixed_base } = options;
+        let fixed_base = Spawn::is_base_fixed(model, fixed_base);
         let model = Arc::downgrade(model);
-        cache.known.push(Known { model, origin, description, scale, mesh_shapes, pinned });
+        cache.known.push(Known { model, origin, description, scale, mesh_shapes, fixed_base, pinned });
         Ok(())
     }
 

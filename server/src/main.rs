@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use simd_server::config::{self, Config, ConfigError};
 use simd_server::log::{Log, LogFormat};
-use simd_server::{authority, daemon, zenoh_acl};
+use simd_server::{authority, daemon, replay, zenoh_acl};
 use tracing_subscriber::EnvFilter;
 
 /// Threads beside one for each processor that may work or wait for long; what comes beyond waits for one. At one time at
@@ -47,6 +47,17 @@ fn run(log: &Log) -> ExitCode {
         Some(Ok(text)) => {
             let _ = write!(std::io::stdout(), "{text}");
             return ExitCode::SUCCESS;
+        }
+        Some(Err(text)) => {
+            log.say(text.trim_end());
+            return ExitCode::from(2);
+        }
+        None => {}
+    }
+    match replay::run(&arguments) {
+        Some(Ok((text, code))) => {
+            let _ = write!(std::io::stdout(), "{text}");
+            return ExitCode::from(code);
         }
         Some(Err(text)) => {
             log.say(text.trim_end());

@@ -21,6 +21,7 @@ mod metrics;
 mod others_robots;
 mod parameters;
 mod queries;
+mod recordings;
 mod refusals;
 mod retries;
 mod robots;

@@ -15,6 +15,7 @@ mod operator;
 mod packaging;
 mod programs;
 mod readme;
+mod recordings;
 mod security;
 mod service_manager;
 mod soak;

@@ -195,6 +195,19 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             };
             ("constraint_deleted", json!({ "constraint": it.constraint, "cause": cause }), sentence)
         }
+        Some(Kind::RecordingStarted(it)) => (
+            "recording_started",
+            json!({ "recording": it.recording }),
+            format!("recording {} started", it.recording),
+        ),
+        Some(Kind::RecordingEnded(it)) => {
+            let cause = json::name("RECORDING_END_CAUSE_", it.cause().as_str_name());
+            (
+                "recording_ended",
+                json!({ "recording": it.recording, "cause": cause, "message": it.message }),
+                format!("recording {} ended: {}", it.recording, it.message),
+            )
+        }
         Some(Kind::StateRestored(it)) => {
             ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))
         }

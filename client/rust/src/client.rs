@@ -19,6 +19,7 @@ use simd_proto::{
         contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
         kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
+        recording_service_client::RecordingServiceClient,
         simulation_service_client::SimulationServiceClient,
     },
 };
@@ -248,6 +249,10 @@ impl Client {
 
     pub(crate) fn kinematics(&self) -> KinematicsServiceClient<WithHeaders> {
         KinematicsServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn recording_service(&self) -> RecordingServiceClient<WithHeaders> {
+        RecordingServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     pub(crate) fn parameter(&self) -> ParameterServiceClient<WithHeaders> {

@@ -17,7 +17,7 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`; `saved_state` has those that write and read files.
+//!   `clients`, `recording`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -41,6 +41,7 @@ mod kinematics;
 mod package;
 mod parameter;
 mod reading;
+mod recording;
 mod saved_state;
 mod simulation;
 mod target;

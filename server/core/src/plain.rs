@@ -43,6 +43,59 @@ pub(crate) mod pose3 {
     }
 }
 
+/// `x y z`, or nothing.
+pub(crate) mod optional_vector3 {
+    use glamx::DVec3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(vector: &Option<DVec3>, serializer: S) -> Result<S::Ok, S::Error> {
+        vector.map(|vector| vector.to_array()).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<DVec3>, D::Error> {
+        Ok(Option::<[f64; 3]>::deserialize(deserializer)?.map(DVec3::from_array))
+    }
+}
+
+/// Two times `x y z`, or nothing.
+pub(crate) mod optional_two_vectors3 {
+    use glamx::DVec3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(
+        vectors: &Option<(DVec3, DVec3)>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        vectors.map(|(one, other)| [one.to_array(), other.to_array()]).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<(DVec3, DVec3)>, D::Error> {
+        let vectors = Option::<[[f64; 3]; 2]>::deserialize(deserializer)?;
+        Ok(vectors.map(|[one, other]| (DVec3::from_array(one), DVec3::from_array(other))))
+    }
+}
+
+/// A pose as [`pose3`] has it, or nothing.
+pub(crate) mod optional_pose3 {
+    use glamx::DPose3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Pose(#[serde(with = "super::pose3")] DPose3);
+
+    pub(crate) fn serialize<S: Serializer>(pose: &Option<DPose3>, serializer: S) -> Result<S::Ok, S::Error> {
+        pose.map(Pose).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<DPose3>, D::Error> {
+        Ok(Option::<Pose>::deserialize(deserializer)?.map(|Pose(pose)| pose))
+    }
+}
+
 /// What is shared, as what it is.
 pub(crate) mod shared {
     use std::sync::Arc;

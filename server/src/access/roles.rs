@@ -67,6 +67,9 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     ),
     ("ParameterService", Role::Viewer, &["GetParameters", "NextParameters", "WatchParameters"]),
     ("ParameterService", Role::Operator, &["AddParameter", "SetParameters", "RemoveParameters"]),
+    ("RecordingService", Role::Viewer, &["ListRecordings", "GetRecording", "ReadRecording"]),
+    ("RecordingService", Role::Operator, &["StartRecording", "StopRecording"]),
+    ("RecordingService", Role::Admin, &["DeleteRecording"]),
     (
         "SimulationService",
         Role::Viewer,

@@ -10,17 +10,17 @@ use glamx::DVec3;
 use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
 
-use super::key::{Access, Key};
+use super::key::{Access, Key, MANY};
 use crate::driver::Processors;
 use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
 /// All keys, in the order of the file.
 pub(super) static KEYS: LazyLock<Vec<Key>> =
-    LazyLock::new(|| [daemon(), tls(), zenoh(), physics(), autosave(), realtime(), limits::keys()].into_iter().flatten().collect());
+    LazyLock::new(|| [daemon(), tls(), zenoh(), physics(), autosave(), realtime(), limits::keys(), recording()].into_iter().flatten().collect());
 
 /// Tables of the file, in their order, and what each is about.
-pub(super) const TABLES: [(&str, &str); 10] = [
+pub(super) const TABLES: [(&str, &str); 11] = [
     ("", ""),
     ("tls", "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again."),
     ("zenoh", "How the daemon is reached over Zenoh."),
@@ -38,6 +38,7 @@ pub(super) const TABLES: [(&str, &str); 10] = [
         "What one client may have, so that it leaves room for others. A client is who has a token; without tokens an IPv4 \
          address, an IPv6 network of 64 bits, a session of Zenoh, or on the same machine a connection.",
     ),
+    ("recording", "Runs as files, which clients start and stop: see recording.md."),
     ("connections", "Connections of gRPC, gRPC-Web and the page: see daemon.md."),
 ];
 
@@ -341,6 +342,23 @@ fn autosave() -> Vec<Key> {
             "whether the daemon starts with the world in the file, where there is one, in place of the robots of its \
              configuration",
             Access::Switch(|draft| draft.autosave_restore, |draft, restore| draft.autosave_restore = restore),
+        ),
+    ]
+}
+
+fn recording() -> Vec<Key> {
+    vec![
+        Key::new(
+            "recording.directory",
+            "the folder where recordings are kept; left out: none can be made",
+            Access::File(|draft| &mut draft.config.recording.directory),
+        )
+        .flag("recordings")
+        .example("\"/var/lib/simd/recordings\""),
+        Key::new(
+            "recording.max_bytes",
+            "bytes of all of them together",
+            Access::Count(1 << 20..=MANY, |draft| &mut draft.config.recording.max_bytes),
         ),
     ]
 }

@@ -156,7 +156,6 @@ mod tests {
     use simd_core::simulation::WorldLimits;
 
     use super::*;
-    use crate::access::Access;
     use crate::blocking_threads::BlockingThreads;
     use crate::driver;
     use crate::driver::toy::Stuck;
@@ -174,7 +173,7 @@ mod tests {
         let driver = driver::start(world, paused).unwrap();
         let loader = Loader::new(limits, &[], BlockingThreads::computing().unwrap()).unwrap();
         let info = DaemonInfo { name: "test".into(), version: "0", limits };
-        let handle = SimHandle::with_access(driver, loader, info, Access::open());
+        let handle = SimHandle::new(driver, loader, info);
 
         let later = || Instant::now() + Duration::from_secs(31);
         assert_eq!(stuck(&handle, ALLOWED, later()), None, "it is paused");

@@ -1,10 +1,13 @@
 //! Everything that can wake the driver.
 
+use std::sync::Arc;
+
 use simd_core::simulation::command::{ClaimId, PhysicsChange, SetTargets};
-use simd_core::{Command, PhysicsSettings};
+use simd_core::{Command, Moment, PhysicsSettings};
 use tokio::sync::oneshot;
 
 use super::published::{Done, Pace, PaceChange, Stepped};
+use super::tap::{Sender, Tap};
 use crate::call_error::CallError;
 use crate::run_state::RunState;
 
@@ -23,6 +26,8 @@ pub(crate) enum Event {
         command: Command,
         /// That its sender holds.
         claim: Option<ClaimId>,
+        /// Who sends it.
+        sender: Sender,
         /// Once it holds.
         reply: ReplyTo<Done>,
     },
@@ -32,6 +37,8 @@ pub(crate) enum Event {
         state: RunState,
         /// That its sender holds.
         claim: Option<ClaimId>,
+        /// Who sends it.
+        sender: Sender,
         /// Once it holds.
         reply: ReplyTo<Done>,
     },
@@ -44,6 +51,8 @@ pub(crate) enum Event {
         steps: u64,
         /// That its sender holds.
         claim: Option<ClaimId>,
+        /// Who sends it.
+        sender: Sender,
         /// After the last one; dropped by a caller who does not want them any more.
         reply: ReplyTo<Stepped>,
     },
@@ -55,8 +64,17 @@ pub(crate) enum Event {
         pace: PaceChange,
         /// That its sender holds.
         claim: Option<ClaimId>,
+        /// Who sends it.
+        sender: Sender,
         /// With what is in force from then on.
         reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
+    },
+    /// Tell a recorder everything from now on, or end what the present one is told.
+    Record {
+        /// Where to; the first entry is the whole world.
+        tap: Option<Arc<Tap>>,
+        /// Once it holds, with the moment.
+        reply: ReplyTo<Moment>,
     },
     /// End.
     Shutdown,
@@ -76,6 +94,7 @@ impl Event {
             | Self::StepDue
             | Self::Step { .. }
             | Self::SetPhysics { .. }
+            | Self::Record { .. }
             // A flag beside it ends the step.
             | Self::Shutdown => false,
         }

@@ -66,6 +66,39 @@ pub enum Happened {
         /// Wall seconds, since the event of this kind before.
         dropped_lag: f64,
     },
+    /// A recording began.
+    RecordingStarted {
+        /// When.
+        at: Moment,
+        /// What it is called.
+        recording: String,
+    },
+    /// A recording ended.
+    RecordingEnded {
+        /// When.
+        at: Moment,
+        /// What it is called.
+        recording: String,
+        /// Why.
+        cause: RecordingEnd,
+        /// The same, as a sentence.
+        message: String,
+    },
+}
+
+/// Why a recording ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordingEnd {
+    /// A client stopped it.
+    Stopped,
+    /// It, or all of them together, reached a limit.
+    LimitReached,
+    /// It could not be written, for instance because the disk is full.
+    WriteFailed,
+    /// The disk was slower than the world.
+    TooSlow,
+    /// The daemon ends.
+    DaemonEnded,
 }
 
 /// Why a client came to those that step the world together, or went.
@@ -116,9 +149,9 @@ impl EventLog {
         Self { limit, kept: Mutex::default(), grown: Notify::new() }
     }
 
-    /// Appends an event.
-    pub(crate) fn push(&self, wall_time: SystemTime, state_sequence: u64, what: Happened) {
-        {
+    /// Appends an event; gives its number.
+    pub(crate) fn push(&self, wall_time: SystemTime, state_sequence: u64, what: Happened) -> u64 {
+        let sequence = {
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
             kept.last_sequence += 1;
             let sequence = kept.last_sequence;
@@ -128,8 +161,10 @@ impl EventLog {
             while kept.events.len() > self.limit || (kept.bytes > MAX_BYTES && kept.events.len() > 1) {
                 kept.bytes -= kept.events.pop_front().map_or(0, |gone| bytes_of(&gone.what));
             }
-        }
+            sequence
+        };
         self.grown.notify_waiters();
+        sequence
     }
 
     /// Events after a number, at once.
@@ -167,7 +202,14 @@ impl EventLog {
 
 /// Of what is as long as clients and descriptions make it.
 fn bytes_of(what: &Happened) -> usize {
-    let Happened::World(event) = what else { return 0 };
+    let event = match what {
+        Happened::World(event) => event,
+        Happened::RecordingStarted { recording, .. } => return recording.len(),
+        Happened::RecordingEnded { recording, message, .. } => return recording.len() + message.len(),
+        Happened::PhysicsChanged { .. } | Happened::StateChanged { .. } | Happened::Overrun { .. } => {
+            return 0;
+        }
+    };
     match &event.kind {
         EventKind::EntitySpawned { robot }
         | EventKind::EntityDeleted { robot }

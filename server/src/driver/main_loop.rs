@@ -7,18 +7,19 @@ use std::time::Instant;
 
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::{ClaimId, Clamped, PhysicsChange, ResetScope, SetTargets};
-use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
+use simd_core::{Applied, Command, Error, Moment, PhysicsSettings, Reply};
 
 use super::board::Publisher;
 use super::call_budget::CallBudget;
 use super::event::Event;
-use super::event_log::{EventLog, Happened};
+use super::event_log::{EventLog, Happened, LoggedEvent, RecordingEnd};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
 use super::step_queue::{Pending, StepQueue};
+use super::tap::{AppliedCommand, Entry, Sender, Tap, TapEnd, WorldEntry};
 use super::world::World;
 use crate::call_error::CallError;
 use crate::run_state::RunState;
@@ -43,6 +44,8 @@ pub(super) struct Driver<W> {
     pub(super) long_steps: LongSteps,
     /// Calls that may still go before an interrupted step begins anew.
     pub(super) before_retry: usize,
+    /// Where a recorder is told everything.
+    pub(super) tap: Option<Arc<Tap>>,
 }
 
 impl<W: World> Driver<W> {
@@ -56,6 +59,9 @@ impl<W: World> Driver<W> {
         let event = self.next_event();
         self.publisher.work_begins(Instant::now());
         let goes_on = self.handle_event(event);
+        if self.tap.as_ref().is_some_and(|tap| tap.takes_world()) {
+            self.record_world();
+        }
         self.publisher.work_ends();
         goes_on
     }
@@ -97,16 +103,23 @@ impl<W: World> Driver<W> {
         self.calls.served();
         match event {
             Event::StepDue => self.step(),
-            Event::Command { command, claim, reply } => drop(reply.send(self.command(&command, claim))),
-            Event::SetState { state, claim, reply } => drop(reply.send(self.set_state(state, claim))),
-            Event::Step { reply, .. } if reply.is_closed() => {}
-            Event::Step { targets, steps, claim, reply } => match self.begin_steps(targets, claim) {
-                Ok(clamped) => self.steps.push(steps, clamped, reply),
-                Err(refused) => drop(reply.send(Err(refused))),
-            },
-            Event::SetPhysics { change, pace, claim, reply } => {
-                drop(reply.send(self.set_physics(change, pace, claim)));
+            Event::Command { command, claim, sender, reply } => {
+                drop(reply.send(self.command(&command, claim, sender)));
             }
+            Event::SetState { state, claim, sender, reply } => {
+                drop(reply.send(self.set_state(state, claim, sender)));
+            }
+            Event::Step { reply, .. } if reply.is_closed() => {}
+            Event::Step { targets, steps, claim, sender, reply } => {
+                match self.begin_steps(targets, claim, sender) {
+                    Ok(clamped) => self.steps.push(steps, clamped, reply),
+                    Err(refused) => drop(reply.send(Err(refused))),
+                }
+            }
+            Event::SetPhysics { change, pace, claim, sender, reply } => {
+                drop(reply.send(self.set_physics(change, pace, claim, sender)));
+            }
+            Event::Record { tap, reply } => drop(reply.send(Ok(self.set_tap(tap)))),
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())
@@ -114,8 +127,12 @@ impl<W: World> Driver<W> {
 
     /// The one place where a command reaches the world: what passes here, with
     /// the step at which it did, is a complete recording of a run.
-    fn apply(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
+    fn apply(&mut self, command: &Command, claim: Option<ClaimId>, sender: Sender) -> Result<Applied, Error> {
         let applied = self.world.apply_for(command, claim)?;
+        if self.tap.is_some() {
+            let (at, command) = (applied.at, command.clone());
+            self.record(Entry::Applied(Box::new(AppliedCommand { at, command, claim, sender })));
+        }
         tracing::trace!(epoch = applied.at.epoch, step = applied.at.step, ?command, "applied");
         // A restored state brings its own time step.
         self.follow_pace();
@@ -123,8 +140,13 @@ impl<W: World> Driver<W> {
         Ok(applied)
     }
 
-    fn command(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Done, CallError> {
-        let applied = self.apply(command, claim)?;
+    fn command(
+        &mut self,
+        command: &Command,
+        claim: Option<ClaimId>,
+        sender: Sender,
+    ) -> Result<Done, CallError> {
+        let applied = self.apply(command, claim, sender)?;
         match command {
             Command::Reset(_) => self.steps.supersede("a reset"),
             Command::RestoreState { .. } => self.steps.supersede("a restored state"),
@@ -149,6 +171,7 @@ impl<W: World> Driver<W> {
         &mut self,
         targets: Option<SetTargets>,
         claim: Option<ClaimId>,
+        sender: Sender,
     ) -> Result<Vec<Clamped>, CallError> {
         if self.state == RunState::Playing {
             return Err(CallError::WrongState {
@@ -159,7 +182,7 @@ impl<W: World> Driver<W> {
         self.world.allow_step(claim)?;
         self.steps.has_room()?;
         let Some(targets) = targets else { return Ok(Vec::new()) };
-        let applied = self.apply(&Command::SetTargets(targets), claim)?;
+        let applied = self.apply(&Command::SetTargets(targets), claim, sender)?;
         self.has_unpublished = true;
         match applied.reply {
             Reply::Targets { clamped, changed_law: _ } => Ok(clamped),
@@ -205,6 +228,10 @@ impl<W: World> Driver<W> {
             RunState::Paused => {}
         }
         self.publish();
+        if self.tap.is_some() {
+            let newest = self.publisher.board().newest();
+            self.record(Entry::Step(newest));
+        }
         self.log_events();
         let at = self.world.now();
         if became_paused {
@@ -221,7 +248,12 @@ impl<W: World> Driver<W> {
         }
     }
 
-    fn set_state(&mut self, state: RunState, claim: Option<ClaimId>) -> Result<Done, CallError> {
+    fn set_state(
+        &mut self,
+        state: RunState,
+        claim: Option<ClaimId>,
+        sender: Sender,
+    ) -> Result<Done, CallError> {
         self.world.allow_world(claim)?;
         let now = Instant::now();
         let before = self.state;
@@ -235,7 +267,7 @@ impl<W: World> Driver<W> {
             RunState::Paused => self.steps.supersede("a pause"),
             RunState::Stopped => {
                 let scope = ResetScope { time: true, state: true, spawned: false };
-                self.apply(&Command::Reset(scope), claim)?;
+                self.apply(&Command::Reset(scope), claim, sender)?;
                 self.steps.supersede("a stop");
             }
         }
@@ -254,13 +286,14 @@ impl<W: World> Driver<W> {
         change: PhysicsChange,
         pace: PaceChange,
         claim: Option<ClaimId>,
+        sender: Sender,
     ) -> Result<(Done, PhysicsSettings, Pace), CallError> {
         self.world.allow_world(claim)?;
         let (settings_before, pace_before) = (self.world.settings(), self.pace);
         let at = if change == PhysicsChange::default() {
             self.world.now()
         } else {
-            self.apply(&Command::SetPhysics(change), claim)?.at
+            self.apply(&Command::SetPhysics(change), claim, sender)?.at
         };
         // Here and not where the change was asked for: another may have come between.
         self.pace = pace.of(self.pace);
@@ -315,8 +348,69 @@ impl<W: World> Driver<W> {
         }
     }
 
-    fn log(&self, what: Happened) {
-        self.events.push(std::time::SystemTime::now(), self.publisher.sequence(), what);
+    fn log(&mut self, what: Happened) {
+        let (wall_time, state_sequence) = (std::time::SystemTime::now(), self.publisher.sequence());
+        let recorded = self.tap.is_some().then(|| what.clone());
+        let sequence = self.events.push(wall_time, state_sequence, what);
+        if let Some(what) = recorded {
+            self.record(Entry::Event(LoggedEvent { sequence, wall_time, state_sequence, what }));
+        }
+    }
+
+    /// Tells the recorder, and stops telling it where it does not keep up.
+    fn record(&mut self, entry: Entry) {
+        let Some(Err(end)) = self.tap.as_ref().map(|tap| tap.push(entry)) else { return };
+        let Some(tap) = self.tap.take() else { return };
+        // Whoever writes may be waiting for the disk: it is said here. All else the writer says.
+        if end == TapEnd::Full {
+            let recording = tap.name.to_string();
+            let message =
+                "what waits to be written fills the memory that it may take: the disk is slower than the \
+                           world"
+                    .to_owned();
+            tracing::error!(recording, "the recording ends: {message}");
+            let (at, cause) = (self.world.now(), RecordingEnd::TooSlow);
+            self.log(Happened::RecordingEnded { at, recording, cause, message });
+        }
+    }
+
+    fn record_world(&mut self) {
+        let world = &self.world;
+        let published = self.publisher.board().newest();
+        let entry =
+            WorldEntry { at: world.now(), state: world.snapshot(), claims: world.claims(), published };
+        self.record(Entry::World(Box::new(entry)));
+    }
+
+    /// Another recorder, or none any more: the last thing that one is told is the whole world.
+    fn set_tap(&mut self, tap: Option<Arc<Tap>>) -> Moment {
+        // What the recorder is told of the world and what is published are of one moment.
+        if self.has_unpublished {
+            self.publish();
+        }
+        if self.tap.is_some() {
+            self.record_world();
+        }
+        if let Some(before) = self.tap.take() {
+            before.end(TapEnd::Stopped);
+        }
+        self.tap = tap;
+        let at = self.world.now();
+        if let Some(recording) = self.tap.as_ref().map(|tap| tap.name.to_string()) {
+            self.record_world();
+            self.log(Happened::RecordingStarted { at, recording });
+        }
+        at
+    }
+
+    /// The last thing that a recorder is told.
+    pub(super) fn end_tap(&mut self) {
+        if self.tap.is_some() {
+            self.record_world();
+        }
+        if let Some(tap) = self.tap.take() {
+            tap.end(TapEnd::DriverEnded);
+        }
     }
 
     fn done(&self, applied: Applied) -> Done {

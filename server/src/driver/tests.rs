@@ -39,22 +39,22 @@ impl Bench {
     }
 
     fn steps(&self, steps: u64) -> Answer<Stepped> {
-        self.post(|reply| Event::Step { targets: None, steps, claim: None, reply })
+        self.post(|reply| Event::Step { targets: None, steps, claim: None, sender: None, reply })
     }
 
     /// With targets, which a toy refuses for `missing`.
     fn steps_of(&self, robot: &str, steps: u64) -> Answer<Stepped> {
         let targets = RobotTargets { robot: robot.into(), ..RobotTargets::default() };
         let targets = Some(SetTargets { robots: vec![targets], ..SetTargets::default() });
-        self.post(|reply| Event::Step { targets, steps, claim: None, reply })
+        self.post(|reply| Event::Step { targets, steps, claim: None, sender: None, reply })
     }
 
     fn command(&self, command: Command) -> Answer<Done> {
-        self.post(|reply| Event::Command { command, claim: None, reply })
+        self.post(|reply| Event::Command { command, claim: None, sender: None, reply })
     }
 
     fn state(&self, state: RunState) -> Answer<Done> {
-        self.post(|reply| Event::SetState { state, claim: None, reply })
+        self.post(|reply| Event::SetState { state, claim: None, sender: None, reply })
     }
 
     fn iterations(&mut self, count: u32) {

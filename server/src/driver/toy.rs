@@ -4,8 +4,8 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
-use simd_core::simulation::EventKind;
 use simd_core::simulation::command::{ClaimId, PhysicsChange};
+use simd_core::simulation::{EventKind, Saved, WorldLimits};
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation};
 
 use super::world::World;
@@ -116,6 +116,10 @@ impl World for Toy {
         self.now
     }
 
+    fn snapshot(&self) -> Saved {
+        Simulation::new(self.settings, WorldLimits::default()).snapshot()
+    }
+
     fn settings(&self) -> PhysicsSettings {
         self.settings
     }
@@ -164,6 +168,10 @@ impl World for Stuck {
 
     fn now(&self) -> Moment {
         self.world.now()
+    }
+
+    fn snapshot(&self) -> Saved {
+        Toy::default().snapshot()
     }
 
     fn settings(&self) -> PhysicsSettings {

@@ -1,7 +1,8 @@
 //! What the driver needs of a world. There is one world, [`Simulation`]; tests of
 //! the driver bring their own, which stalls and fails when a test asks for it.
 
-use simd_core::simulation::command::ClaimId;
+use simd_core::simulation::Saved;
+use simd_core::simulation::command::{ClaimId, ClaimRequest};
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Simulation};
 
 /// A world that commands change and steps move.
@@ -26,6 +27,12 @@ pub(crate) trait World: Send + 'static {
     fn settings(&self) -> PhysicsSettings;
     /// See [`Simulation::observe`].
     fn observe(&self, state: &mut PublishedState);
+    /// See [`Simulation::snapshot`].
+    fn snapshot(&self) -> Saved;
+    /// See [`Simulation::claims`].
+    fn claims(&self) -> Vec<ClaimRequest> {
+        Vec::new()
+    }
     /// See [`Simulation::take_events`].
     fn take_events(&mut self) -> Vec<Event>;
 }
@@ -65,5 +72,13 @@ impl World for Simulation {
 
     fn take_events(&mut self) -> Vec<Event> {
         Simulation::take_events(self)
+    }
+
+    fn snapshot(&self) -> Saved {
+        Simulation::snapshot(self)
+    }
+
+    fn claims(&self) -> Vec<ClaimRequest> {
+        Simulation::claims(self)
     }
 }

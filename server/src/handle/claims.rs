@@ -232,7 +232,7 @@ impl SimHandle {
         drop(self);
         loop {
             let Some(inner) = weak.upgrade() else { return };
-            let handle = Self { inner, claim: None, only: Arc::default() };
+            let handle = Self { inner, claim: None, only: Arc::default(), sender: None };
             let Some(ends) = handle.inner.leases.end(claim) else { return };
             let cause = match until.is_cancelled() {
                 true => Some(ReleaseCause::Disconnected),

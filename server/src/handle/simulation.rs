@@ -18,8 +18,8 @@ impl SimHandle {
         if !self.only.is_empty() {
             self.check_robots(command.robots().as_deref())?;
         }
-        let claim = self.renewed_claim();
-        self.ask(|reply| Event::Command { command, claim, reply }).await
+        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        self.ask(|reply| Event::Command { command, claim, sender, reply }).await
     }
 
     /// Plays, pauses or stops.
@@ -31,8 +31,8 @@ impl SimHandle {
         if state == RunState::Playing {
             self.check_no_lockstep()?;
         }
-        let claim = self.renewed_claim();
-        self.ask(|reply| Event::SetState { state, claim, reply }).await
+        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        self.ask(|reply| Event::SetState { state, claim, sender, reply }).await
     }
 
     /// Does steps as fast as possible, and answers when they are done. Dropping
@@ -101,8 +101,8 @@ impl SimHandle {
         targets: Option<SetTargets>,
         steps: u64,
     ) -> Result<Stepped, CallError> {
-        let claim = self.renewed_claim();
-        self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, reply })).await?
+        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        self.until_drained(self.ask(|reply| Event::Step { targets, steps, claim, sender, reply })).await?
     }
 
     /// Changes how steps follow the wall clock.
@@ -128,8 +128,8 @@ impl SimHandle {
         if let Some(factor) = pace.factor {
             Pace::RealTime { factor }.check()?;
         }
-        let claim = self.renewed_claim();
-        self.ask(|reply| Event::SetPhysics { change, pace, claim, reply }).await
+        let (claim, sender) = (self.renewed_claim(), self.sender.clone());
+        self.ask(|reply| Event::SetPhysics { change, pace, claim, sender, reply }).await
     }
 
     /// The newest state, at once.

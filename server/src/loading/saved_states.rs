@@ -17,7 +17,7 @@ use crate::convert::field::Path;
 use crate::handle::{CallError, SimHandle};
 
 /// Files by their hash.
-type Files = BTreeMap<Sha256, Arc<[u8]>>;
+pub(crate) type Files = BTreeMap<Sha256, Arc<[u8]>>;
 
 impl SimHandle {
     /// Writes a kept state into a file, which is kept as an upload is; gives its hash and size.
@@ -73,29 +73,62 @@ impl SimHandle {
         name: String,
     ) -> Result<SavedStateInfo, CallError> {
         let loader = self.loader();
-        let robots = usize::try_from(loader.limits.robots).unwrap_or(usize::MAX);
+        let robots = loader.most_robots();
         let (opened, files) = loader.off_thread(move || unpacked(&file, robots)).await??;
         let Opened { written_by, content } = opened;
-        // Robots that are made alike are one model; alone, a thousand balls are read a thousand times.
-        let mut known: BTreeMap<&Recipe, RobotParts> = BTreeMap::new();
-        let mut made = Vec::with_capacity(content.robots.len());
-        for SavedRobot { recipe, state, .. } in &content.robots {
-            let one = match known.get(recipe) {
-                Some(one) => one.clone(),
-                None => self.load_again(recipe, &files, &state.entity.name).await?,
-            };
-            known.insert(recipe, one.clone());
-            made.push(one);
-        }
         let name = if name.is_empty() { content.name.clone() } else { name };
         let name = Path::ROOT.field("name").short(name).map_err(|error| invalid(error.to_string()))?;
-        let saved = loader.off_thread(move || content.into_saved(made)).await??;
+        let saved = loader.saved(content, &files, &mut BTreeMap::new()).await?;
         tracing::info!(saved_state = name, "imported a file that simd {written_by} wrote");
         let done = self.command(Command::ImportSavedState { name, saved }).await?;
         match done.applied.reply {
             Reply::SavedState(info) => Ok(info),
             other => Err(CallError::Internal { message: format!("this is not a saved state: {other:?}") }),
         }
+    }
+}
+
+impl Loader {
+    /// Robots that a file may have.
+    pub(crate) fn most_robots(&self) -> usize {
+        usize::try_from(self.limits.robots).unwrap_or(usize::MAX)
+    }
+
+    /// The state that a file has, and the files beside it; its robots are those that are known, or are made and then known.
+    ///
+    /// # Errors
+    /// Where a file is lacking, and where its robots cannot be read as they were.
+    pub(crate) async fn saved(
+        &self,
+        content: Content,
+        files: &Files,
+        known: &mut BTreeMap<Recipe, RobotParts>,
+    ) -> Result<Saved, CallError> {
+        let mut made = Vec::with_capacity(content.robots.len());
+        for SavedRobot { recipe, state, .. } in &content.robots {
+            // Robots that are made alike are one model; alone, a thousand balls are read a thousand times.
+            made.push(self.made_again(recipe, files, &state.entity.name, known).await?);
+        }
+        self.off_thread(move || content.into_saved(made)).await?
+    }
+
+    /// A robot from what it was made from.
+    ///
+    /// # Errors
+    /// Where a file is lacking, and where it cannot be read.
+    pub(crate) async fn made_again(
+        &self,
+        recipe: &Recipe,
+        files: &Files,
+        robot: &str,
+        known: &mut BTreeMap<Recipe, RobotParts>,
+    ) -> Result<RobotParts, CallError> {
+        if let Some(made) = known.get(recipe) {
+            return Ok(made.clone());
+        }
+        let made = self.load_again(recipe, files, robot).await?;
+        known.insert(recipe.clone(), made.clone());
+        Ok(made)
     }
 
     async fn load_again(&self, recipe: &Recipe, files: &Files, robot: &str) -> Result<RobotParts, CallError> {
@@ -112,7 +145,7 @@ impl SimHandle {
             .map(|(uri, sha256)| Ok((uri.clone(), Asset { sha256: *sha256, bytes: find(sha256)? })));
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
         let Recipe { scale, mesh_shapes, fixed_base, .. } = *recipe;
-        let options = self.loader().load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
+        let options = self.load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
         let made = self.load(origin, options, Reporter::default()).await;
         match made {
             Ok(LoadedRobot { model, shapes, report: _ }) => Ok((model, shapes)),
@@ -122,23 +155,12 @@ impl SimHandle {
             Err(error) => Err(error),
         }
     }
-}
 
-impl Loader {
     /// What the robots of a state are made from, and the files for it.
     fn ingredients(&self, saved: &Saved) -> Result<(Vec<Recipe>, Files), CallError> {
         let mut recipes = Vec::new();
         let mut used = BTreeSet::new();
-        for (model, robot) in saved.models().zip(&saved.world_state().robots) {
-            let recipe = self.with_known(model, |known| Recipe {
-                description: known.description,
-                assets: mesh_files(model),
-                scale: known.scale.to_bits(),
-                mesh_shapes: known.mesh_shapes,
-                fixed_base: robot.entity.fixed_base,
-            });
-            let unknown = || format!("it is not known where robot model {:?} came from", model.name);
-            let recipe = recipe.ok_or_else(|| CallError::Internal { message: unknown() })?;
+        for recipe in self.recipes(saved)? {
             used.insert(recipe.description);
             used.extend(recipe.assets.values());
             recipes.push(recipe);
@@ -146,14 +168,42 @@ impl Loader {
         let mut files = Files::new();
         let mut size = 0usize;
         for sha256 in used {
-            let bytes = self.lock().store.get(&sha256);
-            let gone = || CallError::Internal { message: format!("the file {sha256} of a robot is gone") };
-            let bytes = bytes.ok_or_else(gone)?;
+            let bytes = self.file_of_robot(&sha256)?;
             size = size.saturating_add(bytes.len());
             self.check_file(size)?;
             files.insert(sha256, bytes);
         }
         Ok((recipes, files))
+    }
+
+    /// What the robots of a state are made from.
+    pub(crate) fn recipes(&self, saved: &Saved) -> Result<Vec<Recipe>, CallError> {
+        saved.models().map(|model| self.recipe(model)).collect()
+    }
+
+    /// What a robot is made from.
+    ///
+    /// # Errors
+    /// Where it was not made here.
+    pub(crate) fn recipe(&self, model: &Arc<RobotModel>) -> Result<Recipe, CallError> {
+        let recipe = self.with_known(model, |known| Recipe {
+            description: known.description,
+            assets: mesh_files(model),
+            scale: known.scale.to_bits(),
+            mesh_shapes: known.mesh_shapes,
+            fixed_base: known.fixed_base,
+        });
+        let unknown = || format!("it is not known where robot model {:?} came from", model.name);
+        recipe.ok_or_else(|| CallError::Internal { message: unknown() })
+    }
+
+    /// A file that a robot was made from.
+    ///
+    /// # Errors
+    /// Where it is not kept any more.
+    pub(crate) fn file_of_robot(&self, sha256: &Sha256) -> Result<Arc<[u8]>, CallError> {
+        let gone = || CallError::Internal { message: format!("the file {sha256} of a robot is gone") };
+        self.lock().store.get(sha256).ok_or_else(gone)
     }
 
     /// A file that no daemon with these limits would take back is not written.

@@ -108,8 +108,10 @@ where
     if let Ok(Some(claim)) = &claim {
         handle.renew(*claim);
     }
+    let caller = request.extensions().get::<Caller>().cloned();
     let handle_of = handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
-    let work = claim.map(|claim| work(handle_of.acting_for(claim), request.into_inner()));
+    let handle_of = |claim| handle_of.acting_for(claim).called_by(caller.as_ref());
+    let work = claim.map(|claim| work(handle_of(claim), request.into_inner()));
     let Some(identified) = identified else { return Ok(Response::new(work?.await?)) };
     let outcome = handle.once(identified, work.map(|work| async { outcome(work.await) })).await?;
     let broken = || CallError::Internal { message: "a remembered answer cannot be read".into() };

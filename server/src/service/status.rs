@@ -70,10 +70,12 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::SavedStateNotFound
         | ErrorReason::ConstraintNotFound
         | ErrorReason::FileNotFound
-        | ErrorReason::ParameterNotFound => Code::NotFound,
+        | ErrorReason::ParameterNotFound
+        | ErrorReason::RecordingNotFound => Code::NotFound,
         ErrorReason::RobotExists
         | ErrorReason::ParameterExists
         | ErrorReason::ConstraintExists
+        | ErrorReason::RecordingExists
         | ErrorReason::RequestIdReused => Code::AlreadyExists,
         ErrorReason::InvalidValue
         | ErrorReason::JointNotActuated
@@ -89,7 +91,8 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::RobotClaimed
         | ErrorReason::WorldClaimed
         | ErrorReason::WorldNotClaimed
-        | ErrorReason::InLockstep => Code::FailedPrecondition,
+        | ErrorReason::InLockstep
+        | ErrorReason::RecordingNotPossible => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
         ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow | ErrorReason::RobotNotAllowed => Code::PermissionDenied,
         ErrorReason::Unauthenticated => Code::Unauthenticated,
@@ -141,6 +144,11 @@ impl From<&CallError> for Explained {
             }
             CallError::ParameterExists { name } => new(ErrorReason::ParameterExists).with("parameter", name),
             CallError::InvalidSavedState { message: _ } => new(ErrorReason::InvalidSavedState),
+            CallError::RecordingNotPossible { message: _ } => new(ErrorReason::RecordingNotPossible),
+            CallError::RecordingNotFound { name, known: _ } => {
+                new(ErrorReason::RecordingNotFound).with("recording", name)
+            }
+            CallError::RecordingExists { name } => new(ErrorReason::RecordingExists).with("recording", name),
             CallError::RequestIdReused { id, how: _ } => {
                 new(ErrorReason::RequestIdReused).with("request_id", id)
             }

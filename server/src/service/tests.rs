@@ -28,7 +28,7 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 33] = [
+const WRITES: [&str; 36] = [
     "AddParameter",
     "ApplyLinkWrench",
     "ChangeConstraint",
@@ -61,6 +61,9 @@ const WRITES: [&str; 33] = [
     "StepSimulation",
     "UploadAsset",
     // Of files, and not of the world.
+    "DeleteRecording",
+    "StartRecording",
+    "StopRecording",
     "PrepareDescription",
     "ValidateDescription",
 ];
@@ -127,6 +130,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("GetMassMatrix", v1::GetMassMatrixRequest { robot: robot(), configuration: None }.encode_to_vec()),
         ("GetParameters", Vec::new()),
         ("GetPhysics", Vec::new()),
+        ("GetRecording", v1::GetRecordingRequest { name: "here".into() }.encode_to_vec()),
         ("GetScene", Vec::new()),
         ("GetSimulationState", Vec::new()),
         ("GetSimulatorInfo", Vec::new()),
@@ -134,10 +138,15 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("ListClients", Vec::new()),
         ("ListEntities", Vec::new()),
         ("ListLockstepMembers", Vec::new()),
+        ("ListRecordings", Vec::new()),
         ("ListSavedStates", Vec::new()),
         ("NextEvents", v1::NextEventsRequest { after_sequence: 0, timeout }.encode_to_vec()),
         ("NextJointStates", v1::NextJointStatesRequest { timeout, ..Default::default() }.encode_to_vec()),
         ("NextParameters", v1::NextParametersRequest { after_version: 0, timeout }.encode_to_vec()),
+        (
+            "ReadRecording",
+            v1::ReadRecordingRequest { name: "here".into(), ..Default::default() }.encode_to_vec(),
+        ),
         ("WatchEvents", Vec::new()),
         ("WatchJointStates", v1::WatchJointStatesRequest { rate, ..Default::default() }.encode_to_vec()),
         ("WatchParameters", Vec::new()),
@@ -184,6 +193,8 @@ async fn every_method_that_only_reads_answers_while_the_physics_thread_is_held_u
             Err(status) if name == "ExportSavedState" => {
                 assert!(status.message().contains("test arm"), "{status}")
             }
+            // There is no folder for them.
+            Err(status) if name.contains("Recording") => assert_eq!(status.code(), Code::FailedPrecondition),
             Err(status) if name == "GetAsset" => assert_eq!(status.code(), Code::FailedPrecondition),
             Err(status) => panic!("{name}: {status}"),
         }

@@ -20,6 +20,7 @@ from simd_client.blocking.connect import connect
 from simd_client.blocking.constraints import Constraints
 from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.parameters import Parameters
+from simd_client.blocking.recording import Recording
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
 from simd_client.blocking.watch import EventWatch, Watch
@@ -60,6 +61,9 @@ from simd_client.errors import (
     Refused,
     RequestIdReused,
     RoleTooLow,
+    RecordingExists,
+    RecordingNotFound,
+    RecordingNotPossible,
     RobotClaimed,
     RobotExists,
     RobotNotFound,
@@ -84,6 +88,7 @@ from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMo
 from simd_client.link_states import LinkStates
 from simd_client.parameter import Button, Parameter, ParameterList, Slider
 from simd_client.query import ClosestPoints, LinkBounds, Place, Shape
+from simd_client.recording import RecordingInfo
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
@@ -180,6 +185,11 @@ __all__ = [
     "Reloaded",
     "RequestIdReused",
     "RoleTooLow",
+    "Recording",
+    "RecordingExists",
+    "RecordingInfo",
+    "RecordingNotFound",
+    "RecordingNotPossible",
     "Robot",
     "RobotClaimed",
     "RobotExists",

@@ -181,6 +181,19 @@ class InvalidSavedState(Refused):
     """A file is not a saved state, is damaged, has a newer format, or this daemon reads its robots differently."""
 
 
+class RecordingNotPossible(Refused):
+    """No recording can be made or deleted now: no folder is configured or it cannot be used, another recording is being
+    made, or none is."""
+
+
+class RecordingNotFound(NotFound):
+    """No recording of that name. Metadata: `recording`."""
+
+
+class RecordingExists(Refused):
+    """A recording of that name exists. Metadata: `recording`."""
+
+
 class PathNotAllowed(Refused):
     """A path on the daemon's disk that is not below one of its asset roots."""
 

@@ -1,4 +1,7 @@
 //! Everything that can change a world from outside, and what is said in return.
+//!
+//! Commands are written by serde for recordings. What files carry beside them is left out and has to be filled in by
+//! who reads them: models, shapes and saved states. Who set a target is left out too, since no step reads it.
 
 mod constraint;
 mod target;
@@ -6,6 +9,7 @@ mod target;
 use std::sync::Arc;
 
 use glamx::{DPose3, DVec3};
+use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
 use simd_model::robot::JointLimits;
 
@@ -21,9 +25,10 @@ pub use super::saved::SavedStateInfo;
 use super::settings::{Integrator, PhysicsSettings};
 pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::Shapes;
+use crate::plain::{optional_pose3, optional_two_vectors3, optional_vector3, pose3, vector3};
 
 /// A change of the world. Applied between steps: whole or, where it is refused, not at all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Command {
     /// Brings a robot into the world.
     Spawn(Box<Spawn>),
@@ -80,8 +85,10 @@ pub enum Command {
         /// Its name.
         robot: String,
         /// `world_from_root`.
+        #[serde(with = "optional_pose3")]
         pose: Option<DPose3>,
         /// Linear and angular velocity of the root link's origin, world axes. Zero for a fixed base.
+        #[serde(with = "optional_two_vectors3")]
         twist: Option<(DVec3, DVec3)>,
     },
     /// Applies a wrench to a link.
@@ -109,7 +116,8 @@ pub enum Command {
     ImportSavedState {
         /// Its name.
         name: String,
-        /// The state.
+        /// The state. A recording has it as a file.
+        #[serde(skip, default = "Saved::nothing")]
         saved: Saved,
     },
 }
@@ -154,17 +162,20 @@ impl Command {
 }
 
 /// A robot to bring into the world.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Spawn {
     /// Unique in the world; `[A-Za-z0-9_-]+`.
     pub name: String,
     /// Where the name is taken, add `_1`, `_2`, ... instead of refusing.
     pub allow_renaming: bool,
     /// What it is.
+    #[serde(skip, default = "no_model")]
     pub model: Arc<RobotModel>,
     /// What it touches with; made from the model where there is time for it.
+    #[serde(skip)]
     pub shapes: Arc<Shapes>,
     /// `world_from_root`.
+    #[serde(with = "pose3")]
     pub pose: DPose3,
     /// Whether its root link can move; `None` fixes a root link called `world`.
     pub fixed_base: Option<bool>,
@@ -181,6 +192,11 @@ pub struct Spawn {
     pub loaded_at_start: bool,
 }
 
+/// In the place of a model that a recording has as files.
+fn no_model() -> Arc<RobotModel> {
+    Arc::new(RobotModel { name: String::new(), links: Vec::new(), joints: Vec::new() })
+}
+
 impl Spawn {
     /// Whether the root link of a robot cannot move, where `fixed_base` was asked for.
     pub fn is_base_fixed(model: &RobotModel, fixed_base: Option<bool>) -> bool {
@@ -189,7 +205,7 @@ impl Spawn {
 }
 
 /// What a robot touches from now on.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CollisionFilterChange {
     /// Its name.
     pub robot: String,
@@ -200,7 +216,7 @@ pub struct CollisionFilterChange {
 }
 
 /// A pair of links that is switched off or on.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CollisionPair {
     /// Name of a link of the robot.
     pub link: String,
@@ -214,18 +230,20 @@ pub struct CollisionPair {
 
 /// A new model for a robot that is in the world. Keeps its name, pose and base,
 /// and position, velocity and target of every joint that both models have by name.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Reload {
     /// Its name.
     pub robot: String,
     /// What it is now.
+    #[serde(skip, default = "no_model")]
     pub model: Arc<RobotModel>,
     /// What it touches with now.
+    #[serde(skip)]
     pub shapes: Arc<Shapes>,
 }
 
 /// What one client takes, so that only commands that come with the claim change it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRequest {
     /// Which it is from now on. Unique; the caller makes it.
     pub claim: ClaimId,
@@ -242,7 +260,7 @@ pub struct ClaimRequest {
 }
 
 /// Why a claim ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ReleaseCause {
     /// Its holder gave it back.
     Released,
@@ -258,7 +276,7 @@ pub enum ReleaseCause {
 }
 
 /// Joints of a robot; none named means all that move.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointSelection {
     /// The robot's name.
     pub robot: String,
@@ -267,7 +285,7 @@ pub struct JointSelection {
 }
 
 /// Where joints of a robot are put.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotReset {
     /// Its name.
     pub robot: String,
@@ -276,7 +294,7 @@ pub struct RobotReset {
 }
 
 /// Where a joint is put.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointReset {
     /// Its name.
     pub joint: String,
@@ -289,7 +307,7 @@ pub struct JointReset {
 }
 
 /// New settings of a joint; `None` leaves one as it is.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointProperties {
     /// Its name.
     pub joint: String,
@@ -306,28 +324,32 @@ pub struct JointProperties {
 }
 
 /// A wrench on a link.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkWrench {
     /// The robot's name.
     pub robot: String,
     /// The link's name.
     pub link: String,
     /// Newtons.
+    #[serde(with = "vector3")]
     pub force: DVec3,
     /// Newton metres.
+    #[serde(with = "vector3")]
     pub torque: DVec3,
     /// Force and torque are in the link's axes, not the world's.
     pub in_link_axes: bool,
     /// Where the force acts, in the link's frame, metres.
+    #[serde(with = "vector3")]
     pub point: DVec3,
     /// For how long.
     pub duration: WrenchDuration,
 }
 
 /// New physics settings; `None` leaves one as it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhysicsChange {
     /// m/s^2, world axes.
+    #[serde(with = "optional_vector3")]
     pub gravity: Option<DVec3>,
     /// Seconds a step, 1e-6 to 0.1.
     pub time_step: Option<f64>,
@@ -338,7 +360,7 @@ pub struct PhysicsChange {
 }
 
 /// What a reset puts back, in the words of `simulation_interfaces`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ResetScope {
     /// Step and sim time go to zero; a new epoch begins.
     pub time: bool,

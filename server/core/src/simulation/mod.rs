@@ -39,7 +39,6 @@ pub mod world_state;
 mod wrench;
 
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
 use claim::{Claim, ClaimId};
@@ -55,10 +54,10 @@ pub use published_state::PublishedState;
 use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
-use serde::Serialize;
 pub use settings::{Integrator, PhysicsSettings};
 use sleep::{Busy, Groups};
 use target_sources::RobotTargetSources;
+use world_state::{encoded, hash};
 
 use crate::collision::ColliderPose;
 use crate::dynamics::island::Island;
@@ -211,9 +210,7 @@ impl Simulation {
         bytes.extend(encoded(&self.contacts.ignored_overlaps().collect::<Vec<_>>()));
         bytes.extend(encoded(&*self.contacts.collision_pairs));
         bytes.extend(encoded(&self.constraints.list));
-        let mut hasher = DefaultHasher::new();
-        hasher.write(&bytes);
-        hasher.finish()
+        hash(&bytes)
     }
 
     /// The settings in force.
@@ -279,9 +276,4 @@ impl Simulation {
         self.next_version += 1;
         self.next_version - 1
     }
-}
-
-/// As bytes. That fails for lists of unknown length only, and no state has one.
-fn encoded(value: &impl Serialize) -> Vec<u8> {
-    postcard::to_allocvec(value).unwrap_or_default()
 }

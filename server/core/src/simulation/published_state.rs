@@ -1,5 +1,6 @@
 //! The published state of a world: plain data, cheap to share.
 
+use std::hash::{DefaultHasher, Hasher as _};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -189,6 +190,35 @@ pub struct Flags {
 }
 
 impl PublishedState {
+    /// A number that is equal where what moves is equal to the bit: where robots are, how they move, what drives them
+    /// and what touches. For comparing runs of one build on one machine, step by step; settings that have not acted yet
+    /// and names are not in it, and the epoch is not.
+    pub fn fingerprint(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        hasher.write_u64(self.at.step);
+        let mut numbers = |values: &[f64]| {
+            hasher.write_usize(values.len());
+            values.iter().for_each(|value| hasher.write_u64(value.to_bits()));
+        };
+        numbers(&[self.at.sim_time]);
+        for RootState { pose, linear, angular, disabled: _, accelerations } in &self.roots {
+            numbers(&pose.translation.to_array());
+            numbers(&pose.rotation.to_array());
+            [linear, angular].into_iter().for_each(|vector| numbers(&vector.to_array()));
+            numbers(accelerations);
+        }
+        for values in [&self.positions, &self.velocities, &self.efforts, &self.targets, &self.accelerations] {
+            numbers(values);
+        }
+        for contact in &self.contacts {
+            for vector in [contact.point, contact.normal, contact.friction_force, contact.last_force] {
+                numbers(&vector.to_array());
+            }
+            numbers(&[contact.depth, contact.normal_force]);
+        }
+        hasher.finish()
+    }
+
     /// A state that the world can go back to, by name.
     ///
     /// # Errors

@@ -95,6 +95,21 @@ impl Saved {
         Self(Arc::new(Inner { state, robots }))
     }
 
+    /// Of an empty world that was never stepped.
+    pub(super) fn nothing() -> Self {
+        let state = WorldState {
+            step: 0,
+            sim_time: 0.0,
+            time_base: (0, 0.0),
+            settings: PhysicsSettings::default(),
+            robots: Vec::new(),
+            contacts: Vec::new(),
+            ignored_overlaps: Vec::new(),
+            collision_pairs: Arc::default(),
+        };
+        Self::of_world(state, Vec::new())
+    }
+
     /// Robots in it.
     pub(super) fn robot_count(&self) -> usize {
         self.0.robots.len()

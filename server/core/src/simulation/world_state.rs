@@ -3,6 +3,7 @@
 //! What robots are (model, shapes, tree) is immutable and shared beside it; what a step computes on
 //! the way is scratch. Claims are agreements between clients, and not state of the world.
 
+use std::hash::{DefaultHasher, Hasher as _};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -46,6 +47,35 @@ pub struct WorldState {
     /// Between links, in the order in which they were made.
     #[serde(deserialize_with = "bounded_list::deserialize::<MAX_CONSTRAINTS, _, _>")]
     pub constraints: Vec<LinkConstraint>,
+}
+
+impl WorldState {
+    /// [`Simulation::fingerprint`](crate::Simulation::fingerprint) of a world in this state.
+    pub fn fingerprint(&self) -> u64 {
+        let Self { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps, collision_pairs } =
+            self;
+        let mut bytes = encoded(&(step, sim_time, time_base, settings));
+        for RobotState { entity, body } in robots {
+            bytes.extend(encoded(entity));
+            bytes.extend(encoded(body));
+        }
+        bytes.extend(encoded(contacts));
+        bytes.extend(encoded(ignored_overlaps));
+        bytes.extend(encoded(&**collision_pairs));
+        hash(&bytes)
+    }
+}
+
+/// As bytes. That fails for lists of unknown length only, and no state has one.
+pub(super) fn encoded(value: &impl Serialize) -> Vec<u8> {
+    postcard::to_allocvec(value).unwrap_or_default()
+}
+
+/// The same for equal bytes on one build.
+pub(super) fn hash(bytes: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytes);
+    hasher.finish()
 }
 
 /// One robot.

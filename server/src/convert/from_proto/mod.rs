@@ -11,6 +11,7 @@ pub mod kinematics;
 pub mod parameter;
 pub mod primitive;
 pub mod query;
+pub mod recording;
 pub mod simulation;
 pub mod state;
 

@@ -7,7 +7,7 @@ use simd_core::{Event, Moment};
 use simd_proto::v1;
 
 use super::{simulation, stamp};
-use crate::handle::{Happened, LockstepChange, LoggedEvent, Pace};
+use crate::handle::{Happened, LockstepChange, LoggedEvent, Pace, RecordingEnd};
 
 /// Something that happened.
 pub fn event(logged: LoggedEvent) -> v1::Event {
@@ -42,6 +42,13 @@ fn happened(what: Happened) -> (Moment, v1::event::Kind) {
             (at, v1::event::Kind::LockstepChanged(changed))
         }
         Happened::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
+        Happened::RecordingStarted { at, recording } => {
+            (at, v1::event::Kind::RecordingStarted(v1::RecordingStarted { recording }))
+        }
+        Happened::RecordingEnded { at, recording, cause, message } => {
+            let cause = recording_end(cause).into();
+            (at, v1::event::Kind::RecordingEnded(v1::RecordingEnded { recording, cause, message }))
+        }
     }
 }
 
@@ -96,6 +103,17 @@ fn constraint_deletion(cause: ConstraintDeletion) -> v1::ConstraintDeletionCause
         ConstraintDeletion::Broke => v1::ConstraintDeletionCause::Broke,
         ConstraintDeletion::RobotDeleted => v1::ConstraintDeletionCause::RobotDeleted,
         ConstraintDeletion::LinkGone => v1::ConstraintDeletionCause::LinkGone,
+    }
+}
+
+/// Why a recording ended.
+fn recording_end(cause: RecordingEnd) -> v1::RecordingEndCause {
+    match cause {
+        RecordingEnd::Stopped => v1::RecordingEndCause::Stopped,
+        RecordingEnd::LimitReached => v1::RecordingEndCause::LimitReached,
+        RecordingEnd::WriteFailed => v1::RecordingEndCause::WriteFailed,
+        RecordingEnd::TooSlow => v1::RecordingEndCause::TooSlow,
+        RecordingEnd::DaemonEnded => v1::RecordingEndCause::DaemonEnded,
     }
 }
 

@@ -9,6 +9,7 @@ pub mod joint;
 pub mod kinematics;
 pub mod parameter;
 pub mod query;
+pub mod recording;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;

@@ -30,7 +30,7 @@ pub fn stamp(at: Moment, wall_time: Option<SystemTime>, sequence: u64) -> v1::St
 }
 
 /// Wall time; a clock that stands before 1970 reads as 1970.
-pub(super) fn timestamp(time: SystemTime) -> Timestamp {
+pub fn timestamp(time: SystemTime) -> Timestamp {
     let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
     Timestamp {
         seconds: i64::try_from(since.as_secs()).unwrap_or(i64::MAX),

@@ -7,7 +7,7 @@ fn a_full_mailbox_refuses_at_once_and_counts() {
     let (driver, link) = build(Toy::default(), Config { mailbox: 2, ..Config::default() });
     let post = || {
         let (reply, _answer) = oneshot::channel();
-        link.mailbox.post(Event::Command { command: nothing(), claim: None, reply })
+        link.mailbox.post(Event::Command { command: nothing(), claim: None, sender: None, reply })
     };
     assert!(post().is_ok() && post().is_ok());
     assert!(matches!(post(), Err(CallError::MailboxFull { capacity: 2 })));

@@ -23,7 +23,7 @@ fn a_pause_in_the_midst_of_a_step_puts_the_step_back() {
     let mut bench = with_long_steps(move |mailbox, interrupt| {
         assert!(!interrupt());
         let (reply, pause) = oneshot::channel();
-        mailbox.post(Event::SetState { state: RunState::Paused, claim: None, reply }).unwrap();
+        mailbox.post(Event::SetState { state: RunState::Paused, claim: None, sender: None, reply }).unwrap();
         answered.send(pause).unwrap();
         !interrupt()
     });
@@ -40,10 +40,10 @@ fn calls_that_end_nothing_wait_for_the_step() {
     let mut bench = with_long_steps(|mailbox, interrupt| {
         for command in [nothing(), Command::SetPhysics(PhysicsChange::default())] {
             let (reply, _answer) = oneshot::channel();
-            mailbox.post(Event::Command { command, claim: None, reply }).unwrap();
+            mailbox.post(Event::Command { command, claim: None, sender: None, reply }).unwrap();
         }
         let (reply, _answer) = oneshot::channel();
-        mailbox.post(Event::SetState { state: RunState::Playing, claim: None, reply }).unwrap();
+        mailbox.post(Event::SetState { state: RunState::Playing, claim: None, sender: None, reply }).unwrap();
         !interrupt()
     });
     bench.iterations(1);
@@ -59,7 +59,7 @@ fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_orde
             let calls = (0..100).map(|_| nothing()).chain([delete("missing"), nothing()]);
             for command in calls {
                 let (reply, _answer) = oneshot::channel();
-                mailbox.post(Event::Command { command, claim: None, reply }).unwrap();
+                mailbox.post(Event::Command { command, claim: None, sender: None, reply }).unwrap();
             }
             return !interrupt();
         }
@@ -79,7 +79,9 @@ fn what_a_step_was_interrupted_for_is_done_before_it_begins_anew_and_in_its_orde
 fn a_step_is_left_alone_for_a_time_before_it_is_interrupted() {
     let mut bench = with_long_steps(|mailbox, interrupt| {
         let (reply, _answer) = oneshot::channel();
-        mailbox.post(Event::Command { command: delete("missing"), claim: None, reply }).unwrap();
+        mailbox
+            .post(Event::Command { command: delete("missing"), claim: None, sender: None, reply })
+            .unwrap();
         !interrupt()
     });
     bench.iterations(1);

@@ -28,10 +28,12 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
     let mut bench = Bench::paused();
     let pace = Pace::RealTime { factor: 2.0 };
     let change = PhysicsChange { time_step: Some(0.01), ..PhysicsChange::default() };
-    let mut both = bench.post(|reply| Event::SetPhysics { change, pace: pace.into(), claim: None, reply });
+    let mut both =
+        bench.post(|reply| Event::SetPhysics { change, pace: pace.into(), claim: None, sender: None, reply });
     let change = PhysicsChange::default();
     let free = Pace::AsFastAsPossible { factor: 2.0 };
-    let _pace = bench.post(|reply| Event::SetPhysics { change, pace: free.into(), claim: None, reply });
+    let _pace =
+        bench.post(|reply| Event::SetPhysics { change, pace: free.into(), claim: None, sender: None, reply });
     bench.iterations(2);
     let (done, settings, in_force) = both.try_recv().unwrap().unwrap();
     assert_eq!((settings.time_step, in_force), (0.01, pace));
@@ -51,7 +53,13 @@ fn physics_and_pace_change_together_and_are_told_of_once() {
 fn halves_of_a_pace_from_two_callers_make_a_whole() {
     let mut bench = Bench::paused();
     let half = |pace: PaceChange| {
-        bench.post(|reply| Event::SetPhysics { change: PhysicsChange::default(), pace, claim: None, reply })
+        bench.post(|reply| Event::SetPhysics {
+            change: PhysicsChange::default(),
+            pace,
+            claim: None,
+            sender: None,
+            reply,
+        })
     };
     let _first = half(PaceChange { as_fast_as_possible: Some(true), factor: None });
     let _second = half(PaceChange { as_fast_as_possible: None, factor: Some(3.0) });

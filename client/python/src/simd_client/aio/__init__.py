@@ -19,6 +19,7 @@ from simd_client.aio.connect import Connecting, connect
 from simd_client.aio.constraints import Constraints
 from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.parameters import Parameters
+from simd_client.aio.recording import Recording
 from simd_client.aio.robot import Robot
 from simd_client.aio.simulation import Simulation
 from simd_client.aio.watch import EventWatch, Watch
@@ -32,6 +33,7 @@ __all__ = [
     "Joint",
     "Joints",
     "Parameters",
+    "Recording",
     "Robot",
     "Simulation",
     "Watch",

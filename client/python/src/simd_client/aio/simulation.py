@@ -16,6 +16,7 @@ from simd_client.aio.constraints import Constraints
 from simd_client.aio.lockstep import Lockstep
 from simd_client.aio.parameters import Parameters
 from simd_client.aio.primitives import Primitives
+from simd_client.aio.recording import Recording
 from simd_client.aio.robot import Robot
 from simd_client.aio.runtime import in_thread
 from simd_client.aio.upload import fetch_file, send_saved_state, write_file
@@ -38,6 +39,7 @@ from simd_client.query import (
     closest_from_proto,
     side_to_proto,
 )
+from simd_client.recording import RecordingInfo, recording_from_proto
 from simd_client.selection import Selection, selections_to_proto
 from simd_client.state import Named, States, clamped_from_proto, name_of
 from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
@@ -348,6 +350,36 @@ class Simulation(Primitives):
     async def info(self) -> SimulatorInfo:
         """The daemon's versions, limits and features."""
         return info_from_proto(await self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
+
+    async def record(
+        self,
+        name: str = "",
+        *,
+        rate: float = 100.0,
+        keep_last: float = 0.0,
+        max_bytes: int = 0,
+        max_duration: float = 0.0,
+    ) -> Recording:
+        """Begins a recording on the daemon's disk: every command from now on, and joint states and link poses at `rate` in a
+        simulated second (0: none). It can be used in a `with` block, which ends it.
+
+        With `keep_last`, only so many seconds are kept, in several files; it ends at `max_bytes` or after `max_duration`
+        seconds, of which 0 is no limit. Raises `RecordingNotPossible`, `RecordingExists`, `InvalidValue`.
+        """
+        request = proto.StartRecordingRequest(
+            name=name, state_rate=rate, keep_last=keep_last, max_bytes=max_bytes, max_duration=max_duration
+        )
+        answer = await self.call(methods.StartRecording, request)
+        return Recording(self, recording_from_proto(answer.recording))
+
+    async def recordings(self) -> tuple[RecordingInfo, ...]:
+        """The recordings on the daemon's disk, by name."""
+        answer = await self.call(methods.ListRecordings, proto.ListRecordingsRequest())
+        return tuple(recording_from_proto(each) for each in answer.recordings)
+
+    async def delete_recording(self, name: str) -> None:
+        """Deletes the files of a recording. Raises `RecordingNotFound`."""
+        await self.call(methods.DeleteRecording, proto.DeleteRecordingRequest(name=name))
 
     async def save_state(self, name: str = "") -> SavedState:
         """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""

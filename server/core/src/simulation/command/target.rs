@@ -2,21 +2,24 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::simulation::target_sources::TargetSource;
 
 /// New targets for joints of one or several robots, all or none.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SetTargets {
     /// Whose, and which.
     pub robots: Vec<RobotTargets>,
     /// Refuse a target beyond a limit instead of clamping it.
     pub refuse_beyond_limits: bool,
     /// Who sets them. Nothing is allowed or refused by it.
+    #[serde(skip)]
     pub source: Option<Arc<TargetSource>>,
 }
 
 /// Targets for one robot.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RobotTargets {
     /// Its name.
     pub robot: String,
@@ -30,7 +33,7 @@ pub struct RobotTargets {
 
 /// One mode for all actuated joints. Values are aligned with the robot's
 /// velocities in a [`PublishedState`](crate::PublishedState).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum WholeTarget {
     /// rad or m.
     Position(Vec<f64>),
@@ -45,7 +48,7 @@ pub enum WholeTarget {
 }
 
 /// A target for a joint.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointTarget {
     /// Its name.
     pub joint: String,
@@ -56,7 +59,7 @@ pub struct JointTarget {
 }
 
 /// What a joint is asked to do. SI units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Target {
     /// Go to a position and stay there.
     Position {

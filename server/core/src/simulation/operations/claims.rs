@@ -173,6 +173,32 @@ impl Simulation {
         Ok(Reply::Claimed { ended: in_the_way })
     }
 
+    /// The claims that hold, each as a request that would make it in a world with the same robots: what a save leaves out.
+    pub fn claims(&self) -> Vec<ClaimRequest> {
+        let of = |claim: &Claim| {
+            let is_it = |held: &Option<Arc<Claim>>| held.as_ref().is_some_and(|held| held.id == claim.id);
+            let selection = |entity: &Entity| {
+                let robot = entity.state.name.clone();
+                if is_it(&entity.claims.whole) {
+                    return Some(JointSelection { robot, joints: Vec::new() });
+                }
+                let joints = entity.model.joints.iter().zip(&entity.claims.joints);
+                let joints = joints.filter(|(_, held)| is_it(held)).map(|(joint, _)| joint.name.clone());
+                let joints: Vec<String> = joints.collect();
+                (!joints.is_empty()).then_some(JointSelection { robot, joints })
+            };
+            ClaimRequest {
+                claim: claim.id,
+                holder: claim.holder.to_string(),
+                joints: self.entities.iter().filter_map(selection).collect(),
+                world: is_it(&self.world_claim),
+                priority: claim.priority,
+                take_over: false,
+            }
+        };
+        self.claims.values().map(|claim| of(claim)).collect()
+    }
+
     /// What a selection is of.
     fn wanted(&self, selection: &JointSelection) -> Result<Wanted, Error> {
         let robot = self.robot_index(&selection.robot)?;

@@ -15,6 +15,12 @@ impl Simulation {
         self.keep(name, Saved::of_world(state, robots), false)
     }
 
+    /// The present state, as a save keeps it, under no name.
+    pub fn snapshot(&self) -> Saved {
+        let (state, robots) = self.state();
+        Saved::of_world(state, robots)
+    }
+
     /// A copy of the state, and what its robots are.
     pub(in crate::simulation) fn state(&self) -> (WorldState, Vec<Description>) {
         let state = WorldState {

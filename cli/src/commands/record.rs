@@ -1,0 +1,226 @@
+//! `simctl record`: recordings of the world, which the daemon makes on its own disk.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use serde::Serialize;
+use simd_client::{
+    Client,
+    proto::{Recording, RecordingTopic, StartRecordingRequest},
+};
+
+use super::present;
+use crate::output::{
+    Output, View, json,
+    number::{count, fixed},
+    table::{Column, Page, Table},
+};
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Record {
+    /// Begins a recording of every command and of what the world looks like
+    Start {
+        /// What it is called, and its file: letters, digits, `_` and `-`; the time in UTC where it is left out
+        #[arg(default_value = "", hide_default_value = true)]
+        name: String,
+        /// Joint states and link poses in a simulated second; 0 is none
+        #[arg(long, value_name = "HZ", default_value_t = 100.0)]
+        rate: f64,
+        /// Keeps only the last so many seconds, in several files of which the oldest go
+        #[arg(long, value_name = "SECONDS", default_value_t = 0.0, hide_default_value = true)]
+        keep_last: f64,
+        /// Ends at so many bytes; with --keep-last, the oldest files go
+        #[arg(long, value_name = "BYTES", default_value_t = 0, hide_default_value = true)]
+        max_bytes: u64,
+        /// Ends after so many seconds
+        #[arg(long, value_name = "SECONDS", default_value_t = 0.0, hide_default_value = true)]
+        max_duration: f64,
+    },
+    /// Ends the recording that is being made
+    Stop {
+        /// Only if it is this one
+        #[arg(default_value = "", hide_default_value = true)]
+        name: String,
+    },
+    /// Shows the recordings there are
+    List,
+    /// Shows what is in a recording
+    Info {
+        /// Which one
+        name: String,
+    },
+    /// Copies the files of a recording from the daemon's disk to this one
+    Download {
+        /// Which one
+        name: String,
+        /// Where to
+        #[arg(default_value = ".")]
+        folder: PathBuf,
+    },
+    /// Deletes the files of a recording
+    Delete {
+        /// Which one
+        name: String,
+    },
+}
+
+pub(crate) async fn run(command: Record, client: &Client, output: Output) -> anyhow::Result<()> {
+    match command {
+        Record::Start { name, rate, keep_last, max_bytes, max_duration } => {
+            let request = StartRecordingRequest {
+                name,
+                state_rate: Some(rate),
+                keep_last,
+                max_bytes,
+                max_duration,
+                ..StartRecordingRequest::default()
+            };
+            output.one(&Said("recording", client.start_recording(request).await?.into()))
+        }
+        Record::Stop { name } => output.one(&Said("recorded", client.stop_recording(&name).await?.into())),
+        Record::List => {
+            let recordings: Vec<RecordingView> =
+                client.recordings().await?.into_iter().map(RecordingView::from).collect();
+            output.list(&recordings, list)
+        }
+        Record::Info { name } => {
+            let info = client.recording(&name).await?;
+            let recording = present(info.recording, "recording")?.into();
+            let topics = info.topics.into_iter().map(TopicView::from).collect();
+            output.one(&Info { recording, duration: info.duration, topics })
+        }
+        Record::Download { name, folder } => {
+            let (files, bytes) = client.download_recording(&name, &folder).await?;
+            output.one(&Downloaded { downloaded: name, files, bytes })
+        }
+        Record::Delete { name } => {
+            client.delete_recording(&name).await?;
+            output.one(&Deleted { deleted: name })
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct RecordingView {
+    name: String,
+    /// `recording`, `complete` or `unfinished`.
+    state: String,
+    bytes: u64,
+    files: Vec<String>,
+}
+
+impl From<Recording> for RecordingView {
+    fn from(recording: Recording) -> Self {
+        let state = json::name("RECORDING_STATE_", recording.state().as_str_name());
+        let files = recording.files.into_iter().map(|file| file.name).collect();
+        Self { name: recording.name, state, bytes: recording.bytes, files }
+    }
+}
+
+fn list(recordings: &[RecordingView]) -> Page {
+    let columns = vec![
+        Column::left("RECORDING"),
+        Column::left("STATE"),
+        Column::right("FILES"),
+        Column::right("BYTES"),
+    ];
+    let row = |recording: &RecordingView| {
+        let files = recording.files.len().to_string();
+        vec![recording.name.clone(), recording.state.clone(), files, recording.bytes.to_string()]
+    };
+    Page::new().table(Table::new(columns, recordings.iter().map(row).collect()))
+}
+
+/// `record start` and `record stop`.
+struct Said(&'static str, RecordingView);
+
+impl Serialize for Said {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.1.serialize(serializer)
+    }
+}
+
+impl View for Said {
+    fn page(&self) -> Page {
+        let Self(what, RecordingView { name, files, bytes, .. }) = self;
+        Page::of_line(match *what {
+            "recorded" => format!("recorded {name}: {} in {}", bytes_of(*bytes), files.join(", ")),
+            _ => format!("{what} {name} into {}", files.join(", ")),
+        })
+    }
+}
+
+fn bytes_of(bytes: u64) -> String {
+    count(usize::try_from(bytes).unwrap_or(usize::MAX), "byte")
+}
+
+#[derive(Serialize)]
+struct TopicView {
+    topic: String,
+    schema: String,
+    messages: u64,
+}
+
+impl From<RecordingTopic> for TopicView {
+    fn from(topic: RecordingTopic) -> Self {
+        let RecordingTopic { topic, schema, messages } = topic;
+        Self { topic, schema, messages }
+    }
+}
+
+/// `record info`.
+#[derive(Serialize)]
+struct Info {
+    #[serde(flatten)]
+    recording: RecordingView,
+    /// Wall seconds.
+    duration: f64,
+    topics: Vec<TopicView>,
+}
+
+impl View for Info {
+    fn page(&self) -> Page {
+        let RecordingView { name, state, bytes, files } = &self.recording;
+        let columns = vec![Column::left("TOPIC"), Column::left("SCHEMA"), Column::right("MESSAGES")];
+        let row =
+            |topic: &TopicView| vec![topic.topic.clone(), topic.schema.clone(), topic.messages.to_string()];
+        let size = bytes_of(*bytes);
+        Page::of_line(format!(
+            "{name} ({state}): {size} in {}, {} s",
+            files.join(", "),
+            fixed(self.duration, 1)
+        ))
+        .table(Table::new(columns, self.topics.iter().map(row).collect()))
+    }
+}
+
+/// `record download`.
+#[derive(Serialize)]
+struct Downloaded {
+    downloaded: String,
+    files: Vec<String>,
+    bytes: u64,
+}
+
+impl View for Downloaded {
+    fn page(&self) -> Page {
+        Page::of_line(format!(
+            "downloaded {}: {} in {}",
+            self.downloaded,
+            bytes_of(self.bytes),
+            self.files.join(", ")
+        ))
+    }
+}
+
+/// `record delete`.
+#[derive(Serialize)]
+struct Deleted {
+    deleted: String,
+}
+
+impl View for Deleted {
+    fn page(&self) -> Page {
+        Page::of_line(format!("deleted {}", self.deleted))
+    }
+}

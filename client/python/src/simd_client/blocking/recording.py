@@ -1,0 +1,46 @@
+# Generated from simd_client/aio/recording.py by tools/make_blocking.py; do not edit.
+"""A recording that is being made."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from simd_client import proto
+from simd_client.proto import methods
+from simd_client.recording import RecordingInfo, recording_from_proto
+
+if TYPE_CHECKING:
+    from simd_client.blocking.connection import Connection
+
+
+class Recording:
+    """A recording that the daemon makes until it is stopped, at the end of a `with` block for instance."""
+
+    def __init__(self, connection: Connection, info: RecordingInfo) -> None:
+        self._connection = connection
+        self.info = info
+        """As it was when it began, and once it is stopped as it is then."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return self.info.name
+
+    def stop(self) -> RecordingInfo:
+        """Ends it, and returns when its file is complete. Raises `RecordingNotPossible` if it has ended already."""
+        request = proto.StopRecordingRequest(name=self.name)
+        answer = self._connection.call(methods.StopRecording, request)
+        self.info = recording_from_proto(answer.recording)
+        return self.info
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def __repr__(self) -> str:
+        return f"<Recording '{self.name}'>"

@@ -1,0 +1,128 @@
+//! Recordings: which is being made, which there are.
+
+use std::sync::Arc;
+
+use simd_core::Moment;
+
+use super::{CallError, SimHandle};
+use crate::driver::{Event, TapEnd};
+use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, Running, Surroundings};
+
+impl SimHandle {
+    /// Begins a recording: the whole world as it is then, and all that happens from then on.
+    ///
+    /// # Errors
+    /// Where no folder is configured, another recording is being made, the name is taken or the file cannot be made.
+    pub async fn start_recording(
+        &self,
+        request: RecordingRequest,
+    ) -> Result<(RecordingInfo, Moment), CallError> {
+        // A task of its own, so that a caller who goes away leaves no recording that nobody is told of.
+        let begun = tokio::spawn(self.clone().begin_recording(request)).await;
+        begun.map_err(|error| CallError::Internal { message: error.to_string() })?
+    }
+
+    async fn begin_recording(self, request: RecordingRequest) -> Result<(RecordingInfo, Moment), CallError> {
+        let surroundings = Surroundings {
+            daemon: self.inner.info.name.clone(),
+            loader: Arc::clone(self.loader()),
+            events: Arc::clone(&self.inner.driver.events),
+            board: Arc::clone(&self.inner.driver.board),
+        };
+        let recordings = self.inner.recordings.clone();
+        let begin = move || recordings.begin(request, surroundings);
+        let Running { name, tap, done: _ } = self.loader().off_thread(begin).await??;
+        let told = self.ask(|reply| Event::Record { tap: Some(Arc::clone(&tap)), reply }).await;
+        let at = match told {
+            Ok(at) => at,
+            Err(error) => {
+                tap.end(TapEnd::Stopped);
+                return Err(error);
+            }
+        };
+        tracing::info!(recording = &*name, "recording");
+        Ok((self.recording(name.to_string()).await?, at))
+    }
+
+    /// Ends the recording of this name, or whichever is being made where it is empty; answers when its file is complete.
+    ///
+    /// # Errors
+    /// Where none of that name is being made.
+    pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
+        let running = self.inner.recordings.running();
+        let Some(running) = running.filter(|running| name.is_empty() || *running.name == *name) else {
+            let which =
+                if name.is_empty() { "no recording".to_owned() } else { format!("no recording {name:?}") };
+            return Err(CallError::RecordingNotPossible { message: format!("{which} is being made") });
+        };
+        let at = self.ask(|reply| Event::Record { tap: None, reply }).await?;
+        running.done.cancelled().await;
+        Ok((self.recording(running.name.to_string()).await?, at))
+    }
+
+    /// Returns once no recording is being made, which an ending driver sees to.
+    pub(crate) async fn recording_ended(&self) {
+        if let Some(running) = self.inner.recordings.running() {
+            running.done.cancelled().await;
+        }
+    }
+
+    /// All of them, by name.
+    ///
+    /// # Errors
+    /// Where there is no folder, or it cannot be read.
+    pub async fn recordings(&self) -> Result<Vec<RecordingInfo>, CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.list()).await?
+    }
+
+    /// One of them.
+    ///
+    /// # Errors
+    /// Where there is no such recording.
+    pub async fn recording(&self, name: String) -> Result<RecordingInfo, CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.find(&name)).await?
+    }
+
+    /// One of them, and what is in its files.
+    ///
+    /// # Errors
+    /// Where there is no such recording, or it cannot be read.
+    pub async fn recording_contents(
+        &self,
+        name: String,
+    ) -> Result<(RecordingInfo, RecordingContents), CallError> {
+        let recordings = self.inner.recordings.clone();
+        let look = move || {
+            let info = recordings.find(&name)?;
+            let contents = recordings.contents(&info)?;
+            Ok((info, contents))
+        };
+        self.loader().off_thread(look).await?
+    }
+
+    /// A part of one of its files, of at most so many bytes, and the size of that file.
+    ///
+    /// # Errors
+    /// Where there is no such recording or file.
+    pub async fn read_recording(
+        &self,
+        name: String,
+        file: String,
+        offset: u64,
+        most: usize,
+    ) -> Result<(Vec<u8>, u64), CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.read(&name, &file, offset, most)).await?
+    }
+
+    /// Deletes its files.
+    ///
+    /// # Errors
+    /// Where there is no such recording, or it is being made.
+    pub async fn delete_recording(&self, name: String) -> Result<(), CallError> {
+        let recordings = self.inner.recordings.clone();
+        self.loader().off_thread(move || recordings.delete(&name)).await?
+    }
+}

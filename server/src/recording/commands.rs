@@ -1,0 +1,176 @@
+//! Commands as a recording has them, and back. What a command needs beside its numbers is in files of their own, each of
+//! which its SHA-256 names: descriptions and meshes of robots, and saved states.
+
+use std::collections::BTreeMap;
+
+use simd_core::Command;
+use simd_core::simulation::command::{ClaimId, ClaimRequest};
+use simd_core::simulation::{RobotParts, Saved};
+use simd_model::robot::Sha256;
+use simd_proto::v1;
+
+use crate::call_error::CallError;
+use crate::driver::AppliedCommand;
+use crate::loading::saved_state_file::{Content, Recipe, open, seal};
+use crate::loading::{Files, Loader};
+
+/// Where the files go that something names.
+pub(super) trait KeepFile {
+    /// Why they cannot be kept.
+    type Error: From<CallError>;
+
+    /// Keeps a file, unless it was kept before.
+    fn keep(
+        &mut self,
+        sha256: Sha256,
+        bytes: impl FnOnce() -> Result<Vec<u8>, CallError>,
+    ) -> Result<(), Self::Error>;
+}
+
+/// A command with what replaying it needs. The moment and the number of steps are the caller's.
+pub(super) fn encode<K: KeepFile>(
+    applied: &AppliedCommand,
+    loader: &Loader,
+    files: &mut K,
+) -> Result<v1::RecordedCommand, K::Error> {
+    let AppliedCommand { at: _, command, claim, sender } = applied;
+    let recipe = match command {
+        Command::Spawn(spawn) => Some(loader.recipe(&spawn.model)?),
+        Command::Reload(reload) => Some(loader.recipe(&reload.model)?),
+        _ => None,
+    };
+    if let Some(recipe) = &recipe {
+        keep_robot(recipe, loader, files)?;
+    }
+    let state_sha256 = match command {
+        Command::ImportSavedState { saved, .. } => keep_state(saved, loader, files)?.to_string(),
+        _ => String::new(),
+    };
+    // Its source says who sent it where the call did not.
+    let source = match command {
+        Command::SetTargets(targets) => targets.source.as_ref().map(|source| source.client.clone()),
+        _ => None,
+    };
+    let json = serde_json::to_string(command).unwrap_or_default();
+    Ok(v1::RecordedCommand {
+        client: sender.clone().or(source).map(|client| client.to_string()).unwrap_or_default(),
+        claim: claim.map_or(0, |claim| claim.0),
+        kind: kind(&json).to_owned(),
+        data: encoded(command)?,
+        json,
+        recipe: recipe.map(|recipe| encoded(&recipe)).transpose()?.unwrap_or_default(),
+        state_sha256,
+        ..v1::RecordedCommand::default()
+    })
+}
+
+/// `SetTargets` of `{"SetTargets":{...}}`.
+fn kind(json: &str) -> &str {
+    json.split('"').nth(1).unwrap_or_default()
+}
+
+fn encoded(value: &impl serde::Serialize) -> Result<Vec<u8>, CallError> {
+    postcard::to_allocvec(value).map_err(|error| CallError::Internal { message: error.to_string() })
+}
+
+fn keep_robot<K: KeepFile>(recipe: &Recipe, loader: &Loader, files: &mut K) -> Result<(), K::Error> {
+    let named = std::iter::once(&recipe.description).chain(recipe.assets.values());
+    for sha256 in named {
+        files.keep(*sha256, || Ok(loader.file_of_robot(sha256)?.to_vec()))?;
+    }
+    Ok(())
+}
+
+/// Keeps a state, with the files of its robots; gives the hash of what it is written as.
+pub(super) fn keep_state<K: KeepFile>(
+    saved: &Saved,
+    loader: &Loader,
+    files: &mut K,
+) -> Result<Sha256, K::Error> {
+    let recipes = loader.recipes(saved)?;
+    for recipe in &recipes {
+        keep_robot(recipe, loader, files)?;
+    }
+    let file = seal(&Content::new("", saved, recipes, Vec::new()));
+    let sha256 = Sha256::of(&file);
+    files.keep(sha256, || Ok(file))?;
+    Ok(sha256)
+}
+
+/// A claim that holds.
+pub(super) fn encode_claim(request: &ClaimRequest) -> Result<v1::RecordedClaim, CallError> {
+    Ok(v1::RecordedClaim { data: encoded(request)?, holder: request.holder.clone() })
+}
+
+/// Makes what a recording has into what a world takes.
+#[derive(Debug)]
+pub(super) struct Decoder {
+    pub(super) loader: Loader,
+    /// Robots that were made.
+    known: BTreeMap<Recipe, RobotParts>,
+}
+
+impl Decoder {
+    pub(super) fn new(loader: Loader) -> Self {
+        Self { loader, known: BTreeMap::new() }
+    }
+
+    /// A command, and the claim that it came with.
+    pub(super) async fn command(
+        &mut self,
+        recorded: &v1::RecordedCommand,
+        files: &Files,
+    ) -> Result<(Command, Option<ClaimId>), CallError> {
+        let mut command: Command = decoded(&recorded.data, "a command")?;
+        match &mut command {
+            Command::Spawn(spawn) => {
+                (spawn.model, spawn.shapes) = self.robot(&recorded.recipe, &spawn.name, files).await?;
+            }
+            Command::Reload(reload) => {
+                (reload.model, reload.shapes) = self.robot(&recorded.recipe, &reload.robot, files).await?;
+            }
+            Command::ImportSavedState { saved, .. } => {
+                *saved = self.state(&recorded.state_sha256, files).await?.0;
+            }
+            _ => {}
+        }
+        Ok((command, (recorded.claim != 0).then_some(ClaimId(recorded.claim))))
+    }
+
+    async fn robot(&mut self, recipe: &[u8], name: &str, files: &Files) -> Result<RobotParts, CallError> {
+        let recipe: Recipe = decoded(recipe, "what a robot is made from")?;
+        self.loader.made_again(&recipe, files, name, &mut self.known).await
+    }
+
+    /// A state by its hash, and who wrote it.
+    pub(super) async fn state(&mut self, sha256: &str, files: &Files) -> Result<(Saved, String), CallError> {
+        let file = Sha256::parse(sha256).and_then(|sha256| files.get(&sha256).cloned());
+        let lacking: String = sha256.chars().take(64).collect();
+        let file = file.ok_or_else(|| invalid(&format!("the state {lacking:?} is not in it")))?;
+        let opened = open(&file, self.loader.most_robots())?;
+        let saved = self.loader.saved(opened.content, files, &mut self.known).await?;
+        Ok((saved, opened.written_by))
+    }
+
+    pub(super) fn claim(recorded: &v1::RecordedClaim) -> Result<ClaimRequest, CallError> {
+        decoded(&recorded.data, "a claim")
+    }
+}
+
+fn decoded<T: serde::de::DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, CallError> {
+    let damaged = |error: &dyn std::fmt::Display| invalid(&format!("{what} cannot be read: {error}"));
+    let (value, rest) = postcard::take_from_bytes(bytes).map_err(|error| damaged(&error))?;
+    if rest.is_empty() { Ok(value) } else { Err(damaged(&"there is more after its end")) }
+}
+
+/// A message of a recording.
+pub(super) fn message<M: simd_proto::checked::Known>(bytes: &[u8]) -> Result<M, CallError> {
+    simd_proto::checked::check(M::SHAPE, bytes)
+        .map_err(|refused| invalid(&format!("a message cannot be read: {refused}")))?;
+    M::decode(bytes).map_err(|error| invalid(&format!("a message cannot be read: {error}")))
+}
+
+/// A refusal of a recording.
+pub(super) fn invalid(message: &str) -> CallError {
+    CallError::InvalidSavedState { message: format!("the recording is damaged: {message}") }
+}

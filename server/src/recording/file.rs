@@ -1,0 +1,204 @@
+//! One file of a recording: its channels, and the files that others name.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use prost::Message;
+use prost_types::FileDescriptorSet;
+use simd_mcap::Writer;
+use simd_model::robot::Sha256;
+use simd_proto::v1;
+
+use super::commands::KeepFile;
+use crate::call_error::CallError;
+
+/// The name of the metadata that says that a file is a recording.
+pub(super) const METADATA: &str = "simd.recording";
+/// The format that is written and read.
+pub(super) const FORMAT: u32 = 1;
+/// Bytes of a part of a file.
+const PART: usize = 1 << 20;
+
+/// Topics of what is replayed.
+pub(super) mod topic {
+    pub(crate) const FILES: &str = "/simd/files";
+    pub(crate) const WORLDS: &str = "/simd/worlds";
+    pub(crate) const COMMANDS: &str = "/simd/commands";
+    pub(crate) const STEPS: &str = "/simd/steps";
+    pub(crate) const EVENTS: &str = "/simd/events";
+}
+
+/// Why something is not written.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Unwritten {
+    /// The disk.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+    /// The daemon.
+    #[error("{0}")]
+    Call(#[from] CallError),
+}
+
+/// A file that is being written.
+#[derive(Debug)]
+pub(super) struct RecordingFile {
+    writer: Writer<BufWriter<File>>,
+    pub(super) path: PathBuf,
+    /// Nanoseconds since 1970, of what is written now.
+    pub(super) time: u64,
+    channels: BTreeMap<String, u16>,
+    schemas: BTreeMap<String, u16>,
+    /// Files that are in it.
+    kept: BTreeSet<Sha256>,
+}
+
+impl RecordingFile {
+    /// A new file.
+    pub(super) fn create(path: &Path, daemon: &str, recording: &str, number: u64) -> io::Result<Self> {
+        let file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        let release = env!("CARGO_PKG_VERSION");
+        let mut writer = Writer::new(BufWriter::new(file), "ros2", &format!("simd {release}"))?;
+        let metadata = [
+            ("format", FORMAT.to_string()),
+            ("release", release.to_owned()),
+            ("daemon", daemon.to_owned()),
+            ("recording", recording.to_owned()),
+            ("file", number.to_string()),
+        ];
+        let metadata = metadata.map(|(key, value)| (key.to_owned(), value));
+        writer.add_metadata(METADATA, &BTreeMap::from(metadata))?;
+        writer.flush()?;
+        let (channels, schemas, kept) = Default::default();
+        Ok(Self { writer, path: path.to_owned(), time: 0, channels, schemas, kept })
+    }
+
+    /// Whether a file is in it.
+    pub(super) fn has(&self, sha256: &Sha256) -> bool {
+        self.kept.contains(sha256)
+    }
+
+    /// Bytes on the disk, as far as they were handed over.
+    pub(super) fn written(&self) -> u64 {
+        self.writer.written()
+    }
+
+    pub(super) fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+
+    pub(super) fn finish(self) -> io::Result<()> {
+        let buffer = self.writer.finish()?;
+        let file = buffer.into_inner().map_err(io::IntoInnerError::into_error)?;
+        file.sync_data()
+    }
+
+    /// The channel of a topic, made where it is not there yet.
+    pub(super) fn channel(
+        &mut self,
+        topic: &str,
+        encoding: &str,
+        metadata: &BTreeMap<String, String>,
+        (name, schema_encoding): (&str, &str),
+        schema: impl FnOnce() -> Vec<u8>,
+    ) -> io::Result<u16> {
+        if let Some(channel) = self.channels.get(topic) {
+            return Ok(*channel);
+        }
+        let schema = match self.schemas.get(name) {
+            Some(schema) => *schema,
+            None => {
+                let added = self.writer.add_schema(name, schema_encoding, &schema())?;
+                self.schemas.insert(name.to_owned(), added);
+                added
+            }
+        };
+        let channel = self.writer.add_channel(schema, topic, encoding, metadata)?;
+        self.channels.insert(topic.to_owned(), channel);
+        Ok(channel)
+    }
+
+    pub(super) fn write(&mut self, channel: u16, data: &[u8]) -> io::Result<()> {
+        self.writer.write(channel, self.time, data)
+    }
+
+    /// A message of our schema, encoded.
+    pub(super) fn write_encoded(&mut self, topic: &str, message: &str, data: &[u8]) -> io::Result<()> {
+        let name = format!("simd.v1.{message}");
+        let schema = || descriptors(&name);
+        let channel = self.channel(topic, "protobuf", &BTreeMap::new(), (&name, "protobuf"), schema)?;
+        self.write(channel, data)
+    }
+
+    pub(super) fn write_message(
+        &mut self,
+        topic: &str,
+        name: &str,
+        message: &impl Message,
+    ) -> io::Result<()> {
+        self.write_encoded(topic, name, &message.encode_to_vec())
+    }
+}
+
+impl KeepFile for RecordingFile {
+    type Error = Unwritten;
+
+    fn keep(
+        &mut self,
+        sha256: Sha256,
+        bytes: impl FnOnce() -> Result<Vec<u8>, CallError>,
+    ) -> Result<(), Unwritten> {
+        if self.kept.contains(&sha256) {
+            return Ok(());
+        }
+        let bytes = bytes()?;
+        let mut offset = 0;
+        loop {
+            let part = bytes.get(offset..bytes.len().min(offset + PART)).unwrap_or_default();
+            let message = v1::RecordedFile {
+                sha256: sha256.to_string(),
+                total_bytes: bytes.len() as u64,
+                offset: offset as u64,
+                data: part.to_vec(),
+            };
+            self.write_message(topic::FILES, "RecordedFile", &message)?;
+            offset += part.len();
+            if offset >= bytes.len() {
+                break;
+            }
+        }
+        self.kept.insert(sha256);
+        Ok(())
+    }
+}
+
+/// Nanoseconds since 1970.
+pub(super) fn nanos(time: SystemTime) -> u64 {
+    let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// The file of the schema that has a message, and those that it imports.
+fn descriptors(message: &str) -> Vec<u8> {
+    let Ok(all) = FileDescriptorSet::decode(v1::FILE_DESCRIPTOR_SET) else { return Vec::new() };
+    let short = message.trim_start_matches("simd.v1.");
+    let has = |file: &&prost_types::FileDescriptorProto| {
+        file.package() == "simd.v1" && file.message_type.iter().any(|it| it.name() == short)
+    };
+    let mut wanted: Vec<String> =
+        all.file.iter().find(has).map(|file| file.name().to_owned()).into_iter().collect();
+    let mut next = 0;
+    while let Some(name) = wanted.get(next) {
+        let imports = all.file.iter().find(|file| file.name() == name).map(|file| file.dependency.clone());
+        for import in imports.unwrap_or_default() {
+            if !wanted.contains(&import) {
+                wanted.push(import);
+            }
+        }
+        next += 1;
+    }
+    let file = all.file.into_iter().filter(|file| wanted.iter().any(|wanted| wanted == file.name()));
+    FileDescriptorSet { file: file.collect() }.encode_to_vec()
+}

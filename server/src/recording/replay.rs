@@ -1,0 +1,372 @@
+//! The run of a recording, again: the recorded commands before the same steps, from a recorded world on, and what each
+//! step comes to compared with what it came to.
+
+use std::collections::VecDeque;
+use std::io::Read;
+
+use simd_core::simulation::world_state::WorldState;
+use simd_core::simulation::{Saved, WorldLimits};
+use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
+use simd_proto::v1;
+
+use super::commands::{Decoder, invalid};
+use super::reading::{Record, Recording, Unreadable};
+use crate::blocking_threads::BlockingThreads;
+use crate::call_error::CallError;
+use crate::info::DaemonLimits;
+use crate::loading::Loader;
+
+/// Bytes of commands that wait for the steps before them.
+const WAITING_BYTES: usize = 256 << 20;
+/// States that a world may have kept.
+const SAVED_STATES: usize = 100_000;
+
+/// What a replay came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replayed {
+    /// The recording's name.
+    pub recording: String,
+    /// The release of the daemon that made it.
+    pub release: String,
+    /// Simulated time at which it begins, seconds.
+    pub from: f64,
+    /// Steps that were done and are equal.
+    pub steps: u64,
+    /// Commands that were applied.
+    pub commands: u64,
+    /// Whole worlds that are equal.
+    pub worlds: u64,
+    /// The first thing that differs, as a sentence.
+    pub difference: Option<String>,
+    /// Why it ends before its end, as a sentence: it was not completed.
+    pub ends_early: Option<String>,
+    /// Why it cannot be read on, as a sentence.
+    pub damaged: Option<String>,
+}
+
+/// Something that is due before a step.
+#[derive(Debug)]
+enum Due {
+    Command(v1::RecordedCommand),
+    World(v1::RecordedWorld),
+}
+
+impl Due {
+    fn steps(&self) -> u64 {
+        match self {
+            Self::Command(command) => command.steps,
+            Self::World(world) => world.steps,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Command(command) => 256 + command.data.len() + command.json.len() + command.recipe.len(),
+            Self::World(world) => 256 + 128 * world.saved_states.len() + 128 * world.claims.len(),
+        }
+    }
+}
+
+/// Replays one file of a recording, from its first world on or, with `from`, from the last one whose simulated time is not
+/// later. `open` gives the file anew each time.
+///
+/// # Errors
+/// Where it is no recording, or has no world to begin with: a sentence.
+pub async fn replay<R: Read>(
+    mut open: impl FnMut() -> std::io::Result<R>,
+    from: Option<f64>,
+) -> Result<Replayed, String> {
+    let mut input = || open().map_err(|error| format!("it cannot be read: {error}"));
+    let skip = match from {
+        None => 0,
+        Some(from) => world_before(input()?, from)?,
+    };
+    let recording = Recording::open(input()?).map_err(|error| error.to_string())?;
+    let loader = loader().map_err(|error| error.to_string())?;
+    let text = |key: &str| recording.metadata.get(key).cloned().unwrap_or_default();
+    let replayed = Replayed { recording: text("recording"), release: text("release"), ..Replayed::default() };
+    let run = Run {
+        recording,
+        decoder: Decoder::new(loader),
+        world: None,
+        state: PublishedState::default(),
+        done: 0,
+        due: VecDeque::new(),
+        due_bytes: 0,
+        replayed,
+    };
+    run.to_its_end(skip).await
+}
+
+/// Limits of a daemon as it comes: those that the recording's daemon had are not known.
+fn loader() -> std::io::Result<Loader> {
+    let threads = BlockingThreads::computing()?;
+    Loader::new(DaemonLimits::default(), &[], threads).map_err(|(_, error)| error)
+}
+
+/// How many worlds come before the last one that is not later.
+fn world_before(input: impl Read, from: f64) -> Result<usize, String> {
+    let mut recording = Recording::open(input).map_err(|error| error.to_string())?;
+    let (mut count, mut before, mut first) = (0, None, None);
+    // What cannot be read is said by the replay.
+    while let Ok(Some(record)) = recording.next() {
+        let Record::World(world) = record else { continue };
+        recording.forget(&world.state_sha256);
+        let time = world.stamp.map_or(0.0, |stamp| stamp.sim_time);
+        first = first.or(Some(time));
+        if time <= from {
+            before = Some(count);
+        }
+        count += 1;
+    }
+    before.ok_or_else(|| match first {
+        Some(first) => format!("no world in it is before {from} s: the first is at {first} s"),
+        None => "it has no world to begin with".to_owned(),
+    })
+}
+
+struct Run<R> {
+    recording: Recording<R>,
+    decoder: Decoder,
+    world: Option<Simulation>,
+    state: PublishedState,
+    /// Steps since the file began.
+    done: u64,
+    /// In the order in which it was recorded.
+    due: VecDeque<Due>,
+    due_bytes: usize,
+    replayed: Replayed,
+}
+
+impl<R: Read> Run<R> {
+    async fn to_its_end(mut self, mut skip: usize) -> Result<Replayed, String> {
+        let ended = loop {
+            let record = match self.recording.next() {
+                Ok(Some(record)) => record,
+                Ok(None) => break self.come_due(u64::MAX).await.map_err(Unreadable::from).map(|_| true),
+                // What was recorded before the end is due all the same.
+                Err(error) => match self.come_due(self.done).await {
+                    Ok(_) => break Err(error),
+                    Err(worse) => break Err(worse.into()),
+                },
+            };
+            let goes_on = match record {
+                Record::World(world) if self.world.is_none() => {
+                    if skip > 0 {
+                        skip -= 1;
+                        continue;
+                    }
+                    self.begin(world).await
+                }
+                // Before the world that it begins with.
+                _ if self.world.is_none() => continue,
+                Record::World(world) => self.wait(Due::World(world)),
+                Record::Command(command) => self.wait(Due::Command(command)),
+                Record::Steps(steps) => self.steps(steps).await,
+            };
+            match goes_on {
+                Ok(true) => {}
+                Ok(false) => break Ok(false),
+                Err(error) => break Err(error.into()),
+            }
+        };
+        match ended {
+            Ok(_) => {}
+            Err(Unreadable::Mcap(error @ simd_mcap::Error::EndsEarly { .. })) => {
+                self.replayed.ends_early = Some(error.to_string());
+            }
+            Err(error) => self.replayed.damaged = Some(error.to_string()),
+        }
+        match (self.world, &self.replayed.damaged) {
+            (None, Some(damaged)) => Err(damaged.clone()),
+            (None, None) => Err("it has no world to begin with".to_owned()),
+            (Some(_), _) => Ok(self.replayed),
+        }
+    }
+
+    /// The world that it begins with.
+    async fn begin(&mut self, recorded: v1::RecordedWorld) -> Result<bool, CallError> {
+        let limits = WorldLimits { robots: self.decoder.loader.most_robots(), saved_states: SAVED_STATES };
+        let mut world = Simulation::new(PhysicsSettings::default(), limits);
+        let (saved, _) = self.decoder.state(&recorded.state_sha256, &self.recording.files).await?;
+        let name = "recorded".to_owned();
+        world.apply(&Command::ImportSavedState { name: name.clone(), saved })?;
+        world.apply(&Command::RestoreState { name: name.clone() })?;
+        world.apply(&Command::DeleteSavedState { name })?;
+        for kept in recorded.saved_states {
+            let (saved, _) = self.decoder.state(&kept.state_sha256, &self.recording.files).await?;
+            world.apply(&Command::ImportSavedState { name: kept.name, saved })?;
+        }
+        for claim in &recorded.claims {
+            world.apply(&Command::Claim(Decoder::claim(claim)?))?;
+        }
+        self.done = recorded.steps;
+        self.replayed.from = recorded.stamp.map_or(0.0, |stamp| stamp.sim_time);
+        let is_equal = world.fingerprint() == recorded.fingerprint;
+        if !is_equal {
+            self.replayed.difference = Some(
+                "the world that the recording begins with is another one than it was: the file was written by another build of simd"
+                    .into(),
+            );
+        }
+        self.replayed.worlds += u64::from(is_equal);
+        world.observe(&mut self.state);
+        self.world = Some(world);
+        Ok(is_equal)
+    }
+
+    fn wait(&mut self, due: Due) -> Result<bool, CallError> {
+        let latest = self.due.back().map_or(self.done, Due::steps);
+        if due.steps() < latest {
+            return Err(invalid("what was recorded is not in its order"));
+        }
+        self.due_bytes = self.due_bytes.saturating_add(due.bytes());
+        if self.due_bytes > WAITING_BYTES {
+            return Err(invalid("too many commands have no step"));
+        }
+        self.due.push_back(due);
+        Ok(true)
+    }
+
+    /// Does what is due before the step after so many.
+    async fn come_due(&mut self, steps: u64) -> Result<bool, CallError> {
+        while self.due.front().is_some_and(|due| due.steps() <= steps) {
+            let Some(due) = self.due.pop_front() else { break };
+            self.due_bytes = self.due_bytes.saturating_sub(due.bytes());
+            if due.steps() != self.done {
+                return Err(invalid(&format!("the steps after {} are lacking", self.done)));
+            }
+            let goes_on = match due {
+                Due::Command(command) => self.apply(&command).await?,
+                Due::World(world) => self.compare(&world).await?,
+            };
+            if !goes_on {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    async fn apply(&mut self, recorded: &v1::RecordedCommand) -> Result<bool, CallError> {
+        let (command, claim) = self.decoder.command(recorded, &self.recording.files).await?;
+        let Some(world) = &mut self.world else { return Ok(false) };
+        if let Err(refused) = world.apply_for(&without_versions(command), claim) {
+            let kind: String = recorded.kind.chars().take(40).collect();
+            let at = world.now();
+            self.differs(format!(
+                "at step {} ({:.6} s), {kind} was applied when it was recorded, and is refused now: {refused}",
+                at.step, at.sim_time
+            ));
+            return Ok(false);
+        }
+        self.replayed.commands += 1;
+        Ok(true)
+    }
+
+    fn differs(&mut self, sentence: String) {
+        self.replayed.difference.get_or_insert(sentence);
+    }
+
+    async fn steps(&mut self, recorded: v1::RecordedSteps) -> Result<bool, CallError> {
+        if recorded.steps != self.done {
+            // Those before the world that it begins with.
+            let ended = recorded.steps.saturating_add(recorded.fingerprints.len() as u64) <= self.done;
+            let lacking = || invalid(&format!("the steps after {} are lacking", self.done));
+            return if ended { Ok(true) } else { Err(lacking()) };
+        }
+        for fingerprint in recorded.fingerprints {
+            if !self.come_due(self.done).await? {
+                return Ok(false);
+            }
+            let Some(world) = &mut self.world else { return Ok(false) };
+            world.step();
+            world.observe(&mut self.state);
+            self.done += 1;
+            let is_equal = self.state.fingerprint() == fingerprint;
+            if self.replayed.difference.is_none() {
+                if is_equal {
+                    self.replayed.steps += 1;
+                } else {
+                    let at = self.state.at;
+                    self.differs(format!(
+                        "step {} ({:.6} s) is the first that differs",
+                        at.step, at.sim_time
+                    ));
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    /// A recorded world with the present one. The first after a step that differs says what does.
+    async fn compare(&mut self, recorded: &v1::RecordedWorld) -> Result<bool, CallError> {
+        let Some(world) = &self.world else { return Ok(false) };
+        let is_equal = world.fingerprint() == recorded.fingerprint;
+        let present = (!is_equal).then(|| world.snapshot());
+        if let Some(present) = present {
+            let (saved, _) = self.decoder.state(&recorded.state_sha256, &self.recording.files).await?;
+            let at = self.state.at;
+            let what = what_differs(&saved, present.world_state(), &self.state);
+            let seen = format!("at step {} ({:.6} s), {what}", at.step, at.sim_time);
+            let sentence =
+                self.replayed.difference.take().map_or(seen.clone(), |first| format!("{first}; {seen}"));
+            self.differs(sentence);
+        }
+        if !recorded.saved_states.iter().any(|kept| kept.state_sha256 == recorded.state_sha256) {
+            self.recording.forget(&recorded.state_sha256);
+        }
+        if self.replayed.difference.is_some() {
+            return Ok(false);
+        }
+        self.replayed.worlds += 1;
+        Ok(true)
+    }
+}
+
+/// Versions of robots are others here.
+fn without_versions(mut command: Command) -> Command {
+    if let Command::SetTargets(targets) = &mut command {
+        targets.robots.iter_mut().for_each(|robot| robot.layout_version = 0);
+    }
+    command
+}
+
+/// The first robot, joint and quantity of two states that are not equal to the bit; `state` is of the present one.
+fn what_differs(recorded: &Saved, present: &WorldState, state: &PublishedState) -> String {
+    let recorded = recorded.world_state();
+    let names = |state: &WorldState| -> Vec<String> {
+        state.robots.iter().map(|robot| robot.entity.name.clone()).collect()
+    };
+    if names(recorded) != names(present) {
+        return format!("the robots are {:?}, and were {:?}", names(present), names(recorded));
+    }
+    let robots = recorded.robots.iter().zip(&present.robots).zip(&state.world.entities);
+    for ((before, now), layout) in robots {
+        let robot = &before.entity.name;
+        let (before, now) = (&before.body, &now.body);
+        let (root_positions, root_velocities) = (layout.tree.root_positions(), layout.tree.root_velocities());
+        for (quantity, before, now, root, ranges) in [
+            ("position", &before.positions, &now.positions, root_positions, &layout.joint_positions),
+            ("velocity", &before.velocities, &now.velocities, root_velocities, &layout.joint_velocities),
+            ("effort", &before.efforts, &now.efforts, root_velocities, &layout.joint_velocities),
+        ] {
+            let differ = |(before, now): (&f64, &f64)| before.to_bits() != now.to_bits();
+            let Some(place) = before.iter().zip(now).position(differ) else { continue };
+            let values =
+                (now.get(place).copied().unwrap_or(f64::NAN), before.get(place).copied().unwrap_or(f64::NAN));
+            let joint = place
+                .checked_sub(root)
+                .and_then(|place| ranges.iter().position(|range| range.contains(&place)));
+            let joint = joint.and_then(|joint| layout.model.joints.get(joint));
+            let whose = joint.map_or_else(|| "root".to_owned(), |joint| format!("joint {:?}", joint.name));
+            return format!(
+                "robot {robot:?}, {whose}: the {quantity} is {:?}, and was {:?}",
+                values.0, values.1
+            );
+        }
+    }
+    if recorded.settings != present.settings {
+        return format!("the physics is {:?}, and was {:?}", present.settings, recorded.settings);
+    }
+    "positions, velocities and efforts are equal, and something else of the state differs: targets, settings or contacts".into()
+}

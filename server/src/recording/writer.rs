@@ -1,0 +1,351 @@
+//! The thread that writes a recording: takes what the driver told, now and then, and writes it. What was written is flushed
+//! often enough that a daemon that is killed loses less than a second.
+
+use std::collections::VecDeque;
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
+
+use prost_types::Timestamp;
+use simd_core::Moment;
+use simd_core::simulation::Saved;
+use simd_model::robot::Sha256;
+use simd_proto::v1;
+
+use super::commands;
+use super::file::{RecordingFile, Unwritten, nanos, topic};
+use super::{EncodeEvent, Surroundings, names};
+use crate::driver::{AppliedCommand, Entry, Happened, Published, RecordingEnd, Tap, TapEnd, WorldEntry};
+
+/// How often it looks for what came: the driver has memory for so many states at 1 kHz.
+const LOOK: Duration = Duration::from_millis(5);
+/// How often what was written is flushed.
+const FLUSH: Duration = Duration::from_millis(500);
+/// How often the whole world is recorded.
+const WORLD: Duration = Duration::from_secs(10);
+/// Steps whose fingerprints come together.
+const STEPS: usize = 500;
+/// A ring has so many files beside the one that is being filled.
+const RING: u32 = 4;
+/// A file of a ring is not shorter.
+const SHORTEST: Duration = Duration::from_millis(250);
+
+/// What is to be recorded, and where to.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    pub(super) directory: PathBuf,
+    pub(super) name: Arc<str>,
+    /// Simulated seconds between states.
+    pub(super) state_period: Option<f64>,
+    pub(super) keep_last: Option<Duration>,
+    /// Of all its files.
+    pub(super) max_bytes: u64,
+    pub(super) max_duration: Option<Duration>,
+}
+
+/// See the module.
+pub(super) struct Writer {
+    plan: Plan,
+    surroundings: Surroundings,
+    encode_event: EncodeEvent,
+    tap: Arc<Tap>,
+    file: RecordingFile,
+    /// Of the file, from 1.
+    number: u64,
+    /// Files before it, with their sizes and when they ended, oldest first.
+    older: VecDeque<(PathBuf, u64, Instant)>,
+    /// Steps since the file began.
+    steps: u64,
+    /// Of the last steps, that are not written yet.
+    fingerprints: Vec<u64>,
+    last_step: Option<v1::Stamp>,
+    /// Saved states and what they are written as, as long as the world has them.
+    states: Vec<(Saved, Sha256)>,
+    began: Instant,
+    file_began: Instant,
+    flushed: Instant,
+    world: Instant,
+    /// The next whole world begins another file.
+    wants_file: bool,
+}
+
+/// Why a recording ends before it is asked to.
+struct Ended {
+    cause: RecordingEnd,
+    message: String,
+}
+
+impl From<Unwritten> for Ended {
+    fn from(error: Unwritten) -> Self {
+        Self { cause: RecordingEnd::WriteFailed, message: format!("it cannot be written: {error}") }
+    }
+}
+
+impl From<io::Error> for Ended {
+    fn from(error: io::Error) -> Self {
+        Unwritten::from(error).into()
+    }
+}
+
+impl Writer {
+    /// With the first file.
+    pub(super) fn new(
+        plan: Plan,
+        surroundings: Surroundings,
+        encode_event: EncodeEvent,
+        tap: Arc<Tap>,
+    ) -> io::Result<Self> {
+        let file = create(&plan, &surroundings, 1)?;
+        let now = Instant::now();
+        Ok(Self {
+            plan,
+            surroundings,
+            encode_event,
+            tap,
+            file,
+            number: 1,
+            older: VecDeque::new(),
+            steps: 0,
+            fingerprints: Vec::with_capacity(STEPS),
+            last_step: None,
+            states: Vec::new(),
+            began: now,
+            file_began: now,
+            flushed: now,
+            world: now,
+            wants_file: false,
+        })
+    }
+
+    /// Until no more comes, or it cannot be written.
+    pub(super) fn run(mut self) {
+        let mut entries = Vec::new();
+        let end = loop {
+            let end = self.tap.take_after(LOOK, &mut entries);
+            let mut written = Ok(());
+            for entry in entries.drain(..) {
+                // All are taken out, also those that are not written any more.
+                if written.is_ok() {
+                    written = self.entry(entry);
+                }
+            }
+            if let Err(ended) = written.and_then(|()| self.keep_up(Instant::now())) {
+                // What is told from now on is dropped.
+                self.tap.end(TapEnd::Stopped);
+                break ended;
+            }
+            match end {
+                None => {}
+                Some(TapEnd::Stopped) => {
+                    break Ended { cause: RecordingEnd::Stopped, message: "it was stopped".into() };
+                }
+                Some(TapEnd::DriverEnded) => {
+                    break Ended { cause: RecordingEnd::DaemonEnded, message: "the daemon ends".into() };
+                }
+                Some(TapEnd::Full) => {
+                    break Ended {
+                        cause: RecordingEnd::TooSlow,
+                        message: "the disk is slower than the world".into(),
+                    };
+                }
+            }
+        };
+        self.finish(end);
+    }
+
+    fn finish(mut self, mut ended: Ended) {
+        let is_written = ended.cause != RecordingEnd::WriteFailed;
+        let completed = self.steps_done().map_err(Ended::from).and_then(|()| Ok(self.file.finish()?));
+        if let (true, Err(failed)) = (is_written, completed) {
+            ended = failed;
+        }
+        let Ended { cause, message } = ended;
+        let recording = self.plan.name.to_string();
+        match cause {
+            RecordingEnd::Stopped | RecordingEnd::DaemonEnded => {
+                tracing::info!(recording, "the recording ends: {message}")
+            }
+            _ => tracing::error!(recording, "the recording ends: {message}"),
+        }
+        // That the disk is too slow was said by the driver, which does not wait for it.
+        if cause != RecordingEnd::TooSlow {
+            let newest = self.surroundings.board.newest();
+            let what = Happened::RecordingEnded { at: newest.state.at, recording, cause, message };
+            self.surroundings.events.push(SystemTime::now(), newest.sequence, what);
+        }
+    }
+
+    fn entry(&mut self, entry: Entry) -> Result<(), Ended> {
+        match entry {
+            Entry::World(world) => self.world(*world),
+            Entry::Applied(applied) => self.applied(&applied),
+            Entry::Step(state) => self.step(&state),
+            Entry::Event(event) => {
+                self.file.time = nanos(event.wall_time);
+                let bytes = (self.encode_event)(&event);
+                Ok(self.file.write_encoded(topic::EVENTS, "Event", &bytes)?)
+            }
+        }
+    }
+
+    fn world(&mut self, world: WorldEntry) -> Result<(), Ended> {
+        self.steps_done()?;
+        self.world = Instant::now();
+        self.write_world(&world)?;
+        if std::mem::take(&mut self.wants_file) {
+            self.next_file()?;
+            self.write_world(&world)?;
+        }
+        Ok(())
+    }
+
+    fn write_world(&mut self, world: &WorldEntry) -> Result<(), Ended> {
+        let WorldEntry { at, state, claims, published } = world;
+        self.file.time = nanos(SystemTime::now());
+        let loader = Arc::clone(&self.surroundings.loader);
+        let state_sha256 = commands::keep_state(state, &loader, &mut self.file)?.to_string();
+        let mut saved_states = Vec::new();
+        let mut states = Vec::new();
+        for kept in published.state.saved.iter() {
+            let saved = kept.saved();
+            let known = self.states.iter().find(|(known, _)| known == saved).map(|(_, sha256)| *sha256);
+            // In another file it has to be written again.
+            let sha256 = match known.filter(|sha256| self.file.has(sha256)) {
+                Some(sha256) => sha256,
+                None => commands::keep_state(saved, &loader, &mut self.file)?,
+            };
+            states.push((saved.clone(), sha256));
+            let name = kept.info().name;
+            saved_states.push(v1::RecordedSavedState { name, state_sha256: sha256.to_string() });
+        }
+        self.states = states;
+        let claims =
+            claims.iter().map(commands::encode_claim).collect::<Result<_, _>>().map_err(Unwritten::from)?;
+        let message = v1::RecordedWorld {
+            stamp: Some(stamp(*at, Some(published))),
+            steps: self.steps,
+            state_sha256,
+            fingerprint: state.world_state().fingerprint(),
+            saved_states,
+            claims,
+        };
+        Ok(self.file.write_message(topic::WORLDS, "RecordedWorld", &message)?)
+    }
+
+    fn applied(&mut self, applied: &AppliedCommand) -> Result<(), Ended> {
+        self.file.time = nanos(SystemTime::now());
+        let loader = Arc::clone(&self.surroundings.loader);
+        let message = v1::RecordedCommand {
+            stamp: Some(stamp(applied.at, None)),
+            steps: self.steps,
+            ..commands::encode(applied, &loader, &mut self.file)?
+        };
+        Ok(self.file.write_message(topic::COMMANDS, "RecordedCommand", &message)?)
+    }
+
+    fn step(&mut self, state: &Published) -> Result<(), Ended> {
+        self.file.time = nanos(state.wall_time);
+        self.steps += 1;
+        self.fingerprints.push(state.state.fingerprint());
+        self.last_step = Some(stamp(state.state.at, Some(state)));
+        if self.fingerprints.len() >= STEPS { Ok(self.steps_done()?) } else { Ok(()) }
+    }
+
+    /// Writes the fingerprints of the last steps.
+    fn steps_done(&mut self) -> io::Result<()> {
+        if self.fingerprints.is_empty() {
+            return Ok(());
+        }
+        let fingerprints = std::mem::replace(&mut self.fingerprints, Vec::with_capacity(STEPS));
+        let steps = self.steps - fingerprints.len() as u64;
+        let message = v1::RecordedSteps { steps, fingerprints, stamp: self.last_step };
+        self.file.write_message(topic::STEPS, "RecordedSteps", &message)
+    }
+
+    /// Flushes, asks for the world, begins another file and removes old ones when it is time.
+    fn keep_up(&mut self, now: Instant) -> Result<(), Ended> {
+        if now - self.flushed >= FLUSH {
+            self.flushed = now;
+            self.steps_done()?;
+            self.file.flush()?;
+        }
+        if now - self.world >= WORLD {
+            self.world = now;
+            self.tap.ask_for_world();
+        }
+        let limit = |message| Err(Ended { cause: RecordingEnd::LimitReached, message });
+        if let Some(longest) = self.plan.max_duration.filter(|longest| now - self.began >= *longest) {
+            return limit(format!("it has been made for {} s, as it was asked to", longest.as_secs_f64()));
+        }
+        if let Some(keep) = self.plan.keep_last {
+            if !self.wants_file && now - self.file_began >= (keep / RING).max(SHORTEST) {
+                self.wants_file = true;
+                self.tap.ask_for_world();
+            }
+            // The file after it began when it ended.
+            while self.older.front().is_some_and(|(_, _, ended)| now - *ended > keep) {
+                self.remove_oldest()?;
+            }
+        }
+        while self.bytes() > self.plan.max_bytes {
+            if self.older.is_empty() {
+                return limit(format!("it has reached {} bytes, which is the most", self.plan.max_bytes));
+            }
+            self.remove_oldest()?;
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> u64 {
+        self.older.iter().map(|(_, bytes, _)| bytes).sum::<u64>() + self.file.written()
+    }
+
+    fn remove_oldest(&mut self) -> io::Result<()> {
+        match self.older.pop_front().map(|(path, _, _)| fs::remove_file(path)) {
+            Some(Err(error)) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    fn next_file(&mut self) -> Result<(), Ended> {
+        let next = create(&self.plan, &self.surroundings, self.number + 1)?;
+        let before = std::mem::replace(&mut self.file, next);
+        let (path, now) = (before.path.clone(), Instant::now());
+        before.finish()?;
+        let bytes = fs::metadata(&path)?.len();
+        self.older.push_back((path, bytes, now));
+        self.number += 1;
+        self.steps = 0;
+        self.file_began = now;
+        Ok(())
+    }
+}
+
+fn create(plan: &Plan, surroundings: &Surroundings, number: u64) -> io::Result<RecordingFile> {
+    let file = match plan.keep_last {
+        Some(_) => names::numbered(&plan.name, number),
+        None => names::single(&plan.name),
+    };
+    RecordingFile::create(&plan.directory.join(file), &surroundings.daemon, &plan.name, number)
+}
+
+/// A moment, with what is known of when and how it was published.
+fn stamp(at: Moment, published: Option<&Published>) -> v1::Stamp {
+    let timestamp = |state: &Published| {
+        let nanos = nanos(state.wall_time);
+        let (seconds, nanos) = (nanos / 1_000_000_000, nanos % 1_000_000_000);
+        Timestamp {
+            seconds: i64::try_from(seconds).unwrap_or(i64::MAX),
+            nanos: i32::try_from(nanos).unwrap_or(0),
+        }
+    };
+    v1::Stamp {
+        epoch: at.epoch,
+        step: at.step,
+        sim_time: at.sim_time,
+        wall_time: published.map(timestamp),
+        sequence: published.map_or(0, |state| state.sequence),
+    }
+}

@@ -1,0 +1,159 @@
+//! Recordings: made, listed, read, replayed and deleted, alike over every transport.
+
+use simd_client::proto::event::Kind;
+use simd_client::proto::{ErrorReason, RecordingEndCause, RecordingState, StartRecordingRequest};
+use simd_client::{Client, Target};
+use simd_server::handle::RunState;
+use simd_server::recording::{Replayed, replay};
+use simd_tests::daemon::{Daemon, Via};
+use tempfile::TempDir;
+
+use crate::{load_arm, over_every_transport, set};
+
+over_every_transport! {
+    what_was_recorded_is_downloaded_and_comes_to_the_same_again,
+    without_a_folder_it_is_said_what_to_configure,
+    names_that_are_no_names_and_numbers_that_cannot_be_are_refused,
+    commands_of_several_clients_are_recorded_with_their_names,
+}
+
+/// A paused daemon that keeps recordings, and their folder.
+async fn daemon(via: Via) -> (Daemon, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let directory = Some(folder.path().to_owned());
+    let daemon = Daemon::start_via(via, |config| {
+        config.driver.state = RunState::Paused;
+        config.recording.directory = directory;
+    })
+    .await;
+    (daemon, folder)
+}
+
+fn named(name: &str) -> StartRecordingRequest {
+    StartRecordingRequest { name: name.into(), ..StartRecordingRequest::default() }
+}
+
+async fn replayed(file: &[u8]) -> Replayed {
+    let replayed = replay(|| Ok(file), None).await.unwrap();
+    assert_eq!((&replayed.difference, &replayed.ends_early, &replayed.damaged), (&None, &None, &None));
+    replayed
+}
+
+async fn what_was_recorded_is_downloaded_and_comes_to_the_same_again(via: Via) {
+    let (daemon, _folder) = daemon(via).await;
+    load_arm(&daemon.client, "arm").await;
+    let recording = daemon.client.start_recording(named("run")).await.unwrap();
+    assert_eq!((&*recording.name, recording.state()), ("run", RecordingState::Recording));
+    set(&daemon, Target::position(0.5)).await;
+    daemon.client.step(100).await.unwrap();
+    load_arm(&daemon.client, "other").await;
+    daemon.client.step(50).await.unwrap();
+    daemon.client.delete("arm").await.unwrap();
+    daemon.client.step(7).await.unwrap();
+    let listed = daemon.client.recordings().await.unwrap();
+    assert_eq!(listed.len(), 1);
+    assert_eq!(listed[0].state(), RecordingState::Recording);
+    let recording = daemon.client.stop_recording("run").await.unwrap();
+    assert_eq!(recording.state(), RecordingState::Complete);
+    let info = daemon.client.recording("run").await.unwrap();
+    let messages = |topic: &str| info.topics.iter().find(|it| it.topic == topic).map(|it| it.messages);
+    assert_eq!(messages("/simd/commands"), Some(3));
+    assert_eq!(messages("/simd/worlds"), Some(2));
+    let here = tempfile::tempdir().unwrap();
+    let (files, bytes) = daemon.client.download_recording("run", here.path()).await.unwrap();
+    assert_eq!((&*files, bytes), (&["run.mcap".to_owned()][..], recording.bytes));
+    let came_to = replayed(&std::fs::read(here.path().join("run.mcap")).unwrap()).await;
+    assert_eq!((came_to.steps, came_to.commands, came_to.worlds), (157, 3, 2));
+    daemon.client.delete_recording("run").await.unwrap();
+    assert!(daemon.client.recordings().await.unwrap().is_empty());
+    let gone = daemon.client.recording("run").await.unwrap_err();
+    assert_eq!(gone.reason(), Some(ErrorReason::RecordingNotFound));
+    let events = daemon.client.next_events(0, std::time::Duration::ZERO).await.unwrap().events;
+    let of_recordings: Vec<_> = events
+        .into_iter()
+        .filter_map(|event| match event.kind? {
+            Kind::RecordingStarted(it) => Some((it.recording, None)),
+            Kind::RecordingEnded(it) => Some((it.recording.clone(), Some(it.cause()))),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(of_recordings, [("run".into(), None), ("run".into(), Some(RecordingEndCause::Stopped))]);
+}
+
+async fn without_a_folder_it_is_said_what_to_configure(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let refused = daemon.client.start_recording(named("run")).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::RecordingNotPossible));
+    assert!(refused.to_string().contains("--recordings FOLDER"), "{refused}");
+    let refused = daemon.client.stop_recording("").await.unwrap_err();
+    assert_eq!(refused.to_string(), "no recording is being made");
+}
+
+async fn names_that_are_no_names_and_numbers_that_cannot_be_are_refused(via: Via) {
+    let (daemon, folder) = daemon(via).await;
+    for name in ["..", "a/b", "/etc/passwd", "a.000001", "ä", "\0", &"a".repeat(65)] {
+        let refused = daemon.client.start_recording(named(name)).await.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue), "{name:?}: {refused}");
+        daemon.client.recording(name).await.unwrap_err();
+        daemon.client.delete_recording(name).await.unwrap_err();
+    }
+    let with = |change: fn(&mut StartRecordingRequest)| {
+        let mut request = named("run");
+        change(&mut request);
+        request
+    };
+    for (field, request) in [
+        ("state_rate", with(|it| it.state_rate = Some(f64::NAN))),
+        ("state_rate", with(|it| it.state_rate = Some(-1.0))),
+        ("keep_last", with(|it| it.keep_last = 0.5)),
+        ("keep_last", with(|it| it.keep_last = f64::INFINITY)),
+        ("max_duration", with(|it| it.max_duration = -1.0)),
+    ] {
+        let refused = daemon.client.start_recording(request).await.unwrap_err();
+        assert_eq!(refused.reason(), Some(ErrorReason::InvalidValue), "{field}");
+        assert!(refused.to_string().contains(field), "{refused}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    daemon.client.start_recording(named("run")).await.unwrap();
+    let second = daemon.client.start_recording(named("other")).await.unwrap_err();
+    assert_eq!(second.reason(), Some(ErrorReason::RecordingNotPossible));
+    daemon.client.stop_recording("run").await.unwrap();
+    let taken = daemon.client.start_recording(named("run")).await.unwrap_err();
+    assert_eq!(taken.reason(), Some(ErrorReason::RecordingExists));
+}
+
+async fn commands_of_several_clients_are_recorded_with_their_names(via: Via) {
+    let (daemon, folder) = daemon(via).await;
+    load_arm(&daemon.client, "arm").await;
+    daemon.client.start_recording(named("run")).await.unwrap();
+    let clients: Vec<Client> =
+        ["first", "second"].map(|name| daemon.client.clone().with_name(name)).into_iter().collect();
+    for (number, client) in clients.iter().cycle().take(6).enumerate() {
+        let target = simd_client::joint_target("shoulder", Target::position(0.1 * number as f64));
+        client.set_robot_targets("arm", [target]).await.unwrap();
+        client.step(10).await.unwrap();
+    }
+    clients[1].save_state("kept").await.unwrap();
+    daemon.client.stop_recording("").await.unwrap();
+    let file = std::fs::read(folder.path().join("run.mcap")).unwrap();
+    assert_eq!(replayed(&file).await.steps, 60);
+    let mut reader = simd_mcap::Reader::new(&file[..], simd_mcap::Limits::default()).unwrap();
+    let mut commands = Vec::new();
+    while let Some(item) = reader.next().unwrap() {
+        if let simd_mcap::Item::Message { channel, data, .. } = item
+            && channel.topic == "/simd/commands"
+        {
+            assert_eq!(channel.schema.as_ref().unwrap().name, "simd.v1.RecordedCommand");
+            let command: simd_client::proto::RecordedCommand = prost::Message::decode(data).unwrap();
+            commands.push((command.client, command.steps, command.kind));
+        }
+    }
+    let expected: Vec<_> = (0..6u64)
+        .map(|number| {
+            let client = if number % 2 == 0 { "first" } else { "second" };
+            (client.to_owned(), 10 * number, "SetTargets".to_owned())
+        })
+        .chain([("second".to_owned(), 60, "SaveState".to_owned())])
+        .collect();
+    assert_eq!(commands, expected);
+}
