@@ -128,7 +128,7 @@ pub(crate) enum Command {
     /// What touches what: list, ray, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),
-    /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, delete
+    /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, export, delete
     #[command(subcommand)]
     Record(record::Record),
     /// The daemon: info, ping

@@ -3,6 +3,7 @@
 //! * Here: which recording is being made, and which there are.
 //! * `names`: how they are called, and which files they consist of.
 //! * `writer`: the thread. `file`: one file. `commands`: commands as bytes and back.
+//! * `ros`: what other tools show.
 //! * `reading`: what a file has, of which nothing is believed. [`replay`]: the same run again, compared.
 
 mod commands;
@@ -10,6 +11,7 @@ mod file;
 mod names;
 mod reading;
 pub mod replay;
+mod ros;
 #[cfg(test)]
 mod tests;
 mod writer;

@@ -48,7 +48,7 @@ async fn what_was_recorded_is_downloaded_and_comes_to_the_same_again(via: Via) {
     daemon.client.step(100).await.unwrap();
     load_arm(&daemon.client, "other").await;
     daemon.client.step(50).await.unwrap();
-    daemon.client.delete("arm").await.unwrap();
+    daemon.client.delete_robot("arm").await.unwrap();
     daemon.client.step(7).await.unwrap();
     let listed = daemon.client.recordings().await.unwrap();
     assert_eq!(listed.len(), 1);

@@ -43,6 +43,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Constraint(command) => constraint::run(command, &connect(options).await?, output).await,
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
+        Command::Record(record::Record::Export(arguments)) => record::export(&arguments, output),
         Command::Record(command) => record::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::State(command) => state::run(command, &connect(options).await?, output).await,

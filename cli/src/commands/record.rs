@@ -1,8 +1,10 @@
 //! `simctl record`: recordings of the world, which the daemon makes on its own disk.
 
+mod export;
+
 use std::path::PathBuf;
 
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 use serde::Serialize;
 use simd_client::{
     Client,
@@ -10,6 +12,7 @@ use simd_client::{
 };
 
 use super::present;
+use crate::failure::warn;
 use crate::output::{
     Output, View, json,
     number::{count, fixed},
@@ -57,11 +60,41 @@ pub(crate) enum Record {
         #[arg(default_value = ".")]
         folder: PathBuf,
     },
+    /// Writes the joint states of a file as a table, or what is of ROS 2 in it as a bag; needs no daemon
+    Export(Export),
     /// Deletes the files of a recording
     Delete {
         /// Which one
         name: String,
     },
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Export {
+    /// A file of a recording (.mcap), on this disk
+    file: PathBuf,
+    /// A row for each joint of each state: time, robot, joint, position, velocity, effort
+    #[arg(long, value_name = "FILE", required_unless_present = "ros2")]
+    csv: Option<PathBuf>,
+    /// A folder, which is made, for `ros2 bag` and `rosbags`
+    #[arg(long, value_name = "FOLDER")]
+    ros2: Option<PathBuf>,
+}
+
+/// `record export`, which asks no daemon.
+pub(crate) fn export(arguments: &Export, output: Output) -> anyhow::Result<()> {
+    let Export { file, csv, ros2 } = arguments;
+    let mut messages = 0;
+    let csv = csv.iter().map(|to| export::csv(file, to).map(|written| (to, written)));
+    let ros2 = ros2.iter().map(|to| export::ros2(file, to).map(|written| (to, written)));
+    for written in csv.chain(ros2) {
+        let (to, written) = written?;
+        messages += written.messages;
+        if let Some(early) = written.early {
+            warn(&format!("{}: {early}; {} has what is before that", file.display(), to.display()));
+        }
+    }
+    output.one(&Exported { exported: file.display().to_string(), messages })
 }
 
 pub(crate) async fn run(command: Record, client: &Client, output: Output) -> anyhow::Result<()> {
@@ -93,6 +126,7 @@ pub(crate) async fn run(command: Record, client: &Client, output: Output) -> any
             let (files, bytes) = client.download_recording(&name, &folder).await?;
             output.one(&Downloaded { downloaded: name, files, bytes })
         }
+        Record::Export(arguments) => export(&arguments, output),
         Record::Delete { name } => {
             client.delete_recording(&name).await?;
             output.one(&Deleted { deleted: name })
@@ -210,6 +244,20 @@ impl View for Downloaded {
             bytes_of(self.bytes),
             self.files.join(", ")
         ))
+    }
+}
+
+/// `record export`.
+#[derive(Serialize)]
+struct Exported {
+    exported: String,
+    messages: u64,
+}
+
+impl View for Exported {
+    fn page(&self) -> Page {
+        let messages = usize::try_from(self.messages).unwrap_or(usize::MAX);
+        Page::of_line(format!("exported {}: {}", self.exported, count(messages, "message")))
     }
 }
 

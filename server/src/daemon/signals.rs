@@ -5,6 +5,10 @@ use std::io;
 
 use tokio::sync::oneshot;
 
+/// Its number on every system that has it.
+#[cfg(unix)]
+const SIGXFSZ: i32 = 25;
+
 /// What a signal tells the daemon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SignalAction {
@@ -23,6 +27,10 @@ pub(super) struct Signals {
     interrupt: tokio::signal::unix::Signal,
     #[cfg(unix)]
     hangup: tokio::signal::unix::Signal,
+    /// Without a handler, a file that reaches the limit of the process's files (`RLIMIT_FSIZE`) kills it; with one, the file
+    /// cannot be written, as on a full disk.
+    #[cfg(unix)]
+    _file_size: tokio::signal::unix::Signal,
     /// Comes once, where stdin is listened to.
     stdin: Option<oneshot::Receiver<()>>,
 }
@@ -39,6 +47,8 @@ impl Signals {
             interrupt: signal(SignalKind::interrupt())?,
             #[cfg(unix)]
             hangup: signal(SignalKind::hangup())?,
+            #[cfg(unix)]
+            _file_size: signal(SignalKind::from_raw(SIGXFSZ))?,
             stdin: until_stdin_closes.then(end_of_stdin).transpose()?,
         })
     }

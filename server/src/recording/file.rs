@@ -100,7 +100,7 @@ impl RecordingFile {
         &mut self,
         topic: &str,
         encoding: &str,
-        metadata: &BTreeMap<String, String>,
+        metadata: impl FnOnce() -> BTreeMap<String, String>,
         (name, schema_encoding): (&str, &str),
         schema: impl FnOnce() -> Vec<u8>,
     ) -> io::Result<u16> {
@@ -115,7 +115,7 @@ impl RecordingFile {
                 added
             }
         };
-        let channel = self.writer.add_channel(schema, topic, encoding, metadata)?;
+        let channel = self.writer.add_channel(schema, topic, encoding, &metadata())?;
         self.channels.insert(topic.to_owned(), channel);
         Ok(channel)
     }
@@ -128,7 +128,7 @@ impl RecordingFile {
     pub(super) fn write_encoded(&mut self, topic: &str, message: &str, data: &[u8]) -> io::Result<()> {
         let name = format!("simd.v1.{message}");
         let schema = || descriptors(&name);
-        let channel = self.channel(topic, "protobuf", &BTreeMap::new(), (&name, "protobuf"), schema)?;
+        let channel = self.channel(topic, "protobuf", BTreeMap::new, (&name, "protobuf"), schema)?;
         self.write(channel, data)
     }
 

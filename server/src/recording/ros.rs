@@ -167,7 +167,11 @@ fn topic_part(name: &str) -> String {
 
 /// Simulated time.
 fn stamp(sim_time: f64) -> Time {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast from a float saturates")]
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast from a float saturates"
+    )]
     let nanoseconds = (sim_time * 1e9).round() as u64;
     Time::from_nanoseconds(nanoseconds)
 }

@@ -16,6 +16,7 @@ use simd_proto::v1;
 
 use super::commands;
 use super::file::{RecordingFile, Unwritten, nanos, topic};
+use super::ros::States;
 use super::{EncodeEvent, Surroundings, names};
 use crate::driver::{AppliedCommand, Entry, Happened, Published, RecordingEnd, Tap, TapEnd, WorldEntry};
 
@@ -61,6 +62,8 @@ pub(super) struct Writer {
     /// Of the last steps, that are not written yet.
     fingerprints: Vec<u64>,
     last_step: Option<v1::Stamp>,
+    /// For other tools.
+    shown: States,
     /// Saved states and what they are written as, as long as the world has them.
     states: Vec<(Saved, Sha256)>,
     began: Instant,
@@ -99,6 +102,7 @@ impl Writer {
     ) -> io::Result<Self> {
         let file = create(&plan, &surroundings, 1)?;
         let now = Instant::now();
+        let shown = States::new(plan.state_period);
         Ok(Self {
             plan,
             surroundings,
@@ -110,6 +114,7 @@ impl Writer {
             steps: 0,
             fingerprints: Vec::with_capacity(STEPS),
             last_step: None,
+            shown,
             states: Vec::new(),
             began: now,
             file_began: now,
@@ -250,6 +255,10 @@ impl Writer {
         self.steps += 1;
         self.fingerprints.push(state.state.fingerprint());
         self.last_step = Some(stamp(state.state.at, Some(state)));
+        if self.shown.is_due(state) {
+            let loader = Arc::clone(&self.surroundings.loader);
+            self.shown.write(state, &loader, &mut self.file)?;
+        }
         if self.fingerprints.len() >= STEPS { Ok(self.steps_done()?) } else { Ok(()) }
     }
 
@@ -318,6 +327,7 @@ impl Writer {
         self.older.push_back((path, bytes, now));
         self.number += 1;
         self.steps = 0;
+        self.shown.begin_file();
         self.file_began = now;
         Ok(())
     }

@@ -1,0 +1,154 @@
+//! `simctl record export`: the joint states of a recording on this disk as a table, or what is of ROS 2 in it as a bag.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write as _};
+use std::path::Path;
+
+use anyhow::{Context as _, bail};
+use simd_mcap::{Item, Limits, Reader, Writer};
+use simd_ros2::Message as _;
+use simd_ros2::messages::sensor_msgs::JointState;
+
+/// The type of joint states.
+const JOINT_STATE: &str = JointState::NAME;
+/// What messages of ROS 2 are encoded in.
+const CDR: &str = "cdr";
+
+/// What was written.
+#[derive(Debug, Default)]
+pub(super) struct Written {
+    pub(super) messages: u64,
+    /// Why the recording ends before its end.
+    pub(super) early: Option<String>,
+}
+
+fn open(recording: &Path) -> anyhow::Result<Reader<BufReader<File>>> {
+    let named = || recording.display().to_string();
+    let file = File::open(recording).with_context(named)?;
+    Reader::new(BufReader::new(file), Limits::default()).with_context(named)
+}
+
+/// A row for each joint of each state: simulated time in seconds, robot, joint, position, velocity and effort.
+pub(super) fn csv(recording: &Path, to: &Path) -> anyhow::Result<Written> {
+    let mut reader = open(recording)?;
+    let mut out = BufWriter::new(File::create(to).with_context(|| to.display().to_string())?);
+    writeln!(out, "time,robot,joint,position,velocity,effort")?;
+    let mut written = Written::default();
+    loop {
+        let (topic, state) = match reader.next() {
+            Ok(Some(Item::Message { channel, data, .. })) => match &channel.schema {
+                Some(schema) if schema.name == JOINT_STATE => {
+                    (channel.topic.clone(), JointState::from_cdr(data)?)
+                }
+                _ => continue,
+            },
+            Ok(Some(Item::Metadata { .. })) => continue,
+            Ok(None) => break,
+            Err(error) => {
+                written.early = Some(error.to_string());
+                break;
+            }
+        };
+        let robot = field(topic.trim_start_matches('/').trim_end_matches("/joint_states"));
+        let time = f64::from(state.header.stamp.sec) + f64::from(state.header.stamp.nanosec) * 1e-9;
+        let numbers = state.position.iter().zip(&state.velocity).zip(&state.effort);
+        for (joint, ((position, velocity), effort)) in state.name.iter().zip(numbers) {
+            // As many digits as it takes to read the same number again.
+            writeln!(out, "{time},{robot},{},{position:?},{velocity:?},{effort:?}", field(joint))?;
+        }
+        written.messages += 1;
+    }
+    out.flush()?;
+    Ok(written)
+}
+
+/// A field of a table, in quotes where it needs them.
+fn field(text: &str) -> String {
+    if text.contains(['"', ',', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+/// A folder that `ros2 bag` and `rosbags` read: a file with the messages of ROS 2 alone, and `metadata.yaml`.
+pub(super) fn ros2(recording: &Path, to: &Path) -> anyhow::Result<Written> {
+    let mut reader = open(recording)?;
+    std::fs::create_dir(to).with_context(|| to.display().to_string())?;
+    let stem = to.file_name().and_then(|name| name.to_str()).unwrap_or("bag");
+    let file = format!("{stem}_0.mcap");
+    let out = BufWriter::new(File::create(to.join(&file))?);
+    let mut writer = Writer::new(out, "ros2", concat!("simctl ", env!("CARGO_PKG_VERSION")))?;
+    let (mut channels, mut schemas, mut topics) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
+    let mut span: Option<(u64, u64)> = None;
+    let mut written = Written::default();
+    loop {
+        let (channel, time, data) = match reader.next() {
+            Ok(Some(Item::Message { channel, time, data })) => (channel, time, data),
+            Ok(Some(Item::Metadata { .. })) => continue,
+            Ok(None) => break,
+            Err(error) => {
+                written.early = Some(error.to_string());
+                break;
+            }
+        };
+        let Some(schema) = channel.schema.as_ref().filter(|_| channel.encoding == CDR) else { continue };
+        let id = match channels.get(&channel.id) {
+            Some(known) => *known,
+            None => {
+                let of = match schemas.get(&schema.name) {
+                    Some(of) => *of,
+                    None => {
+                        let of = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+                        schemas.insert(schema.name.clone(), of);
+                        of
+                    }
+                };
+                let id = writer.add_channel(of, &channel.topic, &channel.encoding, &channel.metadata)?;
+                channels.insert(channel.id, id);
+                topics.push((channel.topic.clone(), schema.name.clone()));
+                id
+            }
+        };
+        writer.write(id, time, data)?;
+        let (start, end) = span.get_or_insert((time, time));
+        (*start, *end) = ((*start).min(time), (*end).max(time));
+        written.messages += 1;
+    }
+    if written.messages == 0 {
+        bail!("{} has no messages of ROS 2: it was recorded with a rate of 0", recording.display());
+    }
+    let counts = writer.messages().to_vec();
+    writer.finish()?;
+    let metadata = metadata(&file, span.unwrap_or_default(), &topics, &counts);
+    std::fs::write(to.join("metadata.yaml"), metadata)?;
+    Ok(written)
+}
+
+/// As rosbag2 writes it, in version 5.
+fn metadata(file: &str, (start, end): (u64, u64), topics: &[(String, String)], counts: &[u64]) -> String {
+    let total: u64 = counts.iter().sum();
+    let mut text = format!(
+        "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  duration:\n    nanoseconds: {}\n  \
+         starting_time:\n    nanoseconds_since_epoch: {start}\n  message_count: {total}\n  \
+         topics_with_message_count:\n",
+        end - start
+    );
+    for ((topic, schema), count) in topics.iter().zip(counts) {
+        let _ = write!(
+            text,
+            "    - topic_metadata:\n        name: {topic}\n        type: {schema}\n        serialization_format: cdr\n        \
+             offered_qos_profiles: \"\"\n      message_count: {count}\n",
+        );
+    }
+    let _ = write!(
+        text,
+        "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - {file}\n  files:\n    - path: \
+         {file}\n      starting_time:\n        nanoseconds_since_epoch: {start}\n      duration:\n        nanoseconds: \
+         {}\n      message_count: {total}\n",
+        end - start
+    );
+    text
+}
