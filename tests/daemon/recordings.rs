@@ -54,7 +54,9 @@ async fn a_full_disk_ends_the_recording_with_an_event_and_the_world_goes_on() {
     let request = StartRecordingRequest { name: "run".into(), ..Default::default() };
     client.start_recording(request).await.unwrap();
     let pid = Pid::from_raw(i32::try_from(daemon.pid().unwrap()).unwrap());
-    let limit = Rlimit { current: Some(60_000), maximum: None };
+    fill(&client, 10_000).await;
+    let written = client.recordings().await.unwrap()[0].bytes;
+    let limit = Rlimit { current: Some(written + 20_000), maximum: None };
     prlimit(pid, Resource::Fsize, limit).unwrap();
     let robot = client.robots().await.unwrap()[0].name.clone();
     let joint = client.joint_layout(&robot).await.unwrap().joints[0].name.clone();

@@ -203,7 +203,8 @@ impl Writer {
             self.next_file()?;
             self.write_world(&world)?;
         }
-        Ok(())
+        // What a replay begins with is on the disk at once.
+        Ok(self.file.flush()?)
     }
 
     fn write_world(&mut self, world: &WorldEntry) -> Result<(), Ended> {
