@@ -204,6 +204,7 @@ impl EventLog {
 fn bytes_of(what: &Happened) -> usize {
     let event = match what {
         Happened::World(event) => event,
+        Happened::LockstepChanged { client, .. } => return client.len(),
         Happened::RecordingStarted { recording, .. } => return recording.len(),
         Happened::RecordingEnded { recording, message, .. } => return recording.len() + message.len(),
         Happened::PhysicsChanged { .. } | Happened::StateChanged { .. } | Happened::Overrun { .. } => {

@@ -106,6 +106,7 @@ impl Saved {
             contacts: Vec::new(),
             ignored_overlaps: Vec::new(),
             collision_pairs: Arc::default(),
+            constraints: Vec::new(),
         };
         Self::of_world(state, Vec::new())
     }

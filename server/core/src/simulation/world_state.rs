@@ -52,8 +52,17 @@ pub struct WorldState {
 impl WorldState {
     /// [`Simulation::fingerprint`](crate::Simulation::fingerprint) of a world in this state.
     pub fn fingerprint(&self) -> u64 {
-        let Self { step, sim_time, time_base, settings, robots, contacts, ignored_overlaps, collision_pairs } =
-            self;
+        let Self {
+            step,
+            sim_time,
+            time_base,
+            settings,
+            robots,
+            contacts,
+            ignored_overlaps,
+            collision_pairs,
+            constraints,
+        } = self;
         let mut bytes = encoded(&(step, sim_time, time_base, settings));
         for RobotState { entity, body } in robots {
             bytes.extend(encoded(entity));
@@ -62,6 +71,7 @@ impl WorldState {
         bytes.extend(encoded(contacts));
         bytes.extend(encoded(ignored_overlaps));
         bytes.extend(encoded(&**collision_pairs));
+        bytes.extend(encoded(constraints));
         hash(&bytes)
     }
 }

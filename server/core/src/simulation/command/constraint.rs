@@ -1,9 +1,12 @@
 //! Commands that make and change constraints between links.
 
 use glamx::{DPose3, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::plain::{optional_pose3, vector3};
 
 /// A constraint to make.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CreateConstraint {
     /// Unique in the world; `[A-Za-z0-9_-]+`. Empty: `constraint_1` or the next one that is free.
     pub name: String,
@@ -24,7 +27,7 @@ pub struct CreateConstraint {
 }
 
 /// What a constraint asks for. Axes are in the frames of both ends, of any length but zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum RequestedConstraint {
     /// The frames are one.
     Weld,
@@ -33,11 +36,13 @@ pub enum RequestedConstraint {
     /// What is left is a turn about the axis.
     Hinge {
         /// About which the child turns.
+        #[serde(with = "vector3")]
         axis: DVec3,
     },
     /// What is left is a shift along the axis.
     Slide {
         /// Along which the child slides.
+        #[serde(with = "vector3")]
         axis: DVec3,
     },
     /// Position of the child's joint = ratio * position of the parent's + offset.
@@ -57,7 +62,7 @@ pub enum RequestedConstraint {
 }
 
 /// An end of a constraint.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RequestedEnd {
     /// The robot's name; empty: the world.
     pub robot: String,
@@ -67,17 +72,20 @@ pub struct RequestedEnd {
     pub joint: String,
     /// `link_from_frame`, or `world_from_frame`. `None`: of the parent the link's own; of the child where that of the
     /// parent is now.
+    #[serde(with = "optional_pose3")]
     pub pose: Option<DPose3>,
 }
 
 /// New settings of a constraint; `None` leaves one as it is.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChangeConstraint {
     /// Its name.
     pub name: String,
     /// `link_from_frame` of the first end, or `world_from_frame`.
+    #[serde(with = "optional_pose3")]
     pub parent_pose: Option<DPose3>,
     /// The same of the second one.
+    #[serde(with = "optional_pose3")]
     pub child_pose: Option<DPose3>,
     /// As in [`CreateConstraint`]; may be infinite.
     pub max_force: Option<f64>,
