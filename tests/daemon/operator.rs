@@ -257,6 +257,28 @@ async fn guarded(home: &Home) -> (Process, [String; 2]) {
     (Process::start(["--name", "guarded", "--tokens", &file]).await, [admin, viewer])
 }
 
+#[tokio::test]
+async fn top_tells_the_token_of_a_context_to_no_other_daemon() {
+    let home = Home::new();
+    let (daemon, [_, viewer]) = guarded(&home).await;
+    // The endpoints are the same daemon: what is told to it is seen by whether it answers.
+    let own = format!("[contexts.own]\nendpoint = \"{}\"\ntoken = \"{viewer}\"\n", daemon.address());
+    let other = format!(
+        "[contexts.other]\nendpoint = \"localhost:{}\"\n",
+        daemon.address().split(':').next_back().unwrap()
+    );
+    configured(&home, &format!("context = \"own\"\n{own}{other}"));
+    let found = json(&home.run("simctl", ["top", "--json", "-i", "0.1"]).await);
+    let links: Vec<_> = found.as_array().unwrap().iter().map(|of| (&of["endpoint"], &of["link"])).collect();
+    assert_eq!(links[0], (&daemon.address().into(), &"here".into()), "{found}");
+    assert!(
+        links[1].1 == "lost" && found[1]["error"].as_str().unwrap().contains("asks for a token"),
+        "{found}"
+    );
+    let said = home.run("simctl", ["top", "--json", "-i", "0.1", &daemon.endpoint]).await;
+    assert!(said.code == 1 && said.out.contains("asks for a token"), "{said:?}");
+}
+
 #[cfg(target_os = "linux")]
 #[tokio::test]
 async fn a_person_is_asked_for_a_token_and_a_pipe_is_not() {

@@ -58,7 +58,7 @@ pub(super) async fn beside(
         Err(finding) => vec![Finding::warning(
             CHECK,
             finding.found,
-            "nothing, where no client uses Zenoh; Python does: start the daemon without `--zenoh off`, or say --zenoh LOCATOR",
+            "only clients over Zenoh need it, such as Python: start the daemon without `--zenoh off`, or say --zenoh LOCATOR",
         )],
     }
 }
@@ -134,7 +134,7 @@ fn missing(there: &[Presence], locator: &str, daemon: &str) -> Option<Finding> {
         Finding::warning(
             CHECK,
             format!("the daemon {daemon} is not on {locator}"),
-            "nothing, where it is not to be; else start it with --zenoh or --zenoh-connect",
+            "only clients over Zenoh need it there, such as Python: start it with --zenoh or --zenoh-connect",
         )
     })
 }

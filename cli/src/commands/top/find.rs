@@ -8,7 +8,7 @@ use tokio::sync::oneshot;
 use super::watch::{Board, Place};
 use crate::{
     args::Options,
-    context::{choose, configuration_path, of_context, read},
+    context::{Choice, choose, configuration_path, of_context, read},
     credentials::connect_options,
 };
 
@@ -39,6 +39,9 @@ pub(super) fn find(
     };
     let is_said = !matches!(choice.source.as_str(), "default") && !choice.source.starts_with("context ");
     if !endpoints.is_empty() {
+        // The token of a context is for its own daemon.
+        let said = Choice { token: None, tls_authorities: None, ..choice };
+        let connect = connect_options(options, &said)?;
         endpoints.iter().for_each(|endpoint| add(endpoint, &connect, false));
     } else if is_said || options.context.is_some() {
         add(&choice.endpoint, &connect, false);
@@ -56,7 +59,10 @@ pub(super) fn find(
                 false,
             );
         }
-        let unsaid = ConnectOptions { token: None, ..connect };
+        let unsaid = match choice.source.as_str() {
+            "default" => connect,
+            _ => ConnectOptions { token: None, ..connect },
+        };
         add(&format!("127.0.0.1:{DEFAULT_PORT}"), &unsaid, true);
         add(DEFAULT_LOCATOR, &unsaid, true);
     }
