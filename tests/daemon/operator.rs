@@ -284,9 +284,12 @@ async fn top_tells_the_token_of_a_context_to_no_other_daemon() {
 async fn a_person_is_asked_for_a_token_and_a_pipe_is_not() {
     let home = Home::new();
     let (daemon, [_, viewer]) = guarded(&home).await;
-    let line = format!("simctl -e {} server info", daemon.address());
+    // What is typed before the terminal is told not to show it is shown.
+    let hidden = "while stty -a < /dev/tty | grep -q ' echo '; do :; done; echo hidden";
+    let line = format!("({hidden}) & simctl -e {} server info; code=$?; wait; exit $code", daemon.address());
     let mut terminal = Terminal::start(home.command("script"), &line);
     terminal.shows(&format!("token for {}: ", daemon.address())).await;
+    terminal.shows("hidden").await;
     terminal.type_in(&format!("{viewer}\n")).await;
     let (code, shown) = terminal.end().await;
     assert!(code == Some(0) && shown.contains("guarded") && !shown.contains(&viewer), "{shown:?}");

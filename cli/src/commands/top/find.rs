@@ -37,34 +37,29 @@ pub(super) fn find(
             board.add(endpoint, Place::Endpoint(endpoint.to_owned(), connect.clone()), is_default);
         }
     };
-    let is_said = !matches!(choice.source.as_str(), "default") && !choice.source.starts_with("context ");
     if !endpoints.is_empty() {
         // The token of a context is for its own daemon.
         let said = Choice { token: None, tls_authorities: None, ..choice };
         let connect = connect_options(options, &said)?;
         endpoints.iter().for_each(|endpoint| add(endpoint, &connect, false));
-    } else if is_said || options.context.is_some() {
-        add(&choice.endpoint, &connect, false);
     } else {
         add(&choice.endpoint, &connect, false);
-        let configuration = read(configuration_path().as_deref())?;
-        for name in configuration.contexts.keys() {
-            let other = of_context(&configuration, name)?;
-            // The token of one daemon is not told to another.
-            let authorities = other.tls_authorities.or(connect.tls_authorities.clone());
-            let token = other.token.map(Token::from);
-            add(
-                &other.endpoint,
-                &ConnectOptions { token, tls_authorities: authorities, ..connect.clone() },
-                false,
-            );
+        let is_unsaid = choice.source == "default" || choice.source.starts_with("context ");
+        if is_unsaid && options.context.is_none() {
+            let configuration = read(configuration_path().as_deref())?;
+            for name in configuration.contexts.keys() {
+                let other = of_context(&configuration, name)?;
+                // The token of one daemon is not told to another.
+                let authorities = other.tls_authorities.or(connect.tls_authorities.clone());
+                let token = other.token.map(Token::from);
+                let connect = ConnectOptions { token, tls_authorities: authorities, ..connect.clone() };
+                add(&other.endpoint, &connect, false);
+            }
+            let token = if choice.source == "default" { connect.token.clone() } else { None };
+            let connect = ConnectOptions { token, ..connect };
+            add(&format!("127.0.0.1:{DEFAULT_PORT}"), &connect, true);
+            add(DEFAULT_LOCATOR, &connect, true);
         }
-        let unsaid = match choice.source.as_str() {
-            "default" => connect,
-            _ => ConnectOptions { token: None, ..connect },
-        };
-        add(&format!("127.0.0.1:{DEFAULT_PORT}"), &unsaid, true);
-        add(DEFAULT_LOCATOR, &unsaid, true);
     }
     Ok(async move {
         for first in searches {
