@@ -163,7 +163,9 @@ fn a_step_with_constraints_between_links_allocates_nothing() {
     for i in 0..10 {
         let at = DPose3::from_translation(DVec3::new(0.15 * f64::from(i), 0.0, 2.0));
         let name = format!("body-{i}");
-        simd_tests::scenes::spawn(&mut world, robot(&name, &model, at, false));
+        // Without shapes: the chain folds, and contacts come and go.
+        let body = Spawn { shapes: Default::default(), ..robot(&name, &model, at, false) };
+        simd_tests::scenes::spawn(&mut world, body);
         let parent = if i == 0 { end("") } else { end(&format!("body-{}", i - 1)) };
         let create = constraint(kinds[i as usize % kinds.len()], parent, end(&name));
         apply(&mut world, Command::CreateConstraint(Box::new(create)));
@@ -176,7 +178,8 @@ fn a_step_with_constraints_between_links_allocates_nothing() {
     let end = |robot: &str| RequestedEnd { joint: joint.name.clone(), ..end(robot) };
     let gear = RequestedConstraint::Gear { ratio: 2.0, offset: None };
     apply(&mut world, Command::CreateConstraint(Box::new(constraint(gear, end("left"), end("right")))));
-    (0..WARM_UP).for_each(|_| world.step());
+    // Until the arms have come to all limits that they come to.
+    (0..10 * WARM_UP).for_each(|_| world.step());
     world.take_events();
     let mut state = PublishedState::default();
     world.observe(&mut state);

@@ -135,11 +135,11 @@ fn energy(state: &PublishedState) -> (f64, f64) {
 
 /// From rest, with constraints that hold at the beginning. What leaves its tangent by h^2/2 v' H v in a step is
 /// foreseen from step to step, so that the errors are h^3 v^3 / r^2 and the like: in these worlds, with links of
-/// decimetres at some metres a second and now and then a whip, below a tenth of a millimetre.
+/// decimetres at some metres a second and now and then a whip, below half of a millimetre; mostly below a hundredth of it.
 #[test]
 fn random_trees_with_random_constraints_stay_together_and_gain_no_energy() {
     let seeds = std::env::var("CONSTRAINED_WORLDS").ok().and_then(|count| count.parse().ok()).unwrap_or(60);
-    let (mut worst, mut constrained) = ((0.0f64, 0.0f64), 0);
+    let mut constrained = 0;
     for integrator in [Integrator::Leapfrog, Integrator::Euler] {
         for seed in 0..seeds {
             let mut world = world(&mut Rng::with_seed(seed), integrator);
@@ -165,11 +165,11 @@ fn random_trees_with_random_constraints_stay_together_and_gain_no_energy() {
                 state.constraints.len(),
                 state.roots.len()
             );
-            assert!(error < 1e-3, "{integrator:?} {seed}: {error:e}");
-            assert!(part < 0.02, "{integrator:?} {seed}: {gain} of {fastest}");
-            worst = (worst.0.max(error), worst.1.max(part));
+            assert!(error < 5e-4, "{integrator:?} {seed}: {error:e}");
+            // Semi-implicit Euler is of first order, with and without constraints.
+            let most = if integrator == Integrator::Leapfrog { 5e-3 } else { 0.05 };
+            assert!(part < most, "{integrator:?} {seed}: {gain} of {fastest}");
         }
     }
-    println!("worst {worst:?} of {constrained}");
     assert!(constrained > 60);
 }

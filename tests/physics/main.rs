@@ -19,6 +19,7 @@ mod hard_stacks;
 mod initial_overlaps;
 mod inverse_kinematics;
 mod kinematics;
+mod mechanisms;
 mod mujoco;
 mod passive_worlds;
 mod properties;

@@ -5,16 +5,18 @@ use serde::Serialize;
 use simd_client::{
     Client,
     proto::{
-        self, ChangeConstraintRequest, ConstraintEnd, ConstraintKind, CreateConstraintRequest, Pose,
-        Quaternion, Vector3,
+        self, ChangeConstraintRequest, ConstraintEnd, ConstraintKind, CreateConstraintRequest, Pose, Vector3,
     },
 };
 
-use crate::output::{
-    Output, View,
-    json::{self, PoseView},
-    number::{fixed, several},
-    table::{Column, Page, Table},
+use crate::{
+    output::{
+        Output, View,
+        json::{self, PoseView},
+        number::{fixed, several},
+        table::{Column, Page, Table},
+    },
+    pose,
 };
 
 #[derive(Debug, Subcommand)]
@@ -48,14 +50,14 @@ pub(crate) struct Create {
     /// Its name; made up where it is left out
     #[arg(long, default_value = "", hide_default_value = true)]
     name: String,
-    /// Where on the parent, metres, and perhaps a quaternion; at the link's origin if left out
-    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    /// Where on the parent, metres, and radians about the fixed axes; at the link's origin if left out
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     parent_pose: Option<Pose>,
     /// Where on the child; where that of the parent is now if left out
-    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     child_pose: Option<Pose>,
     /// Of a hinge or slide; 1,0,0 if left out
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = pose::parse_vector, allow_hyphen_values = true)]
     axis: Option<Vector3>,
     /// Of a gear: child = ratio * parent + offset
     #[arg(long, allow_hyphen_values = true)]
@@ -87,11 +89,11 @@ pub(crate) struct Create {
 pub(crate) struct Change {
     /// Which one
     name: String,
-    /// Where on the parent, metres, and perhaps a quaternion
-    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    /// Where on the parent, metres, and radians about the fixed axes
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     parent_pose: Option<Pose>,
     /// Where on the child
-    #[arg(long, value_name = "X,Y,Z[,QX,QY,QZ,QW]", value_parser = pose, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z[,ROLL,PITCH,YAW]", value_parser = pose::parse, allow_hyphen_values = true)]
     child_pose: Option<Pose>,
     /// The most it does, N; `inf` is no limit
     #[arg(long, value_name = "NEWTON")]
@@ -229,27 +231,6 @@ fn end(kind: Kind, text: &str, pose: Option<Pose>) -> ConstraintEnd {
     let robot = if text == "world" { "" } else { robot }.to_owned();
     let (link, joint) = if kind == Kind::Gear { ("", part) } else { (part, "") };
     ConstraintEnd { robot, link: link.to_owned(), joint: joint.to_owned(), pose }
-}
-
-fn numbers(text: &str) -> Result<Vec<f64>, String> {
-    text.split(',').map(|part| part.trim().parse().map_err(|_| format!("{part:?} is not a number"))).collect()
-}
-
-fn vector(text: &str) -> Result<Vector3, String> {
-    match numbers(text)?[..] {
-        [x, y, z] => Ok(Vector3 { x, y, z }),
-        _ => Err("must be three numbers, X,Y,Z".to_owned()),
-    }
-}
-
-fn pose(text: &str) -> Result<Pose, String> {
-    let numbers = numbers(text)?;
-    let (position, orientation) = match numbers[..] {
-        [x, y, z] => (Vector3 { x, y, z }, None),
-        [x, y, z, a, b, c, d] => (Vector3 { x, y, z }, Some(Quaternion { x: a, y: b, z: c, w: d })),
-        _ => return Err("must be three numbers, or seven with a quaternion".to_owned()),
-    };
-    Ok(Pose { position: Some(position), orientation })
 }
 
 #[derive(Serialize)]
@@ -404,15 +385,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ends_and_poses_are_read_as_people_write_them() {
+    fn ends_are_read_as_people_write_them() {
         let link = end(Kind::Weld, "hand/tip link", None);
         assert_eq!((link.robot.as_str(), link.link.as_str(), link.joint.as_str()), ("hand", "tip link", ""));
         let joint = end(Kind::Gear, "hand/left", None);
         assert_eq!((joint.robot.as_str(), joint.link.as_str(), joint.joint.as_str()), ("hand", "", "left"));
         assert_eq!(end(Kind::Weld, "world", None), ConstraintEnd::default());
         assert_eq!(end(Kind::Weld, "hand", None).link, "");
-        assert_eq!(vector("0,-1, 2"), Ok(Vector3 { x: 0.0, y: -1.0, z: 2.0 }));
-        assert!(vector("1,2").is_err() && vector("a,b,c").is_err() && pose("1,2,3,4").is_err());
-        assert!(pose("0,0,1,0,0,0,1").is_ok_and(|pose| pose.orientation.is_some()));
     }
 }
