@@ -58,6 +58,7 @@ const SIMULATION: Layers = Layers {
         &["robot_settings", "saved"],
         &["contacts"],
         &["sleep"],
+        &["constraints"],
         &["entity"],
         &["world_state"],
         &["check", "claim", "contact_settings", "target_sources", "wrench"],

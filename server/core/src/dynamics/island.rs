@@ -87,8 +87,7 @@ impl Island {
         members: &[usize],
         (contacts, which): (&mut [Contact], &[usize]),
         (constraints, links): (&mut [LinkConstraint], &[usize]),
-        gravity: DVec3,
-        h: f64,
+        (gravity, h): (DVec3, f64),
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.list(robots, members);

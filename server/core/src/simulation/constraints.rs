@@ -4,16 +4,10 @@ use std::sync::Arc;
 
 use super::entity::Entity;
 use crate::dynamics::constraint::link_constraint::{
-    ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint, Reading,
+    ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint, MAX_CONSTRAINT_NAME, Reading,
 };
 use crate::dynamics::tree::JointType;
 use crate::valid::{finite, pose};
-
-/// Constraints of a world at the most.
-pub const MAX_CONSTRAINTS: usize = 4_096;
-
-/// Bytes of a constraint's name at the most.
-pub const MAX_CONSTRAINT_NAME: usize = 256;
 
 /// Robots and links that a constraint keeps from touching, the smaller robot, or link of one robot, first.
 pub(super) type LinksApart = ([usize; 2], [usize; 2]);

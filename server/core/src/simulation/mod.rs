@@ -44,7 +44,6 @@ use std::sync::Arc;
 use claim::{Claim, ClaimId};
 pub use command::{Applied, Command, Reply};
 use constraints::LinkConstraints;
-pub use constraints::{MAX_CONSTRAINT_NAME, MAX_CONSTRAINTS};
 use contacts::Contacts;
 use entity::Entity;
 pub use error::Error;

@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::constraints::MAX_CONSTRAINTS;
 use super::contact_settings::{ContactSettings, MAX_COLLISION_PAIRS};
 use super::settings::PhysicsSettings;
 pub use super::wrench::ActiveWrench;
@@ -16,6 +15,7 @@ pub use crate::collision::{Groups, LinkPair, RestPose, RobotLinkPair, Surface};
 pub use crate::dynamics::BodyState;
 pub use crate::dynamics::constraint::contact::Contact;
 pub use crate::dynamics::constraint::link_constraint::LinkConstraint;
+use crate::dynamics::constraint::link_constraint::MAX_CONSTRAINTS;
 use crate::plain::{bounded_list, optional_text, shared, shared_list};
 
 /// Everything that a world is at a moment: a world in an equal state runs on equal to the bit, on

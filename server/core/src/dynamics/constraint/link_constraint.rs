@@ -6,6 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::link_rows::{Aim, Motion};
 use crate::plain::{pose3, vector3};
 
+/// Constraints of a world at the most.
+pub const MAX_CONSTRAINTS: usize = 4_096;
+
+/// Bytes of a constraint's name at the most.
+pub const MAX_CONSTRAINT_NAME: usize = 256;
+
 /// What two links may not do against each other. Axes are of unit length, in the frames of both ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ConstraintKind {

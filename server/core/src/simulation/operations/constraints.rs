@@ -3,10 +3,10 @@
 use glamx::{DPose3, DVec3};
 
 use crate::dynamics::constraint::link_constraint::{
-    ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint,
+    ConstraintDefinition, ConstraintEnd, ConstraintKind, LinkConstraint, MAX_CONSTRAINT_NAME, MAX_CONSTRAINTS,
 };
 use crate::simulation::command::{ChangeConstraint, CreateConstraint, RequestedConstraint, RequestedEnd};
-use crate::simulation::constraints::{MAX_CONSTRAINT_NAME, MAX_CONSTRAINTS, has_axis};
+use crate::simulation::constraints::has_axis;
 use crate::simulation::entity::{Entity, is_robot_name};
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
@@ -173,7 +173,8 @@ impl Simulation {
         self.constraints.list.retain(|of| {
             let ends = of.definition.ends.iter().filter_map(|end| end.link);
             let is_gear = matches!(of.definition.kind, ConstraintKind::Gear { .. });
-            let stays = !is_gear || ends.into_iter().all(|(robot, link)| has_axis(&entities[robot], link));
+            let mut joints = ends.filter(|_| is_gear);
+            let stays = joints.all(|(robot, link)| has_axis(&entities[robot], link));
             if !stays {
                 gone.push(of.definition.name.clone());
             }

@@ -146,7 +146,7 @@ fn advance(
         } else {
             let touching = (&mut *contacts.list, group.contacts);
             let linked = (&mut **constraints, group.links);
-            if !island.solve(robots, group.members, touching, linked, gravity, h, interrupt) {
+            if !island.solve(robots, group.members, touching, linked, (gravity, h), interrupt) {
                 return false;
             }
         }
