@@ -1,6 +1,6 @@
 //! The rows of a constraint between links: up to three forces, or three torques, as one block.
 //!
-//! A row is J v + R p = target, with a small R: constraints that contradict each other then settle where the sum of R p^2 is the
+//! A row is J v + R p = target, with a small R that stays: constraints that contradict each other then settle where the sum of R p^2 is the
 //! least, and each has a force of a definite size. The block's impulse is at most of a given size, by its norm, so that it does not
 //! depend on the axes of the frames.
 //!
@@ -18,7 +18,7 @@ use super::ERROR_REDUCTION;
 use super::contact::ContactRows;
 
 /// R as a part of the mean J M^-1 J' of the block.
-const COMPLIANCE: f64 = 1e-6;
+const COMPLIANCE: f64 = 1e-5;
 
 /// Errors are put right no faster than this, m/s, and of angles rad/s: fast enough for what scripts drag along.
 const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
@@ -26,8 +26,12 @@ const MAX_CORRECTION: [f64; 2] = [10.0, 30.0];
 /// A curve that leads farther away from its tangent in a step is none: something has been put elsewhere. m or rad.
 const MOST_BENT: f64 = 1e-2;
 
-/// J of what no joint can move is below this, 1 or m.
-const IMMOVABLE: f64 = 1e-10;
+/// J of what no joint can move is below this, metres, and of torques 1.
+const IMMOVABLE: [f64; 2] = [1e-10, 1e-4];
+
+/// Along directions in which J M^-1 J' is less than this part of its largest, a block has no row: links of a plane linkage that its
+/// description places a micrometre out of the plane would press against each other as steel does.
+const SINGULAR: f64 = 1e-8;
 
 /// A velocity before the step that is not yet what the rows ask for, m/s or rad/s.
 const AT_REST: f64 = 1e-6;
@@ -142,9 +146,10 @@ impl LinkRows {
     /// its J is rounding.
     pub fn measure(&mut self, blocks: &mut [f64]) {
         for side in self.rows.sides.iter().filter(|side| side.len > 0) {
-            side.drop_small_rows(IMMOVABLE, blocks);
+            side.drop_small_rows(IMMOVABLE[usize::from(self.turns)], blocks);
         }
         self.rows.measure(blocks);
+        self.drop_singular(blocks);
         let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
         let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);
         let r = COMPLIANCE * (nn + tt + uu) / count as f64;
@@ -154,6 +159,32 @@ impl LinkRows {
         let determinant = nn * a + nt * b + nu * c;
         self.inverse = [a, b, c, nn * uu - nu * nu, nt * nu - nn * tu, nn * tt - nt * nt]
             .map(|entry| entry / determinant);
+    }
+
+    /// Takes directions out of the block in which hardly anything can move.
+    fn drop_singular(&mut self, blocks: &mut [f64]) {
+        let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
+        let trace = nn + tt + uu;
+        let determinant = nn * (tt * uu - tu * tu) - nt * (nt * uu - tu * nu) + nu * (nt * tu - tt * nu);
+        if determinant > SINGULAR * trace * trace * trace {
+            return;
+        }
+        let (values, vectors) = eigen(self.rows.effect);
+        let largest = values.into_iter().fold(0.0, f64::max);
+        // I - v v' for each of them.
+        let mut kept = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
+        for (value, [n, t, u]) in values.into_iter().zip(vectors) {
+            if value <= SINGULAR * largest {
+                let square = [n * n, n * t, n * u, t * t, t * u, u * u];
+                kept.iter_mut().zip(square).for_each(|(kept, square)| *kept -= square);
+            }
+        }
+        for side in self.rows.sides.iter().filter(|side| side.len > 0) {
+            side.combine_rows(|rows| weigh(kept, rows), blocks);
+        }
+        self.targets = weigh(kept, self.targets);
+        self.rows.impulse = weigh(kept, self.rows.impulse);
+        self.rows.measure(blocks);
     }
 
     /// Whether it can move anything.
@@ -247,7 +278,58 @@ impl LinkRows {
     }
 }
 
+/// Eigenvalues and eigenvectors of a symmetric matrix, nn, nt, nu, tt, tu, uu, by Jacobi's rotations.
+fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
+    /// Each makes what is beside the diagonal quadratically smaller.
+    const ROUNDS: usize = 8;
+    let mut matrix = [[nn, nt, nu], [nt, tt, tu], [nu, tu, uu]];
+    let mut vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for (p, q) in [(0, 1), (0, 2), (1, 2)].into_iter().cycle().take(3 * ROUNDS) {
+        if matrix[p][q] == 0.0 {
+            continue;
+        }
+        let theta = 0.5 * (matrix[q][q] - matrix[p][p]) / matrix[p][q];
+        let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
+        let cosine = 1.0 / tangent.hypot(1.0);
+        let sine = tangent * cosine;
+        for row in &mut matrix {
+            (row[p], row[q]) = (cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]);
+        }
+        let (a, b) = (matrix[p], matrix[q]);
+        for k in 0..3 {
+            (matrix[p][k], matrix[q][k]) = (cosine * a[k] - sine * b[k], sine * a[k] + cosine * b[k]);
+        }
+        let (a, b) = (vectors[p], vectors[q]);
+        for k in 0..3 {
+            (vectors[p][k], vectors[q][k]) = (cosine * a[k] - sine * b[k], sine * a[k] + cosine * b[k]);
+        }
+    }
+    ([matrix[0][0], matrix[1][1], matrix[2][2]], vectors)
+}
+
 /// A symmetric matrix, nn, nt, nu, tt, tu, uu, times a vector.
 pub fn weigh([nn, nt, nu, tt, tu, uu]: [f64; 6], [n, t, u]: [f64; 3]) -> [f64; 3] {
     [nn * n + nt * t + nu * u, nt * n + tt * t + tu * u, nu * n + tu * t + uu * u]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eigenvectors_make_a_matrix_again() {
+        for matrix in
+            [[2.0, 0.3, -0.4, 1.0, 0.2, 3.0], [1.0, 1.0, 1.0, 1.0, 1.0, 1.0], [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]]
+        {
+            let (values, vectors) = eigen(matrix);
+            let mut again = [0.0; 6];
+            for (value, [n, t, u]) in values.into_iter().zip(vectors) {
+                let square = [n * n, n * t, n * u, t * t, t * u, u * u];
+                again.iter_mut().zip(square).for_each(|(sum, square)| *sum += value * square);
+            }
+            for (again, given) in again.into_iter().zip(matrix) {
+                assert!((again - given).abs() < 1e-14, "{again} {given}");
+            }
+        }
+    }
 }

@@ -140,6 +140,21 @@ impl Side {
         }
     }
 
+    /// Makes rows, of J and of M^-1 J', sums of all three.
+    pub fn combine_rows(&self, sums: impl Fn([f64; 3]) -> [f64; 3], blocks: &mut [f64]) {
+        let (jacobian, responses) = blocks[self.at..self.at + self.size()].split_at_mut(3 * self.columns());
+        for place in
+            self.spans.map(Span::range).into_iter().flatten().filter_map(|velocity| self.places(velocity))
+        {
+            let new = sums(place.map(|place| jacobian[place]));
+            (0..3).for_each(|k| jacobian[place[k]] = new[k]);
+        }
+        for i in 0..self.len {
+            let new = sums([0, 1, 2].map(|k| responses[k * self.len + i]));
+            (0..3).for_each(|k| responses[k * self.len + i] = new[k]);
+        }
+    }
+
     /// Whether its robot has six velocities, and J columns for all of them.
     #[inline(always)]
     pub fn moves_six(&self) -> bool {

@@ -18,7 +18,8 @@ fn a_weld_to_the_world_carries_the_weight() {
         let torque = DVec3::new(-0.1, -0.1, -0.1).cross(DVec3::Z * (-2.0 * GRAVITY));
         assert!((reading.torque + torque).length() < 1e-6, "{reading:?} {torque}");
         assert!(state.roots[0].pose.translation.distance(DVec3::Z) < 1e-8);
-        assert!(reading.position_error < 1e-8 && reading.angle_error < 1e-8);
+        // What R gives by: 5 h^2 R F, and of the angle as much times the arm over the radius of inertia.
+        assert!(reading.position_error < 1e-8 && reading.angle_error < 1e-7, "{reading:?}");
     }
 }
 

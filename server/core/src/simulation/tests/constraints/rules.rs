@@ -119,7 +119,8 @@ fn a_gear_keeps_its_ratio() {
             world.step();
             world.observe(&mut state);
             let error = state.positions[1] + 2.5 * state.positions[0];
-            assert!(error.abs() < 1e-9, "{integrator:?} {error:e}");
+            // What R gives by where it carries an arm's weight.
+            assert!(error.abs() < 1e-8, "{integrator:?} {error:e}");
             moved = moved.max(state.positions[0].abs());
         }
         assert!(moved > 0.2, "{moved}");
@@ -139,7 +140,7 @@ fn a_gear_keeps_its_ratio() {
         };
         world.apply(&Command::ChangeConstraint(Box::new(change))).unwrap();
         let state = run(&mut world, 5.0);
-        assert!((state.positions[1] - state.positions[0] - 0.1).abs() < 1e-9, "{:?}", state.positions);
+        assert!((state.positions[1] - state.positions[0] - 0.1).abs() < 1e-8, "{:?}", state.positions);
         // The left joint's actuator carries both arms.
         let effort = hold_effort(state.positions[0]) + hold_effort(state.positions[1]);
         assert!((state.efforts[0] - effort).abs() < 1e-6, "{} {effort}", state.efforts[0]);
