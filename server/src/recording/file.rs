@@ -199,6 +199,9 @@ fn descriptors(message: &str) -> Vec<u8> {
         }
         next += 1;
     }
-    let file = all.file.into_iter().filter(|file| wanted.iter().any(|wanted| wanted == file.name()));
-    FileDescriptorSet { file: file.collect() }.encode_to_vec()
+    let mut file = all.file;
+    file.retain(|file| wanted.iter().any(|wanted| wanted == file.name()));
+    // Comments are most of it.
+    file.iter_mut().for_each(|file| file.source_code_info = None);
+    FileDescriptorSet { file }.encode_to_vec()
 }

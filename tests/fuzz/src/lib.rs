@@ -4,6 +4,8 @@
 #[cfg(feature = "commands")]
 mod commands;
 #[cfg(feature = "commands")]
+mod recordings;
+#[cfg(feature = "commands")]
 mod requests;
 #[cfg(feature = "commands")]
 mod saved_states;
@@ -14,6 +16,8 @@ use std::sync::Arc;
 
 #[cfg(feature = "commands")]
 pub use commands::commands;
+#[cfg(feature = "commands")]
+pub use recordings::recordings;
 #[cfg(feature = "commands")]
 pub use requests::requests_of_strangers;
 #[cfg(feature = "commands")]
@@ -37,6 +41,10 @@ pub const TARGETS: &[Target] = &[
     ("xacro", xacro),
     #[cfg(feature = "commands")]
     ("commands", commands::commands),
+    #[cfg(feature = "commands")]
+    ("recordings", |bytes| {
+        recordings::recordings(bytes);
+    }),
     #[cfg(feature = "commands")]
     ("requests", requests::requests_of_strangers),
     #[cfg(feature = "commands")]
