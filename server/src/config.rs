@@ -13,6 +13,7 @@ mod file;
 mod flags;
 mod key;
 mod keys;
+mod ros2;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -32,6 +33,7 @@ use tracing_subscriber::EnvFilter;
 
 pub use self::command::{Asked, run};
 pub use self::connections::Connections;
+pub use self::ros2::{Distro, Ros2};
 pub use self::zenoh::Zenoh;
 use crate::driver;
 use crate::handle::{DaemonLimits, Pace};
@@ -47,6 +49,8 @@ pub struct Config {
     pub listen: SocketAddr,
     /// How it is reached over Zenoh.
     pub zenoh: Zenoh,
+    /// A node on a graph of ROS 2.
+    pub ros2: Ros2,
     /// Names under which browsers may ask for the daemon, beside addresses and `localhost`.
     pub allow_hosts: Vec<String>,
     /// Allows an address that others can reach without TLS and tokens.
@@ -142,6 +146,7 @@ impl Default for Config {
             name: simd_proto::keys::DEFAULT_NAME.into(),
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
             zenoh: Zenoh::default(),
+            ros2: Ros2::default(),
             allow_hosts: Vec::new(),
             insecure: false,
             tls: None,

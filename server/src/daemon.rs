@@ -34,6 +34,7 @@ use crate::handle::{CallError, DaemonInfo, LoggedEvent, RunState, SimHandle, Sou
 use crate::http;
 use crate::loading::Loader;
 use crate::recording::Recordings;
+use crate::ros2;
 use crate::zenoh;
 use service_manager::ServiceManager;
 use signals::{SignalAction, Signals};
@@ -114,6 +115,7 @@ pub struct Running {
     pub address: SocketAddr,
     tls: Option<Arc<Tls>>,
     zenoh: Option<zenoh::Serving>,
+    ros2: Option<ros2::Serving>,
     server: JoinHandle<()>,
     autosave: Option<Autosave>,
 }
@@ -186,9 +188,11 @@ pub async fn start(config: Config) -> Result<Running, Error> {
         tokio::spawn(autosave::keep(handle.clone(), autosave));
     }
     tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
+    let ros2 = config.ros2.enabled.then(|| ros2::start(config.ros2, &handle)).transpose();
+    let ros2 = ros2.map_err(Error::System)?;
     let serving = crate::grpc::serve(handle.clone(), listener, tls.clone(), page, config.connections);
     let server = tokio::spawn(serving);
-    Ok(Running { handle, address, tls, zenoh, server, autosave: config.autosave })
+    Ok(Running { handle, address, tls, zenoh, ros2, server, autosave: config.autosave })
 }
 
 /// Whether the files that a configuration names can be used, without a daemon: certificates, tokens, robots.
@@ -286,6 +290,11 @@ impl Running {
                 zenoh.drain().await;
             }
         };
+        let ros2 = async {
+            if let Some(ros2) = self.ros2 {
+                ros2.drain().await;
+            }
+        };
         let abort = self.server.abort_handle();
         let server = async {
             // One that failed was asked for its result already.
@@ -301,7 +310,7 @@ impl Running {
                 }
             }
         };
-        tokio::join!(server, zenoh);
+        tokio::join!(server, zenoh, ros2);
         self.handle.end_driver();
         if tokio::time::timeout(DRAIN, self.handle.recording_ended()).await.is_err() {
             tracing::warn!("the disk takes too long for the end of the recording");

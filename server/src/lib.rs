@@ -8,6 +8,7 @@
 //! * [`convert`]: wire types to core types and back.
 //! * [`service`]: the services of `simd.v1`, once for every transport.
 //! * [`grpc`], [`zenoh`], [`http`]: the front-ends.
+//! * [`ros2`]: a node on a graph of ROS 2.
 //! * [`config`]: what the operator can say.
 //! * [`access`]: who may call what. [`authority`]: `simd tls init`. [`zenoh_acl`]: `simd zenoh-acl`.
 //! * `call_error`, `histogram`, `info`, `run_state`: types that all of these use. `blocking_threads`: threads for what takes long.
@@ -35,6 +36,7 @@ pub mod log;
 mod process;
 pub mod recording;
 pub mod replay;
+pub mod ros2;
 mod run_state;
 pub mod service;
 mod subcommand;

@@ -21,7 +21,7 @@ const SERVER: Layers = Layers {
     lines: &[
         &["daemon"],
         &["grpc"],
-        &["http", "zenoh"],
+        &["http", "ros2", "zenoh"],
         &["replay", "zenoh_acl"],
         &["config", "service"],
         &["convert"],

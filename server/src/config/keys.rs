@@ -11,19 +11,21 @@ use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::key::{Access, Key, MANY};
+use super::ros2::{Distro, MAX_DOMAIN_ID, MAX_RATE};
 use crate::driver::Processors;
 use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
 /// All keys, in the order of the file.
 pub(super) static KEYS: LazyLock<Vec<Key>> =
-    LazyLock::new(|| [daemon(), tls(), zenoh(), physics(), autosave(), realtime(), limits::keys(), recording()].into_iter().flatten().collect());
+    LazyLock::new(|| [daemon(), tls(), zenoh(), ros2(), physics(), autosave(), realtime(), limits::keys(), recording()].into_iter().flatten().collect());
 
 /// Tables of the file, in their order, and what each is about.
-pub(super) const TABLES: [(&str, &str); 11] = [
+pub(super) const TABLES: [(&str, &str); 12] = [
     ("", ""),
     ("tls", "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again."),
     ("zenoh", "How the daemon is reached over Zenoh."),
+    ("ros2", "A node on a graph of ROS 2 whose middleware is `rmw_zenoh`: see ros2.md."),
     ("physics", "The world as it starts."),
     ("autosave", "The world in a file, as it runs and where the daemon drains, so that it goes on where it was: see operations.md."),
     (
@@ -359,6 +361,61 @@ fn recording() -> Vec<Key> {
             "recording.max_bytes",
             "bytes of all of them together",
             Access::Count(1 << 20..=MANY, |draft| &mut draft.config.recording.max_bytes),
+        ),
+    ]
+}
+
+fn ros2() -> Vec<Key> {
+    vec![
+        Key::new(
+            "ros2.enabled",
+            "whether the daemon joins the graph as a node",
+            Access::Switch(
+                |draft| draft.config.ros2.enabled,
+                |draft, enabled| draft.config.ros2.enabled = enabled,
+            ),
+        )
+        .flag("ros2"),
+        Key::new(
+            "ros2.router",
+            "where `rmw_zenohd` is",
+            Access::Text(
+                |draft| draft.config.ros2.router.clone(),
+                |draft, router| draft.config.ros2.set_router(router),
+            ),
+        ),
+        Key::new(
+            "ros2.domain_id",
+            "`ROS_DOMAIN_ID`",
+            Access::Count(0..=MAX_DOMAIN_ID.into(), |draft| &mut draft.config.ros2.domain_id),
+        ),
+        Key::new(
+            "ros2.namespace",
+            "before the names of topics and services: `/`, or words like `/lab/cell_1`",
+            Access::Text(
+                |draft| draft.config.ros2.namespace.clone(),
+                |draft, namespace| draft.config.ros2.set_namespace(namespace),
+            ),
+        ),
+        Key::new(
+            "ros2.distro",
+            "the distribution of the other nodes",
+            Access::Word(
+                &Distro::NAMES,
+                |draft| draft.config.ros2.distro.name(),
+                |draft, name| {
+                    draft.config.ros2.distro = Distro::named(&name).unwrap_or(draft.config.ros2.distro);
+                    Ok(())
+                },
+            ),
+        ),
+        Key::new(
+            "ros2.rate",
+            "states of each topic a second at the most",
+            Access::Number(0.001..=MAX_RATE, |draft| draft.config.ros2.rate, |draft, rate| {
+                draft.config.ros2.rate = rate;
+                Ok(())
+            }),
         ),
     ]
 }

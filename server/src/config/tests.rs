@@ -299,3 +299,27 @@ fn limits_of_connections_are_set_one_by_one_and_checked() {
         assert!(sentence.contains(mistake), "{sentence}");
     }
 }
+
+#[test]
+fn a_node_of_ros_2_is_off_until_it_is_asked_for_and_its_router_has_the_port_for_itself() {
+    assert!(!args("").unwrap().ros2.enabled);
+    let config = args("--ros2 --zenoh off").unwrap();
+    assert!(config.ros2.enabled && config.ros2.router == "tcp/localhost:7447");
+    args("--ros2 --zenoh tcp/127.0.0.1:7448").unwrap();
+    assert!(usage("--ros2").contains("--zenoh tcp/127.0.0.1:7448"), "{}", usage("--ros2"));
+}
+
+#[test]
+fn mistakes_about_ros_2_name_the_key() {
+    for (text, part) in [
+        ("[ros2]\nrate = 0", "ros2.rate is 0"),
+        ("[ros2]\nrate = nan", "ros2.rate is NaN"),
+        ("[ros2]\ndomain_id = 233", "ros2.domain_id is 233"),
+        ("[ros2]\nnamespace = \"lab\"", "ros2.namespace is \"lab\""),
+        ("[ros2]\nrouter = \"localhost\"", "is no Zenoh locator"),
+        ("[ros2]\ndistro = \"foxy\"", "foxy"),
+    ] {
+        let sentence = file_mistake(text);
+        assert!(sentence.contains(part), "{text}: {sentence}");
+    }
+}

@@ -179,7 +179,7 @@ impl Zenoh {
     }
 }
 
-fn check_locator(locator: &str) -> Result<(), String> {
+pub(super) fn check_locator(locator: &str) -> Result<(), String> {
     let is_one = locator
         .split_once('/')
         .is_some_and(|(protocol, address)| !protocol.is_empty() && address.contains(':'))
@@ -191,7 +191,7 @@ fn check_locator(locator: &str) -> Result<(), String> {
 }
 
 /// Whether only this machine reaches it.
-fn is_loopback(locator: &str) -> bool {
+pub(super) fn is_loopback(locator: &str) -> bool {
     let address = locator.split_once('/').map_or(locator, |(_protocol, address)| address);
     let address = address.split(['?', '#']).next().unwrap_or(address);
     let host = address.rsplit_once(':').map_or(address, |(host, _port)| host);

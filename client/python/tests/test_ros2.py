@@ -1,0 +1,273 @@
+"""A ROS 2 graph that nobody here wrote sees the daemon: zenoh-ros2-sdk's nodes and rosbags' types, at a router of Zenoh.
+
+The session of zenoh-ros2-sdk is one for the process, and so is the router.
+"""
+
+from __future__ import annotations
+
+import queue
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import zenoh
+from daemon import ASSETS, REPOSITORY, Daemon, within
+
+import simd_client
+from simd_client import Simulation
+
+sys.path.insert(0, str(REPOSITORY / "tests" / "reference"))
+make_ros2 = pytest.importorskip("make_ros2")
+sdk = pytest.importorskip("zenoh_ros2_sdk")
+qos = pytest.importorskip("zenoh_ros2_sdk.qos")
+
+SECONDS = 20.0
+
+
+class Graph:
+    """A router, and the SDK's session with all types of the reference in its store."""
+
+    def __init__(self) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        config = zenoh.Config()
+        config.insert_json5("mode", '"router"')
+        config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{self.port}"]')
+        config.insert_json5("scouting/multicast/enabled", "false")
+        # As rmw_zenohd has it.
+        config.insert_json5("routing/router/peers_failover_brokering", "false")
+        self.router = zenoh.open(config)
+        self.store, services = make_ros2.make_store()
+        self.session = sdk.ZenohSession.get_instance("127.0.0.1", self.port)
+        self.session.store = self.store
+        self.session._registered_types.update({name: name for name in self.store.fielddefs})
+        self.hashes = {name: self.store.hash_rihs01(name) for name in services}
+
+    def _settings(self, kind: str) -> dict[str, Any]:
+        hash = self.store.hash_rihs01(kind)
+        return {"type_hash": hash, "domain_id": 0, "router_port": self.port}
+
+    def messages(self, topic: str, kind: str, **settings: Any) -> Messages:
+        received: queue.Queue[Any] = queue.Queue()
+        subscriber = sdk.ROS2Subscriber(
+            topic, kind, received.put, msg_definition="", **settings, **self._settings(kind)
+        )
+        return Messages(received, subscriber)
+
+    def publisher(self, topic: str, kind: str) -> Any:
+        return sdk.ROS2Publisher(topic, kind, msg_definition="", **self._settings(kind))
+
+    def call(self, path: str, service: str, /, **request: Any) -> Any:
+        """Of `simulation_interfaces`."""
+        kind = f"simulation_interfaces/srv/{service}"
+        client = sdk.ROS2ServiceClient(
+            path, kind, "", "", domain_id=0, router_port=self.port, type_hash=self.hashes[kind], timeout=SECONDS
+        )
+        try:
+            response = client.call(**request)
+            assert response is not None, f"{service} has no answer"
+            return response
+        finally:
+            client.close()
+
+    def make(self, kind: str, **fields: Any) -> Any:
+        """A message whose other fields are nothing."""
+        nothing = make_ros2.message(self.store, kind, None, 0)
+        for name, value in fields.items():
+            setattr(nothing, name, value)
+        return nothing
+
+    def tokens(self) -> list[str]:
+        return [str(reply.ok.key_expr) for reply in self.session.liveliness.get("@ros2_lv/0/**") if reply.ok]
+
+
+class Messages:
+    """What comes over a topic."""
+
+    def __init__(self, received: queue.Queue[Any], subscriber: Any) -> None:
+        self.received = received
+        self.subscriber = subscriber
+
+    def until(self, fits: Callable[[Any], bool]) -> Any:
+        while True:
+            message = self.received.get(timeout=SECONDS)
+            if fits(message):
+                return message
+
+
+@pytest.fixture(scope="module")
+def graph() -> Iterator[Graph]:
+    graph = Graph()
+    yield graph
+    graph.session.session.close()
+    graph.router.close()
+
+
+@pytest.fixture
+def daemon(graph: Graph, tmp_path: Path) -> Iterator[Daemon]:
+    config = tmp_path / "simd.toml"
+    config.write_text(f'[ros2]\nenabled = true\nrouter = "tcp/127.0.0.1:{graph.port}"\n')
+    with Daemon("--config", str(config), "--asset-root", str(ASSETS), name="driver") as running:
+        yield running
+        assert running.stop() == 0
+
+
+@pytest.fixture
+def sim(daemon: Daemon) -> Iterator[Simulation]:
+    with simd_client.connect(daemon.endpoint) as connected:
+        yield connected
+
+
+def test_a_foreign_subscriber_gets_joints_time_frames_and_the_description(graph: Graph, sim: Simulation) -> None:
+    arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
+    states = graph.messages("/joint_states", "sensor_msgs/msg/JointState")
+    state = states.until(lambda message: len(message.name) == 7)
+    assert list(state.name) == list(arm.joints)
+    assert len(state.position) == len(state.velocity) == len(state.effort) == 7
+    arm.joints[3].target = 0.4
+    states.until(lambda message: abs(message.position[3] - 0.4) < 0.01)
+
+    clock = graph.messages("/clock", "rosgraph_msgs/msg/Clock")
+    first = clock.until(lambda message: True).clock
+    clock.until(lambda message: (message.clock.sec, message.clock.nanosec) > (first.sec, first.nanosec))
+
+    moving = graph.messages("/tf", "tf2_msgs/msg/TFMessage").until(lambda message: len(message.transforms) == 7)
+    assert moving.transforms[0].child_frame_id == arm.joints[0].info.child_link
+
+    latched = qos.QosProfile(durability=qos.QosDurability.TRANSIENT_LOCAL, history_depth=1)
+    text = graph.messages("/robot_description", "std_msgs/msg/String", qos=latched).until(lambda message: True)
+    assert text.data == (ASSETS / "seven_arm" / "urdf" / "seven_arm.urdf").read_text()
+    fixed = graph.messages("/tf_static", "tf2_msgs/msg/TFMessage", qos=latched)
+    assert fixed.until(lambda message: message.transforms).transforms[0].header.frame_id == "world"
+
+
+def test_commands_of_a_foreign_publisher_move_joints_unless_somebody_else_claims_them(
+    graph: Graph, sim: Simulation
+) -> None:
+    arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
+    states = graph.messages("/joint_states", "sensor_msgs/msg/JointState")
+    states.until(lambda message: len(message.name) == 7)
+    layout = graph.make("std_msgs/msg/MultiArrayLayout")
+    positions = graph.publisher("/forward_position_controller/commands", "std_msgs/msg/Float64MultiArray")
+    wanted = [0.1, -0.2, 0.3, -0.4, 0.2, -0.1, 0.05]
+    np = make_ros2.np
+    positions.publish(layout=layout, data=np.array(wanted))
+    states.until(lambda message: np.allclose(message.position, wanted, atol=0.01))
+    # Of another number of joints, then nonsense: refused, and the next one holds.
+    positions.publish(layout=layout, data=np.array([0.5]))
+    positions.publish(layout=layout, data=np.array([np.nan] * 7))
+    by_name = graph.publisher("/joint_commands", "sensor_msgs/msg/JointState")
+    header = graph.make("std_msgs/msg/Header")
+    none = np.array([])
+    by_name.publish(
+        header=header, name=[arm.joints[0].name], position=np.array([0.6]), velocity=none, effort=none
+    )
+    state = states.until(lambda message: abs(message.position[0] - 0.6) < 0.01)
+    assert abs(state.position[1] + 0.2) < 0.01
+    with arm.claim():
+        positions.publish(layout=layout, data=np.zeros(7))
+        before = state.header.stamp.sec
+        state = states.until(lambda message: message.header.stamp.sec > before)
+        assert abs(state.position[0] - 0.6) < 0.01
+
+
+def test_the_node_and_its_topics_are_seen_and_gone_with_the_robot(graph: Graph, sim: Simulation) -> None:
+    def seen(count: int) -> list[str]:
+        deadline = within(SECONDS)
+        while True:
+            tokens = [token for token in graph.tokens() if "/%/driver" in token]
+            found = [token for token in tokens if "joint_states" in token]
+            if len(found) == count:
+                return tokens
+            assert time.monotonic() < deadline, tokens
+
+    seen(0)
+    left = sim.load(ASSETS / "seven_arm", "left", fixed=True)
+    tokens = seen(1)
+    assert any("/NN/" in token for token in tokens)
+    assert any("/SS/" in token and "get_entities" in token for token in tokens)
+    assert any("/MS/" in token and "%forward_position_controller%commands" in token for token in tokens)
+    sim.load(ASSETS / "seven_arm", "right", fixed=True)
+    names = [token.split("/")[9] for token in seen(2) if "joint_states" in token]
+    assert sorted(names) == ["%left%joint_states", "%right%joint_states"]
+    left.delete()
+    seen(1)
+
+
+def test_simulation_interfaces_are_served_to_a_foreign_client(graph: Graph, sim: Simulation) -> None:
+    si = "simulation_interfaces/msg"
+    features = graph.call("/get_simulator_features", "GetSimulatorFeatures", structure_needs_at_least_one_member=0)
+    assert "urdf" in features.features.spawn_formats
+    urdf = "<robot name='box'><link name='body'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>"
+    pose = graph.make("geometry_msgs/msg/PoseStamped")
+    pose.pose.position.z = 2.0
+    spawned = graph.call(
+        "/spawn_entity",
+        "SpawnEntity",
+        name="box",
+        allow_renaming=False,
+        entity_resource=graph.make(f"{si}/Resource", resource_string=urdf),
+        entity_namespace="",
+        initial_pose=pose,
+    )
+    assert (spawned.result.result, spawned.entity_name) == (1, "box"), spawned.result.error_message
+    entities = graph.call("/get_entities", "GetEntities", filters=graph.make(f"{si}/EntityFilters"))
+    assert entities.entities == ["box"]
+
+    paused = graph.make(f"{si}/SimulationState", state=2)
+    assert graph.call("/set_simulation_state", "SetSimulationState", state=paused).result.result == 1
+    now = graph.call("/get_simulation_state", "GetSimulationState", structure_needs_at_least_one_member=0)
+    assert now.state.state == 2
+    state = graph.make(f"{si}/EntityState")
+    state.pose.position.z = 5.0
+    state.pose.orientation.w = 1.0
+    moved = graph.call(
+        "/set_entity_state",
+        "SetEntityState",
+        entity="box",
+        state=state,
+        set_pose=True,
+        set_twist=True,
+        set_acceleration=False,
+    )
+    assert moved.result.result == 1, moved.result.error_message
+    before = sim.stamp.sim_time
+    assert graph.call("/step_simulation", "StepSimulation", steps=100).result.result == 1
+    assert abs(sim.stamp.sim_time - before - 0.1) < 1e-9
+    there = graph.call("/get_entity_state", "GetEntityState", entity="box").state
+    # Free fall for a tenth of a second.
+    assert abs(there.pose.position.z - (5.0 - 0.5 * 9.81 * 0.01)) < 1e-4
+    assert graph.call("/get_entity_state", "GetEntityState", entity="ghost").result.result == 2
+    assert graph.call("/delete_entity", "DeleteEntity", entity="box").result.result == 1
+    assert graph.call("/reset_simulation", "ResetSimulation", scope=255).result.result == 1
+    assert sim.stamp.sim_time == 0.0
+
+
+def test_a_daemon_whose_router_is_not_there_yet_serves_and_joins_once_it_is(tmp_path: Path) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    config = tmp_path / "simd.toml"
+    config.write_text(f'[ros2]\nenabled = true\nrouter = "tcp/127.0.0.1:{port}"\n')
+    with Daemon("--config", str(config), name="patient") as running:
+        with simd_client.connect(running.endpoint) as sim:
+            assert sim.stamp.sim_time >= 0.0
+        for _ in range(2):
+            seen = threading.Event()
+            settings = zenoh.Config()
+            settings.insert_json5("mode", '"router"')
+            settings.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port}"]')
+            settings.insert_json5("scouting/multicast/enabled", "false")
+            with zenoh.open(settings) as router:
+                token = router.liveliness().declare_subscriber(
+                    "@ros2_lv/0/*/*/*/NN/**", lambda _: seen.set(), history=True
+                )
+                assert seen.wait(SECONDS), "the node is on the graph of a router that came late, or again"
+                token.undeclare()
+        assert running.stop() == 0

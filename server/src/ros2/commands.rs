@@ -1,0 +1,236 @@
+//! What is subscribed to: the topics by which controllers of `ros2_control` are commanded.
+//!
+//! | topic | message | what it does |
+//! |---|---|---|
+//! | `forward_position_controller/commands` | `std_msgs/Float64MultiArray` | a position for each joint |
+//! | `forward_velocity_controller/commands` | `std_msgs/Float64MultiArray` | a velocity for each joint |
+//! | `forward_effort_controller/commands` | `std_msgs/Float64MultiArray` | an effort for each joint |
+//! | `joint_commands` | `sensor_msgs/JointState` | positions, else velocities, else efforts, by name |
+//!
+//! They pass the same handle as the commands of other clients: claims apply. Bounded: what comes while [`WAITING`] messages
+//! wait is lost and counted, and a message above [`MAX_BYTES`] is refused unread.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use simd_core::Command;
+use simd_core::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
+use simd_core::simulation::published_state::Mode;
+use simd_ros2::Message as _;
+use simd_ros2::messages::sensor_msgs::JointState;
+use simd_ros2::messages::std_msgs::Float64MultiArray;
+use tokio::sync::mpsc;
+use tokio::time::{MissedTickBehavior, interval};
+use zenoh::sample::Sample;
+
+use super::endpoints::{Graph, Subscription};
+use super::robots::Robot;
+use crate::SimHandle;
+use crate::handle::{Caller, Transport};
+
+/// Messages that wait to be read.
+const WAITING: usize = 64;
+/// Of one message: a thousand joints need a tenth of it.
+const MAX_BYTES: usize = 256 * 1024;
+/// How often refusals are logged.
+const REPORT: Duration = Duration::from_secs(1);
+/// Who sets the targets, as other clients see it.
+const SOURCE: &str = "ros2";
+
+/// What a message is.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Positions,
+    Velocities,
+    Efforts,
+    ByName,
+}
+
+/// A message on its way.
+#[derive(Debug)]
+struct Sent {
+    robot: Arc<str>,
+    kind: Kind,
+    payload: Vec<u8>,
+}
+
+/// Where messages go. The task that reads them ends with the last one of these.
+#[derive(Clone, Debug)]
+pub(super) struct Inbox {
+    sender: mpsc::Sender<Sent>,
+    lost: Arc<AtomicU64>,
+}
+
+/// The subscriptions of a robot, until they are dropped.
+#[derive(Debug)]
+pub(super) struct Commands {
+    _subscriptions: Vec<Subscription>,
+}
+
+impl Inbox {
+    /// And what reads it.
+    pub(super) fn open(handle: &SimHandle) -> Self {
+        let (sender, receiver) = mpsc::channel(WAITING);
+        let lost = Arc::new(AtomicU64::new(0));
+        tokio::spawn(take(handle.clone(), receiver, Arc::clone(&lost)));
+        Self { sender, lost }
+    }
+
+    /// On Zenoh's own thread: nothing is waited for.
+    fn put(&self, robot: &Arc<str>, kind: Kind, sample: &Sample) {
+        let payload = sample.payload();
+        let sent = (payload.len() <= MAX_BYTES).then(|| Sent {
+            robot: Arc::clone(robot),
+            kind,
+            payload: payload.to_bytes().into_owned(),
+        });
+        if sent.is_none_or(|sent| self.sender.try_send(sent).is_err()) {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Commands {
+    /// Of a robot. `name` makes the whole name of a topic.
+    pub(super) async fn declare(
+        graph: &Graph,
+        inbox: &Inbox,
+        robot: &Robot,
+        name: impl Fn(&str) -> String,
+    ) -> Result<Self, zenoh::Error> {
+        let robot: Arc<str> = robot.entity.name.as_str().into();
+        let mut subscriptions = Vec::new();
+        for (quantity, kind) in
+            [("position", Kind::Positions), ("velocity", Kind::Velocities), ("effort", Kind::Efforts)]
+        {
+            let topic = name(&format!("forward_{quantity}_controller/commands"));
+            let (inbox, robot) = (inbox.clone(), Arc::clone(&robot));
+            let take = move |sample: &Sample| inbox.put(&robot, kind, sample);
+            subscriptions.push(graph.subscription::<Float64MultiArray>(&topic, take).await?);
+        }
+        let inbox = inbox.clone();
+        let take = move |sample: &Sample| inbox.put(&robot, Kind::ByName, sample);
+        subscriptions.push(graph.subscription::<JointState>(&name("joint_commands"), take).await?);
+        Ok(Self { _subscriptions: subscriptions })
+    }
+}
+
+/// Takes messages in the order in which they came; what is refused is logged once a second at the most.
+async fn take(handle: SimHandle, mut receiver: mpsc::Receiver<Sent>, lost: Arc<AtomicU64>) {
+    let mut ticks = interval(REPORT);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut refused: Option<(u64, String)> = None;
+    loop {
+        tokio::select! {
+            sent = receiver.recv() => {
+                let Some(sent) = sent else { return };
+                if let Err(sentence) = command(&handle, &sent).await {
+                    refused = Some((refused.map_or(0, |(number, _)| number) + 1, sentence));
+                }
+            },
+            _tick = ticks.tick() => {
+                if let Some((refused, sentence)) = refused.take() {
+                    tracing::warn!(refused, "commands of ROS 2 are refused: {sentence}");
+                }
+                let lost = lost.swap(0, Ordering::Relaxed);
+                if lost > 0 {
+                    tracing::warn!(lost, "commands of ROS 2 come faster than they can be read, or are too long");
+                }
+            },
+        }
+    }
+}
+
+async fn command(handle: &SimHandle, sent: &Sent) -> Result<(), String> {
+    let joints = match sent.kind {
+        Kind::ByName => {
+            let message = JointState::from_cdr(&sent.payload).map_err(|error| error.to_string())?;
+            by_name(&message)?
+        }
+        Kind::Positions => in_order(handle, sent, Target::position)?,
+        Kind::Velocities => in_order(handle, sent, Target::velocity)?,
+        Kind::Efforts => in_order(handle, sent, Target::Effort)?,
+    };
+    if joints.is_empty() {
+        return Ok(());
+    }
+    let caller = Caller::said(SOURCE, Transport::Zenoh);
+    let targets = SetTargets {
+        robots: vec![RobotTargets { robot: sent.robot.to_string(), joints, ..RobotTargets::default() }],
+        refuse_beyond_limits: false,
+        source: Some(handle.target_source(caller.as_ref())),
+    };
+    handle.command(Command::SetTargets(targets)).await.map(drop).map_err(|error| error.to_string())
+}
+
+fn target(joint: &str, target: Target) -> JointTarget {
+    JointTarget { joint: joint.to_owned(), axis: 0, target }
+}
+
+/// One number for each joint that can be driven, in the order of `joint_states`.
+fn in_order(handle: &SimHandle, sent: &Sent, of: fn(f64) -> Target) -> Result<Vec<JointTarget>, String> {
+    let message = Float64MultiArray::from_cdr(&sent.payload).map_err(|error| error.to_string())?;
+    let state = handle.newest();
+    let names = driven(&state.state, &sent.robot);
+    if message.data.len() != names.len() {
+        return Err(format!(
+            "std_msgs/msg/Float64MultiArray.data has {} numbers; it must have {}, for {}",
+            message.data.len(),
+            names.len(),
+            names.join(", ")
+        ));
+    }
+    Ok(names.iter().zip(&message.data).map(|(name, value)| target(name, of(*value))).collect())
+}
+
+/// Names of the joints of a robot that can be driven, in the order of `joint_states`.
+fn driven(state: &simd_core::PublishedState, robot: &str) -> Vec<String> {
+    let Some((_, entity)) = state.entity(robot) else { return Vec::new() };
+    let modes = state.modes.get(entity.velocities.clone()).unwrap_or_default();
+    let axes = entity.model.joints.iter().zip(&entity.joint_velocities);
+    let is_driven = |range: &std::ops::Range<usize>| {
+        range.len() == 1 && modes.get(range.start).is_some_and(|m| *m != Mode::None)
+    };
+    axes.filter(|(_, range)| is_driven(range)).map(|(joint, _)| joint.name.clone()).collect()
+}
+
+/// What each joint is to do: its position if there are any, with its velocity where there are those too; else its velocity,
+/// else its effort. A number that is none leaves the joint as it is.
+fn by_name(message: &JointState) -> Result<Vec<JointTarget>, String> {
+    let JointState { name, position, velocity, effort, .. } = message;
+    for (field, values) in [("position", position), ("velocity", velocity), ("effort", effort)] {
+        if !values.is_empty() && values.len() != name.len() {
+            return Err(format!(
+                "sensor_msgs/msg/JointState.{field} has {} numbers; it must have one for each of {} names, or none",
+                values.len(),
+                name.len()
+            ));
+        }
+    }
+    let value = |values: &[f64], joint: usize| values.get(joint).copied().filter(|value| !value.is_nan());
+    let targets = name.iter().enumerate().filter_map(|(joint, name)| {
+        let wanted = match (value(position, joint), value(velocity, joint), value(effort, joint)) {
+            (Some(position), velocity, _) => match Target::position(position) {
+                Target::Position { stiffness, damping, feed_forward, max_effort, max_velocity, .. } => {
+                    let velocity = velocity.unwrap_or_default();
+                    Target::Position {
+                        position,
+                        velocity,
+                        stiffness,
+                        damping,
+                        feed_forward,
+                        max_effort,
+                        max_velocity,
+                    }
+                }
+                other => other,
+            },
+            (None, Some(velocity), _) => Target::velocity(velocity),
+            (None, None, Some(effort)) => Target::Effort(effort),
+            (None, None, None) => return None,
+        };
+        Some(target(name, wanted))
+    });
+    Ok(targets.collect())
+}

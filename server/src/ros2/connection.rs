@@ -1,0 +1,61 @@
+//! The session of the node: a client of the graph's router, as routers of `rmw_zenoh` forward only between
+//! clients and peers. It has nothing to do with the daemon's own session.
+
+use std::time::Duration;
+
+use serde_json::json;
+use zenoh::Session;
+
+use crate::config::Ros2;
+
+/// How long one attempt may take.
+const CONNECT_MS: u64 = 2_000;
+/// From one attempt to the next.
+const RETRY: Duration = Duration::from_secs(1);
+/// Messages above this are refused before they are read: descriptions to spawn are the longest.
+const MAX_MESSAGE_BYTES: u64 = 16 * 1024 * 1024;
+
+/// Waits for the router, for as long as it takes. Once it was there, Zenoh finds it again by itself.
+///
+/// # Errors
+/// Where the settings are none.
+pub(super) async fn open(settings: &Ros2) -> Result<Session, String> {
+    let mut said = false;
+    loop {
+        let config = config(&settings.router)?;
+        match zenoh::open(config).await {
+            Ok(session) => return Ok(session),
+            Err(error) if !said => {
+                said = true;
+                let router = &settings.router;
+                tracing::warn!(
+                    "no router of ROS 2 answers at {router}; it is tried again and again. `ros2 run rmw_zenoh_cpp \
+                     rmw_zenohd` starts one"
+                );
+                tracing::debug!("{error}");
+            }
+            Err(error) => tracing::debug!("{error}"),
+        }
+        tokio::time::sleep(RETRY).await;
+    }
+}
+
+fn config(router: &str) -> Result<zenoh::Config, String> {
+    let settings = json!({
+        "mode": "client",
+        "connect": {
+            "endpoints": [router], "timeout_ms": CONNECT_MS, "exit_on_failure": true,
+            "retry": { "period_init_ms": 100, "period_max_ms": 1000 },
+        },
+        "listen": { "endpoints": [] },
+        "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+        "adminspace": { "enabled": false },
+        // Who comes late tells what it has from what is newer by them.
+        "timestamping": { "enabled": true },
+        "transport": {
+            "link": { "rx": { "max_message_size": MAX_MESSAGE_BYTES } },
+            "shared_memory": { "enabled": false },
+        },
+    });
+    zenoh::Config::from_json5(&settings.to_string()).map_err(|error| error.to_string())
+}

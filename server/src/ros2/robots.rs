@@ -1,0 +1,164 @@
+//! Which robot has which topics and frames, and the messages of a state.
+//!
+//! A world with one robot that has joints shows it as a driver would: `/joint_states`, frames named like its links. Where there
+//! are several, each has its name before its topics and its frames. What has no joints, such as a box, has frames alone.
+
+use std::sync::Arc;
+
+use glamx::DPose3;
+use simd_core::simulation::published_state::{EntityLayout, PublishedState, WorldLayout};
+use simd_model::robot::JointKind;
+use simd_ros2::messages::builtin_interfaces::Time;
+use simd_ros2::messages::geometry_msgs::{Point, Pose, Quaternion, Transform, TransformStamped, Vector3};
+use simd_ros2::messages::sensor_msgs::JointState;
+use simd_ros2::messages::std_msgs::Header;
+use simd_ros2::messages::tf2_msgs::TFMessage;
+use simd_ros2::wire::word;
+
+/// The frame that all robots are in.
+pub(super) const WORLD: &str = "world";
+/// Robots that are shown: those that came first.
+pub(super) const MAX_ROBOTS: usize = 64;
+
+/// A robot as the graph sees it.
+#[derive(Clone, Debug)]
+pub(super) struct Robot {
+    /// What it is, and where its values lie in a state of the same layout.
+    pub(super) entity: Arc<EntityLayout>,
+    /// Its index in that layout.
+    pub(super) place: usize,
+    /// Before its topics: empty, or `arm/`. `None` where it has no joints, and so no topics.
+    pub(super) topics: Option<String>,
+    /// Of each link.
+    frames: Vec<String>,
+    /// Indices in the model of the joints that have one position.
+    joints: Vec<usize>,
+}
+
+/// The robots of a layout, in its order.
+pub(super) fn robots(world: &WorldLayout) -> Vec<Robot> {
+    let with_joints = world.entities.iter().filter(|entity| !joints(entity).is_empty()).count();
+    let mut taken: Vec<String> = Vec::new();
+    let shown = world.entities.iter().enumerate().take(MAX_ROBOTS);
+    shown
+        .map(|(place, entity)| {
+            let joints = joints(entity);
+            let is_alone = with_joints == 1 && !joints.is_empty();
+            // Names that differ may be one word to ROS.
+            let mut name = word(&entity.name);
+            let mut number = 2;
+            while taken.contains(&name) {
+                name = format!("{}_{number}", word(&entity.name));
+                number += 1;
+            }
+            taken.push(name.clone());
+            let prefix = if is_alone { String::new() } else { format!("{name}/") };
+            let frames = entity.model.links.iter().map(|link| format!("{prefix}{}", link.name)).collect();
+            let topics = (!joints.is_empty()).then_some(prefix);
+            Robot { entity: Arc::clone(entity), place, topics, frames, joints }
+        })
+        .collect()
+}
+
+fn joints(entity: &EntityLayout) -> Vec<usize> {
+    let has_one = |joint: &usize| entity.joint_positions.get(*joint).is_some_and(|range| range.len() == 1);
+    (0..entity.model.joints.len()).filter(has_one).collect()
+}
+
+impl Robot {
+    /// Names of the joints that have one position, as `joint_states` has them.
+    pub(super) fn joint_names(&self) -> impl Iterator<Item = &str> {
+        self.joints.iter().filter_map(|&joint| Some(self.entity.model.joints.get(joint)?.name.as_str()))
+    }
+
+    /// Positions, velocities and efforts of the joints, from a state of the same layout.
+    pub(super) fn joint_state(&self, state: &PublishedState, stamp: &Time) -> JointState {
+        let mut message = JointState {
+            header: Header { stamp: stamp.clone(), frame_id: String::new() },
+            ..JointState::default()
+        };
+        for (&joint, name) in self.joints.iter().zip(self.joint_names()) {
+            let own = |ranges: &[std::ops::Range<usize>]| ranges.get(joint).map_or(0, |range| range.start);
+            let position = self.entity.positions.start + own(&self.entity.joint_positions);
+            let velocity = self.entity.velocities.start + own(&self.entity.joint_velocities);
+            let value = |values: &[f64], at: usize| values.get(at).copied().unwrap_or_default();
+            message.name.push(name.to_owned());
+            message.position.push(value(&state.positions, position));
+            message.velocity.push(value(&state.velocities, velocity));
+            message.effort.push(value(&state.efforts, velocity));
+        }
+        message
+    }
+
+    /// Frames that move: of a free root, and of what hangs on joints that move.
+    pub(super) fn moving_frames(&self, state: &PublishedState, stamp: &Time, message: &mut TFMessage) {
+        let Some(world_from_link) = state.link_poses(self.place) else { return };
+        if !self.entity.fixed_base
+            && let (Some(pose), Some(root)) = (world_from_link.first(), self.frames.first())
+        {
+            push(message, stamp, WORLD, root, *pose);
+        }
+        for joint in self.entity.model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed) {
+            let (Some(parent), Some(child)) =
+                (world_from_link.get(joint.parent), world_from_link.get(joint.child))
+            else {
+                continue;
+            };
+            self.push_joint(message, stamp, joint.parent, joint.child, parent.inverse() * *child);
+        }
+    }
+
+    /// Frames that do not: of a fixed root, and of what hangs on fixed joints.
+    pub(super) fn fixed_frames(&self, state: &PublishedState, message: &mut TFMessage) {
+        let start = Time::default();
+        if self.entity.fixed_base
+            && let (Some(root), Some(frame)) = (state.roots.get(self.place), self.frames.first())
+        {
+            push(message, &start, WORLD, frame, root.pose);
+        }
+        for joint in self.entity.model.joints.iter().filter(|joint| joint.kind == JointKind::Fixed) {
+            self.push_joint(message, &start, joint.parent, joint.child, joint.parent_from_joint);
+        }
+    }
+
+    fn push_joint(&self, message: &mut TFMessage, stamp: &Time, parent: usize, child: usize, pose: DPose3) {
+        if let (Some(parent), Some(child)) = (self.frames.get(parent), self.frames.get(child)) {
+            push(message, stamp, parent, child, pose);
+        }
+    }
+}
+
+fn push(message: &mut TFMessage, stamp: &Time, parent: &str, child: &str, pose: DPose3) {
+    // A root link that is called world is the world.
+    if parent == child {
+        return;
+    }
+    let [x, y, z] = pose.translation.to_array();
+    message.transforms.push(TransformStamped {
+        header: Header { stamp: stamp.clone(), frame_id: parent.to_owned() },
+        child_frame_id: child.to_owned(),
+        transform: Transform { translation: Vector3 { x, y, z }, rotation: quaternion(pose) },
+    });
+}
+
+fn quaternion(pose: DPose3) -> Quaternion {
+    let [x, y, z, w] = pose.rotation.to_array();
+    Quaternion { x, y, z, w }
+}
+
+/// A pose as ROS has it.
+pub(super) fn pose_message(pose: DPose3) -> Pose {
+    let [x, y, z] = pose.translation.to_array();
+    Pose { position: Point { x, y, z }, orientation: quaternion(pose) }
+}
+
+/// Simulated time as ROS has it. It never is below zero.
+pub(super) fn stamp(sim_time: f64) -> Time {
+    #[allow(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast from a float saturates"
+    )]
+    let nanoseconds = (sim_time * 1e9).round() as u64;
+    Time::from_nanoseconds(nanoseconds)
+}
