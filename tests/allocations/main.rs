@@ -102,6 +102,40 @@ fn a_step_allocates_nothing() {
     assert!(world.take_events().is_empty(), "no robot was disabled");
 }
 
+/// While they are carried out: how one begins and ends is told in words.
+#[test]
+fn a_step_of_trajectories_allocates_nothing() {
+    let (model, _) = robots::read("seven_arm/urdf/seven_arm.urdf");
+    let mut world = Simulation::new(PhysicsSettings::default(), WorldLimits::default());
+    spawn(&mut world, "arm", &model, true, false);
+    let moving = model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed);
+    let joints: Vec<String> = moving.map(|joint| joint.name.clone()).collect();
+    let row = |number: usize| TrajectoryPoint {
+        time: 0.01 * (number + 1) as f64,
+        positions: vec![0.2 * (0.05 * number as f64).sin(); joints.len()],
+        velocities: vec![(0.05 * number as f64).cos(); joints.len()],
+        ..TrajectoryPoint::default()
+    };
+    let tolerance = Tolerance { position: Some(10.0), velocity: None };
+    let request = FollowTrajectory {
+        robot: "arm".into(),
+        points: (0..400).map(row).collect(),
+        tolerances: vec![[tolerance; 2]; joints.len()],
+        joints,
+        ..FollowTrajectory::default()
+    };
+    apply(
+        &mut world,
+        Command::FollowTrajectory(FollowTrajectory { begin: Begin::Queued, ..request.clone() }),
+    );
+    apply(&mut world, Command::FollowTrajectory(FollowTrajectory { begin: Begin::Queued, ..request }));
+    (0..WARM_UP).for_each(|_| world.step());
+    world.take_events();
+    let seen = measure(|| (0..COUNTED).for_each(|_| world.step()));
+    assert_eq!(seen.count_total, 0, "{seen:?}");
+    assert!(world.take_events().is_empty(), "it goes on");
+}
+
 #[test]
 fn observing_into_a_used_snapshot_allocates_nothing() {
     let mut world = busy_world();

@@ -61,7 +61,7 @@ const SIMULATION: Layers = Layers {
         &["constraints"],
         &["entity"],
         &["world_state"],
-        &["check", "claim", "contact_settings", "target_sources", "wrench"],
+        &["check", "claim", "contact_settings", "target_sources", "trajectory", "wrench"],
         &["error", "moment", "settings"],
     ],
     exceptions: &[],

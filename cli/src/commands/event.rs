@@ -208,6 +208,13 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
                 format!("recording {} ended: {}", it.recording, it.message),
             )
         }
+        Some(Kind::TrajectoryEnded(it)) => (
+            "trajectory_ended",
+            json!({
+                "robot": it.robot, "id": it.id, "outcome": it.outcome().as_str_name(), "message": it.message,
+            }),
+            format!("trajectory {} of {} ended: {}", it.id, it.robot, it.message),
+        ),
         Some(Kind::StateRestored(it)) => {
             ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))
         }

@@ -2,6 +2,7 @@
 
 mod hz;
 mod info;
+mod play;
 mod reading;
 
 use anyhow::bail;
@@ -30,6 +31,7 @@ use crate::{
     target::{Assignment, Placement, assignment, placement},
 };
 use info::InfoView;
+use play::Play;
 use reading::{ReadingView, Sample};
 
 const TARGETS: &str = "\
@@ -71,6 +73,9 @@ pub(crate) enum Joint {
     /// Gives joints new targets, all at one step
     #[command(after_help = TARGETS)]
     Set(Set),
+    /// Has joints carry out a trajectory out of a table, and waits for its end
+    #[command(after_help = play::FORMAT)]
+    Play(Play),
     /// Puts joints at a position, or all of them back to where they were spawned
     Reset {
         /// The robot's name
@@ -127,6 +132,7 @@ pub(crate) async fn run(command: Joint, client: &Client, output: Output) -> anyh
             output.one(&ReadingView::from(reading))
         }
         Joint::Set(arguments) => set(arguments, client, output).await,
+        Joint::Play(arguments) => play::play(arguments, client, output).await,
         Joint::Reset { robot, placements } => reset(robot, placements, client, output).await,
         Joint::Watch(arguments) => {
             tokio::select! {

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use simd_proto::v1::{
-    ClaimJointsRequest, ClampedTarget, GetJointLayoutRequest, GetJointStatesRequest, JointLayout,
-    JointProperties, JointReset, JointSelection, JointStates, JointTarget, NextJointStatesRequest,
-    NextJointStatesResponse, ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest,
-    SetJointTargetsRequest, SetJointTargetsResponse, Stamp, WatchJointStatesRequest,
-    WatchJointStatesResponse,
+    CancelTrajectoryRequest, ClaimJointsRequest, ClampedTarget, FollowTrajectoryRequest,
+    FollowTrajectoryResponse, GetJointLayoutRequest, GetJointStatesRequest, JointLayout, JointProperties,
+    JointReset, JointSelection, JointStates, JointTarget, NextJointStatesRequest, NextJointStatesResponse,
+    ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest, SetJointTargetsRequest,
+    SetJointTargetsResponse, Stamp, WatchJointStatesRequest, WatchJointStatesResponse,
 };
 use tonic::Streaming;
 
@@ -84,6 +84,28 @@ impl Client {
         let robots = vec![robot_targets(robot, targets)];
         let request = SetJointTargetsRequest { robots, ..Default::default() };
         Ok(self.set_targets(request).await?.clamped)
+    }
+
+    /// Has joints of one robot carry out a trajectory. The answer says that it is accepted, and what it is called in the event that
+    /// tells how it ended.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`, `JOINT_NOT_ACTUATED`, `TARGET_BEYOND_LIMIT`, `JOINT_CLAIMED`,
+    /// `LIMIT_EXCEEDED`.
+    pub async fn follow_trajectory(
+        &self,
+        request: FollowTrajectoryRequest,
+    ) -> Result<FollowTrajectoryResponse, Error> {
+        self.unary(self.joint().follow_trajectory(self.claimed(request))).await
+    }
+
+    /// Ends a trajectory, or all of a robot. Their joints hold where they are.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`, `JOINT_CLAIMED`, and `INVALID_VALUE` where it has ended already.
+    pub async fn cancel_trajectory(&self, robot: &str, id: Option<u64>) -> Result<Stamp, Error> {
+        let request = CancelTrajectoryRequest { robot: robot.to_owned(), id, ..Default::default() };
+        present(self.unary(self.joint().cancel_trajectory(self.claimed(request))).await?.stamp, "stamp")
     }
 
     /// Puts joints of one robot at a position and a rate; all of them back to where

@@ -51,7 +51,16 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     (
         "JointService",
         Role::Operator,
-        &["SetJointTargets", "ResetJoints", "SetJointProperties", "ClaimJoints", "ReleaseJoints", "Control"],
+        &[
+            "SetJointTargets",
+            "FollowTrajectory",
+            "CancelTrajectory",
+            "ResetJoints",
+            "SetJointProperties",
+            "ClaimJoints",
+            "ReleaseJoints",
+            "Control",
+        ],
     ),
     (
         "KinematicsService",

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use simd_core::simulation::EventKind;
+use simd_core::simulation::trajectory::TrajectoryEnd;
 use simd_core::{Event, Moment, PhysicsSettings};
 use tokio::sync::Notify;
 
@@ -220,6 +221,15 @@ fn bytes_of(what: &Happened) -> usize {
         | EventKind::JointsReleased { holder, released: of, cause: _ } => {
             let names = of.joints.iter().chain(&of.robots);
             holder.len() + names.map(|name| name.len() + size_of::<String>()).sum::<usize>()
+        }
+        EventKind::TrajectoryEnded { robot, id: _, end } => {
+            let of_end = match end {
+                TrajectoryEnd::PathToleranceViolated(violation)
+                | TrajectoryEnd::GoalToleranceViolated(violation) => violation.joint.len(),
+                TrajectoryEnd::Cancelled { by } => by.len(),
+                TrajectoryEnd::Succeeded | TrajectoryEnd::Superseded => 0,
+            };
+            robot.len() + of_end
         }
         EventKind::StateRestored { name } => name.len(),
         EventKind::ConstraintCreated { constraint }

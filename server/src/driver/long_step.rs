@@ -87,6 +87,8 @@ fn may_make_steps_long(command: &Command) -> bool {
         | Command::Reset(_)
         | Command::RestoreState { .. } => true,
         Command::SetTargets(_)
+        | Command::FollowTrajectory(_)
+        | Command::CancelTrajectory { .. }
         | Command::SetJointProperties { .. }
         | Command::SetLinkProperties { .. }
         | Command::SetCollisionFilter(_)

@@ -6,6 +6,7 @@
 //! | `forward_velocity_controller/commands` | `std_msgs/Float64MultiArray` | a velocity for each joint |
 //! | `forward_effort_controller/commands` | `std_msgs/Float64MultiArray` | an effort for each joint |
 //! | `joint_commands` | `sensor_msgs/JointState` | positions, else velocities, else efforts, by name |
+//! | `joint_trajectory_controller/joint_trajectory` | `trajectory_msgs/JointTrajectory` | a trajectory; one without points ends all |
 //!
 //! They pass the same handle as the commands of other clients: claims apply. Bounded: what comes while [`WAITING`] messages
 //! wait is lost and counted, and a message above [`MAX_BYTES`] is refused unread.
@@ -15,11 +16,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use simd_core::Command;
-use simd_core::simulation::command::{JointTarget, RobotTargets, SetTargets, Target};
+use simd_core::simulation::command::{
+    Begin, FollowTrajectory, JointTarget, RobotTargets, SetTargets, Target, TrajectoryPoint,
+};
 use simd_core::simulation::published_state::Mode;
 use simd_ros2::Message as _;
 use simd_ros2::messages::sensor_msgs::JointState;
 use simd_ros2::messages::std_msgs::Float64MultiArray;
+use simd_ros2::messages::trajectory_msgs::JointTrajectory;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 use zenoh::sample::Sample;
@@ -30,9 +34,9 @@ use crate::SimHandle;
 use crate::handle::{Caller, Transport};
 
 /// Messages that wait to be read.
-const WAITING: usize = 64;
-/// Of one message: a thousand joints need a tenth of it.
-const MAX_BYTES: usize = 256 * 1024;
+const WAITING: usize = 32;
+/// Of one message: ten thousand points of a seven-joint arm fit.
+const MAX_BYTES: usize = 1024 * 1024;
 /// How often refusals are logged.
 const REPORT: Duration = Duration::from_secs(1);
 /// Who sets the targets, as other clients see it.
@@ -45,6 +49,7 @@ enum Kind {
     Velocities,
     Efforts,
     ByName,
+    Trajectory,
 }
 
 /// A message on its way.
@@ -109,9 +114,13 @@ impl Commands {
             let take = move |sample: &Sample| inbox.put(&robot, kind, sample);
             subscriptions.push(graph.subscription::<Float64MultiArray>(&topic, take).await?);
         }
+        let trajectories = (inbox.clone(), Arc::clone(&robot));
         let inbox = inbox.clone();
         let take = move |sample: &Sample| inbox.put(&robot, Kind::ByName, sample);
         subscriptions.push(graph.subscription::<JointState>(&name("joint_commands"), take).await?);
+        let topic = name("joint_trajectory_controller/joint_trajectory");
+        let take = move |sample: &Sample| trajectories.0.put(&trajectories.1, Kind::Trajectory, sample);
+        subscriptions.push(graph.subscription::<JointTrajectory>(&topic, take).await?);
         Ok(Self { _subscriptions: subscriptions })
     }
 }
@@ -144,6 +153,11 @@ async fn take(handle: SimHandle, mut receiver: mpsc::Receiver<Sent>, lost: Arc<A
 
 async fn command(handle: &SimHandle, sent: &Sent) -> Result<(), String> {
     let joints = match sent.kind {
+        Kind::Trajectory => {
+            let message = JointTrajectory::from_cdr(&sent.payload).map_err(|error| error.to_string())?;
+            let command = trajectory(handle, &sent.robot, message);
+            return handle.command(command).await.map(drop).map_err(|error| error.to_string());
+        }
         Kind::ByName => {
             let message = JointState::from_cdr(&sent.payload).map_err(|error| error.to_string())?;
             by_name(&message)?
@@ -162,6 +176,38 @@ async fn command(handle: &SimHandle, sent: &Sent) -> Result<(), String> {
         source: Some(handle.target_source(caller.as_ref())),
     };
     handle.command(Command::SetTargets(targets)).await.map(drop).map_err(|error| error.to_string())
+}
+
+/// It begins at the stamp of its header, in simulated time; at once where that is zero or over.
+pub(super) fn trajectory(handle: &SimHandle, robot: &str, message: JointTrajectory) -> Command {
+    let JointTrajectory { header, joint_names: joints, points } = message;
+    let robot = robot.to_owned();
+    if points.is_empty() {
+        return Command::CancelTrajectory { robot, id: None };
+    }
+    #[allow(
+        clippy::cast_precision_loss,
+        reason = "a stamp is below 2^62 ns, and a step is far longer than its rounding"
+    )]
+    let start = header.stamp.nanoseconds() as f64 * 1e-9;
+    let delay = start - handle.newest().state.at.sim_time;
+    let begin = if delay > 0.0 { Begin::After(delay) } else { Begin::Now };
+    let points = points.into_iter().map(|point| TrajectoryPoint {
+        time: point.time_from_start.seconds(),
+        positions: point.positions,
+        velocities: point.velocities,
+        accelerations: point.accelerations,
+        efforts: point.effort,
+    });
+    let caller = Caller::said(SOURCE, Transport::Zenoh);
+    Command::FollowTrajectory(FollowTrajectory {
+        robot,
+        joints,
+        points: points.collect(),
+        begin,
+        source: Some(handle.target_source(caller.as_ref())),
+        ..FollowTrajectory::default()
+    })
 }
 
 fn target(joint: &str, target: Target) -> JointTarget {

@@ -76,6 +76,35 @@ impl JointService for Service {
         .await
     }
 
+    async fn follow_trajectory(
+        &self,
+        request: Request<v1::FollowTrajectoryRequest>,
+    ) -> Result<Response<v1::FollowTrajectoryResponse>, Status> {
+        let caller = request.extensions().get::<Caller>().cloned();
+        once(&self.handle, request, |handle, request| async move {
+            let mut trajectory = from_proto::follow_trajectory(request)?;
+            trajectory.source = Some(handle.target_source(caller.as_ref()));
+            let done = handle.command(Command::FollowTrajectory(trajectory)).await?;
+            let stamp = Some(stamp::done(&done));
+            match done.applied.reply {
+                Reply::TrajectoryAccepted { id } => Ok(v1::FollowTrajectoryResponse { stamp, id }),
+                other => Err(mismatched(&other).into()),
+            }
+        })
+        .await
+    }
+
+    async fn cancel_trajectory(
+        &self,
+        request: Request<v1::CancelTrajectoryRequest>,
+    ) -> Result<Response<v1::CancelTrajectoryResponse>, Status> {
+        once(&self.handle, request, |handle, request| async move {
+            let done = handle.command(from_proto::cancel_trajectory(request)?).await?;
+            Ok(v1::CancelTrajectoryResponse { stamp: Some(stamp::done(&done)) })
+        })
+        .await
+    }
+
     async fn reset_joints(
         &self,
         request: Request<v1::ResetJointsRequest>,

@@ -28,9 +28,10 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 36] = [
+const WRITES: [&str; 38] = [
     "AddParameter",
     "ApplyLinkWrench",
+    "CancelTrajectory",
     "ChangeConstraint",
     "ClaimJoints",
     "Control",
@@ -38,6 +39,7 @@ const WRITES: [&str; 36] = [
     "DeleteConstraint",
     "DeleteEntity",
     "DeleteSavedState",
+    "FollowTrajectory",
     "ImportSavedState",
     "JoinLockstep",
     "LeaveLockstep",

@@ -92,6 +92,7 @@ from simd_client.recording import RecordingInfo
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
+from simd_client.trajectory import TrajectoryOutcome, TrajectoryResult
 from simd_client.version import API_VERSION, __version__
 from simd_client.world import (
     Integrator,
@@ -216,6 +217,8 @@ __all__ = [
     "TargetBeyondLimit",
     "Targets",
     "Twist",
+    "TrajectoryOutcome",
+    "TrajectoryResult",
     "Unauthenticated",
     "Unavailable",
     "UploadMismatch",

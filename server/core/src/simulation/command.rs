@@ -23,6 +23,8 @@ use super::moment::Moment;
 use super::saved::Saved;
 pub use super::saved::SavedStateInfo;
 use super::settings::{Integrator, PhysicsSettings};
+use super::target_sources::TargetSource;
+pub use super::trajectory::{Begin, Tolerance, TrajectoryPoint};
 pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::Shapes;
 use crate::plain::{optional_pose3, optional_two_vectors3, optional_vector3, pose3, vector3};
@@ -50,6 +52,15 @@ pub enum Command {
     },
     /// Gives joints new targets.
     SetTargets(SetTargets),
+    /// Has joints carry out a trajectory.
+    FollowTrajectory(FollowTrajectory),
+    /// Ends trajectories before they are over; their joints hold where they are.
+    CancelTrajectory {
+        /// Whose.
+        robot: String,
+        /// Which, as [`Reply::TrajectoryAccepted`] said; `None` is all of the robot.
+        id: Option<u64>,
+    },
     /// Puts joints at a position and a velocity.
     ResetJoints {
         /// Which joints of which robots.
@@ -323,6 +334,25 @@ pub struct JointProperties {
     pub default_gains: Option<(f64, f64)>,
 }
 
+/// A trajectory for joints of one robot.
+#[derive(Clone, Debug, Default)]
+pub struct FollowTrajectory {
+    /// Its name.
+    pub robot: String,
+    /// Which joints, each with one axis, in the order of the points' numbers.
+    pub joints: Vec<String>,
+    /// In the order of their times. The way to the first begins where the joints are.
+    pub points: Vec<TrajectoryPoint>,
+    /// When it begins.
+    pub begin: Begin,
+    /// On the path and at the goal, for each joint; or none at all.
+    pub tolerances: Vec<[Tolerance; 2]>,
+    /// How long after its end the joints may take to come within the tolerances of the goal, seconds; `None` is for ever.
+    pub goal_time_tolerance: Option<f64>,
+    /// Who asks. Nothing is allowed or refused by it.
+    pub source: Option<Arc<TargetSource>>,
+}
+
 /// A wrench on a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LinkWrench {
@@ -407,6 +437,11 @@ pub enum Reply {
         clamped: Vec<Clamped>,
         /// A joint has another mode or other gains than before.
         changed_law: bool,
+    },
+    /// The trajectory is carried out, or waits.
+    TrajectoryAccepted {
+        /// What it is called from now on.
+        id: u64,
     },
     /// The claim holds.
     Claimed {

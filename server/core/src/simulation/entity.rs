@@ -93,6 +93,7 @@ impl Entity {
             last_good: (Vec::new(), Vec::new()),
             applied_wrenches: Vec::new(),
             expired_wrenches: Vec::new(),
+            trajectories: Vec::new(),
         };
         Self { version, model, state, body, colliders: RobotColliders::default(), claims }
     }

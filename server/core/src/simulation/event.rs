@@ -3,6 +3,7 @@
 use super::command::{ReleaseCause, ResetScope};
 use super::moment::Moment;
 use super::settings::PhysicsSettings;
+use super::trajectory::TrajectoryEnd;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +72,15 @@ pub enum EventKind {
         constraint: String,
         /// Why.
         cause: ConstraintDeletion,
+    },
+    /// A trajectory is over.
+    TrajectoryEnded {
+        /// The robot's name.
+        robot: String,
+        /// Which, as it was called when it was accepted.
+        id: u64,
+        /// How.
+        end: TrajectoryEnd,
     },
     /// The world was put back to a kept state.
     StateRestored {

@@ -2,7 +2,7 @@
 //!
 //! From the bottom to the top; a file imports only from those above it in this list:
 //!
-//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`]: small types.
+//! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`], [`trajectory`]: small types.
 //! * `check`: which numbers can be.
 //! * [`world_state`]: the state as plain data.
 //! * `entity`: one robot. `constraints`, `sleep`, `contacts`: what it is constrained to, whether it rests, and what it touches.
@@ -35,6 +35,7 @@ mod sleep;
 pub mod target_sources;
 #[cfg(test)]
 mod tests;
+pub mod trajectory;
 pub mod world_state;
 mod wrench;
 
@@ -162,6 +163,8 @@ impl Simulation {
             Command::ChangeConstraint(change) => self.change_constraint(change),
             Command::DeleteConstraint { name } => self.delete_constraint(name),
             Command::SetTargets(targets) => self.set_targets(targets, claim),
+            Command::FollowTrajectory(trajectory) => self.follow_trajectory(trajectory, claim),
+            Command::CancelTrajectory { robot, id } => self.cancel_trajectory(robot, *id, claim),
             Command::ResetJoints { robots } => self.reset_joints(robots),
             Command::SetJointProperties { robot, joints } => self.set_joint_properties(robot, joints),
             Command::SetLinkProperties { robot, links } => self.set_link_properties(robot, links),
@@ -183,7 +186,11 @@ impl Simulation {
     /// Whether a command changes nothing of what cannot move: those that may come with every step.
     fn leaves_what_is_fixed(&self, command: &Command) -> bool {
         match command {
-            Command::SetTargets(_) | Command::Claim(_) | Command::Release { .. } => true,
+            Command::SetTargets(_)
+            | Command::FollowTrajectory(_)
+            | Command::CancelTrajectory { .. }
+            | Command::Claim(_)
+            | Command::Release { .. } => true,
             Command::ApplyWrench(wrench) => {
                 self.robot_index(&wrench.robot).is_ok_and(|robot| self.entities[robot].moves())
             }

@@ -9,6 +9,7 @@ use super::entity::{Description, Entity, is_robot_name};
 use super::error::Error;
 use super::moment::Moment;
 use super::settings::{PhysicsSettings, SUBSTEPS, TIME_STEP};
+use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
 use super::world_state::{EntityState, InvalidState, RobotState, WorldState};
 use super::wrench::{ActiveWrench, MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::{Groups, LinkPair, RestPose, Shapes, Surface};
@@ -202,11 +203,13 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
         last_good,
         applied_wrenches,
         expired_wrenches,
+        trajectories,
     } = entity;
     let tree = Arc::new(Tree::new(&model, *fixed_base));
     check_last_good(&tree, last_good)?;
     check_wrenches(&tree, applied_wrenches.iter().chain(&*expired_wrenches))?;
     sizes("a time of rest", [*still_for])?;
+    check_trajectories(&model, &tree, trajectories)?;
     body.check(&tree)?;
     spawned.check(&tree).map_err(|what| format!("{what}, in the state that it was spawned with"))?;
     surfaces.iter().try_for_each(Surface::check)?;
@@ -267,6 +270,26 @@ fn check_last_good(tree: &Tree, (positions, velocities): &(Vec<f64>, Vec<f64>)) 
         ));
     }
     finite("a state before the last step", positions.iter().chain(velocities).copied())
+}
+
+/// Each is of joints that it could have been accepted for.
+fn check_trajectories(
+    model: &RobotModel,
+    tree: &Tree,
+    trajectories: &[ActiveTrajectory],
+) -> Result<(), String> {
+    trajectories.iter().try_for_each(|trajectory| {
+        trajectory.check(model.joints.len())?;
+        let has_one_axis = |joint: &TrajectoryJoint| {
+            model.joints[joint.joint].mimic.is_none()
+                && tree.joints[joint.joint].len() == 1
+                && tree.bodies[tree.joints[joint.joint].start].joint_type.velocities() == 1
+        };
+        if !trajectory.joints.iter().all(has_one_axis) {
+            return Err("a trajectory of a joint that has not one axis, or that nothing drives".to_owned());
+        }
+        Ok(())
+    })
 }
 
 fn check_wrenches<'a>(

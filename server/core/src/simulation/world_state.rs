@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::contact_settings::{ContactSettings, MAX_COLLISION_PAIRS};
 use super::settings::PhysicsSettings;
+use super::trajectory::MAX_TRAJECTORIES;
+pub use super::trajectory::{ActiveTrajectory, TrajectoryJoint};
 pub use super::wrench::ActiveWrench;
 pub use crate::collision::{Groups, LinkPair, RestPose, RobotLinkPair, Surface};
 pub use crate::dynamics::BodyState;
@@ -139,6 +141,9 @@ pub struct EntityState {
     pub applied_wrenches: Vec<ActiveWrench>,
     /// Wrenches that acted over the last step and have expired.
     pub expired_wrenches: Vec<ActiveWrench>,
+    /// That are carried out or wait, in the order in which they were accepted.
+    #[serde(deserialize_with = "bounded_list::deserialize::<MAX_TRAJECTORIES, _, _>")]
+    pub trajectories: Vec<ActiveTrajectory>,
 }
 
 /// Why a state is not one that a world can be in.

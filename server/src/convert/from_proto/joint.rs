@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use simd_core::Command;
 use simd_core::simulation::command::{
-    ClaimId, ClaimRequest, JointProperties, JointReset, JointTarget, RobotReset, RobotTargets, SetTargets,
-    Target, WholeTarget,
+    Begin, ClaimId, ClaimRequest, FollowTrajectory, JointProperties, JointReset, JointTarget, RobotReset,
+    RobotTargets, SetTargets, Target, Tolerance, TrajectoryPoint, WholeTarget,
 };
 use simd_model::robot::JointLimits;
 use simd_proto::v1;
@@ -104,6 +104,66 @@ fn target(given: v1::joint_target::Target) -> Target {
         v1::joint_target::Target::Passive(v1::PassiveTarget {}) => Target::Passive,
         v1::joint_target::Target::Hold(v1::HoldTarget {}) => Target::Hold,
     }
+}
+
+/// A trajectory for joints of one robot.
+pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowTrajectory, BadField> {
+    let v1::FollowTrajectoryRequest {
+        robot,
+        joints,
+        points,
+        queued,
+        delay,
+        path_tolerances,
+        goal_tolerances,
+        goal_time_tolerance,
+        request_id: _,
+        claim: _,
+    } = request;
+    let joints = joints
+        .into_iter()
+        .enumerate()
+        .map(|(index, joint)| Path::ROOT.item("joints", index).name(joint))
+        .collect::<Result<Vec<_>, _>>()?;
+    let begin = match (queued, Path::ROOT.field("delay").at_least_zero(delay)?) {
+        (true, 0.0) => Begin::Queued,
+        (true, _) => {
+            return Err(Path::ROOT.field("delay").refuse(delay, "it must be 0 where queued is given"));
+        }
+        (false, 0.0) => Begin::Now,
+        (false, delay) => Begin::After(delay),
+    };
+    let mut tolerances = vec![[Tolerance::default(); 2]; joints.len()];
+    for (place, (field, given)) in
+        [("path_tolerances", path_tolerances), ("goal_tolerances", goal_tolerances)].into_iter().enumerate()
+    {
+        for (index, v1::TrajectoryTolerance { joint, position, velocity }) in given.into_iter().enumerate() {
+            let Some(known) = joints.iter().position(|known| *known == joint) else {
+                let at = Path::ROOT.item(field, index);
+                return Err(at.field("joint").refuse(format!("{joint:?}"), "it must be one of joints"));
+            };
+            tolerances[known][place] = Tolerance { position, velocity };
+        }
+    }
+    let points = points.into_iter().map(|point| {
+        let v1::TrajectoryPoint { time, positions, velocities, accelerations, efforts } = point;
+        TrajectoryPoint { time, positions, velocities, accelerations, efforts }
+    });
+    Ok(FollowTrajectory {
+        robot: Path::ROOT.field("robot").name(robot)?,
+        joints,
+        points: points.collect(),
+        begin,
+        tolerances,
+        goal_time_tolerance,
+        source: None,
+    })
+}
+
+/// The end of a trajectory, or of all of a robot.
+pub fn cancel_trajectory(request: v1::CancelTrajectoryRequest) -> Result<Command, BadField> {
+    let robot = Path::ROOT.field("robot").name(request.robot)?;
+    Ok(Command::CancelTrajectory { robot, id: request.id })
 }
 
 /// Joints to be put at a position and a rate.

@@ -3,6 +3,7 @@
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::ReleaseCause;
 use simd_core::simulation::event::{Claimed, ConstraintDeletion};
+use simd_core::simulation::trajectory::TrajectoryEnd;
 use simd_core::{Event, Moment};
 use simd_proto::v1;
 
@@ -92,6 +93,22 @@ fn world(kind: EventKind) -> v1::event::Kind {
         EventKind::ConstraintDeleted { constraint, cause } => {
             let cause = constraint_deletion(cause).into();
             v1::event::Kind::ConstraintDeleted(v1::ConstraintDeleted { constraint, cause })
+        }
+        EventKind::TrajectoryEnded { robot, id, end } => {
+            let message = end.to_string();
+            let outcome = match &end {
+                TrajectoryEnd::Succeeded => v1::TrajectoryOutcome::Succeeded,
+                TrajectoryEnd::PathToleranceViolated(_) => v1::TrajectoryOutcome::PathToleranceViolated,
+                TrajectoryEnd::GoalToleranceViolated(_) => v1::TrajectoryOutcome::GoalToleranceViolated,
+                TrajectoryEnd::Cancelled { .. } => v1::TrajectoryOutcome::Cancelled,
+                TrajectoryEnd::Superseded => v1::TrajectoryOutcome::Superseded,
+            };
+            v1::event::Kind::TrajectoryEnded(v1::TrajectoryEnded {
+                robot,
+                id,
+                outcome: outcome.into(),
+                message,
+            })
         }
         EventKind::StateRestored { name } => v1::event::Kind::StateRestored(v1::StateRestored { name }),
     }

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy.typing as npt
 
@@ -13,8 +13,9 @@ from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.robot_contacts import RobotContacts
+from simd_client.blocking.trajectory import Trajectory
 from simd_client.blocking.upload import upload
-from simd_client.blocking.watch import Watch
+from simd_client.blocking.watch import EventWatch, Watch, next_events
 from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from_proto, robot_info_from_proto
 from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
@@ -38,6 +39,7 @@ from simd_client.reset import JointValues
 from simd_client.state import Applied, RobotState
 from simd_client.table import Table
 from simd_client.target import BeyondLimit, RobotTargets, Whole
+from simd_client.trajectory import Tolerance, points_to_proto, tolerances_to_proto
 from simd_client.world import Stamp, stamp_from_proto
 
 
@@ -167,6 +169,54 @@ class Robot(RobotContacts):
     def stream_targets(self, targets: RobotTargets) -> None:
         """Sends targets without waiting for an answer; see `Simulation.stream_targets`."""
         self._connection.stream_targets({self.name: targets})
+
+    def follow(
+        self,
+        times: npt.ArrayLike,
+        positions: npt.ArrayLike,
+        velocities: npt.ArrayLike | None = None,
+        accelerations: npt.ArrayLike | None = None,
+        efforts: npt.ArrayLike | None = None,
+        *,
+        joints: Sequence[str] | None = None,
+        queued: bool = False,
+        delay: float = 0.0,
+        path_tolerance: Tolerance = None,
+        goal_tolerance: Tolerance = None,
+        goal_time_tolerance: float | None = None,
+    ) -> Trajectory:
+        """Has joints carry out a trajectory, at the daemon's own steps.
+
+        `times` are simulated seconds from its beginning; the other arrays have a row for each time and a column for each
+        of `joints`, which are all that take targets and have one axis unless they are named. Between two rows positions
+        are linear in time, cubic where there are velocities, quintic where there are accelerations too. The way to the first row begins
+        where the joints' targets have got to. Efforts are added to what the actuators apply.
+
+        It begins with the next step, after a delay, or queued: when those of its joints that were there before it have succeeded. A
+        joint that is farther from the path than `path_tolerance` ends it; it has succeeded once all joints are within
+        `goal_tolerance` of the last row, within `goal_time_tolerance` seconds after its end if that is given.
+        """
+        moving = (each for each in self.layout.joints if each.is_actuated and each.dof == 1)
+        names = [each.name for each in moving] if joints is None else list(joints)
+        request = proto.FollowTrajectoryRequest(
+            robot=self.name,
+            joints=names,
+            points=points_to_proto(names, times, positions, velocities, accelerations, efforts),
+            queued=queued,
+            delay=delay,
+            path_tolerances=tolerances_to_proto(names, path_tolerance),
+            goal_tolerances=tolerances_to_proto(names, goal_tolerance),
+            goal_time_tolerance=goal_time_tolerance,
+        )
+        # From before it begins, so that its end is among them.
+        events = EventWatch(self._connection, next_events(self._connection, 0, 0.0)[1])
+        answer = self._connection.call(methods.FollowTrajectory, request)
+        return Trajectory(self._connection, self.name, answer.id, events)
+
+    def cancel_trajectories(self) -> Stamp:
+        """Ends all trajectories of its joints, which hold where they are."""
+        request = proto.CancelTrajectoryRequest(robot=self.name)
+        return stamp_from_proto(self._connection.call(methods.CancelTrajectory, request).stamp)
 
     def claim(self, *names: str, holder: str = "", lease: float = 10.0, priority: int = 0) -> Claim:
         """Claims these joints, or the whole robot, for this client; see `Simulation.claim`."""

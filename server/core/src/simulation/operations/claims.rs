@@ -38,7 +38,9 @@ impl Simulation {
         }
         match command {
             // Joint by joint, where they are looked up.
-            Command::SetTargets(_) => Ok(()),
+            Command::SetTargets(_) | Command::FollowTrajectory(_) | Command::CancelTrajectory { .. } => {
+                Ok(())
+            }
             Command::ResetJoints { robots } => {
                 robots.iter().try_for_each(|reset| self.allow_reset(reset, claim))
             }
@@ -270,6 +272,10 @@ impl Simulation {
             let entity = &mut self.entities[robot];
             let was_whole = entity.claims.whole.as_ref().is_some_and(|held| held.id == claim);
             let (joints, any) = entity.claims.end(claim);
+            if !joints.is_empty() {
+                self.cancel_trajectories(robot, Some(&joints), "the end of a claim");
+            }
+            let entity = &mut self.entities[robot];
             if was_whole {
                 released.robots.push(entity.state.name.clone());
             }

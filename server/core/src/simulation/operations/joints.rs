@@ -10,8 +10,8 @@ use crate::simulation::{Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
-        /// A robot, a position, a velocity, and the values for them.
-        type Put = (usize, (usize, f64), (usize, f64));
+        /// A robot, a joint, a position, a velocity, and the values for them.
+        type Put = (usize, usize, (usize, f64), (usize, f64));
         let mut puts: Vec<Put> = Vec::new();
         let mut whole = Vec::new();
         for (robot, reset) in robots.iter().enumerate() {
@@ -32,16 +32,18 @@ impl Simulation {
                 let body = &entity.body.tree().bodies[body];
                 let position = check::moderate("position", joint.position).map_err(within)?;
                 let velocity = check::moderate("velocity", joint.velocity).map_err(within)?;
-                puts.push((robot_index, (body.position, position), (body.velocity, velocity)));
+                puts.push((robot_index, index, (body.position, position), (body.velocity, velocity)));
             }
         }
         for &robot_index in &whole {
+            self.cancel_trajectories(robot_index, None, "a reset of the joints");
             let entity = &mut self.entities[robot_index];
             let (p, v) = (entity.body.tree().root_positions(), entity.body.tree().root_velocities());
             entity.body.positions_mut()[p..].copy_from_slice(&entity.state.spawned.positions[p..]);
             entity.body.velocities_mut()[v..].fill(0.0);
         }
-        for &(robot_index, (position, q), (velocity, qd)) in &puts {
+        for &(robot_index, joint, (position, q), (velocity, qd)) in &puts {
+            self.cancel_trajectories(robot_index, Some(&[joint]), "a reset of the joints");
             let body = &mut self.entities[robot_index].body;
             body.positions_mut()[position] = q;
             body.velocities_mut()[velocity] = qd;

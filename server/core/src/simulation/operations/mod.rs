@@ -12,4 +12,5 @@ mod saved_states;
 mod step;
 mod target_sources;
 mod targets;
+mod trajectories;
 mod world;

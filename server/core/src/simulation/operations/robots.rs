@@ -63,6 +63,7 @@ impl Simulation {
 
     pub(in crate::simulation) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
         let robot_index = self.robot_index(&reload.robot)?;
+        self.cancel_trajectories(robot_index, None, "a new model of the robot");
         let version = self.take_version();
         let old = &self.entities[robot_index];
         let (pose, fixed) = (old.body.root_pose(), old.body.tree().fixed_base);
@@ -132,6 +133,7 @@ impl Simulation {
 
     pub(in crate::simulation) fn delete(&mut self, robot: &str) -> Result<Reply, Error> {
         let robot_index = self.robot_index(robot)?;
+        self.cancel_trajectories(robot_index, None, "the end of the robot");
         self.wake_around(robot_index);
         self.contacts.remove(robot_index);
         let left = |index: usize| (index != robot_index).then_some(index - usize::from(index > robot_index));

@@ -47,6 +47,7 @@ impl Simulation {
         self.step_memory.busy.begin_step(&self.entities);
         for &robot in self.step_memory.busy.robots() {
             self.entities[robot].begin_step();
+            self.entities[robot].follow_trajectories(time_step);
         }
         self.contacts.begin_step(&self.entities);
         for constraint in &mut self.constraints.list {
@@ -67,6 +68,7 @@ impl Simulation {
                 return false;
             }
         }
+        let mut some_ended = false;
         for place in 0..self.step_memory.busy.robots().len() {
             let robot_index = self.step_memory.busy.robots()[place];
             let entity = &mut self.entities[robot_index];
@@ -75,6 +77,9 @@ impl Simulation {
                 self.contacts.forget(robot_index);
                 self.happened(EventKind::EntityDisabled { robot, reason });
             }
+            let entity = &mut self.entities[robot_index];
+            entity.judge_trajectories(time_step);
+            some_ended |= entity.has_ended_trajectories();
         }
         self.break_constraints();
         self.step_memory.busy.end_step(&self.entities);
@@ -82,6 +87,9 @@ impl Simulation {
         // A product instead of a sum: no error gathers over a month.
         let (step, time) = self.time_base;
         self.now.sim_time = time + (self.now.step - step) as f64 * time_step;
+        if some_ended {
+            (0..self.entities.len()).for_each(|robot_index| self.tell_ended(robot_index));
+        }
         true
     }
 }

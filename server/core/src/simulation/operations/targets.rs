@@ -32,6 +32,14 @@ impl Simulation {
         let mut changed_law = false;
         let joints: Vec<_> = accepted.iter().map(|target| (target.entity, target.joint)).collect();
         self.targets_were_set(joints, request.source.as_ref());
+        for targets in accepted.chunk_by(|one, next| one.entity == next.entity) {
+            if let [first, ..] = targets
+                && !self.entities[first.entity].state.trajectories.is_empty()
+            {
+                let joints: Vec<usize> = targets.iter().map(|target| target.joint).collect();
+                self.supersede_trajectories(first.entity, &joints);
+            }
+        }
         for Accepted { entity, joint: _, dof, actuator } in accepted {
             let body = &mut self.entities[entity].body;
             changed_law |= law(&body.axes()[dof].actuator) != law(&actuator);

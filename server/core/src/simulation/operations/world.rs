@@ -10,6 +10,7 @@ use crate::simulation::command::{PhysicsChange, ResetScope};
 use crate::simulation::entity::Entity;
 use crate::simulation::error::Error;
 use crate::simulation::settings::{SUBSTEPS, TIME_STEP};
+use crate::simulation::trajectory::TrajectoryEnd;
 use crate::simulation::{EventKind, Moment, Reply, Simulation, check};
 
 impl Simulation {
@@ -50,6 +51,11 @@ impl Simulation {
         let scope = if none { ResetScope { time: true, state: true, spawned: false } } else { scope };
         let mut deleted = Vec::new();
         if scope.spawned {
+            for robot_index in 0..self.entities.len() {
+                if !self.entities[robot_index].state.loaded_at_start {
+                    self.cancel_trajectories(robot_index, None, "the end of the robot");
+                }
+            }
             self.forget_pairs_of_spawned();
             self.drop_constraints_of_spawned();
             self.entities.retain(|entity| {
@@ -61,6 +67,9 @@ impl Simulation {
             self.lay_out();
         }
         if scope.state {
+            for robot_index in 0..self.entities.len() {
+                self.cancel_trajectories(robot_index, None, "a reset");
+            }
             for entity in &mut self.entities {
                 entity.put_back();
             }
@@ -95,7 +104,12 @@ impl Simulation {
             .iter()
             .map(|entity| (entity.state.name.clone(), (entity.claims.clone(), Arc::clone(&entity.model))))
             .collect();
+        let before = self.trajectory_ids();
         self.go_back(state, robots);
+        let there = self.trajectory_ids();
+        // Those of a state from elsewhere may have the numbers that would be given next.
+        let last = there.iter().map(|(_, id)| *id).max().unwrap_or_default();
+        self.next_version = self.next_version.max(last + 1);
         for entity in &mut self.entities {
             let (claims, model) = held
                 .get(&entity.state.name)
@@ -106,6 +120,10 @@ impl Simulation {
         self.begin_epoch(at, time_base);
         self.lay_out();
         self.targets_were_put_back();
+        for (robot, id) in before.into_iter().filter(|ended| !there.contains(ended)) {
+            let end = TrajectoryEnd::Cancelled { by: "a state that was restored".to_owned() };
+            self.happened(EventKind::TrajectoryEnded { robot, id, end });
+        }
         self.happened(EventKind::StateRestored { name: name.to_owned() });
         Ok(Reply::Done)
     }
@@ -127,6 +145,7 @@ impl Entity {
         }
         self.state.applied_wrenches.clear();
         self.state.expired_wrenches.clear();
+        self.state.trajectories.clear();
         self.state.disabled = None;
         self.state.teleported = true;
         (self.state.asleep, self.state.still_for) = (false, 0.0);

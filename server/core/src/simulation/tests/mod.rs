@@ -4,6 +4,7 @@
 mod claims;
 mod commands;
 mod constraints;
+mod trajectories;
 mod wrenches;
 
 use std::sync::Arc;

@@ -1,0 +1,43 @@
+# Generated from simd_client/aio/trajectory.py by tools/make_blocking.py; do not edit.
+"""A trajectory that joints carry out."""
+
+from __future__ import annotations
+
+import time
+
+from simd_client import proto
+from simd_client.blocking.connection import Connection
+from simd_client.blocking.watch import EventWatch
+from simd_client.errors import DeadlineExceeded
+from simd_client.proto import methods
+from simd_client.trajectory import TrajectoryResult, result_of
+from simd_client.world import Stamp, stamp_from_proto
+
+
+class Trajectory:
+    """A trajectory that was accepted: it is carried out by the daemon, whatever becomes of this object."""
+
+    def __init__(self, connection: Connection, robot: str, id: int, events: EventWatch) -> None:
+        self._connection = connection
+        self._events = events
+        self._result: TrajectoryResult | None = None
+        self.robot = robot
+        self.id = id
+
+    def wait(self, timeout: float | None = None) -> TrajectoryResult:
+        """How it ended, once it has. Raises `DeadlineExceeded` if that takes longer than so many wall seconds."""
+        begin = time.monotonic()
+        while self._result is None:
+            left = None if timeout is None else begin + timeout - time.monotonic()
+            if left is not None and left <= 0:
+                raise DeadlineExceeded(f"the trajectory did not end within {timeout:g} s")
+            self._result = result_of(self._events.wait(left), self.robot, self.id)
+        return self._result
+
+    def cancel(self) -> Stamp:
+        """Ends it. Its joints hold where they are. Raises `InvalidValue` if it has ended already."""
+        request = proto.CancelTrajectoryRequest(robot=self.robot, id=self.id)
+        return stamp_from_proto(self._connection.call(methods.CancelTrajectory, request).stamp)
+
+    def __repr__(self) -> str:
+        return f"<Trajectory {self.id} of {self.robot!r}>"
