@@ -7,10 +7,11 @@
 //! * `robots`: which robot has which topics and frames, and the messages of a state.
 //! * `publications`: what is published.
 //! * `commands`: what is subscribed to.
-//! * `services`: `simulation_interfaces`.
+//! * `services`: `simulation_interfaces`. `actions`: `FollowJointTrajectory`.
 //!
 //! Everything here reads published states and sends commands like any client: nothing waits for it but its own tasks.
 
+mod actions;
 mod calls;
 mod commands;
 mod connection;
@@ -47,13 +48,13 @@ pub struct Serving {
 /// # Errors
 /// Where the system gives no threads.
 pub fn start(settings: Ros2, handle: &SimHandle) -> std::io::Result<Serving> {
-    let calls = Calls::new()?;
+    let calls = [Calls::new()?, Calls::new()?];
     let ended = CancellationToken::new();
     let node = tokio::spawn(serve(settings, handle.clone(), calls, ended.clone()));
     Ok(Serving { ended, node })
 }
 
-async fn serve(settings: Ros2, handle: SimHandle, calls: Calls, ended: CancellationToken) {
+async fn serve(settings: Ros2, handle: SimHandle, calls: [Calls; 2], ended: CancellationToken) {
     let Some(session) = ended.run_until_cancelled(connection::open(&settings)).await else { return };
     let session = match session {
         Ok(session) => session,

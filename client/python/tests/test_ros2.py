@@ -24,6 +24,7 @@ from simd_client import Simulation
 sys.path.insert(0, str(REPOSITORY / "tests" / "reference"))
 make_ros2 = pytest.importorskip("make_ros2")
 sdk = pytest.importorskip("zenoh_ros2_sdk")
+attachments = pytest.importorskip("zenoh_ros2_sdk.attachment")
 qos = pytest.importorskip("zenoh_ros2_sdk.qos")
 
 SECONDS = 20.0
@@ -75,6 +76,23 @@ class Graph:
             return response
         finally:
             client.close()
+
+    def ask(self, name: str, service: str, request: Any) -> Any:
+        """Of an action, whose services the SDK does not know."""
+        package, folder, short = service.split("/")
+        key = f"0/{name}/{package}::{folder}::dds_::{short}_/{self.hashes[service]}"
+        attachment = attachments.Attachment(sequence_id=7, timestamp_ns=1, gid=bytes(range(16)))
+        replies = self.session.session.get(
+            key,
+            payload=bytes(self.store.serialize_cdr(request, f"{service}_Request")),
+            attachment=attachment.to_bytes(),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            timeout=SECONDS,
+        )
+        (reply,) = list(replies)
+        answered = attachments.Attachment.from_bytes(reply.ok.attachment.to_bytes())
+        assert (answered.sequence_id, bytes(answered.gid)) == (7, bytes(range(16)))
+        return self.store.deserialize_cdr(reply.ok.payload.to_bytes(), f"{service}_Response")
 
     def make(self, kind: str, **fields: Any) -> Any:
         """A message whose other fields are nothing."""
@@ -175,6 +193,86 @@ def test_commands_of_a_foreign_publisher_move_joints_unless_somebody_else_claims
         before = state.header.stamp.sec
         state = states.until(lambda message: message.header.stamp.sec > before)
         assert abs(state.position[0] - 0.6) < 0.01
+
+
+def reach(graph: Graph, joints: list[str], goal: list[float], seconds: int) -> Any:
+    """From rest to rest."""
+    np = make_ros2.np
+    at = graph.make("builtin_interfaces/msg/Duration", sec=seconds)
+    zeros = np.zeros(len(joints))
+    point = graph.make(
+        "trajectory_msgs/msg/JointTrajectoryPoint",
+        positions=np.array(goal),
+        velocities=zeros,
+        accelerations=zeros,
+        time_from_start=at,
+    )
+    return graph.make("trajectory_msgs/msg/JointTrajectory", joint_names=joints, points=[point])
+
+
+def test_a_trajectory_of_a_foreign_publisher_is_carried_out(graph: Graph, sim: Simulation) -> None:
+    arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
+    states = graph.messages("/joint_states", "sensor_msgs/msg/JointState")
+    states.until(lambda message: len(message.name) == 7)
+    goal = [0.1, -0.2, 0.3, -0.4, 0.2, -0.1, 0.05]
+    wanted = reach(graph, list(arm.joints), goal, 1)
+    topic = "/joint_trajectory_controller/joint_trajectory"
+    publisher = graph.publisher(topic, "trajectory_msgs/msg/JointTrajectory")
+    events = sim.events()
+    publisher.publish(header=wanted.header, joint_names=wanted.joint_names, points=wanted.points)
+    states.until(lambda message: make_ros2.np.allclose(message.position, goal, atol=0.01))
+    ended = next(event for event in events if event.kind == "trajectory_ended")
+    assert ended.detail.message == "the goal is reached"
+
+
+def test_the_action_takes_goals_cancels_them_and_tells_their_results(graph: Graph, sim: Simulation) -> None:
+    arm = sim.load(ASSETS / "seven_arm", "arm", fixed=True)
+    joints = list(arm.joints)
+    action = "joint_trajectory_controller/follow_joint_trajectory/_action"
+    kind = "control_msgs/action/FollowJointTrajectory"
+    wait_for(lambda: any(f"/SS/%/%/driver/%{action.replace('/', '%')}%send_goal/" in token for token in graph.tokens()))
+
+    def send(number: int, trajectory: Any, **fields: Any) -> tuple[Any, bool]:
+        identifier = graph.make("unique_identifier_msgs/msg/UUID", uuid=make_ros2.np.full(16, number, "uint8"))
+        goal = graph.make(f"{kind}_Goal", trajectory=trajectory, **fields)
+        request = graph.make(f"{kind}_SendGoal_Request", goal_id=identifier, goal=goal)
+        return identifier, graph.ask(f"{action}/send_goal", f"{kind}_SendGoal", request).accepted
+
+    def result(identifier: Any) -> tuple[int, int, str]:
+        request = graph.make(f"{kind}_GetResult_Request", goal_id=identifier)
+        answer = graph.ask(f"{action}/get_result", f"{kind}_GetResult", request)
+        return answer.status, answer.result.error_code, answer.result.error_string
+
+    feedback = graph.messages(f"/{action}/feedback", f"{kind}_FeedbackMessage")
+    first, accepted = send(1, reach(graph, joints, [0.2] * 7, 1))
+    assert accepted
+    heard = feedback.until(lambda message: message.feedback.actual.positions[0] > 0.05)
+    assert list(heard.feedback.joint_names) == joints and bytes(heard.goal_id.uuid) == bytes([1] * 16)
+    assert result(first) == (4, 0, "the goal is reached")
+
+    second, accepted = send(2, reach(graph, joints, [-0.2] * 7, 1000))
+    assert accepted
+    cancel = graph.make("action_msgs/srv/CancelGoal_Request")
+    cancel.goal_info.goal_id = second
+    cancelled = graph.ask(f"{action}/cancel_goal", "action_msgs/srv/CancelGoal", cancel)
+    assert cancelled.return_code == 0 and len(cancelled.goals_canceling) == 1
+    assert result(second)[0] == 5
+    assert graph.ask(f"{action}/cancel_goal", "action_msgs/srv/CancelGoal", cancel).return_code == 3
+
+    tolerance = graph.make("control_msgs/msg/JointTolerance", name=joints[0], position=1e-9)
+    third, accepted = send(3, reach(graph, joints, [1.0] * 7, 1), path_tolerance=[tolerance])
+    assert accepted
+    status, code, message = result(third)
+    assert (status, code) == (6, -4) and joints[0] in message
+    assert not send(4, reach(graph, ["ghost"], [1.0], 1))[1]
+    unknown = graph.make("unique_identifier_msgs/msg/UUID", uuid=make_ros2.np.full(16, 9, "uint8"))
+    assert result(unknown)[0] == 0
+
+
+def wait_for(fits: Callable[[], bool]) -> None:
+    deadline = within(SECONDS)
+    while not fits():
+        assert time.monotonic() < deadline
 
 
 def test_the_node_and_its_topics_are_seen_and_gone_with_the_robot(graph: Graph, sim: Simulation) -> None:

@@ -26,6 +26,7 @@ pub(super) struct Graph {
     has_hashes: bool,
     next_id: AtomicU32,
     calls: Arc<Calls>,
+    waiting: Arc<Calls>,
     _token: LivelinessToken,
 }
 
@@ -35,7 +36,7 @@ impl Graph {
         session: Session,
         settings: &Ros2,
         name: &str,
-        calls: Calls,
+        [calls, waiting]: [Calls; 2],
     ) -> Result<Self, zenoh::Error> {
         let node = Node {
             domain_id: settings.domain_id,
@@ -45,13 +46,18 @@ impl Graph {
         };
         let token = session.liveliness().declare_token(node.token()).await?;
         let has_hashes = settings.distro.has_type_hashes();
-        let (next_id, calls) = (AtomicU32::new(1), Arc::new(calls));
-        Ok(Self { session, node, has_hashes, next_id, calls, _token: token })
+        let (next_id, calls, waiting) = (AtomicU32::new(1), Arc::new(calls), Arc::new(waiting));
+        Ok(Self { session, node, has_hashes, next_id, calls, waiting, _token: token })
     }
 
     /// What answers queries.
     pub(super) fn calls(&self) -> &Arc<Calls> {
         &self.calls
+    }
+
+    /// What answers those that wait for something to happen.
+    pub(super) fn waiting_calls(&self) -> &Arc<Calls> {
+        &self.waiting
     }
 
     /// A name within the node's namespace.

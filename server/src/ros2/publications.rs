@@ -13,6 +13,7 @@ use simd_ros2::messages::tf2_msgs::TFMessage;
 use simd_ros2::wire::Qos;
 use tokio::time::{MissedTickBehavior, interval};
 
+use super::actions::Action;
 use super::commands::{Commands, Inbox};
 use super::endpoints::{Graph, Topic};
 use super::robots::{MAX_ROBOTS, Robot, robots, stamp};
@@ -31,6 +32,7 @@ struct RobotTopics {
     joint_states: Topic<JointState>,
     _description: Topic<std_msgs::String>,
     _commands: Commands,
+    _action: Action,
 }
 
 /// Topics are for a robot of one version under one name.
@@ -123,7 +125,11 @@ async fn declare(
             tokio::task::block_in_place(|| description.put(&message));
         }
         let commands = Commands::declare(graph, inbox, robot, name).await?;
-        topics.insert(key, RobotTopics { joint_states, _description: description, _commands: commands });
+        let action = Action::declare(graph, handle, robot, name).await?;
+        topics.insert(
+            key,
+            RobotTopics { joint_states, _description: description, _commands: commands, _action: action },
+        );
     }
     Ok(())
 }

@@ -15,6 +15,7 @@ use zenoh::Wait as _;
 use zenoh::bytes::Encoding;
 use zenoh::query::Query;
 
+use super::calls::Calls;
 use super::endpoints::{Graph, Server, wall_time};
 use super::robots::{WORLD, pose_message, stamp};
 use crate::SimHandle;
@@ -52,7 +53,7 @@ pub(super) async fn serve(
 ) -> std::result::Result<Vec<Server>, zenoh::Error> {
     macro_rules! served {
         ($($service:ty, $name:literal, $function:path;)*) => {
-            vec![$(one::<$service, _>(graph, handle, $name, $function).await?),*]
+            vec![$(one::<$service, _, _>(graph, graph.calls(), handle, &graph.name($name), $function).await?),*]
         };
     }
     Ok(served! {
@@ -69,22 +70,24 @@ pub(super) async fn serve(
     })
 }
 
-/// Serves one: decodes what is asked, and sends what `answer` gives.
-async fn one<S, F>(
-    graph: &Arc<Graph>,
+/// Serves one by its whole name: decodes what is asked, and sends what `answer` gives.
+pub(super) async fn one<S, A, F>(
+    graph: &Graph,
+    calls: &Arc<Calls>,
     handle: &SimHandle,
     name: &str,
-    answer: fn(SimHandle, S::Request) -> F,
+    answer: A,
 ) -> std::result::Result<Server, zenoh::Error>
 where
     S: Service + 'static,
     S::Request: Send + 'static,
     S::Response: Send + 'static,
+    A: Fn(SimHandle, S::Request) -> F + Clone + Send + Sync + 'static,
     F: Future<Output = S::Response> + Send + 'static,
 {
-    let (calls, handle) = (Arc::clone(graph.calls()), handle.clone());
+    let (calls, handle) = (Arc::clone(calls), handle.clone());
     let take = move |query: Query| {
-        let handle = handle.clone();
+        let (handle, answer) = (handle.clone(), answer.clone());
         calls.serve(move || async move {
             let payload = query.payload().map(|payload| payload.to_bytes().into_owned()).unwrap_or_default();
             let request = match S::Request::from_cdr(&payload) {
@@ -99,7 +102,7 @@ where
             Some(move || reply(&query, response))
         });
     };
-    graph.server::<S>(&graph.name(name), take).await
+    graph.server::<S>(name, take).await
 }
 
 /// With the number and the name of the request, by which its client knows it again.

@@ -1,0 +1,340 @@
+//! The action `control_msgs/FollowJointTrajectory` of each robot: three services and two topics, as all actions of ROS 2 have
+//! them. A goal is a trajectory of the world; who sends it and leaves finds it carried out all the same.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use simd_core::Command;
+use simd_core::Reply;
+use simd_core::simulation::EventKind;
+use simd_core::simulation::command::Tolerance;
+use simd_core::simulation::trajectory::TrajectoryEnd;
+use simd_ros2::messages::action_msgs::{
+    CancelGoal, CancelGoalRequest, CancelGoalResponse, GoalInfo, GoalStatus, GoalStatusArray,
+};
+use simd_ros2::messages::builtin_interfaces::Time;
+use simd_ros2::messages::control_msgs::{
+    FollowJointTrajectoryFeedback, FollowJointTrajectoryFeedbackMessage, FollowJointTrajectoryGetResult,
+    FollowJointTrajectoryGetResultRequest, FollowJointTrajectoryGetResultResponse, FollowJointTrajectoryGoal,
+    FollowJointTrajectoryResult, FollowJointTrajectorySendGoal, FollowJointTrajectorySendGoalRequest,
+    FollowJointTrajectorySendGoalResponse, JointTolerance,
+};
+use simd_ros2::messages::trajectory_msgs::JointTrajectoryPoint;
+use simd_ros2::messages::unique_identifier_msgs::UUID;
+use simd_ros2::wire::Qos;
+use tokio::sync::watch;
+
+use super::commands::trajectory;
+use super::endpoints::{Graph, Server, Topic};
+use super::robots::{Robot, stamp};
+use super::services::one;
+use crate::SimHandle;
+use crate::handle::Happened;
+
+/// Goals that are remembered, those that ended the longest ago are forgotten first.
+const GOALS: usize = 32;
+/// From one feedback to the next.
+const FEEDBACK: Duration = Duration::from_millis(50);
+/// As `rcl_action` has it for the status.
+const STATUS: Qos = Qos::LATCHED;
+
+/// The action of a robot, until it is dropped.
+#[derive(Debug)]
+pub(super) struct Action {
+    _servers: Vec<Server>,
+}
+
+/// What is known of the goals of a robot.
+#[derive(Debug)]
+struct Goals {
+    robot: String,
+    /// The oldest first.
+    list: Mutex<VecDeque<Arc<Goal>>>,
+    status: Topic<GoalStatusArray>,
+    feedback: Topic<FollowJointTrajectoryFeedbackMessage>,
+}
+
+#[derive(Debug)]
+struct Goal {
+    info: GoalInfo,
+    /// Of its trajectory.
+    id: u64,
+    joints: Vec<String>,
+    /// Its state, and its result once it is over.
+    state: watch::Sender<(i8, FollowJointTrajectoryResult)>,
+}
+
+impl Action {
+    /// Of a robot. `name` makes the whole name of a topic.
+    pub(super) async fn declare(
+        graph: &Arc<Graph>,
+        handle: &SimHandle,
+        robot: &Robot,
+        name: impl Fn(&str) -> String,
+    ) -> Result<Self, zenoh::Error> {
+        let name =
+            |part: &str| name(&format!("joint_trajectory_controller/follow_joint_trajectory/_action/{part}"));
+        let goals = Arc::new(Goals {
+            robot: robot.entity.name.clone(),
+            list: Mutex::default(),
+            status: graph.publisher(&name("status"), STATUS).await?,
+            feedback: graph.publisher(&name("feedback"), Qos::DEFAULT).await?,
+        });
+        tokio::task::block_in_place(|| goals.tell());
+        let send = {
+            let goals = Arc::clone(&goals);
+            move |handle: SimHandle, request| send_goal(Arc::clone(&goals), handle, request)
+        };
+        let result = {
+            let goals = Arc::clone(&goals);
+            move |_: SimHandle, request| get_result(Arc::clone(&goals), request)
+        };
+        let cancel = move |handle: SimHandle, request| cancel_goal(Arc::clone(&goals), handle, request);
+        let calls = graph.calls();
+        let servers = vec![
+            one::<FollowJointTrajectorySendGoal, _, _>(graph, calls, handle, &name("send_goal"), send)
+                .await?,
+            // Who waits for a result takes no room from those that ask for something.
+            one::<FollowJointTrajectoryGetResult, _, _>(
+                graph,
+                graph.waiting_calls(),
+                handle,
+                &name("get_result"),
+                result,
+            )
+            .await?,
+            one::<CancelGoal, _, _>(graph, calls, handle, &name("cancel_goal"), cancel).await?,
+        ];
+        Ok(Self { _servers: servers })
+    }
+}
+
+impl Goals {
+    fn lock(&self) -> MutexGuard<'_, VecDeque<Arc<Goal>>> {
+        self.list.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Publishes what has become of all. May wait for some milliseconds.
+    fn tell(&self) {
+        let status_list = self.lock().iter().map(|goal| goal.status()).collect();
+        self.status.put(&GoalStatusArray { status_list });
+    }
+
+    fn find(&self, id: UUID) -> Option<Arc<Goal>> {
+        self.lock().iter().find(|goal| goal.info.goal_id == id).cloned()
+    }
+
+    /// False where there are as many that are not over as there can be.
+    fn has_room(&self) -> bool {
+        let mut list = self.lock();
+        if list.len() >= GOALS
+            && let Some(oldest) = list.iter().position(|goal| goal.is_over())
+        {
+            list.remove(oldest);
+        }
+        list.len() < GOALS
+    }
+}
+
+impl Goal {
+    fn status(&self) -> GoalStatus {
+        GoalStatus { goal_info: self.info.clone(), status: self.state.borrow().0 }
+    }
+
+    fn is_over(&self) -> bool {
+        self.state.borrow().0 >= GoalStatus::STATUS_SUCCEEDED
+    }
+}
+
+async fn send_goal(
+    goals: Arc<Goals>,
+    handle: SimHandle,
+    request: FollowJointTrajectorySendGoalRequest,
+) -> FollowJointTrajectorySendGoalResponse {
+    let stamp = stamp(handle.newest().state.at.sim_time);
+    match begin(&goals, &handle, request, stamp.clone()).await {
+        Ok(()) => FollowJointTrajectorySendGoalResponse { accepted: true, stamp },
+        Err(sentence) => {
+            tracing::warn!(robot = goals.robot, "a goal of ROS 2 is refused: {sentence}");
+            FollowJointTrajectorySendGoalResponse { accepted: false, stamp }
+        }
+    }
+}
+
+async fn begin(
+    goals: &Arc<Goals>,
+    handle: &SimHandle,
+    request: FollowJointTrajectorySendGoalRequest,
+    stamp: Time,
+) -> Result<(), String> {
+    let FollowJointTrajectorySendGoalRequest { goal_id, goal } = request;
+    let FollowJointTrajectoryGoal {
+        trajectory: wanted,
+        multi_dof_trajectory,
+        path_tolerance,
+        component_path_tolerance: _,
+        goal_tolerance,
+        component_goal_tolerance: _,
+        goal_time_tolerance,
+    } = goal;
+    if !multi_dof_trajectory.points.is_empty() {
+        return Err("joints of several axes have no trajectories".to_owned());
+    }
+    if wanted.points.is_empty() {
+        return Err("the trajectory has no points".to_owned());
+    }
+    if goals.find(goal_id).is_some() {
+        return Err("there is a goal of this id".to_owned());
+    }
+    if !goals.has_room() {
+        return Err(format!("{GOALS} goals are not over yet"));
+    }
+    let joints = wanted.joint_names.clone();
+    let mut tolerances = vec![[Tolerance::default(); 2]; joints.len()];
+    for (place, given) in [path_tolerance, goal_tolerance].into_iter().enumerate() {
+        for JointTolerance { name, position, velocity, acceleration: _ } in given {
+            let Some(joint) = joints.iter().position(|joint| *joint == name) else {
+                return Err(format!("a tolerance is of joint {name:?}, which the trajectory does not have"));
+            };
+            // 0 is the default, which there is none of here, and -1 any distance.
+            let some = |value: f64| (value > 0.0).then_some(value);
+            tolerances[joint][place] = Tolerance { position: some(position), velocity: some(velocity) };
+        }
+    }
+    let after = handle.events_after(u64::MAX).last_sequence;
+    let mut command = trajectory(handle, &goals.robot, wanted);
+    if let Command::FollowTrajectory(request) = &mut command {
+        request.tolerances = tolerances;
+        let seconds = goal_time_tolerance.seconds();
+        request.goal_time_tolerance = (seconds > 0.0).then_some(seconds);
+    }
+    let done = handle.command(command).await.map_err(|error| error.to_string())?;
+    let Reply::TrajectoryAccepted { id } = done.applied.reply else {
+        return Err("the world gives another answer".to_owned());
+    };
+    let state = watch::Sender::new((GoalStatus::STATUS_EXECUTING, FollowJointTrajectoryResult::default()));
+    let goal = Arc::new(Goal { info: GoalInfo { goal_id, stamp }, id, joints, state });
+    goals.lock().push_back(Arc::clone(&goal));
+    tokio::spawn(follow(Arc::clone(goals), handle.clone(), goal, after));
+    Ok(())
+}
+
+/// Tells how a goal gets on, until it is over.
+async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after: u64) {
+    tokio::task::block_in_place(|| goals.tell());
+    let end = loop {
+        let Ok(batch) = handle.next_events(after, FEEDBACK).await else { return };
+        after = batch.last_sequence;
+        let end = batch.events.into_iter().find_map(|event| match event.what {
+            Happened::World(event) => match event.kind {
+                EventKind::TrajectoryEnded { robot, id, end } if (&robot, id) == (&goals.robot, goal.id) => {
+                    Some(end)
+                }
+                _ => None,
+            },
+            _ => None,
+        });
+        if let Some(end) = end {
+            break end;
+        }
+        if goals.feedback.is_wanted()
+            && let Some(feedback) = feedback(&handle, &goals.robot, &goal)
+        {
+            tokio::task::block_in_place(|| goals.feedback.put(&feedback));
+        }
+    };
+    goal.state.send_replace(result(&end));
+    tokio::task::block_in_place(|| goals.tell());
+}
+
+fn result(end: &TrajectoryEnd) -> (i8, FollowJointTrajectoryResult) {
+    type R = FollowJointTrajectoryResult;
+    let (status, error_code) = match end {
+        TrajectoryEnd::Succeeded => (GoalStatus::STATUS_SUCCEEDED, R::SUCCESSFUL),
+        TrajectoryEnd::PathToleranceViolated(_) => (GoalStatus::STATUS_ABORTED, R::PATH_TOLERANCE_VIOLATED),
+        TrajectoryEnd::GoalToleranceViolated(_) => (GoalStatus::STATUS_ABORTED, R::GOAL_TOLERANCE_VIOLATED),
+        // As joint_trajectory_controller does where a goal is cancelled, or preempted by another.
+        TrajectoryEnd::Cancelled { .. } | TrajectoryEnd::Superseded => {
+            (GoalStatus::STATUS_CANCELED, R::SUCCESSFUL)
+        }
+    };
+    (status, R { error_code, error_string: end.to_string() })
+}
+
+/// Where the joints of a goal are to be, and where they are.
+fn feedback(handle: &SimHandle, robot: &str, goal: &Goal) -> Option<FollowJointTrajectoryFeedbackMessage> {
+    let newest = handle.newest();
+    let (_, entity) = newest.state.entity(robot)?;
+    let [mut desired, mut actual, mut error] = <[JointTrajectoryPoint; 3]>::default();
+    for name in &goal.joints {
+        let joint = entity.model.joints.iter().position(|joint| joint.name == *name)?;
+        let at = entity.positions.start + entity.joint_positions.get(joint)?.start;
+        let axis = entity.velocities.start + entity.joint_velocities.get(joint)?.start;
+        let (position, target) = (newest.state.positions.get(at)?, newest.state.targets.get(axis)?);
+        desired.positions.push(*target);
+        actual.positions.push(*position);
+        actual.velocities.push(*newest.state.velocities.get(axis)?);
+        error.positions.push(target - position);
+    }
+    let mut feedback = FollowJointTrajectoryFeedback {
+        joint_names: goal.joints.clone(),
+        desired,
+        actual,
+        error,
+        ..Default::default()
+    };
+    feedback.header.stamp = stamp(newest.state.at.sim_time);
+    Some(FollowJointTrajectoryFeedbackMessage { goal_id: goal.info.goal_id, feedback })
+}
+
+/// Waits until there is one.
+async fn get_result(
+    goals: Arc<Goals>,
+    request: FollowJointTrajectoryGetResultRequest,
+) -> FollowJointTrajectoryGetResultResponse {
+    let Some(goal) = goals.find(request.goal_id) else {
+        return FollowJointTrajectoryGetResultResponse {
+            status: GoalStatus::STATUS_UNKNOWN,
+            ..Default::default()
+        };
+    };
+    let mut state = goal.state.subscribe();
+    let over = state.wait_for(|(status, _)| *status >= GoalStatus::STATUS_SUCCEEDED).await;
+    match over.as_deref() {
+        Ok((status, result)) => {
+            FollowJointTrajectoryGetResultResponse { status: *status, result: result.clone() }
+        }
+        // The goal holds the sender.
+        Err(_) => FollowJointTrajectoryGetResultResponse::default(),
+    }
+}
+
+/// One by its id, those accepted up to a time, or with neither all.
+async fn cancel_goal(goals: Arc<Goals>, handle: SimHandle, request: CancelGoalRequest) -> CancelGoalResponse {
+    let CancelGoalRequest { goal_info: GoalInfo { goal_id, stamp } } = request;
+    let (has_id, until) = (goal_id != UUID::default(), stamp.nanoseconds());
+    let all: Vec<Arc<Goal>> = goals.lock().iter().cloned().collect();
+    let known = all.iter().any(|goal| goal.info.goal_id == goal_id);
+    let meant = |goal: &&Arc<Goal>| match (has_id, until) {
+        (true, _) if goal.info.goal_id == goal_id => true,
+        (false, 0) => true,
+        (_, until) => until > 0 && goal.info.stamp.nanoseconds() <= until,
+    };
+    let mut response = CancelGoalResponse::default();
+    for goal in all.iter().filter(meant).filter(|goal| !goal.is_over()) {
+        let command = Command::CancelTrajectory { robot: goals.robot.clone(), id: Some(goal.id) };
+        match handle.command(command).await {
+            Ok(_) => response.goals_canceling.push(goal.info.clone()),
+            Err(error) => tracing::warn!(robot = goals.robot, "a goal of ROS 2 is not cancelled: {error}"),
+        }
+    }
+    if response.goals_canceling.is_empty() {
+        response.return_code = match (has_id, known) {
+            (true, false) => CancelGoalResponse::ERROR_UNKNOWN_GOAL_ID,
+            (true, true) => CancelGoalResponse::ERROR_GOAL_TERMINATED,
+            (false, _) => CancelGoalResponse::ERROR_REJECTED,
+        };
+    }
+    response
+}
