@@ -141,7 +141,9 @@ impl Command {
             Self::Reload(reload) => vec![&reload.robot],
             Self::SetTargets(targets) => targets.robots.iter().map(|robot| robot.robot.as_str()).collect(),
             Self::ResetJoints { robots } => robots.iter().map(|reset| reset.robot.as_str()).collect(),
+            Self::FollowTrajectory(follow) => vec![&follow.robot],
             Self::Delete { robot }
+            | Self::CancelTrajectory { robot, .. }
             | Self::SetJointProperties { robot, .. }
             | Self::SetLinkProperties { robot, .. }
             | Self::SetEntityState { robot, .. } => vec![robot],
@@ -335,7 +337,7 @@ pub struct JointProperties {
 }
 
 /// A trajectory for joints of one robot.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FollowTrajectory {
     /// Its name.
     pub robot: String,
@@ -350,6 +352,7 @@ pub struct FollowTrajectory {
     /// How long after its end the joints may take to come within the tolerances of the goal, seconds; `None` is for ever.
     pub goal_time_tolerance: Option<f64>,
     /// Who asks. Nothing is allowed or refused by it.
+    #[serde(skip)]
     pub source: Option<Arc<TargetSource>>,
 }
 
