@@ -123,7 +123,6 @@ fn a_delta_robot_is_driven_for_a_minute() {
         lean = lean.max(state.roots[1].pose.rotation.angle_between(DQuat::IDENTITY));
         fastest = fastest.max(state.roots[1].linear.length());
     }
-    println!("{error:e} {lean:e} {fastest}");
     assert!(error < 1e-6 && lean < 1e-5, "{error:e} {lean:e}");
     assert!(fastest > 0.1, "{fastest}");
 }
@@ -143,7 +142,6 @@ fn a_delta_robot_at_rest_carries_its_platform() {
     };
     let slope = (height(q + 1e-5) - height(q - 1e-5)) / 2e-5;
     let effort = 0.3 * G * (-ARM / 2.0 * q.cos()) + 0.5 * G / 3.0 * slope;
-    println!("{:?} {effort}", state.efforts);
     for found in &state.efforts {
         assert!((found - effort).abs() < 1e-6 * effort.abs(), "{found} {effort}");
     }
@@ -259,7 +257,6 @@ fn a_bridge_of_planks_carries_a_box() {
         }
     }
     let weight = (f64::from(count) + 5.0) * G;
-    println!("{error:e} {carried} {weight} {:?}", state.roots[20]);
     assert!(error < 1e-4, "{error:e}");
     // It swings; what the banks carry in the mean of two seconds is the weight, but for the momentum at both ends.
     assert!((carried.z / weight - 1.0).abs() < 0.1, "{carried} {weight}");
