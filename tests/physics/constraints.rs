@@ -160,11 +160,6 @@ fn random_trees_with_random_constraints_stay_together_and_gain_no_energy() {
             }
             assert!(state.roots.iter().all(|root| root.disabled.is_none()), "{integrator:?} {seed}");
             let part = gain / fastest.max(1e-3);
-            println!(
-                "{integrator:?} {seed}: {error:e} {part:e} {} {}",
-                state.constraints.len(),
-                state.roots.len()
-            );
             assert!(error < 5e-4, "{integrator:?} {seed}: {error:e}");
             // Semi-implicit Euler is of first order, with and without constraints.
             let most = if integrator == Integrator::Leapfrog { 5e-3 } else { 0.05 };
