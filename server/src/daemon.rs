@@ -30,10 +30,10 @@ use crate::config::{Autosave, Config, Robot};
 use crate::convert::to_proto;
 use crate::driver;
 use crate::grpc::Tls;
-use crate::handle::{CallError, DaemonInfo, LoggedEvent, RunState, SimHandle, Source, SpawnRequest};
+use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
 use crate::http;
 use crate::loading::Loader;
-use crate::recording::Recordings;
+use crate::recording::{Encoders, Recordings};
 use crate::ros2;
 use crate::zenoh;
 use service_manager::ServiceManager;
@@ -152,8 +152,14 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     // Robots come before the first step.
     let paused = driver::Config { state: RunState::Paused, ..config.driver };
     let link = driver::start(world, paused).map_err(Error::System)?;
-    let encode_event = |event: &LoggedEvent| to_proto::event::event(event.clone()).encode_to_vec();
-    let recordings = Recordings::new(config.recording, encode_event);
+    let encoders = Encoders {
+        event: |event| to_proto::event::event(event.clone()).encode_to_vec(),
+        contacts: |state| to_proto::contact::recorded(state).encode_to_vec(),
+        report: |report, summary| {
+            to_proto::entity::report(report.clone(), summary.to_owned()).encode_to_vec()
+        },
+    };
+    let recordings = Recordings::new(config.recording, encoders);
     let info = DaemonInfo { name: config.name, version: env!("CARGO_PKG_VERSION"), limits };
     let handle = SimHandle::with_access(link, loader, info, access.clone(), recordings);
     let ready = async {

@@ -36,7 +36,7 @@ pub use event_log::{EventBatch, Happened, LockstepChange, LoggedEvent, Recording
 pub(crate) use mailbox::Mailbox;
 pub use realtime::{Processors, RealTime};
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
-pub(crate) use tap::{AppliedCommand, Entry, Sender, Tap, TapEnd, WorldEntry};
+pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;
 
 use crate::call_error::panic_message;

@@ -108,7 +108,7 @@ impl SimHandle {
     /// A handle on a driver that was started, to which everybody may come.
     #[cfg(test)]
     pub(crate) fn new(driver: driver::Link, loader: Loader, info: DaemonInfo) -> Self {
-        let recordings = Recordings::new(crate::recording::Settings::default(), |_| Vec::new());
+        let recordings = Recordings::none();
         Self::with_access(driver, loader, info, Access::open(), recordings)
     }
 

@@ -21,13 +21,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
+use simd_model::LoadReport;
 use tokio_util::sync::CancellationToken;
 
 pub(crate) use names::is_name;
 pub use replay::{Replayed, replay};
 
 use crate::call_error::CallError;
-use crate::driver::{Board, EventLog, LoggedEvent, Tap};
+use crate::driver::{Board, EventLog, LoggedEvent, Published, Tap};
 use crate::loading::Loader;
 
 /// Bytes that may wait for the disk.
@@ -98,14 +99,22 @@ pub struct RecordingContents {
     pub duration: f64,
 }
 
-/// How an event is written: wire types are made further up.
-pub type EncodeEvent = fn(&LoggedEvent) -> Vec<u8>;
+/// How messages of the schema are written: wire types are made further up.
+#[derive(Clone, Copy, Debug)]
+pub struct Encoders {
+    /// `simd.v1.Event`.
+    pub event: fn(&LoggedEvent) -> Vec<u8>,
+    /// `simd.v1.GetContactsResponse`.
+    pub contacts: fn(&Published) -> Vec<u8>,
+    /// `simd.v1.LoadReport`, and the report in one line.
+    pub report: fn(&LoadReport, &str) -> Vec<u8>,
+}
 
 /// The recordings of a daemon.
 #[derive(Clone, Debug)]
 pub(crate) struct Recordings {
     settings: Arc<Settings>,
-    encode_event: EncodeEvent,
+    encoders: Encoders,
     /// The one that is being made. Held for a look or a change.
     running: Arc<Mutex<Option<Running>>>,
 }
@@ -129,8 +138,16 @@ pub(crate) struct Surroundings {
 
 impl Recordings {
     /// Those in the folder.
-    pub(crate) fn new(settings: Settings, encode_event: EncodeEvent) -> Self {
-        Self { settings: Arc::new(settings), encode_event, running: Arc::default() }
+    pub(crate) fn new(settings: Settings, encoders: Encoders) -> Self {
+        Self { settings: Arc::new(settings), encoders, running: Arc::default() }
+    }
+
+    /// Of a daemon that can make none.
+    #[cfg(test)]
+    pub(crate) fn none() -> Self {
+        let encoders =
+            Encoders { event: |_| Vec::new(), contacts: |_| Vec::new(), report: |_, _| Vec::new() };
+        Self::new(Settings::default(), encoders)
     }
 
     fn lock(&self) -> MutexGuard<'_, Option<Running>> {
@@ -208,7 +225,7 @@ impl Recordings {
             max_bytes,
             max_duration: request.max_duration,
         };
-        let writer = writer::Writer::new(plan, surroundings, self.encode_event, running.tap.clone());
+        let writer = writer::Writer::new(plan, surroundings, self.encoders, running.tap.clone());
         let writer = writer.map_err(|error| unusable(&directory, &error))?;
         let registry = self.clone();
         let thread = std::thread::Builder::new().name("simd-recorder".into());

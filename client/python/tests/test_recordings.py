@@ -142,3 +142,23 @@ async def test_recordings_of_asyncio(recorded: tuple[Simulation, Robot]) -> None
             await other.step(10)
         assert recording.info.state == "complete"
         assert list(recording.info.files) == ["here.000001.mcap"]
+
+
+def test_contacts_and_load_reports_are_those_of_the_daemon(
+    recorded: tuple[Simulation, Robot], tmp_path: Path
+) -> None:
+    sim, _ = recorded
+    sim.add_plane()
+    with sim.record("run", rate=1000):
+        sim.add_sphere(0.05, position=(1, 0, 0.05))
+        sim.load(ASSETS / "Two Link.v2", "late", fixed=True)
+        sim.step(100)
+        contacts = sim.contacts()
+    with (tmp_path / "run.mcap").open("rb") as file:
+        reader = make_reader(file, decoder_factories=[ProtobufDecoderFactory()])
+        recorded_contacts = [it.decoded_message for it in reader.iter_decoded_messages(topics=["/simd/contacts"])]
+        assert len(recorded_contacts) == 100 and recorded_contacts[-1].stamp.step == 100
+        forces = [contact.normal_force for contact in recorded_contacts[-1].contacts]
+        assert forces and forces == [contact.normal_force for contact in contacts]
+        (report,) = reader.iter_decoded_messages(topics=["/late/load_report"])
+        assert "2 moving joints" in report.decoded_message.summary

@@ -10,6 +10,7 @@ use std::time::Duration;
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::{ClaimId, ClaimRequest};
 use simd_core::{Command, Moment};
+use simd_model::LoadReport;
 
 use super::event_log::LoggedEvent;
 use super::published::Published;
@@ -28,6 +29,8 @@ pub(crate) enum Entry {
     Step(Arc<Published>),
     /// Something happened.
     Event(LoggedEvent),
+    /// A robot came.
+    Report(Box<ReportEntry>),
 }
 
 /// The whole world.
@@ -54,6 +57,17 @@ pub(crate) struct AppliedCommand {
     pub(crate) claim: Option<ClaimId>,
     /// Who sent it.
     pub(crate) sender: Sender,
+}
+
+/// What was found while a robot was read.
+#[derive(Debug)]
+pub(crate) struct ReportEntry {
+    /// Its name.
+    pub(crate) robot: String,
+    /// What was found.
+    pub(crate) report: LoadReport,
+    /// The same in one line.
+    pub(crate) summary: String,
 }
 
 /// Why no more comes.
@@ -180,6 +194,7 @@ impl Entry {
                 THING + NUMBER * numbers
             }
             Self::Event(_) => THING,
+            Self::Report(report) => THING * (1 + report.report.findings.len()),
         }
     }
 }

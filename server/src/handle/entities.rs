@@ -16,7 +16,7 @@ use tokio::sync::watch;
 
 use super::heavy::Cancelled;
 use super::{CallError, SimHandle};
-use crate::driver::{Done, Published};
+use crate::driver::{Done, Entry, Published, ReportEntry};
 use crate::loading::{
     LoadOptions, LoadedRobot, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, summary,
 };
@@ -197,6 +197,11 @@ impl SimHandle {
         self.report_sunk(&name, &mut report).await;
         let summary = summary(&read, &report);
         tracing::info!(robot = name, "spawned {summary}");
+        if let Some(recording) = self.inner.recordings.running() {
+            let entry = ReportEntry { robot: name.clone(), report: report.clone(), summary: summary.clone() };
+            // What ends the recording is said where it shows first.
+            let _ = recording.tap.push(Entry::Report(Box::new(entry)));
+        }
         Ok(Loaded { done, name, report, summary })
     }
 

@@ -29,6 +29,7 @@ pub(super) mod topic {
     pub(crate) const COMMANDS: &str = "/simd/commands";
     pub(crate) const STEPS: &str = "/simd/steps";
     pub(crate) const EVENTS: &str = "/simd/events";
+    pub(crate) const CONTACTS: &str = "/simd/contacts";
 }
 
 /// Why something is not written.

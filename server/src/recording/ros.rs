@@ -161,7 +161,7 @@ fn joint_state(state: &Published, entity: &EntityLayout, stamp: &Time) -> Option
 }
 
 /// A robot's name in a topic, which has no hyphen.
-fn topic_part(name: &str) -> String {
+pub(super) fn topic_part(name: &str) -> String {
     name.replace('-', "_")
 }
 

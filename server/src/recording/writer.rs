@@ -16,9 +16,11 @@ use simd_proto::v1;
 
 use super::commands;
 use super::file::{RecordingFile, Unwritten, nanos, topic};
-use super::ros::States;
-use super::{EncodeEvent, Surroundings, names};
-use crate::driver::{AppliedCommand, Entry, Happened, Published, RecordingEnd, Tap, TapEnd, WorldEntry};
+use super::ros::{States, topic_part};
+use super::{Encoders, Surroundings, names};
+use crate::driver::{
+    AppliedCommand, Entry, Happened, Published, RecordingEnd, ReportEntry, Tap, TapEnd, WorldEntry,
+};
 
 /// How often it looks for what came: the driver has memory for so many states at 1 kHz.
 const LOOK: Duration = Duration::from_millis(5);
@@ -50,7 +52,7 @@ pub(super) struct Plan {
 pub(super) struct Writer {
     plan: Plan,
     surroundings: Surroundings,
-    encode_event: EncodeEvent,
+    encoders: Encoders,
     tap: Arc<Tap>,
     file: RecordingFile,
     /// Of the file, from 1.
@@ -97,7 +99,7 @@ impl Writer {
     pub(super) fn new(
         plan: Plan,
         surroundings: Surroundings,
-        encode_event: EncodeEvent,
+        encoders: Encoders,
         tap: Arc<Tap>,
     ) -> io::Result<Self> {
         let file = create(&plan, &surroundings, 1)?;
@@ -106,7 +108,7 @@ impl Writer {
         Ok(Self {
             plan,
             surroundings,
-            encode_event,
+            encoders,
             tap,
             file,
             number: 1,
@@ -187,9 +189,16 @@ impl Writer {
             Entry::World(world) => self.world(*world),
             Entry::Applied(applied) => self.applied(&applied),
             Entry::Step(state) => self.step(&state),
+            Entry::Report(report) => {
+                self.file.time = nanos(SystemTime::now());
+                let ReportEntry { robot, report, summary } = *report;
+                let bytes = (self.encoders.report)(&report, &summary);
+                let topic = format!("/{}/load_report", topic_part(&robot));
+                Ok(self.file.write_encoded(&topic, "LoadReport", &bytes)?)
+            }
             Entry::Event(event) => {
                 self.file.time = nanos(event.wall_time);
-                let bytes = (self.encode_event)(&event);
+                let bytes = (self.encoders.event)(&event);
                 Ok(self.file.write_encoded(topic::EVENTS, "Event", &bytes)?)
             }
         }
@@ -259,6 +268,8 @@ impl Writer {
         if self.shown.is_due(state) {
             let loader = Arc::clone(&self.surroundings.loader);
             self.shown.write(state, &loader, &mut self.file)?;
+            let contacts = (self.encoders.contacts)(state);
+            self.file.write_encoded(topic::CONTACTS, "GetContactsResponse", &contacts)?;
         }
         if self.fingerprints.len() >= STEPS { Ok(self.steps_done()?) } else { Ok(()) }
     }

@@ -7,11 +7,21 @@ use simd_core::simulation::rays::RayReport;
 use simd_proto::v1;
 
 use super::geometry::vector;
+use super::stamp;
+use crate::handle::Published;
 
 /// Those contact points of a published state of which `is_wanted`, by the indices of the two robots.
 pub fn contacts(state: &PublishedState, is_wanted: impl Fn([usize; 2]) -> bool) -> Vec<v1::Contact> {
     let wanted = state.contacts.iter().filter(|contact| is_wanted(contact.robots));
     wanted.map(|report| contact(state, report)).collect()
+}
+
+/// All contact points of a state, as a recording has them.
+pub fn recorded(state: &Published) -> v1::GetContactsResponse {
+    v1::GetContactsResponse {
+        contacts: contacts(&state.state, |_| true),
+        stamp: Some(stamp::published(state)),
+    }
 }
 
 fn contact(state: &PublishedState, report: &ContactReport) -> v1::Contact {
