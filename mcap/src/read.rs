@@ -195,7 +195,10 @@ impl<R: Read> Reader<R> {
             }
             let opcode = self.read_record()?;
             match opcode {
-                op::DATA_END | op::FOOTER => self.is_complete = true,
+                op::DATA_END => self.is_complete = true,
+                op::FOOTER => return Err(self.damaged("a footer comes before the end of the data")),
+                // Those from 0x80 on are anybody's own.
+                0 | 0x10..0x80 => return Err(self.damaged("there is no such kind of record")),
                 op::CHUNK => self.open_chunk()?,
                 op::METADATA => {
                     let mut fields = Fields(&self.record);
