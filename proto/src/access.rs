@@ -225,7 +225,8 @@ mod tests {
     fn a_file_is_read_as_it_was_written() {
         let expires = Some("2027-01-31T12:30:00Z".parse().unwrap());
         let of_robots = TokenEntry { robots: vec!["arm".into(), "gripper_2".into()], ..entry("bob") };
-        let entries = [entry("alice"), of_robots, TokenEntry { expires, role: Role::Admin, ..entry("lab.page@here") }];
+        let entries =
+            [entry("alice"), of_robots, TokenEntry { expires, role: Role::Admin, ..entry("lab.page@here") }];
         let text = write_tokens(&entries);
         assert_eq!(parse_tokens(&text).unwrap(), entries);
         assert!(!text.contains(&token(&[7; TOKEN_BYTES])), "the token itself is not kept");

@@ -57,7 +57,9 @@ pub enum CallError {
         allowed: Vec<String>,
     },
     /// There is no such member (any more).
-    #[error("there is no such member in lockstep (any more): it left, or did not ask in its time; join again")]
+    #[error(
+        "there is no such member in lockstep (any more): it left, or did not ask in its time; join again"
+    )]
     LockstepMemberNotFound,
     /// Only the members of a lockstep may do that.
     #[error(

@@ -34,8 +34,8 @@ pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
 pub use event_log::{EventBatch, Happened, LockstepChange, LoggedEvent, RecordingEnd};
 pub(crate) use mailbox::Mailbox;
-pub use realtime::{Processors, RealTime};
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
+pub use realtime::{Processors, RealTime};
 pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;
 

@@ -184,7 +184,11 @@ mod tests {
         assert!(refusal("a").contains("of one client would be 3, and the limit is 2"), "{}", refusal("a"));
         let mut last = call(permits, "b");
         assert!(granted(&mut last).is_none());
-        assert!(refusal("c").contains("the number of calls would be 4, and the limit is 3"), "{}", refusal("c"));
+        assert!(
+            refusal("c").contains("the number of calls would be 4, and the limit is 3"),
+            "{}",
+            refusal("c")
+        );
         // Who gave up takes no place.
         drop(waiting);
         assert!(granted(&mut call(permits, "c")).is_none());

@@ -47,8 +47,8 @@ pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, Param
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published, RecordingEnd, Statistics,
-    Stepped,
+    Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published, RecordingEnd,
+    Statistics, Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
@@ -178,10 +178,9 @@ impl SimHandle {
             None => Some(&""),
         };
         match other {
-            Some(robot) => Err(CallError::RobotNotAllowed {
-                robot: (*robot).to_owned(),
-                allowed: self.only.to_vec(),
-            }),
+            Some(robot) => {
+                Err(CallError::RobotNotAllowed { robot: (*robot).to_owned(), allowed: self.only.to_vec() })
+            }
             None => Ok(()),
         }
     }

@@ -33,10 +33,8 @@ async fn step(client: &Client) -> u64 {
 }
 
 async fn members(daemon: &Daemon, count: usize) {
-    soon("the members", async {
-        while daemon.client.lockstep_members().await.unwrap().len() != count {}
-    })
-    .await;
+    soon("the members", async { while daemon.client.lockstep_members().await.unwrap().len() != count {} })
+        .await;
 }
 
 /// How many members wait for the others.

@@ -367,7 +367,17 @@ async fn a_token_for_some_robots_changes_no_other_and_not_the_world() {
             ("targets", client.set_robot_targets("other", target()).await.map(drop)),
             ("a stream", control.exchange("other", target()).await.unwrap().accepted().map(drop)),
             ("a reset", client.reset_joints("other", Vec::new()).await.map(drop)),
-            ("a claim", client.claim_joints(vec![simd_client::every_joint("other")], "me", std::time::Duration::from_secs(1)).await.map(drop)),
+            (
+                "a claim",
+                client
+                    .claim_joints(
+                        vec![simd_client::every_joint("other")],
+                        "me",
+                        std::time::Duration::from_secs(1),
+                    )
+                    .await
+                    .map(drop),
+            ),
             ("an end", client.delete_robot("other").await.map(drop)),
             ("a pause", client.pause().await.map(drop)),
             ("a saved state", client.save_state("mine").await.map(drop)),

@@ -17,7 +17,16 @@ fn autosave(home: &Home) -> PathBuf {
 /// A daemon with the robot of the demo, unless its world is restored.
 async fn start(file: &Path) -> Process {
     let file = format!("autosave.file={}", file.display());
-    let flags = ["--config", "tests/assets/demo.toml", "--set", &file, "--set", EVERY, "--set", "autosave.restore=true"];
+    let flags = [
+        "--config",
+        "tests/assets/demo.toml",
+        "--set",
+        &file,
+        "--set",
+        EVERY,
+        "--set",
+        "autosave.restore=true",
+    ];
     Process::start_with(["--zenoh", "off"], flags).await
 }
 
@@ -67,7 +76,12 @@ async fn a_daemon_that_is_killed_while_it_saves_leaves_a_whole_file() {
         steps = step;
         let written = || fs::metadata(&file).and_then(|file| file.modified()).ok();
         let before = written();
-        soon("the file", async { while written() == before { tokio::task::yield_now().await } }).await;
+        soon("the file", async {
+            while written() == before {
+                tokio::task::yield_now().await
+            }
+        })
+        .await;
         daemon.kill().await;
     }
     assert!(steps > 0, "it went on at least once");

@@ -78,7 +78,10 @@ async fn the_keys_of_the_document_are_those_of_the_table() {
     let said = simd_tests::process::Home::new().run("simd", ["config", "document"]).await;
     let document = read("configuration.md");
     let (_, keys) = document.split_once("## Keys\n\n").unwrap();
-    assert_eq!(keys, said.out, "docs/configuration.md has what `simd config document` prints after its heading");
+    assert_eq!(
+        keys, said.out,
+        "docs/configuration.md has what `simd config document` prints after its heading"
+    );
 }
 
 #[tokio::test]

@@ -31,7 +31,17 @@ const SERVER: Layers = Layers {
         &["driver"],
         &["fair_permits"],
         &["call_error"],
-        &["access", "account", "authority", "blocking_threads", "histogram", "info", "log", "process", "run_state"],
+        &[
+            "access",
+            "account",
+            "authority",
+            "blocking_threads",
+            "histogram",
+            "info",
+            "log",
+            "process",
+            "run_state",
+        ],
         &["subcommand"],
     ],
     // States of the world out to files and in from them.

@@ -111,7 +111,8 @@ pub(crate) async fn run(command: Sim, client: &Client, output: Output) -> anyhow
         }
         Sim::Physics(settings) => physics(settings, client, output).await,
         Sim::Lockstep => {
-            let members: Vec<Member> = client.lockstep_members().await?.into_iter().map(Member::from).collect();
+            let members: Vec<Member> =
+                client.lockstep_members().await?.into_iter().map(Member::from).collect();
             output.list(&members, members_page)
         }
     }
@@ -135,9 +136,8 @@ impl From<proto::LockstepMember> for Member {
 
 fn members_page(members: &[Member]) -> Page {
     let columns = vec![Column::left("CLIENT"), Column::right("TIMEOUT S"), Column::right("WAITS FOR STEPS")];
-    let row = |member: &Member| {
-        vec![member.client.clone(), exact(member.timeout), member.waits_for.to_string()]
-    };
+    let row =
+        |member: &Member| vec![member.client.clone(), exact(member.timeout), member.waits_for.to_string()];
     Page::new().table(Table::new(columns, members.iter().map(row).collect()))
 }
 

@@ -19,8 +19,7 @@ use simd_proto::{
         contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
         kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
-        recording_service_client::RecordingServiceClient,
-        simulation_service_client::SimulationServiceClient,
+        recording_service_client::RecordingServiceClient, simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{

@@ -109,10 +109,7 @@ impl Client {
     /// # Errors
     /// `INVALID_VALUE` for a time that is not within 10 ms and an hour, `LIMIT_EXCEEDED` for too many members.
     pub async fn join_lockstep(&self, timeout: Duration) -> Result<String, Error> {
-        let request = JoinLockstepRequest {
-            timeout: timeout.as_secs_f64(),
-            ..Default::default()
-        };
+        let request = JoinLockstepRequest { timeout: timeout.as_secs_f64(), ..Default::default() };
         Ok(self.unary(self.simulation().join_lockstep(request)).await?.member)
     }
 

@@ -82,7 +82,14 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     (
         "SimulationService",
         Role::Viewer,
-        &["GetSimulatorInfo", "GetSimulationState", "GetPhysics", "GetWorldStatistics", "ListSavedStates", "ListLockstepMembers"],
+        &[
+            "GetSimulatorInfo",
+            "GetSimulationState",
+            "GetPhysics",
+            "GetWorldStatistics",
+            "ListSavedStates",
+            "ListLockstepMembers",
+        ],
     ),
     (
         "SimulationService",

@@ -31,7 +31,9 @@ pub fn run(
         .subcommand_required(true)
         .arg_required_else_help(true)
         .disable_help_subcommand(true)
-        .subcommand(Command::new("default").about("Prints a file with every key, its default and what it means"))
+        .subcommand(
+            Command::new("default").about("Prints a file with every key, its default and what it means"),
+        )
         .subcommand(Command::new("check").about("Says whether a file can be started with").arg(file))
         .subcommand(
             flags::command("show").about("Prints the values that hold with these flags, and who said them"),

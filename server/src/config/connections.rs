@@ -61,7 +61,9 @@ impl Connections {
                 return Ok(());
             }
             let max = self.max;
-            Err(format!("connections.{name} is {value}; it must be at most {most} where connections.max is {max}"))
+            Err(format!(
+                "connections.{name} is {value}; it must be at most {most} where connections.max is {max}"
+            ))
         };
         at_most("max_per_peer", self.max_per_peer, self.max)?;
         // One place is left for others.

@@ -56,7 +56,8 @@ pub(super) struct Draft {
 
 impl Default for Draft {
     fn default() -> Self {
-        let (config, autosave_file, certificate, key, client_authorities, folder, origins) = Default::default();
+        let (config, autosave_file, certificate, key, client_authorities, folder, origins) =
+            Default::default();
         let (autosave_every, autosave_restore) = (Duration::from_secs(60), false);
         Self {
             config,
@@ -92,7 +93,8 @@ impl Draft {
         self.config.autosave = self.autosave_file.clone().map(|file| Autosave { file, every, restore });
         let tls = ["tls.certificate", "tls.key", "tls.client_authorities"];
         self.config.tls = self.tls_files().map_err(|sentence| self.mistake(&tls, &sentence))?;
-        let shares = ["max", "max_per_peer", "loopback_reserve", "max_http1"].map(|name| format!("connections.{name}"));
+        let shares = ["max", "max_per_peer", "loopback_reserve", "max_http1"]
+            .map(|name| format!("connections.{name}"));
         let shares: Vec<&str> = shares.iter().map(String::as_str).collect();
         self.config.connections.check().map_err(|sentence| self.mistake(&shares, &sentence))?;
         self.config.check_exposure().map_err(|sentence| self.mistake(&["listen"], &sentence))?;
@@ -139,13 +141,18 @@ impl Draft {
         let client_authorities = self.client_authorities.clone();
         match (self.certificate.clone(), self.key.clone()) {
             (Some(certificate), Some(key)) => Ok(Some(TlsFiles { certificate, key, client_authorities })),
-            (Some(_), None) => Err("a certificate is given without its key: give tls.key (--tls-key) too".into()),
-            (None, Some(_)) => {
-                Err("a key is given without its certificate: give tls.certificate (--tls-certificate) too".into())
+            (Some(_), None) => {
+                Err("a certificate is given without its key: give tls.key (--tls-key) too".into())
             }
-            (None, None) if client_authorities.is_some() => Err("tls.client_authorities is given without the \
+            (None, Some(_)) => {
+                Err("a key is given without its certificate: give tls.certificate (--tls-certificate) too"
+                    .into())
+            }
+            (None, None) if client_authorities.is_some() => {
+                Err("tls.client_authorities is given without the \
                  daemon's own certificate: give tls.certificate and tls.key too"
-                .into()),
+                    .into())
+            }
             (None, None) => Ok(None),
         }
     }

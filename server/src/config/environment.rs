@@ -17,7 +17,9 @@ pub(super) fn apply(
 ) -> Result<(), ConfigError> {
     let mut said: Vec<(String, OsString)> = Vec::new();
     for (name, value) in variables {
-        let Some(name) = name.to_str().filter(|name| name.starts_with("SIMD_") && *name != OF_CLIENTS) else { continue };
+        let Some(name) = name.to_str().filter(|name| name.starts_with("SIMD_") && *name != OF_CLIENTS) else {
+            continue;
+        };
         said.push((name.to_owned(), value));
     }
     for key in KEYS.iter() {

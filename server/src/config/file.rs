@@ -63,8 +63,7 @@ pub(super) fn names(table: &str) -> Vec<&'static str> {
 /// Reads a file and puts what it says over the draft. Relative paths begin at its folder.
 pub(super) fn apply(draft: &mut Draft, path: &Path) -> Result<(), ConfigError> {
     let mistake = |sentence: String| ConfigError::File(format!("{}: {sentence}", path.display()));
-    let text =
-        std::fs::read_to_string(path).map_err(|error| mistake(format!("cannot be read: {error}")))?;
+    let text = std::fs::read_to_string(path).map_err(|error| mistake(format!("cannot be read: {error}")))?;
     let table = DeTable::parse(&text).map_err(|error| mistake(sentence(&text, &error)))?;
     let mut said = BTreeMap::new();
     read_table("", table.get_ref(), &text, &mut said).map_err(mistake)?;
@@ -101,11 +100,10 @@ fn read_table(table: &str, entries: &DeTable<'_>, text: &str, said: &mut Said) -
             }
             _ => {
                 let tables = TABLES.iter().filter(|(of, _)| table.is_empty() && !of.is_empty());
-                let tables = tables.map(|(of, _)| format!("[{of}]")).chain(
-                    table.is_empty().then(|| "[[robots]]".to_owned()),
-                );
-                let known: Vec<String> =
-                    names(table).into_iter().map(str::to_owned).chain(tables).collect();
+                let tables = tables
+                    .map(|(of, _)| format!("[{of}]"))
+                    .chain(table.is_empty().then(|| "[[robots]]".to_owned()));
+                let known: Vec<String> = names(table).into_iter().map(str::to_owned).chain(tables).collect();
                 let whose = if table.is_empty() { "there are" } else { "the table has" };
                 return Err(format!("line {line}: there is no key {path}; {whose} {}", known.join(", ")));
             }

@@ -224,9 +224,10 @@ impl Key {
             };
             format!("{path} is {value}; it must be {kind}")
         };
-        let outside = |value: &dyn std::fmt::Display, least: &dyn std::fmt::Display, most: &dyn std::fmt::Display| {
-            format!("{path} is {value}; it must be between {least} and {most}")
-        };
+        let outside =
+            |value: &dyn std::fmt::Display, least: &dyn std::fmt::Display, most: &dyn std::fmt::Display| {
+                format!("{path} is {value}; it must be between {least} and {most}")
+            };
         let count = |range: &RangeInclusive<u64>, value: &Value| match value {
             Value::Whole(whole) => u64::try_from(*whole)
                 .ok()

@@ -17,17 +17,27 @@ use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
 /// All keys, in the order of the file.
-pub(super) static KEYS: LazyLock<Vec<Key>> =
-    LazyLock::new(|| [daemon(), tls(), zenoh(), ros2(), physics(), autosave(), realtime(), limits::keys(), recording()].into_iter().flatten().collect());
+pub(super) static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
+    [daemon(), tls(), zenoh(), ros2(), physics(), autosave(), realtime(), limits::keys(), recording()]
+        .into_iter()
+        .flatten()
+        .collect()
+});
 
 /// Tables of the file, in their order, and what each is about.
 pub(super) const TABLES: [(&str, &str); 12] = [
     ("", ""),
-    ("tls", "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again."),
+    (
+        "tls",
+        "The certificate of gRPC, gRPC-Web and the page, as PEM. `simd tls init` makes one; SIGHUP reads it again.",
+    ),
     ("zenoh", "How the daemon is reached over Zenoh."),
     ("ros2", "A node on a graph of ROS 2 whose middleware is `rmw_zenoh`: see ros2.md."),
     ("physics", "The world as it starts."),
-    ("autosave", "The world in a file, as it runs and where the daemon drains, so that it goes on where it was: see operations.md."),
+    (
+        "autosave",
+        "The world in a file, as it runs and where the daemon drains, so that it goes on where it was: see operations.md.",
+    ),
     (
         "realtime",
         "What the physics thread asks of the system, on Linux. What the system refuses is a sentence in the log; the daemon \
@@ -293,7 +303,6 @@ fn physics() -> Vec<Key> {
     ]
 }
 
-
 fn realtime() -> Vec<Key> {
     vec![
         Key::new(
@@ -412,10 +421,14 @@ fn ros2() -> Vec<Key> {
         Key::new(
             "ros2.rate",
             "states of each topic a second at the most",
-            Access::Number(0.001..=MAX_RATE, |draft| draft.config.ros2.rate, |draft, rate| {
-                draft.config.ros2.rate = rate;
-                Ok(())
-            }),
+            Access::Number(
+                0.001..=MAX_RATE,
+                |draft| draft.config.ros2.rate,
+                |draft, rate| {
+                    draft.config.ros2.rate = rate;
+                    Ok(())
+                },
+            ),
         ),
     ]
 }

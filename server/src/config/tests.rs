@@ -95,7 +95,12 @@ fn flags_beat_the_file_and_the_file_beats_the_defaults() {
 #[test]
 fn an_unknown_key_is_named_with_its_line() {
     let sentence = file_mistake("paused = true\n[physics]\ntimestep = 0.001\n");
-    assert!(sentence.contains("simd.toml: line 3: there is no key physics.timestep; the table has gravity, time_step"), "{sentence}");
+    assert!(
+        sentence.contains(
+            "simd.toml: line 3: there is no key physics.timestep; the table has gravity, time_step"
+        ),
+        "{sentence}"
+    );
     let sentence = file_mistake("[[robots]]\npath = \"a\"\npose = 1\n");
     assert!(sentence.contains("line 3: unknown field `pose`"), "{sentence}");
 }
@@ -103,12 +108,18 @@ fn an_unknown_key_is_named_with_its_line() {
 #[test]
 fn a_value_of_the_wrong_kind_is_named_with_its_line() {
     let sentence = file_mistake("[physics]\nreal_time_factor = \"fast\"\n");
-    assert!(sentence.contains("line 2: physics.real_time_factor is \"fast\"; it must be a number"), "{sentence}");
+    assert!(
+        sentence.contains("line 2: physics.real_time_factor is \"fast\"; it must be a number"),
+        "{sentence}"
+    );
     assert!(file_mistake("listen = \"here\"").contains("line 1: listen is \"here\""));
     assert!(file_mistake("[[robots]]\nname = \"arm\"\n").contains("missing field `path`"));
     assert!(file_mistake("paused = tru").contains("line 1"));
     assert!(file_mistake("[physics]\ntime_step = \"x\"").ends_with("it must be a number"));
-    assert!(file_mistake("[physics]\nsubsteps = -1").contains("physics.substeps is -1; it must be between 1 and 1000"));
+    assert!(
+        file_mistake("[physics]\nsubsteps = -1")
+            .contains("physics.substeps is -1; it must be between 1 and 1000")
+    );
     let mistake = file_mistake("[physics]\nintegrator = \"rk4\"");
     assert!(mistake.contains("line 2") && mistake.contains("leapfrog"), "{mistake}");
     assert!(file_mistake("[[robots]]\npath = \"a\"\nxyz = [\"x\", 0, 0]").ends_with("expected a number"));
@@ -119,7 +130,10 @@ fn a_value_of_the_wrong_kind_is_named_with_its_line() {
 fn values_out_of_range_are_refused_with_the_range() {
     assert!(usage("--rtf 0").contains("between 0.001 and 1000"));
     assert!(usage("--rtf nan").contains("between 0.001 and 1000"));
-    assert!(file_mistake("[physics]\nreal_time_factor = 2000").contains("real_time_factor is 2000; it must be between 0.001 and 1000"));
+    assert!(
+        file_mistake("[physics]\nreal_time_factor = 2000")
+            .contains("real_time_factor is 2000; it must be between 0.001 and 1000")
+    );
     assert!(usage("--time-step -1").contains("time_step is -1"));
     assert!(usage("--asset-root /nowhere").contains("asset root /nowhere: "));
     assert!(file_mistake("asset_roots = [\"nowhere\"]").contains("/nowhere: "));
@@ -203,13 +217,23 @@ fn a_mistake_in_a_variable_names_it() {
     for (name, value, mistake) in [
         ("SIMD_PHYSICS_TIME_STEP", "fast", "SIMD_PHYSICS_TIME_STEP: it must be a number, and not \"fast\""),
         ("SIMD_PHYSICS_TIME_STEP", "5", "SIMD_PHYSICS_TIME_STEP: physics.time_step is 5; it must be between"),
-        ("SIMD_PHYSICS_TIMESTEP", "1", "SIMD_PHYSICS_TIMESTEP: it is no key of the configuration; those of physics"),
+        (
+            "SIMD_PHYSICS_TIMESTEP",
+            "1",
+            "SIMD_PHYSICS_TIMESTEP: it is no key of the configuration; those of physics",
+        ),
         ("SIMD_INSECURE", "maybe", "SIMD_INSECURE: it must be true or false"),
         ("SIMD_LISTEN", "0.0.0.0:1", "SIMD_LISTEN: 0.0.0.0:1 can be reached from other machines"),
-        ("SIMD_PHYSICS_GRAVITY", "1,2", "SIMD_PHYSICS_GRAVITY: physics.gravity is [1, 2]; it must be three numbers"),
+        (
+            "SIMD_PHYSICS_GRAVITY",
+            "1,2",
+            "SIMD_PHYSICS_GRAVITY: physics.gravity is [1, 2]; it must be three numbers",
+        ),
         ("SIMD_SERVICE_ROBOTS", "-1", "service.robots is -1; it must be between 1 and 100000"),
     ] {
-        let Err(ConfigError::Usage(sentence)) = with_variables(&[(name, value)], "") else { panic!("{name}") };
+        let Err(ConfigError::Usage(sentence)) = with_variables(&[(name, value)], "") else {
+            panic!("{name}")
+        };
         assert!(sentence.contains(mistake), "{sentence}");
     }
 }
@@ -224,10 +248,15 @@ fn each_key_can_be_said_in_each_way_and_takes_its_own_default() {
         assert_eq!(value.is_none(), !key.example.is_empty(), "{} has a default or an example", key.path);
         let Some(value) = value else { continue };
         let (table, name) = key.place();
-        let text = if table.is_empty() { format!("{name} = {value}") } else { format!("[{table}]\n{name} = {value}") };
+        let text = if table.is_empty() {
+            format!("{name} = {value}")
+        } else {
+            format!("[{table}]\n{name} = {value}")
+        };
         file(&text, "").unwrap_or_else(|error| panic!("{text}: {error}"));
         let said = value.trim_matches(['"', '[', ']']).replace(' ', "");
-        with_variables(&[(&key.variable(), &said)], "").unwrap_or_else(|error| panic!("{}: {error}", key.path));
+        with_variables(&[(&key.variable(), &said)], "")
+            .unwrap_or_else(|error| panic!("{}: {error}", key.path));
         args(&format!("--set {}={said}", key.path)).unwrap();
     }
 }
@@ -255,10 +284,7 @@ fn limits_are_set_one_by_one_and_checked() {
     assert_eq!(file("", "").unwrap().limits.description_bytes, before.description_bytes);
     for (line, mistake) in [
         ("links = 0", "limits.links is 0; it must be between 1 and 10000"),
-        (
-            "mesh_triangles = 2000001",
-            "limits.mesh_triangles is 2000001; it must be between 0 and 2000000",
-        ),
+        ("mesh_triangles = 2000001", "limits.mesh_triangles is 2000001; it must be between 0 and 2000000"),
         ("seconds = -1", "limits.seconds is -1; it must be between 0 and 86400"),
         ("joints = 3", "there is no key"),
     ] {
@@ -287,8 +313,14 @@ fn limits_of_connections_are_set_one_by_one_and_checked() {
     for (line, mistake) in [
         ("max = 1", "connections.max is 1; it must be between 2 and 65536"),
         ("max_per_peer = 0", "connections.max_per_peer is 0; it must be between 1 and 65536"),
-        ("max_per_peer = 513", "connections.max_per_peer is 513; it must be at most 512 where connections.max is 512"),
-        ("loopback_reserve = 512", "connections.loopback_reserve is 512; it must be at most 511 where connections.max is 512"),
+        (
+            "max_per_peer = 513",
+            "connections.max_per_peer is 513; it must be at most 512 where connections.max is 512",
+        ),
+        (
+            "loopback_reserve = 512",
+            "connections.loopback_reserve is 512; it must be at most 511 where connections.max is 512",
+        ),
         ("max_http1 = 0", "connections.max_http1 is 0; it must be between 1 and 65536"),
         ("idle_seconds = 0", "connections.idle_seconds is 0; it must be between 0.1 and 604800"),
         ("body_seconds = nan", "connections.body_seconds is NaN; it must be between 0.1 and 604800"),

@@ -53,13 +53,17 @@ pub(super) fn document() -> String {
         let _ = writeln!(text, "| key | flag | takes | default | meaning |\n|---|---|---|---|---|");
         for key in of_table(table) {
             let flag = key.flag.map_or(String::new(), |flag| format!("`--{flag}`"));
-            let default = key.value(&mut Draft::default()).map_or(String::new(), |value| format!("`{value}`"));
+            let default =
+                key.value(&mut Draft::default()).map_or(String::new(), |value| format!("`{value}`"));
             let name = key.place().1;
             let _ = writeln!(text, "| `{name}` | {flag} | {} | {default} | {} |", key.takes(), key.meaning);
         }
         text.push('\n');
     }
-    let _ = writeln!(text, "### `[[robots]]`\n\nRobots that are there before the first step.\n\n```toml\n{ROBOT}```");
+    let _ = writeln!(
+        text,
+        "### `[[robots]]`\n\nRobots that are there before the first step.\n\n```toml\n{ROBOT}```"
+    );
     text
 }
 
@@ -80,7 +84,8 @@ pub(super) fn show(draft: &mut Draft) -> String {
         lines.iter().for_each(|line| text.extend([line, "\n"]));
     }
     for robot in &draft.config.robots {
-        let _ = writeln!(text, "\n[[robots]]\npath = {}", super::key::quoted(&robot.path.display().to_string()));
+        let _ =
+            writeln!(text, "\n[[robots]]\npath = {}", super::key::quoted(&robot.path.display().to_string()));
     }
     text
 }

@@ -81,7 +81,9 @@ pub(super) fn ask(wanted: RealTime) {
 
 #[cfg(target_os = "linux")]
 fn set_priority(priority: u32) -> Result<(), String> {
-    use thread_priority::unix::{RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy};
+    use thread_priority::unix::{
+        RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    };
     use thread_priority::{ThreadPriority, thread_native_id};
 
     let priority = u8::try_from(priority).ok().and_then(|value| value.try_into().ok());

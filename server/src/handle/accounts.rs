@@ -142,15 +142,16 @@ mod tests {
     #[test]
     fn calls_beyond_the_share_of_a_second_are_refused_and_come_back_with_time() {
         let (accounts, start) = (Accounts::new(10, 1), Instant::now());
-        let done = |name: &str, now| {
-            (0..20).filter(|_| accounts.call(&client(name), now).is_ok()).count()
-        };
+        let done = |name: &str, now| (0..20).filter(|_| accounts.call(&client(name), now).is_ok()).count();
         assert_eq!(done("a", start), 10);
         assert_eq!(done("b", start), 10, "another has a share of its own");
         assert_eq!(done("a", start + Duration::from_millis(300)), 3);
         assert_eq!(done("a", start + Duration::from_secs(100)), 10, "and no more for waiting long");
         let refused = accounts.call(&client("a"), start).unwrap_err().to_string();
-        assert!(refused.contains("calls a second by the token of a would be 11, and the limit is 10"), "{refused}");
+        assert!(
+            refused.contains("calls a second by the token of a would be 11, and the limit is 10"),
+            "{refused}"
+        );
         assert!((0..1000).all(|_| accounts.call(&Account::Process, start).is_ok()));
         let any = Accounts::new(0, 1);
         assert!((0..1000).all(|_| any.call(&client("a"), start).is_ok()));

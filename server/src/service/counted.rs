@@ -40,7 +40,8 @@ pub(super) async fn count(
     let Some(method) = methods::find(service, method) else { return next.run(request).await };
     let begun = Instant::now();
     let id = id(&request);
-    let span = tracing::info_span!("call", id = id.to_str().unwrap_or_default(), method = request.uri().path());
+    let span =
+        tracing::info_span!("call", id = id.to_str().unwrap_or_default(), method = request.uri().path());
     let mut response = next.run(request).instrument(span).await;
     response.headers_mut().insert(ID_HEADER, id);
     // Only a refusal has its status in the headers.
@@ -57,9 +58,10 @@ pub(super) async fn count(
 /// The id of a request: what its client says, where that can be printed; else a number of our own.
 fn id(request: &Request) -> HeaderValue {
     let is_plain = |byte: &u8| byte.is_ascii_alphanumeric() || b"-_.:".contains(byte);
-    let said = request.headers().get(ID_HEADER).filter(|said| {
-        (1..=MAX_ID).contains(&said.len()) && said.as_bytes().iter().all(is_plain)
-    });
+    let said = request
+        .headers()
+        .get(ID_HEADER)
+        .filter(|said| (1..=MAX_ID).contains(&said.len()) && said.as_bytes().iter().all(is_plain));
     said.cloned().unwrap_or_else(|| HeaderValue::from(CALLS.fetch_add(1, Ordering::Relaxed) + 1))
 }
 

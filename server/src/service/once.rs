@@ -3,8 +3,8 @@
 //! The kind and the digest of a request come from its type and its bytes, and whose it is from what it came with, so
 //! that no method can forget one of them.
 
-use std::sync::Arc;
 use std::future::Future;
+use std::sync::Arc;
 
 use bytes::Bytes;
 use prost::Message as _;

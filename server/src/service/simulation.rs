@@ -6,8 +6,8 @@ use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
-use super::mismatched;
 use super::joint::no_connection;
+use super::mismatched;
 use super::once::{once, once_in_secret};
 use crate::SimHandle;
 use crate::access::Grant;

@@ -94,7 +94,9 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::InLockstep
         | ErrorReason::RecordingNotPossible => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
-        ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow | ErrorReason::RobotNotAllowed => Code::PermissionDenied,
+        ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow | ErrorReason::RobotNotAllowed => {
+            Code::PermissionDenied
+        }
         ErrorReason::Unauthenticated => Code::Unauthenticated,
         ErrorReason::ShuttingDown => Code::Unavailable,
         ErrorReason::Superseded => Code::Cancelled,

@@ -35,7 +35,7 @@ use super::proofs::proven;
 use super::senders::Senders;
 use super::sessions::Sessions;
 use crate::SimHandle;
-use crate::handle::{DaemonLimits, CallError, Peer, Transport};
+use crate::handle::{CallError, DaemonLimits, Peer, Transport};
 use crate::service::claims::Proven;
 use crate::service::routes;
 use crate::service::status::Explained;

@@ -18,7 +18,9 @@ fn descriptions() -> Vec<Key> {
     let count = |path, range, meaning, field| Key::new(path, meaning, Access::Count(range, field));
     vec![
         // Two defaults in one: a request may have 8 MiB, and a file on the disk twice that.
-        count("limits.urdf_bytes", 1..=1 << 30, "bytes of a URDF", |draft| &mut draft.config.limits.reading.urdf_bytes),
+        count("limits.urdf_bytes", 1..=1 << 30, "bytes of a URDF", |draft| {
+            &mut draft.config.limits.reading.urdf_bytes
+        }),
         count("limits.xml_nodes", 1..=MANY, "elements, texts and comments of a URDF", |draft| {
             &mut draft.config.limits.reading.xml_nodes
         }),
@@ -34,12 +36,18 @@ fn descriptions() -> Vec<Key> {
         count("limits.name_bytes", 1..=MANY, "bytes of a name or of a mesh's URI", |draft| {
             &mut draft.config.limits.reading.name_bytes
         }),
-        count("limits.links", 1..=simd_model::MOST_LINKS as u64, "links of a robot, and its joints", |draft| {
-            &mut draft.config.limits.reading.links
-        }),
-        count("limits.shapes", 0..=MANY, "visual and collision shapes of a robot, and its materials", |draft| {
-            &mut draft.config.limits.reading.shapes
-        }),
+        count(
+            "limits.links",
+            1..=simd_model::MOST_LINKS as u64,
+            "links of a robot, and its joints",
+            |draft| &mut draft.config.limits.reading.links,
+        ),
+        count(
+            "limits.shapes",
+            0..=MANY,
+            "visual and collision shapes of a robot, and its materials",
+            |draft| &mut draft.config.limits.reading.shapes,
+        ),
         count("limits.mesh_bytes", 0..=most.mesh_bytes as u64, "bytes of a mesh file", |draft| {
             &mut draft.config.limits.reading.mesh_bytes
         }),
@@ -76,9 +84,12 @@ fn service() -> Vec<Key> {
             "bytes of one uploaded mesh file, or of one exported saved state with all of its meshes",
             |draft| &mut draft.config.limits.asset_bytes,
         ),
-        count("service.upload_store_bytes", 1..=MANY, "bytes of all kept URDFs and meshes together", |draft| {
-            &mut draft.config.limits.upload_store_bytes
-        }),
+        count(
+            "service.upload_store_bytes",
+            1..=MANY,
+            "bytes of all kept URDFs and meshes together",
+            |draft| &mut draft.config.limits.upload_store_bytes,
+        ),
         count(
             "service.decoded_bytes",
             1..=MANY,
@@ -104,9 +115,12 @@ fn service() -> Vec<Key> {
         count("service.claims", 1..=100_000, "claims on joints, robots and the world", |draft| {
             &mut draft.config.limits.claims
         }),
-        count("service.events", 16..=100_000, "events that are kept; readers are told how many they missed", |draft| {
-            &mut draft.config.driver.events
-        }),
+        count(
+            "service.events",
+            16..=100_000,
+            "events that are kept; readers are told how many they missed",
+            |draft| &mut draft.config.driver.events,
+        ),
         count(
             "service.answers",
             16..=1_000_000,
@@ -120,18 +134,23 @@ fn service() -> Vec<Key> {
         seconds("service.answer_seconds", "how long an answer is kept", |draft| {
             &mut draft.config.limits.answer_time
         }),
-        count("service.uploads", 1..=65_536, "uploads under way; the longest untouched is forgotten", |draft| {
-            &mut draft.config.limits.uploads
-        }),
+        count(
+            "service.uploads",
+            1..=65_536,
+            "uploads under way; the longest untouched is forgotten",
+            |draft| &mut draft.config.limits.uploads,
+        ),
         count(
             "service.partial_upload_bytes",
             1..=MANY,
             "bytes of these uploads; at least those of one file",
             |draft| &mut draft.config.limits.partial_upload_bytes,
         ),
-        seconds("service.abandoned_upload_seconds", "until an upload is forgotten of which nothing more comes", |draft| {
-            &mut draft.config.limits.abandoned_upload
-        }),
+        seconds(
+            "service.abandoned_upload_seconds",
+            "until an upload is forgotten of which nothing more comes",
+            |draft| &mut draft.config.limits.abandoned_upload,
+        ),
         seconds("service.unused_file_seconds", "until a file is forgotten that no robot uses", |draft| {
             &mut draft.config.limits.unused_file
         }),
@@ -160,9 +179,12 @@ fn service() -> Vec<Key> {
         seconds("service.zenoh_stream_seconds", "how long a stream of Zenoh goes on", |draft| {
             &mut draft.config.limits.zenoh_stream_time
         }),
-        count("service.waiting_commands", 16..=65_536, "commands that wait for the physics thread", |draft| {
-            &mut draft.config.driver.mailbox
-        }),
+        count(
+            "service.waiting_commands",
+            16..=65_536,
+            "commands that wait for the physics thread",
+            |draft| &mut draft.config.driver.mailbox,
+        ),
     ]
 }
 
@@ -181,12 +203,18 @@ fn clients() -> Vec<Key> {
         count("clients.streams", 1..=65_536, "streams at one time", |draft| {
             &mut draft.config.limits.streams_of_client
         }),
-        count("clients.uploads", 1..=65_536, "uploads under way; the longest untouched is forgotten", |draft| {
-            &mut draft.config.limits.uploads_of_client
-        }),
-        count("clients.waiting_descriptions", 1..=65_536, "descriptions and files that wait to be read", |draft| {
-            &mut draft.config.limits.waiting_descriptions_of_client
-        }),
+        count(
+            "clients.uploads",
+            1..=65_536,
+            "uploads under way; the longest untouched is forgotten",
+            |draft| &mut draft.config.limits.uploads_of_client,
+        ),
+        count(
+            "clients.waiting_descriptions",
+            1..=65_536,
+            "descriptions and files that wait to be read",
+            |draft| &mut draft.config.limits.waiting_descriptions_of_client,
+        ),
         count(
             "clients.waiting_reads",
             1..=65_536,
@@ -246,9 +274,12 @@ fn connections() -> Vec<Key> {
             "a request that takes longer must come this fast: each byte that came earns its time",
             |draft| &mut draft.config.connections.body_bytes_per_second,
         ),
-        count("connections.calls", 1..=65_536, "calls of one connection that are at work; more wait", |draft| {
-            &mut draft.config.connections.calls
-        }),
+        count(
+            "connections.calls",
+            1..=65_536,
+            "calls of one connection that are at work; more wait",
+            |draft| &mut draft.config.connections.calls,
+        ),
         count(
             "connections.open_calls",
             1..=65_536,

@@ -82,7 +82,8 @@ async fn a_client_with_many_uploads_pushes_out_its_own_and_not_those_of_others()
     let (mut partials, now) = (Partials::new(&limits), Instant::now());
     let mut begin = |name: &str, n: u8| {
         let account = Account::Token(name.into());
-        let begun = account.scope(async { partials.append(hash(n), 6, 0, b"abc", now).map(|_| partials.by_hash.len()) });
+        let begun = account
+            .scope(async { partials.append(hash(n), 6, 0, b"abc", now).map(|_| partials.by_hash.len()) });
         futures_util::FutureExt::now_or_never(begun).unwrap().unwrap()
     };
     begin("other", 0);
