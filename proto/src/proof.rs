@@ -190,6 +190,7 @@ mod tests {
             );
         }
         let schema = [
+            include_str!("../simd/v1/constraint.proto"),
             include_str!("../simd/v1/entity.proto"),
             include_str!("../simd/v1/joint.proto"),
             include_str!("../simd/v1/simulation.proto"),

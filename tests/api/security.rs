@@ -29,7 +29,7 @@ pub(crate) fn of(role: Role) -> String {
 
 /// The token for the robot "arm" alone.
 fn of_arm() -> String {
-    token(&[8; 32])
+    token(&[7; 32])
 }
 
 fn entry(name: &str, role: Role, token: &str, expires: Option<&str>) -> TokenEntry {

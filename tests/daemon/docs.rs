@@ -56,11 +56,13 @@ async fn each_json_document_of_the_document_has_the_fields_that_simctl_writes() 
     let flags = ["--name", "demo", "--config", "tests/assets/demo.toml", "--paused"];
     let daemon = Process::start_with(["--zenoh", "tcp/127.0.0.1:0"], flags).await;
     let folder = simd_tests::process::Home::new();
+    let points = folder.path().join("reach.csv").display().to_string();
+    std::fs::write(&points, "time,shoulder\n1,0.1\n").unwrap();
     for (command, documented) in documents {
         assert!(command.starts_with("simctl "), "{command:?} is no command");
         // Nothing is written into the repository.
         let file = folder.path().join("here.simdstate").display().to_string();
-        let command = command.replace("here.simdstate", &file);
+        let command = command.replace("here.simdstate", &file).replace("reach.csv", &points);
         // The documents are those of gRPC's endpoint, but for the one that Zenoh alone can answer.
         let place = match command.starts_with("simctl daemon") {
             true => format!(" -e {}", daemon.locator.as_deref().unwrap()),

@@ -15,7 +15,7 @@ def test_two_clients_that_joined_step_the_world_together(sim: Simulation, daemon
     first = sim
     with simd_client.connect(daemon.endpoint) as second:
         first.pause()
-        before = first.stamp().step
+        before = first.stamp.step
         with first.join_lockstep() as group, second.join_lockstep():
             assert [member.waits_for for member in group.members()] == [0, 0]
             with pytest.raises(InLockstep):

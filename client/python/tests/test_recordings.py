@@ -100,7 +100,7 @@ def test_rosbags_reads_what_is_exported(recorded: tuple[Simulation, Robot], tmp_
     subprocess.run(command, check=True)
     with AnyReader([bag]) as reader:
         connections = [it for it in reader.connections if it.topic == "/arm/joint_states"]
-        states = [reader.deserialize(raw, it.msgtype) for it, _, raw in reader.messages(connections)]
+        states: list[Any] = [reader.deserialize(raw, it.msgtype) for it, _, raw in reader.messages(connections)]
     assert len(states) == 20
     for state in states:
         check(state, seen)

@@ -362,10 +362,13 @@ def test_a_daemon_whose_router_is_not_there_yet_serves_and_joins_once_it_is(tmp_
             settings.insert_json5("mode", '"router"')
             settings.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port}"]')
             settings.insert_json5("scouting/multicast/enabled", "false")
-            with zenoh.open(settings) as router:
-                token = router.liveliness().declare_subscriber(
-                    "@ros2_lv/0/*/*/*/NN/**", lambda _: seen.set(), history=True
-                )
+            opened: Any = zenoh.open(settings)
+            with opened as router:
+
+                def came(_: Any, seen: threading.Event = seen) -> None:
+                    seen.set()
+
+                token: Any = router.liveliness().declare_subscriber("@ros2_lv/0/*/*/*/NN/**", came, history=True)
                 assert seen.wait(SECONDS), "the node is on the graph of a router that came late, or again"
                 token.undeclare()
         assert running.stop() == 0

@@ -161,6 +161,10 @@ class LockstepMemberNotFound(NotFound):
     """There is no such member in lockstep: it left, or did not ask for its next step in its time."""
 
 
+class RobotNotAllowed(Refused):
+    """The token is for other robots. Metadata: `robot`, empty for the whole world."""
+
+
 class InLockstep(Refused):
     """Clients step the world together: only they step it, and it does not play. Metadata: `members`."""
 

@@ -87,11 +87,12 @@ class Constraints:
             child_pose=None if child_pose is None else pose_to_proto(child_pose),
             max_force=max_force,
             max_torque=max_torque,
-            breaks=breaks,
             ratio=ratio,
             offset=offset,
             length=length,
         )
+        if breaks is not None:
+            request.breaks = breaks
         return stamp_from_proto((await self._connection.call(methods.ChangeConstraint, request)).stamp)
 
     async def delete(self, name: str) -> Stamp:
