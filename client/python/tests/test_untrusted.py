@@ -51,6 +51,11 @@ def test_nobody_hears_a_claims_secret_and_what_is_heard_drives_nothing(
     untrusted.declare_subscriber("simd/**", hear)
     untrusted.declare_queryable("simd/**", hear, complete=True)
     targets = f"simd/{daemon.name}/joint_targets"
+    # Until both are known on the network.
+    while not any(key.endswith("/GetSimulationState") for key, _, _ in heard):
+        sim.stream_targets({arm: [0.0, 0.0]})
+        _ = sim.stamp
+    heard.clear()
     with arm.claim(holder="me") as claim:
         sim.stream_targets({arm: [0.5, 0.5]})
         arm.set_positions([0.4, 0.4])
