@@ -182,6 +182,7 @@ impl<R: Read> Reader<R> {
     ///
     /// # Errors
     /// Where the file cannot be read on; then it never can.
+    #[expect(clippy::should_implement_trait, reason = "what it gives borrows from it")]
     pub fn next(&mut self) -> Result<Option<Item<'_>>, Error> {
         let found = loop {
             if self.is_complete {

@@ -23,8 +23,11 @@ fn file() -> Vec<u8> {
     writer.finish().unwrap()
 }
 
-/// All messages as topic, time and data; and how it ended.
-fn read(file: &[u8]) -> (Vec<(String, u64, Vec<u8>)>, Result<(), Error>) {
+/// Topic, time and data.
+type Read = (String, u64, Vec<u8>);
+
+/// All messages, and how it ended.
+fn read(file: &[u8]) -> (Vec<Read>, Result<(), Error>) {
     let mut messages = Vec::new();
     let ended = (|| {
         let mut reader = Reader::new(file, Limits { record: 1 << 20, chunk: 1 << 20, definitions: 1 << 16 })?;

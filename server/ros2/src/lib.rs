@@ -5,7 +5,7 @@
 //! * [`messages`]: the types themselves, a module a ROS package.
 //! * [`cdr`]: how values become bytes and come back, as `rmw` implementations write them.
 //! * [`definition`]: the text of a type, as MCAP's `ros2msg` schemas have it.
-//! * [`type_hash`]: RIHS01.
+//! * [`type_hash`][]: RIHS01.
 //! * [`wire`]: keys, liveliness tokens, quality of service and attachments of `rmw_zenoh`.
 
 pub mod cdr;

@@ -1,4 +1,5 @@
 //! Bytes, hashes and texts are those of rosbags. `tests/reference/make_ros2.py` makes the file.
+#![cfg(test)]
 
 use std::collections::BTreeMap;
 

@@ -95,7 +95,7 @@ pub async fn replay<R: Read>(
         due_bytes: 0,
         replayed,
     };
-    run.to_its_end(skip).await
+    run.run_to_end(skip).await
 }
 
 /// Limits of a daemon as it comes: those that the recording's daemon had are not known.
@@ -139,7 +139,7 @@ struct Run<R> {
 }
 
 impl<R: Read> Run<R> {
-    async fn to_its_end(mut self, mut skip: usize) -> Result<Replayed, String> {
+    async fn run_to_end(mut self, mut skip: usize) -> Result<Replayed, String> {
         let ended = loop {
             let record = match self.recording.next() {
                 Ok(Some(record)) => record,

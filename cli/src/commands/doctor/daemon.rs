@@ -228,7 +228,9 @@ fn versions(info: &GetSimulatorInfoResponse) -> Finding {
     let api = format!("{}.{}", info.api_major, info.api_minor);
     let found = format!("simd {} with API {api}, simctl {own} with API {API_VERSION}", info.version);
     let advice = "install simctl and simd of one release";
-    if info.api_major != API_VERSION.major || info.api_minor < API_VERSION.minor {
+    let is_served = info.api_major == API_VERSION.major
+        && API_VERSION.minor.checked_sub(info.api_minor).is_none_or(|behind| behind == 0);
+    if !is_served {
         return Finding::problem(CHECK, found, advice);
     }
     match info.version == own {

@@ -1,6 +1,7 @@
 //! Files that an installation has: configurations, and tokens and keys that others must not read.
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests;
 
 use std::{
