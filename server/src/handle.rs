@@ -169,7 +169,7 @@ impl SimHandle {
     }
 
     /// Refuses what changes other robots than those that this handle is for; `None` is the world.
-    fn check_robots(&self, robots: Option<&[&str]>) -> Result<(), CallError> {
+    pub(crate) fn check_robots(&self, robots: Option<&[&str]>) -> Result<(), CallError> {
         if self.only.is_empty() {
             return Ok(());
         }

@@ -192,6 +192,8 @@ impl Recordings {
         let begun = self.start_writer(directory, request, surroundings, running.clone());
         if begun.is_err() {
             *self.lock() = None;
+            // Who asked it to end meanwhile waits for that.
+            running.done.cancel();
         }
         begun.map(|()| running)
     }

@@ -147,3 +147,29 @@ async fn a_member_whose_caller_went_away_has_not_asked() {
     assert_eq!(at(client.step_with(steps(4, &patient)).await), 4);
     members(&daemon, 1).await;
 }
+
+/// Steps that were done before it asked are not done for it.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_member_that_joins_while_the_world_steps_gets_all_of_its_steps() {
+    let daemon = arm(Via::Grpc).await;
+    let client = &daemon.client;
+    let first = client.join_lockstep(LONG).await.unwrap();
+    let mut long = Box::pin(client.step_with(steps(50_000, &first)));
+    let joined = async {
+        while step(client).await < 1_000 {}
+        let second = client.join_lockstep(LONG).await.unwrap();
+        (second, step(client).await)
+    };
+    let (second, before) = tokio::select! {
+        answer = &mut long => panic!("it is done too soon for this test: {answer:?}"),
+        joined = joined => joined,
+    };
+    let others = async {
+        assert_eq!(at(long.await), 50_000);
+        client.leave_lockstep(&first).await.unwrap();
+    };
+    let request = steps(50_000, &second);
+    let (answer, ()) = tokio::join!(client.step_with(request), others);
+    let reached = at(answer);
+    assert!(reached >= before + 50_000, "{reached} after {before}");
+}

@@ -381,6 +381,7 @@ async fn a_token_for_some_robots_changes_no_other_and_not_the_world() {
             ("an end", client.delete_robot("other").await.map(drop)),
             ("a pause", client.pause().await.map(drop)),
             ("a saved state", client.save_state("mine").await.map(drop)),
+            ("a lockstep", client.join_lockstep(std::time::Duration::from_secs(60)).await.map(drop)),
         ];
         for (what, outcome) in refusals {
             let refused = outcome.expect_err(what);

@@ -3,6 +3,7 @@
 //! Within one layer a value is put in the order of this table.
 
 mod limits;
+mod network;
 
 use std::sync::LazyLock;
 
@@ -11,17 +12,14 @@ use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::key::{Access, Key, MANY};
-use super::ros2::{Distro, MAX_DOMAIN_ID, MAX_RATE};
 use crate::driver::Processors;
 use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
 /// All keys, in the order of the file.
 pub(super) static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| {
-    [daemon(), tls(), zenoh(), ros2(), physics(), autosave(), realtime(), limits::keys(), recording()]
-        .into_iter()
-        .flatten()
-        .collect()
+    let keys = [daemon(), network::keys(), physics(), autosave(), realtime(), limits::keys(), recording()];
+    keys.into_iter().flatten().collect()
 });
 
 /// Tables of the file, in their order, and what each is about.
@@ -151,77 +149,6 @@ fn daemon() -> Vec<Key> {
             ),
         )
         .flag("paused"),
-    ]
-}
-
-fn tls() -> Vec<Key> {
-    vec![
-        Key::new("tls.certificate", "the daemon's certificate", Access::File(|draft| &mut draft.certificate))
-            .flag("tls-certificate")
-            .example("\"/var/lib/simd/tls/server.pem\""),
-        Key::new("tls.key", "the private key of the certificate", Access::File(|draft| &mut draft.key))
-            .flag("tls-key")
-            .example("\"/var/lib/simd/tls/server.key\""),
-        Key::new(
-            "tls.client_authorities",
-            "clients need a certificate of one of these authorities",
-            Access::File(|draft| &mut draft.client_authorities),
-        )
-        .flag("tls-client-authorities")
-        .example("\"/var/lib/simd/tls/ca.pem\""),
-    ]
-}
-
-fn zenoh() -> Vec<Key> {
-    vec![
-        Key::new(
-            "zenoh.listen",
-            "where to listen, or `off`; port 0 takes a free one. Left out: `tcp/127.0.0.1:7447`, or nowhere where \
-             there are routers to join",
-            Access::Texts(
-                |draft| draft.config.zenoh.listen.clone().unwrap_or_default(),
-                |draft, locators| draft.config.zenoh.set_listen(locators),
-            ),
-        )
-        .flag("zenoh")
-        .example("[\"tcp/127.0.0.1:7447\"]"),
-        Key::new(
-            "zenoh.connect",
-            "routers to join",
-            Access::Texts(
-                |draft| draft.config.zenoh.connect.clone(),
-                |draft, locators| draft.config.zenoh.set_connect(locators),
-            ),
-        )
-        .flag("zenoh-connect")
-        .example("[\"tcp/router.lab:7447\"]"),
-        Key::new(
-            "zenoh.config",
-            "a file of Zenoh's own settings (JSON5), which are put over those of the daemon",
-            Access::File(|draft| &mut draft.config.zenoh.file),
-        )
-        .flag("zenoh-config")
-        .example("\"zenoh.json5\""),
-        Key::new(
-            "zenoh.state_rate",
-            "joint states that are published a second at the most; 0 is none",
-            Access::Number(
-                0.0..=super::zenoh::MAX_STATE_RATE,
-                |draft| draft.config.zenoh.state_rate,
-                |draft, rate| {
-                    draft.config.zenoh.state_rate = rate;
-                    Ok(())
-                },
-            ),
-        ),
-        Key::new(
-            "zenoh.enabled",
-            "whether the daemon is reached over Zenoh at all",
-            Access::Switch(
-                |draft| draft.config.zenoh.enabled,
-                |draft, enabled| draft.config.zenoh.enabled = enabled,
-            ),
-        ),
     ]
 }
 
@@ -370,65 +297,6 @@ fn recording() -> Vec<Key> {
             "recording.max_bytes",
             "bytes of all of them together",
             Access::Count(1 << 20..=MANY, |draft| &mut draft.config.recording.max_bytes),
-        ),
-    ]
-}
-
-fn ros2() -> Vec<Key> {
-    vec![
-        Key::new(
-            "ros2.enabled",
-            "whether the daemon joins the graph as a node",
-            Access::Switch(
-                |draft| draft.config.ros2.enabled,
-                |draft, enabled| draft.config.ros2.enabled = enabled,
-            ),
-        )
-        .flag("ros2"),
-        Key::new(
-            "ros2.router",
-            "where `rmw_zenohd` is",
-            Access::Text(
-                |draft| draft.config.ros2.router.clone(),
-                |draft, router| draft.config.ros2.set_router(router),
-            ),
-        ),
-        Key::new(
-            "ros2.domain_id",
-            "`ROS_DOMAIN_ID`",
-            Access::Count(0..=MAX_DOMAIN_ID.into(), |draft| &mut draft.config.ros2.domain_id),
-        ),
-        Key::new(
-            "ros2.namespace",
-            "before the names of topics and services: `/`, or words like `/lab/cell_1`",
-            Access::Text(
-                |draft| draft.config.ros2.namespace.clone(),
-                |draft, namespace| draft.config.ros2.set_namespace(namespace),
-            ),
-        ),
-        Key::new(
-            "ros2.distro",
-            "the distribution of the other nodes",
-            Access::Word(
-                &Distro::NAMES,
-                |draft| draft.config.ros2.distro.name(),
-                |draft, name| {
-                    draft.config.ros2.distro = Distro::named(&name).unwrap_or(draft.config.ros2.distro);
-                    Ok(())
-                },
-            ),
-        ),
-        Key::new(
-            "ros2.rate",
-            "states of each topic a second at the most",
-            Access::Number(
-                0.001..=MAX_RATE,
-                |draft| draft.config.ros2.rate,
-                |draft, rate| {
-                    draft.config.ros2.rate = rate;
-                    Ok(())
-                },
-            ),
         ),
     ]
 }

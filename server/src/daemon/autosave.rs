@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use simd_core::Command;
@@ -124,9 +124,13 @@ async fn save(handle: &SimHandle, path: &Path) -> Result<(), Failed> {
     Ok(())
 }
 
+/// Held while a file is written: the last one may come while another is on its way to the disk.
+static WRITING: Mutex<()> = Mutex::new(());
+
 /// Writes a file beside the old one, which it replaces once all of it is on the disk: whenever the daemon is killed,
 /// one of the two is there whole.
 fn replace(path: &Path, bytes: &Arc<[u8]>) -> io::Result<()> {
+    let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let beside = with_suffix(path, ".new");
     let written = File::create(&beside).and_then(|mut file| {
         file.write_all(bytes)?;

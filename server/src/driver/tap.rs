@@ -8,7 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use simd_core::simulation::Saved;
-use simd_core::simulation::command::{ClaimId, ClaimRequest};
+use simd_core::simulation::command::{ClaimId, ClaimRequest, TrajectoryPoint};
 use simd_core::{Command, Moment};
 use simd_model::LoadReport;
 
@@ -179,6 +179,15 @@ impl Entry {
                 Command::ResetJoints { robots } => {
                     let joints: usize = robots.iter().map(|robot| robot.joints.len()).sum();
                     THING * (1 + robots.len() + joints)
+                }
+                Command::FollowTrajectory(follow) => {
+                    let numbers = |point: &TrajectoryPoint| {
+                        let TrajectoryPoint { positions, velocities, accelerations, efforts, time: _ } =
+                            point;
+                        positions.len() + velocities.len() + accelerations.len() + efforts.len()
+                    };
+                    let numbers: usize = follow.points.iter().map(numbers).sum();
+                    THING * (1 + follow.joints.len() + follow.points.len()) + NUMBER * numbers
                 }
                 Command::SetJointProperties { joints, .. } => THING * (1 + joints.len()),
                 Command::SetLinkProperties { links, .. } => THING * (1 + links.len()),

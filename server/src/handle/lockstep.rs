@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
+use simd_core::simulation::command::ClaimId;
 use tokio::sync::{Notify, oneshot};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -47,7 +48,14 @@ enum State {
     /// It has to ask until then.
     Computes { deadline: Instant },
     /// It has asked for so many steps, of which so many are still to be done.
-    Waits { remaining: u64, reply: oneshot::Sender<Result<Stepped, CallError>> },
+    Waits {
+        remaining: u64,
+        /// With which it asked.
+        claim: Option<ClaimId>,
+        /// Whether the steps that are being done are done for it: it asked before they began.
+        is_counted: bool,
+        reply: oneshot::Sender<Result<Stepped, CallError>>,
+    },
 }
 
 /// A member, as others see it.
@@ -91,20 +99,34 @@ impl Group {
         }
     }
 
-    /// Steps to the nearest that one asked for, where all have asked.
-    fn due(&mut self) -> Option<u64> {
+    /// Whether all have asked.
+    fn is_due(&mut self) -> bool {
         self.forget_gone();
-        let waits = self.members.iter().map(|member| match member.state {
-            State::Waits { remaining, .. } => Some(remaining),
-            State::Computes { .. } => None,
-        });
-        waits.collect::<Option<Vec<u64>>>()?.into_iter().min()
+        !self.members.is_empty()
+            && self.members.iter().all(|member| matches!(member.state, State::Waits { .. }))
+    }
+
+    /// Where all have asked: steps to the nearest that one asked for, which are done for all of them from now on, and the
+    /// first claim that a member came with, in the order in which they joined.
+    fn begin(&mut self) -> Option<(u64, Option<ClaimId>)> {
+        if !self.is_due() {
+            return None;
+        }
+        let (mut steps, mut first) = (u64::MAX, None);
+        for member in &mut self.members {
+            if let State::Waits { remaining, claim, is_counted, .. } = &mut member.state {
+                *is_counted = true;
+                steps = steps.min(*remaining);
+                first = first.or(*claim);
+            }
+        }
+        Some((steps, first))
     }
 
     /// Takes steps that were done off what members wait for, and answers those whose steps are done; after a refusal, all.
     fn done(&mut self, steps: u64, outcome: &Result<Stepped, CallError>) {
         for member in &mut self.members {
-            let State::Waits { remaining, .. } = &mut member.state else { continue };
+            let State::Waits { remaining, is_counted: true, .. } = &mut member.state else { continue };
             *remaining = remaining.saturating_sub(steps);
             if *remaining > 0 && outcome.is_ok() {
                 continue;
@@ -130,6 +152,7 @@ impl SimHandle {
         timeout: Duration,
         until: Option<CancellationToken>,
     ) -> Result<(Arc<str>, Vec<LockstepMember>), CallError> {
+        self.check_robots(None)?;
         if !TIMEOUT.contains(&timeout) {
             return Err(CallError::InvalidValue {
                 element: "timeout".into(),
@@ -211,7 +234,7 @@ impl SimHandle {
         {
             let mut group = self.inner.lockstep.lock();
             let member = group.find(id)?;
-            member.state = State::Waits { remaining: steps, reply };
+            member.state = State::Waits { remaining: steps, claim: self.claim, is_counted: false, reply };
         }
         // Also where the caller goes away before it is answered.
         let _changed = NotifyOnDrop(&self.inner.lockstep.changed);
@@ -224,7 +247,7 @@ impl SimHandle {
     fn advance_lockstep(&self) {
         {
             let mut group = self.inner.lockstep.lock();
-            if group.is_stepping || group.due().is_none() {
+            if group.is_stepping || !group.is_due() {
                 return;
             }
             group.is_stepping = true;
@@ -235,12 +258,12 @@ impl SimHandle {
             loop {
                 let due = {
                     let mut group = handle.inner.lockstep.lock();
-                    let due = group.due();
+                    let due = group.begin();
                     group.is_stepping = due.is_some();
                     due
                 };
-                let Some(steps) = due else { return };
-                let outcome = handle.step_alone(None, steps).await;
+                let Some((steps, claim)) = due else { return };
+                let outcome = handle.acting_for(claim).step_alone(None, steps).await;
                 handle.inner.lockstep.lock().done(steps, &outcome);
                 handle.inner.lockstep.changed.notify_waiters();
             }

@@ -17,6 +17,7 @@ impl SimHandle {
         &self,
         request: RecordingRequest,
     ) -> Result<(RecordingInfo, Moment), CallError> {
+        self.check_robots(None)?;
         // A task of its own, so that a caller who goes away leaves no recording that nobody is told of.
         let begun = tokio::spawn(self.clone().begin_recording(request)).await;
         begun.map_err(|error| CallError::Internal { message: error.to_string() })?
@@ -49,6 +50,7 @@ impl SimHandle {
     /// # Errors
     /// Where none of that name is being made.
     pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
+        self.check_robots(None)?;
         let running = self.inner.recordings.running();
         let Some(running) = running.filter(|running| name.is_empty() || *running.name == *name) else {
             let which =
@@ -122,6 +124,7 @@ impl SimHandle {
     /// # Errors
     /// Where there is no such recording, or it is being made.
     pub async fn delete_recording(&self, name: String) -> Result<(), CallError> {
+        self.check_robots(None)?;
         let recordings = self.inner.recordings.clone();
         self.loader().off_thread(move || recordings.delete(&name)).await?
     }

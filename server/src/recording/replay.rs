@@ -281,7 +281,7 @@ impl<R: Read> Run<R> {
             let Some(world) = &mut self.world else { return Ok(false) };
             world.step();
             world.observe(&mut self.state);
-            self.done += 1;
+            self.done = self.done.saturating_add(1);
             let is_equal = self.state.fingerprint() == fingerprint;
             if self.replayed.difference.is_none() {
                 if is_equal {

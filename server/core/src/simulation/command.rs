@@ -137,6 +137,8 @@ impl Command {
     /// The robots that it changes, by name; `None` where it concerns the whole world.
     pub fn robots(&self) -> Option<Vec<&str>> {
         Some(match self {
+            // It may become a robot of any name.
+            Self::Spawn(spawn) if spawn.allow_renaming => return None,
             Self::Spawn(spawn) => vec![&spawn.name],
             Self::Reload(reload) => vec![&reload.robot],
             Self::SetTargets(targets) => targets.robots.iter().map(|robot| robot.robot.as_str()).collect(),
