@@ -59,7 +59,8 @@ async fn a_daemon_that_is_started_again_goes_on_where_it_was() {
     let robots: Vec<String> = client.robots().await.unwrap().into_iter().map(|robot| robot.name).collect();
     assert_eq!(robots, ["bench_arm", "second"], "those of the configuration are not loaded again");
     let after = shoulder(&client).await;
-    assert!(after.0 >= before.0 && (after.1 - before.1).abs() < 1e-3, "{after:?} after {before:?}");
+    // It plays again, on its last bit of way to the target.
+    assert!(after.0 >= before.0 && (after.1 - before.1).abs() < 0.02, "{after:?} after {before:?}");
     end(daemon).await;
 }
 
