@@ -193,6 +193,7 @@ mod tests {
             include_str!("../simd/v1/constraint.proto"),
             include_str!("../simd/v1/entity.proto"),
             include_str!("../simd/v1/joint.proto"),
+            include_str!("../simd/v1/parameter.proto"),
             include_str!("../simd/v1/simulation.proto"),
         ];
         let named =

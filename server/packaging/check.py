@@ -2,7 +2,8 @@
 """Installs what is in dist/ where there is nothing else, and does the main job there. `make dist-check` runs it.
 
 The archive goes into an empty folder, the wheels into a new virtual environment, the Debian package into a Debian that
-mmdebstrap makes (as root: it needs chroot). In each a daemon starts, a robot is loaded, a joint is set, and it is there.
+mmdebstrap makes (as root: it needs chroot), and where podman is, the programs into an image. In each a daemon starts, a
+robot is loaded, a joint is set, and it is there.
 """
 
 from __future__ import annotations
@@ -58,6 +59,10 @@ def main() -> None:
         ("the wheels in a new environment", check_wheels),
         ("the Debian package in an empty Debian", check_package),
     ]
+    if shutil.which("podman"):
+        checks.append(("the image on an empty Debian", check_image))
+    else:
+        print("podman is not there: no image is built")
     only = sys.argv[1:]
     for title, check in checks:
         if only and check.__name__.removeprefix("check_") not in only:
@@ -159,8 +164,54 @@ def check_package(scratch: Path) -> None:
     assert not left, left
 
 
+def check_image(scratch: Path) -> None:
+    """The last stage of the Containerfile on an empty Debian, run without root, without rights and read-only.
+
+    What its build stages would compile is what is packed already, and the images that they begin with are a registry's.
+    """
+    runtime = ["--runtime", "runc"] if shutil.which("runc") else []
+    programs = scratch / "src" / "target" / "release"
+    programs.mkdir(parents=True)
+    with tarfile.open(one("simd-*-linux.tar.xz")) as archive:
+        for member in archive.getmembers():
+            if member.name.split("/", 1)[1:] in ([f"bin/{name}"] for name in PROGRAMS):
+                member.name = Path(member.name).name
+                archive.extract(member, programs, filter="data")
+    run("tar", "--create", "--file", scratch / "built.tar", "--directory", scratch, "src")
+    images = {name: f"localhost/simd-check-{name}" for name in ("debian", "built", "image")}
+    try:
+        run("podman", "import", "--quiet", empty_system(), images["debian"])
+        run("podman", "import", "--quiet", scratch / "built.tar", images["built"])
+        text = (REPOSITORY / "server/packaging/Containerfile").read_text()
+        last = text[text.rindex("FROM ${BASE}") :]
+        file = scratch / "Containerfile"
+        file.write_text(f"ARG BASE\nFROM {images['built']} AS build\n{last}")
+        flags = ["--quiet", "--format", "docker", "--isolation", "chroot", "--network", "host"]
+        base = ["--build-arg", f"BASE={images['debian']}"]
+        run("podman", "build", *flags, *base, "--file", file, "--tag", images["image"], REPOSITORY)
+        started = ["podman", *runtime, "run", "--rm", "--read-only", "--cap-drop", "all", "--network", "host"]
+        # podman's own limits may be beyond those of who runs this, and its checks of health need systemd.
+        started += ["--ulimit=nofile=1024:1024", "--ulimit=nproc=1024:1024", "--no-healthcheck"]
+        started += ["--volume", f"{ROBOT}:/srv/arm:ro"]
+
+        def there(name: str) -> list[str]:
+            return [*started, "--entrypoint", f"/usr/bin/{name}", images["image"]]
+
+        main_job(there, Path("/srv/arm"), ["--config", "/etc/simd/simd.toml"])
+    finally:
+        subprocess.run(["podman", "rmi", "--force", *images.values()], stdout=subprocess.DEVNULL, check=False)
+
+
 def unpack_empty_system(root: Path) -> None:
-    """Debian's essential packages and apt, made once by mmdebstrap."""
+    """The files of an empty Debian, which reaches the network as this system does."""
+    root.mkdir()
+    run("tar", "--extract", "--numeric-owner", "--file", empty_system(), "--directory", root)
+    for name in ("resolv.conf", "hosts"):
+        shutil.copy(Path("/etc") / name, root / "etc" / name)
+
+
+def empty_system() -> Path:
+    """An archive of Debian's essential packages and apt, made once by mmdebstrap."""
     kept = target_folder() / "packages" / f"{SUITE}.tar"
     if not kept.is_file():
         if not shutil.which("mmdebstrap"):
@@ -169,10 +220,7 @@ def unpack_empty_system(root: Path) -> None:
         began = kept.with_suffix(".part.tar")
         run("mmdebstrap", "--quiet", "--mode=root", "--variant=minbase", SUITE, began, MIRROR)
         began.rename(kept)
-    root.mkdir()
-    run("tar", "--extract", "--numeric-owner", "--file", kept, "--directory", root)
-    for name in ("resolv.conf", "hosts"):
-        shutil.copy(Path("/etc") / name, root / "etc" / name)
+    return kept
 
 
 def inside(root: Path, *command: str) -> str:

@@ -56,6 +56,14 @@ pub enum CallError {
         /// Those that the token is for.
         allowed: Vec<String>,
     },
+    /// Somebody else's, whose token or claim holds.
+    #[error("{what} belongs to {owner}; choose another name, or take it over")]
+    OwnedByAnother {
+        /// For instance `saved state "start"`.
+        what: String,
+        /// Who made it.
+        owner: String,
+    },
     /// There is no such member (any more).
     #[error(
         "there is no such member in lockstep (any more): it left, or did not ask in its time; join again"

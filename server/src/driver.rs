@@ -16,6 +16,7 @@ mod pacer;
 mod published;
 mod realtime;
 mod step_queue;
+mod step_threads;
 mod tap;
 #[cfg(test)]
 mod tests;
@@ -32,10 +33,11 @@ use simd_core::PublishedState;
 pub(crate) use board::Board;
 pub(crate) use event::{Event, ReplyTo};
 pub(crate) use event_log::EventLog;
-pub use event_log::{EventBatch, Happened, LockstepChange, LoggedEvent, RecordingEnd};
+pub use event_log::{AuditedCall, EventBatch, Happened, LockstepChange, LoggedEvent, RecordingEnd};
 pub(crate) use mailbox::Mailbox;
 pub use published::{Done, Pace, PaceChange, Published, Statistics, Stepped};
 pub use realtime::{Processors, RealTime};
+pub use step_threads::{MOST_STEP_THREADS, StepThreads};
 pub(crate) use tap::{AppliedCommand, Entry, ReportEntry, Sender, Tap, TapEnd, WorldEntry};
 pub(crate) use world::World;
 
@@ -61,6 +63,8 @@ pub struct Config {
     pub events: usize,
     /// What the thread asks of the system.
     pub real_time: RealTime,
+    /// Threads that a step may use; 0 leaves it to the daemon.
+    pub step_threads: u32,
     /// Wall time by which the world may be late before lag is dropped.
     pub lag_limit: Duration,
     /// What it begins in.
@@ -76,6 +80,7 @@ impl Default for Config {
             waiting_steps: 1024,
             events: 1024,
             real_time: RealTime::default(),
+            step_threads: 0,
             lag_limit: Duration::from_millis(200),
             state: RunState::Playing,
             pace: Pace::default(),
@@ -99,12 +104,26 @@ pub(crate) struct Link {
 /// # Errors
 /// Where the system gives no thread.
 pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> {
-    let (driver, link) = build(world, config);
+    let (mut driver, link) = build(world, config);
     std::thread::Builder::new().name("simd-driver".into()).spawn(move || {
         realtime::ask(config.real_time);
+        lend_threads(&mut driver.world, config);
         run(driver);
     })?;
     Ok(link)
+}
+
+/// Lends the world threads beside the physics thread, which is the calling one.
+fn lend_threads(world: &mut impl World, config: Config) {
+    let count = step_threads::count(config.step_threads, &config.real_time);
+    match StepThreads::start(count, config.real_time) {
+        Ok(Some(threads)) => {
+            tracing::debug!(threads = threads.count(), "steps may use threads beside the physics thread");
+            world.set_pool(threads);
+        }
+        Ok(None) => {}
+        Err(error) => tracing::warn!(%error, "steps use the physics thread alone"),
+    }
 }
 
 /// A driver that does not run yet.

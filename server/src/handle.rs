@@ -7,9 +7,11 @@
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
+//! * `owners`: whose saved states and parameters are. `audit`: who did what.
 //! * `accounts`: what each client has. `heavy`: permits for reads that take long. `once`: answers to retries.
 
 mod accounts;
+mod audit;
 mod calls;
 mod claims;
 mod clients;
@@ -18,6 +20,7 @@ mod events;
 mod heavy;
 mod lockstep;
 mod once;
+mod owners;
 mod parameters;
 mod recordings;
 mod simulation;
@@ -33,7 +36,8 @@ use tokio::sync::oneshot;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
-pub(crate) use calls::MethodCalls;
+pub(crate) use audit::RobotNote;
+pub(crate) use calls::{MethodCalls, RefusedUnanswered};
 pub use claims::Unproven;
 pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};
 pub(crate) use clients::{Scope, UnderWay};
@@ -43,12 +47,13 @@ use heavy::HeavyWork;
 use lockstep::Lockstep;
 pub use lockstep::LockstepMember;
 pub(crate) use once::{IdentifiedRequest, Outcome};
+pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published, RecordingEnd,
-    Statistics, Stepped,
+    AuditedCall, Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published,
+    RecordingEnd, Statistics, Stepped,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
@@ -56,6 +61,7 @@ pub use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, R
 pub use crate::run_state::RunState;
 
 use crate::access::{Access, Grant};
+use crate::account::Account;
 use crate::driver::{self, Event, ReplyTo, Sender};
 use crate::histogram::Counts;
 use crate::loading::Loader;
@@ -65,6 +71,7 @@ use calls::CallCounts;
 use claims::Leases;
 use clients::Clients;
 use once::AnswerCache;
+use owners::SavedStateOwners;
 use parameters::Parameters;
 
 /// A physics thread that is at one step or command for longer does not get on.
@@ -82,6 +89,12 @@ pub struct SimHandle {
     only: Arc<[String]>,
     /// Whom commands come from, for recordings.
     sender: Sender,
+    /// Whom what is made belongs to.
+    account: Account,
+    /// What is another's may be replaced and taken away.
+    takes_over: bool,
+    /// Where the robots of the call are noted.
+    note: Option<RobotNote>,
 }
 
 #[derive(Debug)]
@@ -93,12 +106,17 @@ struct Inner {
     calls: CallCounts,
     clients: Arc<Clients>,
     parameters: Parameters,
+    saved_state_owners: SavedStateOwners,
     lockstep: Lockstep,
     heavy: HeavyWork,
     accounts: Arc<Accounts>,
     info: DaemonInfo,
     access: Access,
     recordings: Recordings,
+    /// Held while a recording begins or is being ended.
+    recording_turn: tokio::sync::Mutex<()>,
+    /// For looks into recordings, which may be large.
+    recording_looks: HeavyWork,
     /// What the times of targets are counted from.
     started: Instant,
     draining: CancellationToken,
@@ -120,32 +138,43 @@ impl SimHandle {
         access: Access,
         recordings: Recordings,
     ) -> Self {
-        let (leases, calls, clients, lockstep, draining) = Default::default();
+        let (leases, calls, clients, saved_state_owners, lockstep, draining) = Default::default();
         let limits = &info.limits;
         let parameters = Parameters::new(limits.parameters);
         let (answers, heavy) = (AnswerCache::new(limits), HeavyWork::new(limits));
         let accounts = Accounts::new(limits.calls_per_second_of_client, limits.streams_of_client);
+        Self::of_everybody(Arc::new(Inner {
+            driver,
+            loader: Arc::new(loader),
+            answers,
+            leases,
+            calls,
+            clients,
+            parameters,
+            saved_state_owners,
+            lockstep,
+            heavy,
+            accounts: Arc::new(accounts),
+            info,
+            access,
+            recordings,
+            recording_turn: tokio::sync::Mutex::default(),
+            recording_looks: HeavyWork::of_recordings(),
+            started: Instant::now(),
+            draining,
+        }))
+    }
+
+    /// For no caller in particular.
+    fn of_everybody(inner: Arc<Inner>) -> Self {
         Self {
+            inner,
             claim: None,
             only: Arc::default(),
             sender: None,
-            inner: Arc::new(Inner {
-                driver,
-                loader: Arc::new(loader),
-                answers,
-                leases,
-                calls,
-                clients,
-                parameters,
-                lockstep,
-                heavy,
-                accounts: Arc::new(accounts),
-                info,
-                access,
-                recordings,
-                started: Instant::now(),
-                draining,
-            }),
+            account: Account::Process,
+            takes_over: false,
+            note: None,
         }
     }
 
@@ -159,6 +188,13 @@ impl SimHandle {
     #[must_use]
     pub fn called_by(&self, caller: Option<&Caller>) -> Self {
         Self { sender: caller.map(|caller| caller.name.clone()), ..self.clone() }
+    }
+
+    /// The same for this client, as limits know it.
+    #[must_use]
+    pub(crate) fn of_account(&self, account: Option<&Account>) -> Self {
+        let account = account.cloned().unwrap_or(Account::Process);
+        Self { account, ..self.clone() }
     }
 
     /// The same for the owner of a token, which may be for some robots alone.

@@ -25,7 +25,7 @@ use simd_model::LoadReport;
 use tokio_util::sync::CancellationToken;
 
 pub(crate) use names::is_name;
-pub use replay::{Replayed, replay};
+pub use replay::{Changes, Comparison, Difference, Replayed, Variation, replay, replay_beside};
 
 use crate::call_error::CallError;
 use crate::driver::{Board, EventLog, LoggedEvent, Published, Tap};
@@ -129,7 +129,7 @@ pub(crate) struct Running {
 }
 
 /// What a writer has of the daemon.
-pub(crate) struct Surroundings {
+pub(crate) struct RecordingSources {
     pub(crate) daemon: String,
     pub(crate) loader: Arc<Loader>,
     pub(crate) events: Arc<EventLog>,
@@ -173,7 +173,7 @@ impl Recordings {
     pub(crate) fn begin(
         &self,
         request: RecordingRequest,
-        surroundings: Surroundings,
+        sources: RecordingSources,
     ) -> Result<Running, CallError> {
         let directory = self.directory()?.to_owned();
         let name: Arc<str> = match request.name.as_str() {
@@ -189,7 +189,7 @@ impl Recordings {
             }
             *present = Some(running.clone());
         }
-        let begun = self.start_writer(directory, request, surroundings, running.clone());
+        let begun = self.start_writer(directory, request, sources, running.clone());
         if begun.is_err() {
             *self.lock() = None;
             // Who asked it to end meanwhile waits for that.
@@ -202,7 +202,7 @@ impl Recordings {
         &self,
         directory: PathBuf,
         request: RecordingRequest,
-        surroundings: Surroundings,
+        sources: RecordingSources,
         running: Running,
     ) -> Result<(), CallError> {
         let there = list(&directory).map_err(|error| unusable(&directory, &error))?;
@@ -227,7 +227,7 @@ impl Recordings {
             max_bytes,
             max_duration: request.max_duration,
         };
-        let writer = writer::Writer::new(plan, surroundings, self.encoders, running.tap.clone());
+        let writer = writer::Writer::new(plan, sources, self.encoders, running.tap.clone());
         let writer = writer.map_err(|error| unusable(&directory, &error))?;
         let registry = self.clone();
         let thread = std::thread::Builder::new().name("simd-recorder".into());
@@ -277,10 +277,14 @@ impl Recordings {
     ///
     /// # Errors
     /// Where there is no such recording, or it cannot be read.
-    pub(crate) fn contents(&self, info: &RecordingInfo) -> Result<RecordingContents, CallError> {
+    pub(crate) fn contents(
+        &self,
+        info: &RecordingInfo,
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Result<RecordingContents, CallError> {
         let directory = self.directory()?;
         let paths: Vec<PathBuf> = info.files.iter().map(|(name, _)| directory.join(name)).collect();
-        reading::contents(&paths).map_err(|error| unusable(directory, &error))
+        reading::contents(&paths, is_cancelled).map_err(|error| unusable(directory, &error))
     }
 
     /// A part of one of its files, and the size of that.

@@ -2,12 +2,12 @@
 
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, BufWriter, Write};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::recording::{self, Replayed};
+use crate::recording::{self, Changes, Comparison, Replayed, Variation};
 use crate::subcommand;
 
 /// One process, one world, stepped in real time.
@@ -34,6 +34,13 @@ struct Replay {
     /// Begins with the last recorded world that is not after this simulated time, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     from: Option<f64>,
+    /// Runs it a second time beside with this changed, and says how joints differ: time_step, substeps, gravity, integrator, or
+    /// ROBOT/JOINT. and stiffness, gain_damping, damping, friction, armature or gravity_compensation
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    changes: Vec<String>,
+    /// Writes what joints do in both runs as a table with commas, a row every 10 ms
+    #[arg(long, value_name = "FILE", requires = "changes")]
+    csv: Option<PathBuf>,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -53,16 +60,70 @@ fn replay_all(replay: &Replay) -> Result<(String, u8), String> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let runtime = runtime.map_err(|error| format!("simd: {error}"))?;
     let (mut text, mut code) = (String::new(), 0);
+    if replay.csv.is_some() && replay.files.len() > 1 {
+        return Err("simd: --csv takes one recording".to_owned());
+    }
     for file in &replay.files {
         let open = || File::open(file).map(BufReader::new);
-        let replayed = runtime.block_on(recording::replay(open, replay.from));
+        let variation = variation(replay).map_err(|why| format!("simd: {why}"))?;
+        let replayed = runtime.block_on(recording::replay_beside(open, replay.from, variation));
         let replayed = replayed.map_err(|why| format!("simd: {}: {why}", file.display()))?;
         text += &format!("{}: {}\n", file.display(), sentence(&replayed));
+        text += &replayed.comparison.as_ref().map(beside).unwrap_or_default();
         if replayed.difference.is_some() || replayed.damaged.is_some() {
             code = 1;
         }
     }
     Ok((text, code))
+}
+
+/// What the second run is to have changed, and where its table goes.
+fn variation(replay: &Replay) -> Result<Variation, String> {
+    let mut changes = Changes::default();
+    replay.changes.iter().try_for_each(|text| changes.add(text))?;
+    let table = match &replay.csv {
+        Some(path) => {
+            let is_recording = |file: &PathBuf| file.canonicalize().ok() == path.canonicalize().ok();
+            if path.exists() && replay.files.iter().any(is_recording) {
+                return Err(format!("{}: --csv would overwrite the recording", path.display()));
+            }
+            let file = File::create(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            Some(Box::new(BufWriter::new(file)) as Box<dyn Write>)
+        }
+        None => None,
+    };
+    Ok(Variation { changes, table })
+}
+
+/// How the second run compares, a line for each joint.
+fn beside(comparison: &Comparison) -> String {
+    let Comparison { changes, rows, refused } = comparison;
+    let mut text = format!("with {}, beside it, in rad or m:\n", changes.join(", "));
+    let names =
+        rows.iter().map(|row| (row.robot.clone(), if row.joint.is_empty() { "(base)" } else { &row.joint }));
+    let names: Vec<_> = names.collect();
+    let width = |of: &dyn Fn(&(String, &str)) -> usize, title: usize| {
+        names.iter().map(of).max().unwrap_or(0).max(title)
+    };
+    let (robots, joints) =
+        (width(&|name| name.0.chars().count(), 5), width(&|name| name.1.chars().count(), 5));
+    text += &format!(
+        "{:robots$}  {:joints$}  {:>10}  {:>9}  {:>10}  {:>10}\n",
+        "ROBOT", "JOINT", "LARGEST", "AT s", "AT THE END", "RMS"
+    );
+    for (row, (robot, joint)) in rows.iter().zip(&names) {
+        text += &format!(
+            "{robot:robots$}  {joint:joints$}  {:>10.3e}  {:>9.3}  {:>10.3e}  {:>10.3e}\n",
+            row.largest,
+            row.at,
+            row.last,
+            row.rms()
+        );
+    }
+    if let Some(refused) = refused {
+        text += &format!("A command that was applied when it was recorded is refused there: {refused}\n");
+    }
+    text
 }
 
 /// What it came to.
@@ -83,4 +144,27 @@ fn sentence(replayed: &Replayed) -> String {
         sentence += &format!("; then it cannot be read: {damaged}");
     }
     sentence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_does_not_overwrite_the_recording() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("run.mcap");
+        std::fs::write(&file, "kept").unwrap();
+        let replay = Replay {
+            files: vec![file.clone()],
+            from: None,
+            changes: vec!["substeps=2".into()],
+            csv: Some(
+                directory.path().join("../").join(directory.path().file_name().unwrap()).join("run.mcap"),
+            ),
+        };
+        let error = variation(&replay).err().unwrap();
+        assert!(error.ends_with("--csv would overwrite the recording"), "{error}");
+        assert_eq!(std::fs::read(&file).unwrap(), b"kept");
+    }
 }

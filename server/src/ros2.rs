@@ -43,12 +43,17 @@ pub struct Serving {
     node: JoinHandle<()>,
 }
 
+/// Queries that are worked on at one time.
+const CALLS: usize = 32;
+/// Queries that wait for the end of a goal: each goal of each robot has room for one.
+const WAITING_CALLS: usize = robots::MAX_ROBOTS * actions::GOALS;
+
 /// Joins the graph, now or as soon as its router is there.
 ///
 /// # Errors
 /// Where the system gives no threads.
 pub fn start(settings: Ros2, handle: &SimHandle) -> std::io::Result<Serving> {
-    let calls = [Calls::new()?, Calls::new()?];
+    let calls = [Calls::new(CALLS)?, Calls::new(WAITING_CALLS)?];
     let ended = CancellationToken::new();
     let node = tokio::spawn(serve(settings, handle.clone(), calls, ended.clone()));
     Ok(Serving { ended, node })

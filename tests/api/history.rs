@@ -203,5 +203,5 @@ async fn each_acknowledged_command_is_in_the_history_once_in_order_and_no_refuse
         }
     }
     // It was not quiet: both happened.
-    assert!(acknowledged > 50 && refused > 20, "{acknowledged} acknowledged, {refused} refused");
+    assert!(acknowledged > 20 && refused > 20, "{acknowledged} acknowledged, {refused} refused");
 }

@@ -4,6 +4,7 @@
 //! physics can get wrong is tested once, over gRPC: `control`, `others_robots`.
 #![cfg(test)]
 
+mod audit;
 mod claims;
 mod clients;
 mod collision_filters;
@@ -19,6 +20,7 @@ mod lockstep;
 mod lockstep_group;
 mod metrics;
 mod others_robots;
+mod owners;
 mod parameters;
 mod queries;
 mod recordings;
@@ -30,6 +32,7 @@ mod security;
 mod streams;
 mod terrain;
 mod tls;
+mod trajectories;
 mod viewing;
 mod world;
 mod zenoh;

@@ -27,6 +27,11 @@ pub(crate) fn of(role: Role) -> String {
     token(&[role as u8 + 1; 32])
 }
 
+/// Of another admin.
+pub(crate) fn of_second() -> String {
+    token(&[6; 32])
+}
+
 /// The token for the robot "arm" alone.
 fn of_arm() -> String {
     token(&[7; 32])
@@ -53,6 +58,7 @@ fn entries() -> Vec<TokenEntry> {
     // For one robot, and yet an admin: what it may not do, no role allows.
     let of_arm = entry("of_arm", Role::Admin, &of_arm(), None);
     entries.push(TokenEntry { robots: vec!["arm".into()], ..of_arm });
+    entries.push(entry("second", Role::Admin, &of_second(), None));
     entries.push(entry("late", Role::Admin, &token(&[9; 32]), Some("2020-01-01T00:00:00Z")));
     entries
 }

@@ -68,6 +68,28 @@ fn expire(folder: &Path) {
     std::fs::write(folder.join("server.pem"), certificate.pem()).unwrap();
 }
 
+/// Nobody signed it but its own key, and a daemon that speaks no TLS at all: neither is a daemon for who asks for TLS.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_certificate_that_signs_itself_and_plain_text_in_its_place_are_refused() {
+    let guarded = guarded(|config, folder| config.tls = Some(certificates(folder))).await;
+    let names = vec!["localhost".to_owned(), "127.0.0.1".to_owned()];
+    let own = rcgen::generate_simple_self_signed(names).unwrap();
+    let folder = guarded.folder.path();
+    std::fs::write(folder.join("server.pem"), own.cert.pem()).unwrap();
+    std::fs::write(folder.join("server.key"), own.signing_key.serialize_pem()).unwrap();
+    guarded.running.reload();
+    let plain = crate::security::guarded(|_, _| {}).await;
+    let there = format!("https://localhost:{}", plain.running.address.port());
+    for endpoint in [guarded.grpc(), there] {
+        let options = options(Some(of(Role::Admin)), Some(guarded.authority()));
+        let answered = match Client::connect_with(&endpoint, options).await {
+            Ok(client) => client.robots().await.map(drop),
+            Err(error) => Err(error),
+        };
+        assert!(matches!(answered, Err(Error::Unreachable { .. })), "{endpoint}: {answered:?}");
+    }
+}
+
 /// Those who are connected go on: TLS looks at the time when a connection begins.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_certificate_that_expired_is_refused_by_clients_that_come() {

@@ -230,6 +230,7 @@ async fn an_asker_that_stops_to_read_stops_nobody_else() {
                    block: { wait_before_close: 600000000 } } } } } } }";
     std::fs::write(&file, patient).unwrap();
     let daemon = Daemon::start_via(Via::Zenoh, |config| {
+        config.limits.streams_of_client = 1024;
         config.driver.state = RunState::Playing;
         config.zenoh.file = Some(file);
     })

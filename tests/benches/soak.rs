@@ -1,19 +1,66 @@
-//! `make soak`: a daemon in a world that comes and goes, for `SOAK_MINUTES`. Exits with 1 where something was
-//! lost or panicked, or the daemon ended.
-#![allow(clippy::expect_used, reason = "a bench ends where it cannot go on")]
+//! `make soak`: the world alone, then everybody in it, for `SOAK_MINUTES` in all. Exits with 1 where something was lost,
+//! was refused without being counted or panicked, where the daemon ended, and, in runs that are long enough to tell, where
+//! memory grows or steps come later than they do alone.
+#![allow(
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a bench prints, and ends where it cannot go on"
+)]
 
 use std::process::ExitCode;
 use std::time::Duration;
 
-use simd_tests::soak::{self, Options};
+use simd_tests::soak::{self, Options, Spread};
 
 const MINUTES: f64 = 60.0;
+/// Of a real-time thread, where `SOAK_PRIORITY` does not say otherwise; below those of the kernel's own threads.
+const PRIORITY: u32 = 40;
+/// What the world has alone, of all.
+const QUIET: f64 = 0.2;
+/// Minutes of a run whose slope and percentiles say something.
+const LONG: f64 = 20.0;
+/// MiB an hour.
+const SLOPE: f64 = 1.0;
+/// Lateness among everybody, beside that of the world alone, at most.
+const RATIO: f64 = 1.5;
 
 fn main() -> ExitCode {
-    let minutes = std::env::var("SOAK_MINUTES").ok().and_then(|text| text.parse().ok()).unwrap_or(MINUTES);
-    let options =
-        Options { duration: Duration::from_secs_f64(60.0 * minutes), every: Duration::from_secs(60) };
+    let number = |name| std::env::var(name).ok().and_then(|text| text.parse::<f64>().ok());
+    let minutes = number("SOAK_MINUTES").unwrap_or(MINUTES);
+    let quiet = (QUIET * minutes).min(10.0);
+    let options = Options {
+        quiet: Duration::from_secs_f64(60.0 * quiet),
+        duration: Duration::from_secs_f64(60.0 * (minutes - quiet)),
+        every: Duration::from_secs(60),
+        readers: 100,
+        stopped: 10,
+        priority: number("SOAK_PRIORITY").map_or(PRIORITY, |priority| priority as u32),
+    };
+    println!("{} with {} readers, {} of them stopped", simd(), options.readers, options.stopped);
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().expect("a runtime");
-    let tally = runtime.block_on(soak::run(options));
-    if tally.failures().is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let report = runtime.block_on(soak::run(options));
+    let row = |title: &str, of: &Spread| {
+        let [median, late, latest] = [0.5, 0.99, 0.999].map(|part| of.percentile(part) * 1e6);
+        println!("  {title}  {median:8.1} {late:8.1} {latest:8.1}   {:9} steps", of.count());
+        latest
+    };
+    println!("microseconds: p50, p99, p99.9");
+    let alone = row("lateness of steps, the world alone", &report.quiet.lateness);
+    let among = row("lateness of steps, with everybody ", &report.loaded.lateness);
+    row("duration of steps, the world alone", &report.quiet.duration);
+    row("duration of steps, with everybody ", &report.loaded.duration);
+    let ratio = among / alone;
+    println!("lateness p99.9, with everybody / alone: {ratio:.2}");
+    println!("slope of memory: {:+.2} MiB an hour", report.heap_slope);
+    let failures = report.tally.failures().len();
+    println!(
+        "acknowledged commands that were lost, refusals that were not counted, other failures: {failures}"
+    );
+    let is_well = ratio <= RATIO && report.heap_slope < SLOPE;
+    if failures == 0 && (is_well || minutes < LONG) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// The daemon that is used.
+fn simd() -> String {
+    simd_tests::process::binaries().join("simd").display().to_string()
 }

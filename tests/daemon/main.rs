@@ -8,6 +8,7 @@ mod docs;
 mod draining;
 #[cfg(target_os = "linux")]
 mod faults;
+mod floods;
 mod logs;
 mod mistakes;
 mod network;

@@ -77,14 +77,16 @@ async fn a_killed_daemon_is_missed_and_disturbs_no_other() {
     let wait = ControlWait::NewerState;
     let options = ControlOptions { wait, ..ControlOptions::default() };
     let mut control = to_two.control(options).await.unwrap();
-    let mut last = 0;
+    let (mut last, mut newer) = (0, 0);
     let mut gone = None;
     let killed = Instant::now();
     one.kill().await;
-    for _ in 0..500 {
-        let states = control.next().await.unwrap().accepted().unwrap();
+    while newer < 500 {
+        let states = soon("a state of the other", control.next()).await.unwrap().accepted().unwrap();
         let sequence = states.stamp.unwrap().sequence;
-        assert!(sequence > last);
+        // On a machine that does much else there may be none newer in the time that is waited.
+        assert!(sequence >= last, "{sequence} after {last}");
+        newer += usize::from(sequence > last);
         last = sequence;
         if gone.is_none() && tokens.try_recv().is_ok_and(|sample| sample.is_some()) {
             gone = Some(killed.elapsed());

@@ -39,6 +39,7 @@ pub(crate) fn assert_snapshot(name: &str, text: &str, filters: &[(&str, &str)]) 
     settings.set_omit_expression(true);
     settings.add_filter(r"127\.0\.0\.1:\d+", "127.0.0.1:[PORT]");
     settings.add_filter(r"/tmp/\.tmp\w+", "[TMP]");
+    settings.add_filter(r"connection \d+", "connection [N]");
     for (pattern, replacement) in filters {
         settings.add_filter(pattern, *replacement);
     }

@@ -51,7 +51,7 @@ const SERVER: Layers = Layers {
 const CORE: Layers = Layers {
     folder: "server/core/src",
     prefix: "crate::",
-    lines: &[&["simulation"], &["collision"], &["dynamics"], &["plain", "valid"]],
+    lines: &[&["simulation"], &["collision"], &["dynamics"], &["plain", "pool", "valid"]],
     exceptions: &[],
 };
 
@@ -66,7 +66,7 @@ const SIMULATION: Layers = Layers {
         &["joint_status", "rays", "reactions"],
         &["published_state"],
         &["robot_settings", "saved"],
-        &["contacts"],
+        &["contacts", "groups"],
         &["sleep"],
         &["constraints"],
         &["entity"],

@@ -18,7 +18,7 @@ fn vector(rng: &mut Rng, size: f64) -> DVec3 {
 }
 
 /// A tree of links of some kilograms and decimetres, with joints that turn or slide.
-fn tree(rng: &mut Rng) -> Arc<RobotModel> {
+pub(crate) fn tree(rng: &mut Rng) -> Arc<RobotModel> {
     let count = rng.usize(1..=6);
     let links = (0..count).map(|index| {
         let (mass, size) = (0.2 + 2.0 * rng.f64(), 0.05 + 0.1 * rng.f64());

@@ -1,5 +1,8 @@
 //! Runs with contacts are equal to the bit, over everything that a step reads.
 
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+
 use fastrand::Rng;
 use glamx::{DPose3, DVec3};
 use simd_core::simulation::command::*;
@@ -182,8 +185,8 @@ fn an_interrupted_step_never_began() {
         }
         let before = interrupted.fingerprint();
         for last in 0.. {
-            let asked = std::cell::Cell::new(0);
-            let interrupt = || asked.replace(asked.get() + 1) >= last;
+            let asked = AtomicU64::new(0);
+            let interrupt = || asked.fetch_add(1, Relaxed) >= last;
             if interrupted.step_interruptible(&interrupt) {
                 break;
             }

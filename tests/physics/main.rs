@@ -36,6 +36,7 @@ mod spinning;
 mod surface_queries;
 mod terrain;
 mod terrain_bits;
+mod threads;
 mod truth;
 mod turning_friction;
 mod walking;

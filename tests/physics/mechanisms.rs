@@ -263,3 +263,79 @@ fn a_bridge_of_planks_carries_a_box() {
     let (load, plank) = (state.roots[20].pose.translation, state.roots[10].pose.translation);
     assert!((load.z - plank.z - 0.085).abs() < 0.02 && (load.x - 1.0).abs() < 0.1, "{load} {plank}");
 }
+
+/// A panel on a hinge about z, a handle on it that turns about y, and a latch that slides out of its edge at x = 0.8.
+fn door() -> Arc<RobotModel> {
+    let part = |name: &str, size: DVec3, mass: f64, center: DVec3| {
+        let mut link: Link = cuboid(size, mass).links[0].clone();
+        link.name = name.into();
+        link.inertial.center_of_mass = center;
+        link.collisions.iter_mut().for_each(|of| of.link_from_shape = DPose3::from_translation(center));
+        link
+    };
+    let joint =
+        |name: &str, kind, [parent, child]: [usize; 2], at: DVec3, axis, [lower, upper]: [f64; 2]| Joint {
+            name: name.into(),
+            kind,
+            parent,
+            child,
+            parent_from_joint: DPose3::from_translation(at),
+            axis,
+            limits: JointLimits { lower: Some(lower), upper: Some(upper), ..JointLimits::default() },
+            damping: 0.1,
+            friction: 0.0,
+            mimic: None,
+        };
+    let mut frame = part("frame", DVec3::splat(0.02), 1.0, DVec3::ZERO);
+    frame.collisions.clear();
+    let links = vec![
+        frame,
+        part("panel", DVec3::new(0.78, 0.03, 2.0), 20.0, DVec3::X * 0.4),
+        part("handle", DVec3::new(0.12, 0.02, 0.02), 0.2, DVec3::new(-0.06, 0.04, 0.0)),
+        part("latch", DVec3::new(0.06, 0.02, 0.04), 0.1, DVec3::ZERO),
+    ];
+    let joints = vec![
+        joint("hinge", JointKind::Revolute, [0, 1], DVec3::ZERO, DVec3::Z, [-0.1, 2.0]),
+        joint("handle", JointKind::Revolute, [1, 2], DVec3::X * 0.7, DVec3::Y, [-1.0, 1.0]),
+        joint("latch", JointKind::Prismatic, [1, 3], DVec3::X * 0.8, DVec3::X, [-0.05, 0.01]),
+    ];
+    Arc::new(RobotModel { name: "door".into(), links, joints })
+}
+
+/// Pushed with 5 N m, the latch's 1 cm of play at its 0.8 m is all that the door opens; the handle draws the latch by a gear, and
+/// then the door swings.
+#[test]
+fn a_door_opens_when_its_handle_draws_the_latch() {
+    let mut world = world(1e-3);
+    let strike = robot(
+        "strike",
+        &cuboid(DVec3::new(0.06, 0.04, 0.2), 1.0),
+        DPose3::from_translation(DVec3::new(0.84, 0.04, 0.0)),
+        true,
+    );
+    spawn(&mut world, Spawn { contact_settings: surface(0.2, 0.0), ..strike });
+    let door = robot("door", &door(), DPose3::IDENTITY, true);
+    spawn(&mut world, Spawn { contact_settings: surface(0.2, 0.0), ..door });
+    let joint =
+        |joint: &str| RequestedEnd { robot: "door".into(), joint: joint.into(), ..Default::default() };
+    let ratio = -0.05;
+    hold(&mut world, RequestedConstraint::Gear { ratio, offset: None }, joint("handle"), joint("latch"));
+    let push = JointTarget { joint: "hinge".into(), axis: 0, target: Target::Effort(5.0) };
+    let robots = vec![RobotTargets { robot: "door".into(), joints: vec![push], ..RobotTargets::default() }];
+    apply(&mut world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
+    let run = |world: &mut Simulation, steps: usize| {
+        (0..steps).for_each(|_| world.step());
+        let mut state = PublishedState::default();
+        world.observe(&mut state);
+        state
+    };
+    aim(&mut world, "door", [("handle".to_owned(), 0.0)]);
+    let state = run(&mut world, 1_000);
+    let [hinge, ..] = state.positions[..] else { panic!("the door has joints") };
+    assert!(hinge > 0.0 && (hinge - 0.01 / 0.8).abs() < 3e-3, "{hinge}");
+    aim(&mut world, "door", [("handle".to_owned(), 0.8)]);
+    let state = run(&mut world, 1_500);
+    let [hinge, handle, latch] = state.positions[..] else { panic!("the door has three joints") };
+    assert!(hinge > 0.5, "{:?}", state.positions);
+    assert!((handle - 0.8).abs() < 1e-3 && (latch - ratio * handle).abs() < 1e-6, "{handle} {latch}");
+}

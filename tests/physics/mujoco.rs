@@ -79,6 +79,7 @@ fn largest_error(case: &Case) -> f64 {
         armature: Some(case.armature),
         limits: Some(JointLimits::default()),
         default_gains: None,
+        gravity_compensation: None,
     });
     let joints = properties.collect();
     apply(&mut world, Command::SetJointProperties { robot: "robot".into(), joints });

@@ -142,6 +142,7 @@ fn random_command(rng: &mut Rng, world: &Simulation) -> Command {
                     velocity: Some(1.0),
                 }),
                 default_gains: None,
+                gravity_compensation: None,
             };
             Command::SetJointProperties { robot, joints: vec![properties] }
         }
@@ -327,6 +328,7 @@ fn the_hash_sees_every_part_of_a_state() {
         ("a surface", |it| nudge(&mut arm(it).entity.surfaces[0].friction)),
         ("where a sleeper's collider is", |it| nudge(&mut rest(it).world_from_shape.translation.x)),
         ("the margin of a sleeper's collider", |it| nudge(&mut rest(it).margin)),
+        ("the motion of a sleeper's collider", |it| nudge(&mut rest(it).drift.x)),
         ("sleep", |it| {
             let sleeper = sleeper(it);
             sleeper.entity.asleep = false;

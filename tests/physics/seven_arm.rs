@@ -50,7 +50,7 @@ fn a_trajectory_is_followed_within_milliradians_of_its_polynomial() {
     let request = FollowTrajectory {
         robot: "robot".into(),
         joints: moving.map(|joint| joint.name.clone()).collect(),
-        points: vec![point],
+        points: std::sync::Arc::new(vec![point]),
         ..FollowTrajectory::default()
     };
     apply(&mut world, Command::FollowTrajectory(request));

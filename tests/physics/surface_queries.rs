@@ -2,6 +2,8 @@
 
 use std::cell::Cell;
 use std::f64::consts::FRAC_PI_4;
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
 
 use fastrand::Rng;
 use glamx::{DPose3, DQuat, DVec3};
@@ -174,13 +176,10 @@ fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
     spawn(&mut world, ground(&field(1_000, 100.0, rough)));
     spawn(&mut world, robot("slab", &cuboid(DVec3::new(90.0, 90.0, 0.2), 1e4), at(0.0, 0.0, 0.1005), false));
     let before = world.fingerprint();
-    let asked = Cell::new(0);
-    let interrupt = || {
-        asked.set(asked.get() + 1);
-        asked.get() > 20
-    };
+    let asked = AtomicU64::new(0);
+    let interrupt = || asked.fetch_add(1, Relaxed) >= 20;
     assert!(!world.step_interruptible(&interrupt));
-    assert_eq!(asked.get(), 21);
+    assert_eq!(asked.into_inner(), 21);
     assert_eq!(world.fingerprint(), before);
     // So can the question for the distance, which ends with nothing.
     apply(

@@ -33,6 +33,8 @@ BATCH = 0.004
 """Seconds that a batch of steps takes, about: less than most schedulers' slice."""
 CONTACT_ENGINES = ["simd", "MuJoCo", "PyBullet"]
 """Of the scenes with contact, all awake."""
+THREADS = {"simd": "simd, 2 threads", "MuJoCo": "MuJoCo, 2 threads"}
+"""Of many robots."""
 ASLEEP = {"simd": "simd, may sleep", "MuJoCo": "MuJoCo, may sleep"}
 """Of the stack, where what is still may sleep."""
 LENGTHS = [2, 4, 6, 8, 12, 16, 20, 30, 40, 50, 60]
@@ -54,6 +56,8 @@ Contact:  another table. Friction 0.8, no restitution, no contacts within a robo
           has settled, from the same state each round. simd: circular cones, its defaults. MuJoCo: pyramidal cones, its
           default solver, for the spheres conjugate gradients, which take it the least time. The stack once more,
           where what is still may sleep: simd's default, MuJoCo's flag `sleep`. The heap is timed as it settles.
+Many:     robots 3 m apart in one world, on one thread and on two. MuJoCo steps a world on one thread: with two,
+          `mujoco.rollout` steps a world for each robot.
 Rays: in one call from Python for MuJoCo and PyBullet (`mj_multiRay` with normals, `rayTestBatch` with numThreads=1), from
           one point. simd: PublishedState::cast_rays, which makes a tree of all shapes in each call and names what is hit.
 Other MuJoCo: `explicit kv` is Euler with kv in the actuator and a sixth of the bandwidth, which still shakes the
@@ -76,9 +80,11 @@ def main():
     chains = robots.chains(folder, LENGTHS)
     scenes = table + chains
     touching = contact.contact_scenes(folder) if options.contact_rounds else []
+    crowded = [scene for scene in contact.crowds(touching) if options.contact in scene.name] if touching else []
     touching = [scene for scene in touching if options.contact in scene.name]
+    held = [scene for scene in robots.crowds(folder) if options.contact in scene.name] if options.contact_rounds else []
     shining = [scene for scene in rays.scenes() if options.contact_rounds and options.contact in scene.name]
-    worker = Worker(build_worker(), scenes + touching + shining, folder)
+    worker = Worker(build_worker(), scenes + touching + shining + held + crowded, folder)
     load = os.getloadavg()
     cases = [Case(worker, place, scene, scene in table) for place, scene in enumerate(scenes)]
     run("robots", cases[: len(table)], options.rounds)
@@ -87,6 +93,10 @@ def main():
     run("contacts", contacts, options.contact_rounds)
     casts = [RayCase(worker, len(scenes) + len(touching) + place, scene) for place, scene in enumerate(shining)]
     run("rays", casts, options.contact_rounds)
+    first = len(scenes) + len(touching) + len(shining)
+    many = [HeldCrowd(worker, first + place, scene) for place, scene in enumerate(held)]
+    many += [StandingCrowd(worker, first + len(held) + place, scene) for place, scene in enumerate(crowded)]
+    run("crowds", many, options.contact_rounds)
     worker.close()
 
     of_robots = {case.name: figures.summary(case.rounds) for case in cases[: len(table)]}
@@ -96,6 +106,8 @@ def main():
     show(of_robots, of_chains, load)
     show_contacts(of_contacts, contacts)
     show_rays(of_rays, casts)
+    of_crowds = {case.name: figures.summary(case.rounds) for case in many}
+    show_crowds(of_crowds, many)
     result = {
         "machine": figures.machine(),
         "notes": notes(),
@@ -103,7 +115,8 @@ def main():
         "chains": of_chains,
         "contacts": of_contacts,
         "rays": of_rays,
-        "held_within": {case.name: case.errors for case in cases + contacts},
+        "crowds": of_crowds,
+        "held_within": {case.name: case.errors for case in cases + contacts + many},
         "batches_us_per_step": {case.name: case.rounds for case in cases + contacts},
     }
     (options.out / "peers.json").write_text(json.dumps(result, indent=1) + "\n")
@@ -171,6 +184,29 @@ class RayCase(Case):
         self.errors = dict.fromkeys(self.engines, 0.0)
 
 
+class HeldCrowd(Case):
+    """Many robots that hold a pose and touch nothing, on one thread and on two."""
+
+    def __init__(self, worker, place, scene):
+        self.name, self.drift = scene.name, None
+        joints = worker.joints(place)
+        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": in_mujoco.engine(scene, joints),
+                        THREADS["simd"]: worker.engine("threads", place)}
+        self.start()
+
+
+class StandingCrowd(Case):
+    """Many robots that stand. MuJoCo's two threads have a world for each robot."""
+
+    def __init__(self, worker, place, scene):
+        self.name, self.drift = scene.name, scene.drift
+        scene.joints = worker.joints(place)
+        self.engines = {"simd": worker.engine("simd", place), "MuJoCo": contacts_mujoco.engine(scene),
+                        THREADS["simd"]: worker.engine("threads", place),
+                        THREADS["MuJoCo"]: contacts_mujoco.rollout(scene, 2)}
+        self.start()
+
+
 def steps_of(engine):
     """How many steps make a batch."""
     steps = 10
@@ -233,6 +269,21 @@ def show_rays(of_rays, cases):
     for case in cases:
         for engine, apart in case.apart.items():
             print(f"  {case.name}: in {engine} {(apart < 1e-3).mean():.2%} of the rays end within 1 mm of MuJoCo's")
+
+
+def show_crowds(of_crowds, cases):
+    if not cases:
+        return
+    print("\nmany robots, microseconds a step: median (5 % to 95 %)")
+    print(figures.table(of_crowds, ["simd", "MuJoCo", *THREADS.values()], "us_per_step"))
+    print("\nratio to MuJoCo's time on one thread")
+    print(figures.table(of_crowds, ["simd", *THREADS.values()], f"to_{figures.BASE}"))
+    for case in cases:
+        one, two = (min(case.rounds[name]) for name in ("simd", THREADS["simd"]))
+        print(f"  {case.name}: two threads are {one / two:.2f} times as fast as one, by the fastest round of each")
+        for engine, error in case.errors.items():
+            if case.drift is not None and error > case.drift:
+                print(f"  {case.name}: in {engine} within {error:.1e} m: it does not stand, and the figure does not count")
 
 
 def notes():

@@ -196,6 +196,7 @@ impl Robot {
                 armature: Some(0.0),
                 limits: Some(JointLimits { effort, velocity: None, ..limits }),
                 default_gains: None,
+                gravity_compensation: None,
             }
         });
         let joints = properties.collect();

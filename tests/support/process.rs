@@ -49,14 +49,20 @@ pub fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The folder of `simd` and `simctl`: that above the test's own executable.
+/// The folder of `simd` and `simctl`: that of `SIMD_BINARY`, which names a `simd`, or that above the test's own executable.
 ///
 /// # Panics
 /// Where they were not built.
 #[allow(clippy::panic, reason = "the test has failed")]
 pub fn binaries() -> PathBuf {
     let own = std::env::current_exe().unwrap_or_else(|error| panic!("{error}"));
-    let folder = own.parent().and_then(Path::parent).unwrap_or(Path::new("."));
+    let given = std::env::var_os("SIMD_BINARY").filter(|path| !path.is_empty());
+    let given = given.map(|path| repository().join(path));
+    let folder = match &given {
+        Some(simd) => simd.parent(),
+        None => own.parent().and_then(Path::parent),
+    };
+    let folder = folder.unwrap_or(Path::new("."));
     for name in ["simd", "simctl"] {
         let binary = folder.join(name);
         assert!(binary.exists(), "there is no {}: `make build` builds it", binary.display());
@@ -71,6 +77,15 @@ pub fn binaries() -> PathBuf {
 #[allow(clippy::panic, reason = "the test has failed")]
 pub async fn soon<T>(what: &str, work: impl Future<Output = T>) -> T {
     timeout(HUNG, work).await.unwrap_or_else(|_| panic!("{what} did not come within {HUNG:?}"))
+}
+
+/// Whether the system has stopped all threads of a process.
+fn all_stopped(pid: u32) -> bool {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).into_iter().flatten().flatten();
+    let state = |stat: String| stat.rsplit_once(')')?.1.trim_start().chars().next();
+    // One that has ended meanwhile has none.
+    let mut states = tasks.filter_map(|task| state(std::fs::read_to_string(task.path().join("stat")).ok()?));
+    states.all(|state| matches!(state, 'T' | 'Z' | 'X'))
 }
 
 impl Home {
@@ -269,7 +284,8 @@ impl Process {
         self.child.kill().await.unwrap_or_else(|error| panic!("{error}"));
     }
 
-    /// Sends it a signal, for instance `TERM`.
+    /// Sends it a signal, for instance `TERM`. With `STOP`, returns once all of its threads have stopped: until then it may
+    /// still answer.
     ///
     /// # Panics
     /// Where it is gone already.
@@ -278,6 +294,15 @@ impl Process {
         let Some(pid) = self.child.id() else { panic!("the daemon is gone already") };
         let sent = self.shell(&format!("kill -{name} {pid}"), self.home.path()).await;
         assert_eq!(sent.code, 0, "{}", sent.err);
+        if name == "STOP" {
+            let stopped = async {
+                let mut looks = tokio::time::interval(Duration::from_millis(1));
+                while !all_stopped(pid) {
+                    looks.tick().await;
+                }
+            };
+            soon("the stop of all threads", stopped).await;
+        }
     }
 
     /// Ends its stdin, as the system does where the program that started it ends.

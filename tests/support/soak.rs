@@ -1,15 +1,22 @@
 //! A soak: a real `simd` in a world that comes and goes, with readers on every transport, for minutes or
-//! hours. `make soak` runs it for an hour and prints what the process costs; the suite of the daemon runs
-//! it for seconds. It fails where an acknowledged command was lost, where anything panicked and where the
-//! daemon ended.
+//! hours. `make soak` runs it and prints what the process costs; the suite of the daemon runs it for seconds.
+//!
+//! First the world plays alone, so that there is something to compare the lateness of its steps with; then everybody
+//! comes. It fails where an acknowledged command was lost, where clients saw other refusals than the daemon counted, where
+//! anything panicked and where the daemon ended.
 
 mod churn;
+mod flood;
 mod gauge;
+mod lateness;
 mod readers;
+mod refusals;
 mod stalled;
 mod tally;
 mod writers;
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::process::Stdio;
 use std::sync::Arc;
@@ -21,17 +28,39 @@ use tokio::sync::RwLock;
 use tokio::task::JoinSet;
 
 use self::gauge::Gauge;
+pub use self::lateness::{Spread, Steps};
 pub use self::tally::Tally;
 use crate::process::{Process, soon};
 use crate::web;
 
-/// How long, and how much of it is seen.
+/// How long, how many, and how much of it is seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
+    /// Of the world alone.
+    pub quiet: Duration,
     /// Of the churn.
     pub duration: Duration,
     /// Between two lines of the table.
     pub every: Duration,
+    /// Clients that read.
+    pub readers: usize,
+    /// Of these, that have stopped to.
+    pub stopped: usize,
+    /// `SCHED_FIFO` of the physics thread; 0 is none.
+    pub priority: u32,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Of the calls.
+    pub tally: Arc<Tally>,
+    /// Of the world alone.
+    pub quiet: Steps,
+    /// Of the world with everybody in it.
+    pub loaded: Steps,
+    /// MiB an hour of memory that is no file's, after the first part of the run.
+    pub heap_slope: f64,
 }
 
 /// What actors share: the way to the daemon, and what came of their calls.
@@ -66,43 +95,69 @@ impl Stage {
 /// # Panics
 /// Where the daemon does not start.
 #[allow(clippy::panic, clippy::print_stdout, reason = "a bench prints, and fails where it cannot go on")]
-pub async fn run(options: Options) -> Arc<Tally> {
+pub async fn run(options: Options) -> Report {
     let folder = TempDir::new().unwrap_or_else(|error| panic!("{error}"));
-    let log = folder.path().join("log");
+    let [log, config] = ["log", "simd.toml"].map(|name| folder.path().join(name));
     let file = File::create(&log).unwrap_or_else(|error| panic!("{error}"));
+    let text = format!("[realtime]\npriority = {}\n", options.priority);
+    std::fs::write(&config, text).unwrap_or_else(|error| panic!("{error}"));
     let zenoh = ["--zenoh", "tcp/127.0.0.1:0"];
-    let mut daemon = Process::start_logging_to(Stdio::from(file), zenoh, ["--name", "soak"]).await;
+    let flags = [OsStr::new("--name"), OsStr::new("soak"), OsStr::new("--config"), config.as_os_str()];
+    let mut daemon = Process::start_logging_to(Stdio::from(file), zenoh, flags).await;
+    println!("{}", scheduling(daemon.pid(), options.priority));
     let tally = Arc::new(Tally::default());
-    let stage = Stage {
+    let mut stage = Stage {
         endpoint: daemon.endpoint.clone(),
         address: daemon.address().parse().unwrap_or_else(|error| panic!("{error}")),
         locator: daemon.locator.clone().unwrap_or_default(),
         tally: tally.clone(),
         world: Arc::default(),
-        ends: Instant::now() + options.duration,
+        ends: Instant::now(),
     };
     writers::prepare(&stage).await.unwrap_or_else(|error| panic!("{error}"));
+    let observer = daemon.client().await;
+    let so_far = || async { Steps::so_far(&observer).await.unwrap_or_else(|error| panic!("{error}")) };
 
+    let begun = so_far().await;
+    tokio::time::sleep(options.quiet).await;
+    let came = so_far().await;
+    let quiet = came.since(&begun);
+    println!("{:.1} minutes of the world alone", options.quiet.as_secs_f64() / 60.0);
+
+    stage.ends = Instant::now() + options.duration;
     let mut actors = JoinSet::new();
     writers::start(&stage, &mut actors);
-    readers::start(&stage, &mut actors);
+    readers::start(&stage, options.readers.saturating_sub(options.stopped), &mut actors);
     churn::start(&stage, &mut actors);
-    stalled::start(&stage, &mut actors);
+    stalled::start(&stage, options.stopped, &mut actors);
+    flood::start(&stage, &mut actors);
     let mut gauge = Gauge::new(&stage, daemon.pid()).await;
     while stage.is_on() && tally.failures().is_empty() {
         let next = stage.ends.min(Instant::now() + options.every);
         tokio::time::sleep_until(next.into()).await;
         gauge.read(&stage).await;
     }
+    let loaded = so_far().await.since(&came);
+    if !tally.failures().is_empty() {
+        // They would go on to the end.
+        println!("{tally}");
+        actors.abort_all();
+    }
     // They look at the clock between two calls.
     let ended = async {
         while let Some(actor) = actors.join_next().await {
-            if let Err(error) = actor {
+            if let Err(error) = actor
+                && !error.is_cancelled()
+            {
                 tally.fail(format!("an actor failed: {error}"));
             }
         }
     };
     soon("the end of all actors", ended).await;
+    if let Err(error) = observer.robots().await {
+        tally.fail(format!("at the end: {error}"));
+    }
+    let counted = refusals::counted(&stage).await;
 
     daemon.signal("TERM").await;
     let (status, _) = daemon.ended().await;
@@ -114,7 +169,47 @@ pub async fn run(options: Options) -> Arc<Tally> {
         tally.fail(format!("the daemon's log: {line}"));
     }
     println!("{}", gauge.slopes());
+    println!("{}", refused(&tally, &counted));
     println!("{tally}");
     println!("the log has {} lines, {} bytes", log.lines().count(), log.len());
-    tally
+    Report { tally, quiet, loaded, heap_slope: gauge.heap_slope() }
+}
+
+/// A table of refusals; a difference is a failure.
+fn refused(tally: &Tally, counted: &BTreeMap<String, u64>) -> String {
+    let seen = tally.refused();
+    let mut text = "refused, by reason: seen by clients, counted by the daemon".to_owned();
+    let reasons: BTreeSet<&String> = seen.keys().chain(counted.keys()).collect();
+    for reason in reasons {
+        let [seen, counted] = [&seen, counted].map(|counts| counts.get(reason).copied().unwrap_or_default());
+        text += &format!("\n  {seen:9} {counted:9}  {reason}");
+        if seen != counted {
+            tally.fail(format!("{reason}: clients saw {seen} refusals, and the daemon counted {counted}"));
+        }
+    }
+    text
+}
+
+/// What the physics thread asks of the system, and what it has.
+fn scheduling(pid: Option<u32>, priority: u32) -> String {
+    let tasks = std::fs::read_dir(format!("/proc/{}/task", pid.unwrap_or_default()));
+    let folders = tasks.into_iter().flatten().flatten().map(|task| task.path());
+    let mut drivers = folders.filter(|folder| {
+        std::fs::read_to_string(folder.join("comm")).is_ok_and(|name| name.trim() == "simd-driver")
+    });
+    // Fields 40 and 41, of which 38 and 39 come after the name in brackets.
+    let stat = drivers.next().and_then(|folder| std::fs::read_to_string(folder.join("stat")).ok());
+    let has = stat.as_deref().and_then(|stat| {
+        let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(37);
+        Some((fields.next()?.to_owned(), fields.next()?.to_owned()))
+    });
+    match has {
+        Some((priority, policy)) if policy == "1" => {
+            format!("[realtime] priority = {priority}: the physics thread has SCHED_FIFO {priority}")
+        }
+        _ if priority == 0 => {
+            "[realtime] is as it is by default: the physics thread has no priority".to_owned()
+        }
+        _ => format!("[realtime] priority = {priority}, which the system does not give: see the log"),
+    }
 }

@@ -204,6 +204,7 @@ impl Case {
                 armature: Some(self.armature),
                 limits: Some(limits),
                 default_gains: None,
+                gravity_compensation: None,
             }
         });
         properties.collect()

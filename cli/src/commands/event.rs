@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use simd_client::{
     Client, Observed,
-    proto::{ConstraintDeletionCause, LockstepCause, ReleaseCause, event::Kind},
+    proto::{ConstraintDeletionCause, ErrorReason, LockstepCause, ReleaseCause, event::Kind},
 };
 
 use super::{ended, present};
@@ -215,6 +215,21 @@ fn describe(kind: Option<Kind>) -> (&'static str, Value, String) {
             }),
             format!("trajectory {} of {} ended: {}", it.id, it.robot, it.message),
         ),
+        Some(Kind::AuditedCall(it)) => {
+            let result = match it.reason() {
+                _ if it.code == 0 => "ok".to_owned(),
+                ErrorReason::Unspecified => format!("refused with code {}", it.code),
+                reason => format!("refused: {}", json::name("ERROR_REASON_", reason.as_str_name())),
+            };
+            let robots =
+                if it.robots.is_empty() { String::new() } else { format!(" ({})", it.robots.join(", ")) };
+            let sentence = format!("{} called {}{robots}: {result}", it.token, it.method);
+            let details = json!({
+                "token": it.token, "client": it.client, "peer": it.peer, "transport": it.transport, "method": it.method,
+                "robots": it.robots, "result": result,
+            });
+            ("audited_call", details, sentence)
+        }
         Some(Kind::StateRestored(it)) => {
             ("state_restored", json!({ "name": it.name }), format!("saved state {} restored", it.name))
         }

@@ -3,7 +3,9 @@
 mod hz;
 mod info;
 mod play;
+mod properties;
 mod reading;
+mod trajectories;
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
@@ -76,6 +78,10 @@ pub(crate) enum Joint {
     /// Has joints carry out a trajectory out of a table, and waits for its end
     #[command(after_help = play::FORMAT)]
     Play(Play),
+    /// Shows trajectories that are carried out or wait
+    Trajectories(trajectories::Trajectories),
+    /// Changes what joints are like: damping, friction, gains, gravity compensation
+    Properties(properties::Properties),
     /// Puts joints at a position, or all of them back to where they were spawned
     Reset {
         /// The robot's name
@@ -133,6 +139,8 @@ pub(crate) async fn run(command: Joint, client: &Client, output: Output) -> anyh
         }
         Joint::Set(arguments) => set(arguments, client, output).await,
         Joint::Play(arguments) => play::play(arguments, client, output).await,
+        Joint::Trajectories(arguments) => trajectories::list(arguments, client, output).await,
+        Joint::Properties(arguments) => properties::set(arguments, client, output).await,
         Joint::Reset { robot, placements } => reset(robot, placements, client, output).await,
         Joint::Watch(arguments) => {
             tokio::select! {

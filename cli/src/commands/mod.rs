@@ -71,6 +71,11 @@ fn present<T>(field: Option<T>, name: &str) -> Result<T, Error> {
     field.ok_or_else(|| Error::Answer { reason: format!("it lacks `{name}`") })
 }
 
+/// The client, or where it is asked for one that takes over what is another's.
+fn taking_over(client: &Client, takes_over: bool) -> Client {
+    if takes_over { client.clone().taking_over() } else { client.clone() }
+}
+
 /// What a watch fails with that was not to end yet: its daemon shuts down.
 fn ended(client: &Client) -> Error {
     Error::StreamEnded { endpoint: client.endpoint().to_owned() }

@@ -11,7 +11,7 @@ use simd_client::{
     slide,
 };
 
-use super::ended;
+use super::{ended, taking_over};
 use crate::{complete, output::Output};
 use view::{ListView, ParameterView, Removed};
 
@@ -53,9 +53,12 @@ pub(crate) enum Parameter {
         /// Which
         #[arg(required_unless_present = "all", conflicts_with = "all", value_name = "NAME", add = complete::parameters())]
         names: Vec<String>,
-        /// All there are
+        /// All that are not another's
         #[arg(long)]
         all: bool,
+        /// Also those that are another's: for admins
+        #[arg(long)]
+        take_over: bool,
     },
 }
 
@@ -81,6 +84,9 @@ pub(crate) struct Add {
     /// Adds _1, _2, ... to a name that is taken
     #[arg(long, conflicts_with = "replace")]
     rename: bool,
+    /// Replaces also one that is another's: for admins
+    #[arg(long, requires = "replace")]
+    take_over: bool,
 }
 
 pub(crate) async fn run(command: Parameter, client: &Client, output: Output) -> anyhow::Result<()> {
@@ -97,8 +103,8 @@ pub(crate) async fn run(command: Parameter, client: &Client, output: Output) -> 
             }
         }
         // No name at all is all of them: clap asks for one of the two.
-        Parameter::Remove { names, all: _ } => {
-            let removed = client.remove_parameters(names).await?;
+        Parameter::Remove { names, all: _, take_over } => {
+            let removed = taking_over(client, take_over).remove_parameters(names).await?;
             output.one(&Removed { removed })
         }
     }
@@ -110,7 +116,8 @@ async fn show(client: &Client, output: Output, names: Vec<String>) -> anyhow::Re
 }
 
 async fn add(arguments: Add, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Add { name, minimum, maximum, value, button, replace, rename } = arguments;
+    let Add { name, minimum, maximum, value, button, replace, rename, take_over } = arguments;
+    let client = &taking_over(client, take_over);
     let name_taken = match (replace, rename) {
         (true, _) => NameTakenPolicy::Replace,
         (_, true) => NameTakenPolicy::Rename,

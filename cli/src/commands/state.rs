@@ -6,7 +6,7 @@ use clap::Subcommand;
 use serde::Serialize;
 use simd_client::{Client, proto::SavedStateInfo};
 
-use super::present;
+use super::{present, taking_over};
 use crate::output::{
     Output, View,
     json::Stamp,
@@ -21,6 +21,9 @@ pub(crate) enum State {
         /// Replaces one of that name; made up where it is left out
         #[arg(default_value = "", hide_default_value = true)]
         name: String,
+        /// Replaces also one that is another's: for admins
+        #[arg(long)]
+        take_over: bool,
     },
     /// Puts the world back to a saved state
     Restore {
@@ -33,6 +36,9 @@ pub(crate) enum State {
     Delete {
         /// Which one
         name: String,
+        /// Also one that is another's: for admins
+        #[arg(long)]
+        take_over: bool,
     },
     /// Writes a saved state and what its robots are made of into a file
     Export {
@@ -48,13 +54,16 @@ pub(crate) enum State {
         /// What it is called here; as where it was exported if left out
         #[arg(long, default_value = "", hide_default_value = true)]
         name: String,
+        /// Replaces also one that is another's: for admins
+        #[arg(long)]
+        take_over: bool,
     },
 }
 
 pub(crate) async fn run(command: State, client: &Client, output: Output) -> anyhow::Result<()> {
     match command {
-        State::Save { name } => {
-            let saved = SavedStateView::new(client.save_state(&name).await?)?;
+        State::Save { name, take_over } => {
+            let saved = SavedStateView::new(taking_over(client, take_over).save_state(&name).await?)?;
             output.one(&Saved(saved))
         }
         State::Restore { name } => {
@@ -70,15 +79,16 @@ pub(crate) async fn run(command: State, client: &Client, output: Output) -> anyh
                 .collect::<Result<_, _>>()?;
             output.list(&saved_states, list)
         }
-        State::Delete { name } => {
-            client.delete_saved_state(&name).await?;
+        State::Delete { name, take_over } => {
+            taking_over(client, take_over).delete_saved_state(&name).await?;
             output.one(&Deleted { deleted: name })
         }
         State::Export { name, file } => {
             let bytes = client.export_saved_state(&name, &file).await?;
             output.one(&Exported { exported: name, file: file.display().to_string(), bytes })
         }
-        State::Import { file, name } => {
+        State::Import { file, name, take_over } => {
+            let client = taking_over(client, take_over);
             let imported = SavedStateView::new(client.import_saved_state(&file, &name).await?)?;
             output.one(&Imported(imported))
         }
@@ -90,12 +100,15 @@ struct SavedStateView {
     name: String,
     stamp: Stamp,
     robots: u32,
+    /// Who made it.
+    owner: String,
 }
 
 impl SavedStateView {
     fn new(saved_state: SavedStateInfo) -> anyhow::Result<Self> {
         let stamp = present(saved_state.stamp, "stamp")?.into();
-        Ok(Self { name: saved_state.name, stamp, robots: saved_state.robots })
+        let SavedStateInfo { name, robots, owner, .. } = saved_state;
+        Ok(Self { name, stamp, robots, owner })
     }
 }
 
@@ -106,6 +119,7 @@ fn list(saved_states: &[SavedStateView]) -> Page {
         Column::right("STEP"),
         Column::right("SIM TIME [s]"),
         Column::right("ROBOTS"),
+        Column::left("OWNER"),
     ];
     let row = |saved_state: &SavedStateView| {
         vec![
@@ -114,6 +128,7 @@ fn list(saved_states: &[SavedStateView]) -> Page {
             saved_state.stamp.step.to_string(),
             fixed(saved_state.stamp.sim_time, 3),
             saved_state.robots.to_string(),
+            saved_state.owner.clone(),
         ]
     };
     Page::new().table(Table::new(columns, saved_states.iter().map(row).collect()))
@@ -178,7 +193,7 @@ struct Imported(SavedStateView);
 
 impl View for Imported {
     fn page(&self) -> Page {
-        let Self(SavedStateView { name, stamp, robots }) = self;
+        let Self(SavedStateView { name, stamp, robots, .. }) = self;
         let robots = count(*robots as usize, "robot");
         Page::of_line(format!("imported {name}: {robots} at {stamp}; `simctl state restore` goes there"))
     }

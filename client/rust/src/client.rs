@@ -54,6 +54,7 @@ pub struct Client {
     timeout: Duration,
     /// Empty for none.
     claim: Arc<str>,
+    pub(crate) takes_over: bool,
 }
 
 /// A token, which nothing prints.
@@ -170,6 +171,7 @@ impl Client {
             endpoint,
             timeout: options.timeout,
             claim: Arc::default(),
+            takes_over: false,
         }
     }
 
@@ -178,6 +180,13 @@ impl Client {
     #[must_use]
     pub fn with_claim(self, claim: &str) -> Self {
         Self { claim: claim.into(), ..self }
+    }
+
+    /// The same connection for a client that replaces and takes away also saved states and parameters of others. Where the
+    /// daemon asks for tokens, that needs the role of an admin.
+    #[must_use]
+    pub fn taking_over(self) -> Self {
+        Self { takes_over: true, ..self }
     }
 
     /// The claim of this client; empty for none.

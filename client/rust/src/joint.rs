@@ -5,9 +5,10 @@ use std::time::Duration;
 use simd_proto::v1::{
     CancelTrajectoryRequest, ClaimJointsRequest, ClampedTarget, FollowTrajectoryRequest,
     FollowTrajectoryResponse, GetJointLayoutRequest, GetJointStatesRequest, JointLayout, JointProperties,
-    JointReset, JointSelection, JointStates, JointTarget, NextJointStatesRequest, NextJointStatesResponse,
-    ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest, SetJointTargetsRequest,
-    SetJointTargetsResponse, Stamp, WatchJointStatesRequest, WatchJointStatesResponse,
+    JointReset, JointSelection, JointStates, JointTarget, ListTrajectoriesRequest, NextJointStatesRequest,
+    NextJointStatesResponse, ReleaseJointsRequest, ResetJointsRequest, RobotReset, SetJointPropertiesRequest,
+    SetJointTargetsRequest, SetJointTargetsResponse, Stamp, Trajectory, WatchJointStatesRequest,
+    WatchJointStatesResponse,
 };
 use tonic::Streaming;
 
@@ -106,6 +107,15 @@ impl Client {
     pub async fn cancel_trajectory(&self, robot: &str, id: Option<u64>) -> Result<Stamp, Error> {
         let request = CancelTrajectoryRequest { robot: robot.to_owned(), id, ..Default::default() };
         present(self.unary(self.joint().cancel_trajectory(self.claimed(request))).await?.stamp, "stamp")
+    }
+
+    /// Trajectories of a robot, or of all, that are carried out or wait.
+    ///
+    /// # Errors
+    /// `ROBOT_NOT_FOUND`.
+    pub async fn trajectories(&self, robot: Option<&str>) -> Result<Vec<Trajectory>, Error> {
+        let request = ListTrajectoriesRequest { robot: robot.unwrap_or_default().to_owned() };
+        Ok(self.unary(self.joint().list_trajectories(request)).await?.trajectories)
     }
 
     /// Puts joints of one robot at a position and a rate; all of them back to where

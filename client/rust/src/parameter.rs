@@ -27,8 +27,8 @@ impl Client {
     /// that. The answer is as it was added.
     ///
     /// # Errors
-    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse,
-    /// `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` where it is to
+    /// replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn add_slider(
         &self,
         name: &str,
@@ -42,8 +42,8 @@ impl Client {
     /// Puts up a button that was never pressed. The answer is as it was added.
     ///
     /// # Errors
-    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse,
-    /// `INVALID_VALUE`, `LIMIT_EXCEEDED`.
+    /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` where it is to
+    /// replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn add_button(&self, name: &str, name_taken: NameTakenPolicy) -> Result<Parameter, Error> {
         self.add_parameter(name, Kind::Button(Button { presses: 0 }), name_taken).await
     }
@@ -54,9 +54,10 @@ impl Client {
         kind: Kind,
         name_taken: NameTakenPolicy,
     ) -> Result<Parameter, Error> {
-        let parameter = Some(Parameter { name: name.to_owned(), kind: Some(kind), version: 0 });
-        let request = AddParameterRequest { parameter, name_taken: name_taken.into(), ..Default::default() };
-        let answer = self.unary(self.parameter().add_parameter(request)).await?;
+        let parameter = Parameter { name: name.to_owned(), kind: Some(kind), ..Default::default() };
+        let (parameter, name_taken, take_over) = (Some(parameter), name_taken.into(), self.takes_over);
+        let request = AddParameterRequest { parameter, name_taken, take_over, ..Default::default() };
+        let answer = self.unary(self.parameter().add_parameter(self.claimed(request))).await?;
         present(answer.parameter, "parameter")
     }
 
@@ -104,14 +105,15 @@ impl Client {
         Ok(ParameterWatch { client: self.clone(), lists })
     }
 
-    /// Takes parameters down, all or none; all there are where none is named. The
+    /// Takes parameters down, all or none; all that are not another's where none is named. The
     /// answer is the names of those that are gone.
     ///
     /// # Errors
-    /// `PARAMETER_NOT_FOUND`.
+    /// `PARAMETER_NOT_FOUND`, `OWNED_BY_ANOTHER`.
     pub async fn remove_parameters(&self, names: Vec<String>) -> Result<Vec<String>, Error> {
-        let request = RemoveParametersRequest { names, ..Default::default() };
-        Ok(self.unary(self.parameter().remove_parameters(request)).await?.removed)
+        let take_over = self.takes_over;
+        let request = RemoveParametersRequest { names, take_over, ..Default::default() };
+        Ok(self.unary(self.parameter().remove_parameters(self.claimed(request))).await?.removed)
     }
 }
 

@@ -41,7 +41,7 @@ impl Client {
     ///
     /// # Errors
     /// [`Error::File`]; `INVALID_SAVED_STATE` where the file is none, is damaged or of a newer format, or its
-    /// robots are read otherwise by this daemon; `LIMIT_EXCEEDED`.
+    /// robots are read otherwise by this daemon; `LIMIT_EXCEEDED`, `OWNED_BY_ANOTHER`.
     pub async fn import_saved_state(
         &self,
         file: impl AsRef<Path>,
@@ -51,7 +51,9 @@ impl Client {
         let unreadable = |reason| Error::File { path: path.to_path_buf(), reason };
         let sha256 = hash_of(path).await.map_err(unreadable)?;
         self.send(path, &sha256).await?;
-        let request = ImportSavedStateRequest { sha256, name: name.to_owned(), ..Default::default() };
+        let (name, take_over) = (name.to_owned(), self.takes_over);
+        let request = ImportSavedStateRequest { sha256, name, take_over, ..Default::default() };
+        let request = self.claimed(request);
         let answer = self.unary_for(LONGER, self.simulation().import_saved_state(request)).await?;
         present(answer.saved_state, "saved_state")
     }

@@ -178,13 +178,14 @@ impl Client {
     }
 
     /// Keeps the state of the world in the daemon's memory. An empty name lets the
-    /// daemon make one up.
+    /// daemon make one up; one of that name is replaced.
     ///
     /// # Errors
-    /// `LIMIT_EXCEEDED` where there are too many.
+    /// `LIMIT_EXCEEDED` where there are too many, `OWNED_BY_ANOTHER`.
     pub async fn save_state(&self, name: &str) -> Result<SavedStateInfo, Error> {
-        let request = SaveStateRequest { name: name.to_owned(), ..Default::default() };
-        let answer = self.unary(self.simulation().save_state(request)).await?;
+        let (name, take_over) = (name.to_owned(), self.takes_over);
+        let request = SaveStateRequest { name, take_over, ..Default::default() };
+        let answer = self.unary(self.simulation().save_state(self.claimed(request))).await?;
         present(answer.saved_state, "saved_state")
     }
 
@@ -210,10 +211,11 @@ impl Client {
     /// Forgets a saved state.
     ///
     /// # Errors
-    /// `SAVED_STATE_NOT_FOUND`.
+    /// `SAVED_STATE_NOT_FOUND`, `OWNED_BY_ANOTHER`.
     pub async fn delete_saved_state(&self, name: &str) -> Result<(), Error> {
-        let request = DeleteSavedStateRequest { name: name.to_owned(), ..Default::default() };
-        self.unary(self.simulation().delete_saved_state(request)).await.map(drop)
+        let (name, take_over) = (name.to_owned(), self.takes_over);
+        let request = DeleteSavedStateRequest { name, take_over, ..Default::default() };
+        self.unary(self.simulation().delete_saved_state(self.claimed(request))).await.map(drop)
     }
 }
 

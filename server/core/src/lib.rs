@@ -4,11 +4,13 @@
 //!
 //! * [`dynamics`]: articulated bodies, as Featherstone's book has them.
 //! * [`collision`]: what robots touch with; all that is known of parry.
+//! * [`pool`]: threads that the owner of a world may lend it.
 //! * [`simulation`]: the world: commands that change it, the step, what it looks like.
 
 pub mod collision;
 pub mod dynamics;
 mod plain;
+pub mod pool;
 pub mod simulation;
 mod valid;
 

@@ -46,7 +46,7 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     (
         "JointService",
         Role::Viewer,
-        &["GetJointLayout", "GetJointStates", "NextJointStates", "WatchJointStates"],
+        &["GetJointLayout", "GetJointStates", "NextJointStates", "WatchJointStates", "ListTrajectories"],
     ),
     (
         "JointService",

@@ -12,7 +12,7 @@ use simd_core::Integrator;
 use simd_core::simulation::command::PhysicsChange;
 
 use super::key::{Access, Key, MANY};
-use crate::driver::Processors;
+use crate::driver::{MOST_STEP_THREADS, Processors};
 use crate::handle::{Pace, RunState};
 use crate::log::LogFormat;
 
@@ -38,8 +38,8 @@ pub(super) const TABLES: [(&str, &str); 12] = [
     ),
     (
         "realtime",
-        "What the physics thread asks of the system, on Linux. What the system refuses is a sentence in the log; the daemon \
-         goes on without it.",
+        "What the physics thread asks of the system, on Linux, and how many threads a step may use. What the system refuses \
+         is a sentence in the log; the daemon goes on without it.",
     ),
     ("limits", "What a description and its meshes must stay within: see urdf.md."),
     ("service", "What the daemon keeps, and what requests must stay within: see daemon.md."),
@@ -251,6 +251,13 @@ fn realtime() -> Vec<Key> {
             ),
         )
         .example("[2, 3]"),
+        Key::new(
+            "realtime.threads",
+            "threads that a step may use for robots that do not touch each other, the physics thread included; the others \
+             get its priority and processors. 0: one less than there are processors, or all of `processors` where that \
+             is given; at most 4",
+            Access::Count(0..=MOST_STEP_THREADS, |draft| &mut draft.config.driver.step_threads),
+        ),
         Key::new(
             "realtime.lock_memory",
             "whether no memory of the process is swapped out. Needs `CAP_IPC_LOCK` or `LimitMEMLOCK`",

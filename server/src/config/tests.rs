@@ -349,6 +349,7 @@ fn mistakes_about_ros_2_name_the_key() {
         ("[ros2]\ndomain_id = 233", "ros2.domain_id is 233"),
         ("[ros2]\nnamespace = \"lab\"", "ros2.namespace is \"lab\""),
         ("[ros2]\nrouter = \"localhost\"", "is no Zenoh locator"),
+        ("[ros2]\nrouter = '\"tcp/127.0.0.1:7447\"'", "is no Zenoh locator"),
         ("[ros2]\ndistro = \"foxy\"", "foxy"),
     ] {
         let sentence = file_mistake(text);

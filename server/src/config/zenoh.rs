@@ -183,7 +183,9 @@ pub(super) fn check_locator(locator: &str) -> Result<(), String> {
     let is_one = locator
         .split_once('/')
         .is_some_and(|(protocol, address)| !protocol.is_empty() && address.contains(':'))
-        && !locator.contains("://");
+        // A value that was quoted once too often is parsed as an address, too.
+        && !locator.contains("://")
+        && !locator.contains(['"', '\'', ' ']);
     if is_one && locator.parse::<zenoh::config::EndPoint>().is_ok() {
         return Ok(());
     }

@@ -116,8 +116,8 @@ impl Publisher {
             epoch: Instant::now(),
             step_began: AtomicU64::new(0),
             work_began: AtomicU64::new(0),
-            step_durations: Histogram::default(),
-            step_lateness: Histogram::default(),
+            step_durations: Histogram::fine(),
+            step_lateness: Histogram::fine(),
         };
         Self { board: Arc::new(board), retired: Vec::with_capacity(RETIRED), sequence: 1 }
     }

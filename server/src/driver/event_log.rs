@@ -85,6 +85,34 @@ pub enum Happened {
         /// The same, as a sentence.
         message: String,
     },
+    /// Somebody called a method that does not only read.
+    Called {
+        /// When.
+        at: Moment,
+        /// Who called what, and what became of it.
+        call: Box<AuditedCall>,
+    },
+}
+
+/// Who did what.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AuditedCall {
+    /// Whose token it was.
+    pub token: String,
+    /// As the client calls itself; empty where it does not.
+    pub client: String,
+    /// The other end of its way.
+    pub peer: String,
+    /// By its name.
+    pub transport: &'static str,
+    /// `SERVICE/METHOD`.
+    pub method: String,
+    /// That it concerns.
+    pub robots: Vec<String>,
+    /// Of gRPC; 0 is OK.
+    pub code: i32,
+    /// As the schema names it without its prefix; empty for none.
+    pub reason: &'static str,
 }
 
 /// Why a recording ended.
@@ -206,6 +234,12 @@ fn bytes_of(what: &Happened) -> usize {
     let event = match what {
         Happened::World(event) => event,
         Happened::LockstepChanged { client, .. } => return client.len(),
+        Happened::Called { call, .. } => {
+            let AuditedCall { token, client, peer, transport: _, method, robots, code: _, reason: _ } =
+                &**call;
+            let robots: usize = robots.iter().map(|name| name.len() + size_of::<String>()).sum();
+            return token.len() + client.len() + peer.len() + method.len() + robots;
+        }
         Happened::RecordingStarted { recording, .. } => return recording.len(),
         Happened::RecordingEnded { recording, message, .. } => return recording.len() + message.len(),
         Happened::PhysicsChanged { .. } | Happened::StateChanged { .. } | Happened::Overrun { .. } => {

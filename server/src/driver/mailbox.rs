@@ -155,7 +155,12 @@ impl Inbox {
 
     /// Whether a call waits that interrupts a step.
     pub(crate) fn has_interrupting(&self) -> bool {
-        self.shared.interrupting.load(Ordering::Relaxed) > 0
+        self.watch().has_interrupting()
+    }
+
+    /// For the threads that work for a step.
+    pub(crate) fn watch(&self) -> Watch<'_> {
+        Watch(&self.shared)
     }
 
     /// How many calls may wait.
@@ -175,7 +180,23 @@ impl Inbox {
 
     /// Whether it was closed, with calls in it or not.
     pub(crate) fn is_closing(&self) -> bool {
-        self.shared.closing.load(Ordering::Acquire)
+        self.watch().is_closing()
+    }
+}
+
+/// What an inbox tells on any thread.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Watch<'a>(&'a Shared);
+
+impl Watch<'_> {
+    /// Whether a call waits that interrupts a step.
+    pub(crate) fn has_interrupting(self) -> bool {
+        self.0.interrupting.load(Ordering::Relaxed) > 0
+    }
+
+    /// Whether it was closed, with calls in it or not.
+    pub(crate) fn is_closing(self) -> bool {
+        self.0.closing.load(Ordering::Acquire)
     }
 }
 

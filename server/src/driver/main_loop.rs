@@ -195,9 +195,9 @@ impl<W: World> Driver<W> {
         let begun = Instant::now();
         self.publisher.step_begins(begun);
         let is_whole = self.long_steps.is_expected().then(|| {
-            let (inbox, patience) = (&self.inbox, self.long_steps.patience());
+            let (watch, patience) = (self.inbox.watch(), self.long_steps.patience());
             let interrupt =
-                || inbox.is_closing() || (inbox.has_interrupting() && begun.elapsed() >= patience);
+                || watch.is_closing() || (watch.has_interrupting() && begun.elapsed() >= patience);
             self.world.step_interruptible(&interrupt)
         });
         let is_whole = is_whole.unwrap_or_else(|| {

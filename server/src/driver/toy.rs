@@ -4,6 +4,7 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
+use simd_core::pool::Interrupt;
 use simd_core::simulation::command::{ClaimId, PhysicsChange};
 use simd_core::simulation::{EventKind, Saved, WorldLimits};
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Reply, Simulation};
@@ -24,11 +25,8 @@ pub(crate) struct Toy {
     pub(crate) applied: Arc<Mutex<Vec<(u64, Command)>>>,
 }
 
-/// Asks whether the step is to be given up.
-type Interrupt<'a> = &'a dyn Fn() -> bool;
-
 /// Is given what asks for an interruption, and says whether the step is to be done.
-pub(crate) struct Midst(pub(crate) Box<dyn FnMut(Interrupt<'_>) -> bool + Send>);
+pub(crate) struct Midst(pub(crate) Box<dyn FnMut(&Interrupt<'_>) -> bool + Send>);
 
 impl std::fmt::Debug for Midst {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -99,7 +97,7 @@ impl World for Toy {
         Ok(Applied { at: self.now, reply })
     }
 
-    fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+    fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool {
         let is_whole = self.midst.as_mut().is_none_or(|Midst(midst)| midst(interrupt));
         if is_whole {
             self.step();
@@ -155,7 +153,7 @@ impl World for Stuck {
         self.world.apply(command)
     }
 
-    fn step_interruptible(&mut self, _interrupt: &dyn Fn() -> bool) -> bool {
+    fn step_interruptible(&mut self, _interrupt: &Interrupt<'_>) -> bool {
         self.step();
         true
     }

@@ -1,6 +1,9 @@
 //! What the driver needs of a world. There is one world, [`Simulation`]; tests of
 //! the driver bring their own, which stalls and fails when a test asks for it.
 
+use std::sync::Arc;
+
+use simd_core::pool::{Interrupt, Pool};
 use simd_core::simulation::Saved;
 use simd_core::simulation::command::{ClaimId, ClaimRequest};
 use simd_core::{Applied, Command, Error, Event, Moment, PhysicsSettings, PublishedState, Simulation};
@@ -20,7 +23,9 @@ pub(crate) trait World: Send + 'static {
     /// See [`Simulation::step`].
     fn step(&mut self);
     /// See [`Simulation::step_interruptible`].
-    fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool;
+    fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool;
+    /// See [`Simulation::set_pool`].
+    fn set_pool(&mut self, _pool: Arc<dyn Pool>) {}
     /// See [`Simulation::now`].
     fn now(&self) -> Moment;
     /// See [`Simulation::settings`].
@@ -54,8 +59,12 @@ impl World for Simulation {
         Simulation::step(self);
     }
 
-    fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+    fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool {
         Simulation::step_interruptible(self, interrupt)
+    }
+
+    fn set_pool(&mut self, pool: Arc<dyn Pool>) {
+        Simulation::set_pool(self, Some(pool));
     }
 
     fn now(&self) -> Moment {

@@ -6,6 +6,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -14,6 +15,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::activity::Activity;
 use crate::config::Connections as DaemonLimits;
+use crate::handle::RefusedUnanswered;
 
 /// How long a connection that is closed for idleness may take to end, so that a client that begins a call at that
 /// moment learns that it must begin it anew.
@@ -50,6 +52,7 @@ impl From<IpAddr> for Address {
 pub(super) struct Connections {
     limits: DaemonLimits,
     state: Mutex<State>,
+    refused: Arc<RefusedUnanswered>,
 }
 
 #[derive(Debug, Default)]
@@ -107,8 +110,9 @@ pub(super) enum Full {
 }
 
 impl Connections {
-    pub(super) fn new(limits: DaemonLimits) -> Arc<Self> {
-        Arc::new(Self { limits, state: Mutex::default() })
+    /// None yet; those that are refused are counted there.
+    pub(super) fn new(limits: DaemonLimits, refused: Arc<RefusedUnanswered>) -> Arc<Self> {
+        Arc::new(Self { limits, state: Mutex::default(), refused })
     }
 
     pub(super) fn limits(&self) -> &DaemonLimits {
@@ -145,6 +149,7 @@ impl Connections {
         // Those that were cut are there until their tasks have run.
         let is_crowded = state.open.len() >= self.limits.max + 2 * CLOSING;
         if let Err(full) = room.and(if is_crowded { Err(Full::All) } else { Ok(()) }) {
+            self.refused.connections.fetch_add(1, Ordering::Relaxed);
             state.log(full, now);
             return Err(full);
         }

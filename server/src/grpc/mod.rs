@@ -57,7 +57,8 @@ pub async fn serve(
     page: http::Settings,
     limits: DaemonLimits,
 ) {
-    serve_within(&Connections::new(limits), handle, listener, tls, page).await;
+    let connections = Connections::new(limits, handle.refused_unanswered());
+    serve_within(&connections, handle, listener, tls, page).await;
 }
 
 async fn serve_within(

@@ -60,7 +60,7 @@ impl Daemon {
         handle.command(spawn("arm", &[])).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
-        let connections = Connections::new(connections);
+        let connections = Connections::new(connections, Arc::default());
         let (served, within) = (handle.clone(), Arc::clone(&connections));
         let server = tokio::spawn(async move {
             super::serve_within(&within, served, listener, None, Default::default()).await;

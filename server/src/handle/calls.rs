@@ -1,7 +1,8 @@
 //! How many calls there were, how they ended and how long they took: for operators to see.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use simd_proto::methods::Method;
@@ -11,7 +12,21 @@ use crate::histogram::{Counts, Histogram};
 
 /// All calls so far. Bounded by what the schema has: methods, codes and reasons.
 #[derive(Debug, Default)]
-pub(super) struct CallCounts(Mutex<BTreeMap<(&'static str, Transport), Calls>>);
+pub(super) struct CallCounts {
+    calls: Mutex<BTreeMap<(&'static str, Transport), Calls>>,
+    refused: Arc<RefusedUnanswered>,
+}
+
+/// What was refused without an answer that says why.
+#[derive(Debug, Default)]
+pub(crate) struct RefusedUnanswered {
+    /// There was no room for them.
+    pub(crate) connections: AtomicU64,
+    /// That were published, and not allowed or not possible.
+    pub(crate) targets: AtomicU64,
+    /// That were published faster than they can be read.
+    pub(crate) lost_targets: AtomicU64,
+}
 
 /// Of one method by one transport.
 #[derive(Debug, Default)]
@@ -54,7 +69,7 @@ impl Drop for OpenStream {
 
 impl CallCounts {
     fn lock(&self) -> MutexGuard<'_, BTreeMap<(&'static str, Transport), Calls>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.calls.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -76,6 +91,24 @@ impl SimHandle {
         let calls = calls.entry((name(method), transport)).or_default();
         *calls.ended.entry((code, reason)).or_default() += 1;
         calls.duration.observe(duration);
+    }
+
+    /// Something was refused that is not answered by the status of a call: a request of a stream that goes on, or a
+    /// query that found no room.
+    pub(crate) fn refused_beside_calls(
+        &self,
+        method: &'static Method,
+        transport: Transport,
+        how: (i32, &'static str),
+    ) {
+        let mut calls = self.inner.calls.lock();
+        let calls = calls.entry((name(method), transport)).or_default();
+        *calls.ended.entry(how).or_default() += 1;
+    }
+
+    /// Where refusals are counted that nobody is answered.
+    pub(crate) fn refused_unanswered(&self) -> Arc<RefusedUnanswered> {
+        Arc::clone(&self.inner.calls.refused)
     }
 
     /// A stream begins.

@@ -54,6 +54,11 @@ impl Leases {
         self.lock().get(&claim).map(|lease| lease.ends)
     }
 
+    /// Whether the claim holds.
+    pub(super) fn holds(&self, claim: ClaimId) -> bool {
+        self.lock().contains_key(&claim)
+    }
+
     /// The claim that this is the secret of.
     fn of_secret(&self, secret: &str) -> Option<ClaimId> {
         let claim = ClaimId(proof::id_of(secret)?.parse().ok()?);
@@ -232,7 +237,7 @@ impl SimHandle {
         drop(self);
         loop {
             let Some(inner) = weak.upgrade() else { return };
-            let handle = Self { inner, claim: None, only: Arc::default(), sender: None };
+            let handle = Self::of_everybody(inner);
             let Some(ends) = handle.inner.leases.end(claim) else { return };
             let cause = match until.is_cancelled() {
                 true => Some(ReleaseCause::Disconnected),

@@ -159,6 +159,8 @@ impl SimHandle {
         reporter: Reporter,
     ) -> Result<Loaded, CallError> {
         let SpawnRequest { name, scale, strict, mesh_shapes, fixed_base, .. } = &request;
+        // Here too, since what cannot be read never becomes a command.
+        self.note_robots([name.as_str()].into_iter().filter(|name| !name.is_empty()));
         let options = self.loader().load_options(*scale, *strict, *mesh_shapes, *fixed_base);
         let LoadedRobot { model, shapes, mut report } = self.load(origin, options, reporter.clone()).await?;
         let mut collision_pairs = Vec::new();
@@ -194,6 +196,7 @@ impl SimHandle {
         if let Reply::Spawned { name: given } = &done.applied.reply {
             name.clone_from(given);
         }
+        self.note_robots([name.as_str()]);
         self.report_sunk(&name, &mut report).await;
         let summary = summary(&read, &report);
         tracing::info!(robot = name, "spawned {summary}");
@@ -242,6 +245,7 @@ impl SimHandle {
         source: Option<Source>,
         strict: bool,
     ) -> Result<Reloaded, CallError> {
+        self.note_robots([robot.as_str()]);
         let (origin, scale, mesh_shapes, fixed_base) = {
             let newest = self.newest();
             let Some((_, entity)) = newest.state.entity(&robot) else {

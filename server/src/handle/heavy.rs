@@ -43,6 +43,12 @@ impl HeavyWork {
         Self::with((processors / 2).max(1), limits.waiting_reads, limits.waiting_reads_of_client)
     }
 
+    /// One look into a recording at a time.
+    pub(super) fn of_recordings() -> Self {
+        let what = "waiting calls for what is in a recording";
+        Self { permits: FairPermits::new(1, 16, 4, what) }
+    }
+
     fn with(permits: usize, waiting: usize, of_one: usize) -> Self {
         let what = "waiting calls for kinematics and rays";
         Self { permits: FairPermits::new(permits, waiting, of_one, what) }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use simd_proto::text::{is_printable, printable};
 use tokio::sync::Notify;
 
-use super::{CallError, SimHandle};
+use super::{CallError, Owner, SimHandle};
 
 /// Longest name, in bytes.
 const MAX_NAME: usize = 256;
@@ -21,6 +21,8 @@ pub struct Parameter {
     pub kind: ParameterKind,
     /// Of the list when it last changed.
     pub version: u64,
+    /// Who put it up.
+    pub owner: Owner,
 }
 
 /// What a parameter is, and where it stands.
@@ -165,8 +167,8 @@ impl SimHandle {
     /// nearest end of it. Answers with what it is now.
     ///
     /// # Errors
-    /// Where the name cannot be or is taken, where a number is not finite or the
-    /// range is empty, and where there are as many as there may be.
+    /// Where the name cannot be or is taken, also by another's parameter that would be replaced, where a number is not
+    /// finite or the range is empty, and where there are as many as there may be.
     pub fn add_parameter(
         &self,
         name: &str,
@@ -177,12 +179,14 @@ impl SimHandle {
         let kind = checked(name, kind)?;
         let limit = self.inner.parameters.limit;
         self.inner.parameters.change(|list| {
-            let added = |name: &str| Parameter { name: name.into(), kind, version: list.version };
+            let (version, owner) = (list.version, self.owner());
+            let added = |name: &str| Parameter { name: name.into(), kind, version, owner };
             let added = match (list.place(name), taken) {
                 (Some(_), NameTaken::Refuse) => {
                     return Err(CallError::ParameterExists { name: name.to_owned() });
                 }
                 (Some(place), NameTaken::Replace) => {
+                    self.check_parameter(&list.parameters[place])?;
                     let added = added(name);
                     list.parameters[place] = added.clone();
                     return Ok((added, true));
@@ -227,24 +231,30 @@ impl SimHandle {
         })
     }
 
-    /// Takes parameters down, all of them where none is named. Answers with the
+    /// Takes parameters down, all that are not another's where none is named. Answers with the
     /// names of those that are gone.
     ///
     /// # Errors
-    /// Where there is no parameter of one of the names; then none is gone.
+    /// Where there is no parameter of one of the names, or it is another's; then none is gone.
     pub fn remove_parameters(&self, names: &[String]) -> Result<Vec<String>, CallError> {
         self.inner.parameters.change(|list| {
             if names.is_empty() {
-                let gone: Vec<String> = list.parameters.drain(..).map(|it| it.name.to_string()).collect();
+                let gone = list.parameters.extract_if(.., |it| self.owns(&it.owner));
+                let gone: Vec<String> = gone.map(|it| it.name.to_string()).collect();
                 let is_other = !gone.is_empty();
                 return Ok((gone, is_other));
             }
             for name in names {
                 let place = list.find_place(name)?;
+                self.check_parameter(&list.parameters[place])?;
                 list.parameters.remove(place);
             }
             Ok((names.to_vec(), true))
         })
+    }
+
+    fn check_parameter(&self, parameter: &Parameter) -> Result<(), CallError> {
+        self.check_owner(|| format!("parameter {:?}", parameter.name), &parameter.owner)
     }
 }
 

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use simd_core::Moment;
 
-use super::{CallError, SimHandle};
+use super::{CallError, Cancelled, SimHandle};
 use crate::driver::{Event, TapEnd};
-use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, Running, Surroundings};
+use crate::recording::{RecordingContents, RecordingInfo, RecordingRequest, RecordingSources, Running};
 
 impl SimHandle {
     /// Begins a recording: the whole world as it is then, and all that happens from then on.
@@ -24,14 +24,15 @@ impl SimHandle {
     }
 
     async fn begin_recording(self, request: RecordingRequest) -> Result<(RecordingInfo, Moment), CallError> {
-        let surroundings = Surroundings {
+        let sources = RecordingSources {
             daemon: self.inner.info.name.clone(),
             loader: Arc::clone(self.loader()),
             events: Arc::clone(&self.inner.driver.events),
             board: Arc::clone(&self.inner.driver.board),
         };
+        let _turn = self.inner.recording_turn.lock().await;
         let recordings = self.inner.recordings.clone();
-        let begin = move || recordings.begin(request, surroundings);
+        let begin = move || recordings.begin(request, sources);
         let Running { name, tap, done: _ } = self.loader().off_thread(begin).await??;
         let told = self.ask(|reply| Event::Record { tap: Some(Arc::clone(&tap)), reply }).await;
         let at = match told {
@@ -51,6 +52,7 @@ impl SimHandle {
     /// Where none of that name is being made.
     pub async fn stop_recording(&self, name: &str) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
+        let turn = self.inner.recording_turn.lock().await;
         let running = self.inner.recordings.running();
         let Some(running) = running.filter(|running| name.is_empty() || *running.name == *name) else {
             let which =
@@ -58,6 +60,7 @@ impl SimHandle {
             return Err(CallError::RecordingNotPossible { message: format!("{which} is being made") });
         };
         let at = self.ask(|reply| Event::Record { tap: None, reply }).await?;
+        drop(turn);
         running.done.cancelled().await;
         Ok((self.recording(running.name.to_string()).await?, at))
     }
@@ -96,12 +99,13 @@ impl SimHandle {
         name: String,
     ) -> Result<(RecordingInfo, RecordingContents), CallError> {
         let recordings = self.inner.recordings.clone();
-        let look = move || {
+        let look = move |cancelled: &Cancelled| {
             let info = recordings.find(&name)?;
-            let contents = recordings.contents(&info)?;
+            let contents = recordings.contents(&info, &|| cancelled.is_set())?;
             Ok((info, contents))
         };
-        self.loader().off_thread(look).await?
+        // All of its files are read: loading robots does not wait for that.
+        self.inner.recording_looks.run(self.loader().threads(), look).await?
     }
 
     /// A part of one of its files, of at most so many bytes, and the size of that file.

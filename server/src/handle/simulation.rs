@@ -15,9 +15,20 @@ impl SimHandle {
     /// # Errors
     /// Where the world refuses, or the mailbox is full.
     pub async fn command(&self, command: Command) -> Result<Done, CallError> {
-        if !self.only.is_empty() {
-            self.check_robots(command.robots().as_deref())?;
+        if !self.only.is_empty() || self.note.is_some() {
+            let robots = command.robots();
+            self.note_robots(robots.iter().flatten().copied());
+            self.check_robots(robots.as_deref())?;
         }
+        match command {
+            Command::SaveState { .. }
+            | Command::DeleteSavedState { .. }
+            | Command::ImportSavedState { .. } => self.change_saved_state(command).await,
+            _ => self.post(command).await,
+        }
+    }
+
+    pub(super) async fn post(&self, command: Command) -> Result<Done, CallError> {
         let (claim, sender) = (self.renewed_claim(), self.sender.clone());
         self.ask(|reply| Event::Command { command, claim, sender, reply }).await
     }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::fs;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use axum::body::Body;
@@ -125,6 +126,17 @@ impl Scrape {
             })
         });
         families.counters("simd_calls", "Calls that were answered, by how they ended.", ended)?;
+        let refused = self.0.refused_unanswered();
+        let unanswered = [
+            ("connections", &refused.connections),
+            ("published targets", &refused.targets),
+            ("published targets that came too fast", &refused.lost_targets),
+        ];
+        families.counters(
+            "simd_refused_unanswered",
+            "What was refused without an answer that says why.",
+            unanswered.map(|(what, count)| ([("what", what)], count.load(Ordering::Relaxed))),
+        )?;
         let labels =
             |of: &crate::handle::MethodCalls| [("method", of.method), ("transport", of.transport.name())];
         let open = calls.iter().filter(|of| of.streams > 0).map(|of| (labels(of), of.streams as f64));

@@ -147,7 +147,7 @@ pub(super) fn is_complete(path: &Path) -> bool {
 }
 
 /// What is in some files, as far as they go.
-pub(super) fn contents(paths: &[PathBuf]) -> io::Result<RecordingContents> {
+pub(super) fn contents(paths: &[PathBuf], is_cancelled: &dyn Fn() -> bool) -> io::Result<RecordingContents> {
     let mut topics: BTreeMap<String, (String, u64)> = BTreeMap::new();
     let mut span: Option<(u64, u64)> = None;
     for path in paths {
@@ -156,6 +156,9 @@ pub(super) fn contents(paths: &[PathBuf]) -> io::Result<RecordingContents> {
         };
         // What cannot be read has nothing in it that is known.
         while let Ok(Some(item)) = reader.next() {
+            if is_cancelled() {
+                return Err(io::Error::other("the call was cancelled"));
+            }
             let Item::Message { channel, time, data: _ } = item else { continue };
             let (start, end) = span.get_or_insert((time, time));
             (*start, *end) = ((*start).min(time), (*end).max(time));

@@ -1,11 +1,14 @@
 //! The run of a recording, again: the recorded commands before the same steps, from a recorded world on, and what each
 //! step comes to compared with what it came to.
 
+mod changes;
+mod difference;
+mod variation;
+
 use std::collections::VecDeque;
 use std::io::Read;
 
-use simd_core::simulation::world_state::WorldState;
-use simd_core::simulation::{Saved, WorldLimits};
+use simd_core::simulation::WorldLimits;
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
 use simd_proto::v1;
 
@@ -15,6 +18,11 @@ use crate::blocking_threads::BlockingThreads;
 use crate::call_error::CallError;
 use crate::info::DaemonLimits;
 use crate::loading::Loader;
+
+pub use changes::Changes;
+use difference::what_differs;
+use variation::SecondRun;
+pub use variation::{Comparison, Difference, Variation};
 
 /// Bytes of commands that wait for the steps before them.
 const WAITING_BYTES: usize = 256 << 20;
@@ -42,6 +50,8 @@ pub struct Replayed {
     pub ends_early: Option<String>,
     /// Why it cannot be read on, as a sentence.
     pub damaged: Option<String>,
+    /// How a second run compares, where something was to be changed.
+    pub comparison: Option<Comparison>,
 }
 
 /// Something that is due before a step.
@@ -73,8 +83,20 @@ impl Due {
 /// # Errors
 /// Where it is no recording, or has no world to begin with: a sentence.
 pub async fn replay<R: Read>(
+    open: impl FnMut() -> std::io::Result<R>,
+    from: Option<f64>,
+) -> Result<Replayed, String> {
+    replay_beside(open, from, Variation::default()).await
+}
+
+/// The same with a second run beside it, in which something is changed. It gets the recorded commands at the same simulated time.
+///
+/// # Errors
+/// The same, and where something cannot be changed or written: a sentence.
+pub async fn replay_beside<R: Read>(
     mut open: impl FnMut() -> std::io::Result<R>,
     from: Option<f64>,
+    variation: Variation,
 ) -> Result<Replayed, String> {
     let mut input = || open().map_err(|error| format!("it cannot be read: {error}"));
     let skip = match from {
@@ -90,6 +112,9 @@ pub async fn replay<R: Read>(
         decoder: Decoder::new(loader),
         world: None,
         state: PublishedState::default(),
+        second: None,
+        failed: None,
+        variation: (!variation.changes.is_empty()).then_some(variation),
         done: 0,
         due: VecDeque::new(),
         due_bytes: 0,
@@ -130,6 +155,11 @@ struct Run<R> {
     decoder: Decoder,
     world: Option<Simulation>,
     state: PublishedState,
+    second: Option<SecondRun>,
+    /// What that is to begin with.
+    variation: Option<Variation>,
+    /// Why that cannot go on.
+    failed: Option<String>,
     /// Steps since the file began.
     done: u64,
     /// In the order in which it was recorded.
@@ -177,6 +207,12 @@ impl<R: Read> Run<R> {
             }
             Err(error) => self.replayed.damaged = Some(error.to_string()),
         }
+        if let Some(why) = self.failed {
+            return Err(why);
+        }
+        if let Some(second) = self.second {
+            self.replayed.comparison = Some(second.end()?);
+        }
         match (self.world, &self.replayed.damaged) {
             (None, Some(damaged)) => Err(damaged.clone()),
             (None, None) => Err("it has no world to begin with".to_owned()),
@@ -186,19 +222,15 @@ impl<R: Read> Run<R> {
 
     /// The world that it begins with.
     async fn begin(&mut self, recorded: v1::RecordedWorld) -> Result<bool, CallError> {
-        let limits = WorldLimits { robots: self.decoder.loader.most_robots(), saved_states: SAVED_STATES };
-        let mut world = Simulation::new(PhysicsSettings::default(), limits);
-        let (saved, _) = self.decoder.state(&recorded.state_sha256, &self.recording.files).await?;
-        let name = "recorded".to_owned();
-        world.apply(&Command::ImportSavedState { name: name.clone(), saved })?;
-        world.apply(&Command::RestoreState { name: name.clone() })?;
-        world.apply(&Command::DeleteSavedState { name })?;
-        for kept in recorded.saved_states {
-            let (saved, _) = self.decoder.state(&kept.state_sha256, &self.recording.files).await?;
-            world.apply(&Command::ImportSavedState { name: kept.name, saved })?;
-        }
-        for claim in &recorded.claims {
-            world.apply(&Command::Claim(Decoder::claim(claim)?))?;
+        let world = self.fresh(&recorded).await?;
+        if let Some(variation) = self.variation.take() {
+            let world = self.fresh(&recorded).await?;
+            let claims = recorded.claims.iter().map(Decoder::claim).collect::<Result<Vec<_>, _>>()?;
+            let claims = claims.into_iter().map(|request| request.claim);
+            match SecondRun::begin(world, variation, claims.collect()) {
+                Ok(second) => self.second = Some(second),
+                Err(why) => return Ok(self.fail(why)),
+            }
         }
         self.done = recorded.steps;
         self.replayed.from = recorded.stamp.map_or(0.0, |stamp| stamp.sim_time);
@@ -213,6 +245,25 @@ impl<R: Read> Run<R> {
         world.observe(&mut self.state);
         self.world = Some(world);
         Ok(is_equal)
+    }
+
+    /// A world as it was recorded.
+    async fn fresh(&mut self, recorded: &v1::RecordedWorld) -> Result<Simulation, CallError> {
+        let limits = WorldLimits { robots: self.decoder.loader.most_robots(), saved_states: SAVED_STATES };
+        let mut world = Simulation::new(PhysicsSettings::default(), limits);
+        let (saved, _) = self.decoder.state(&recorded.state_sha256, &self.recording.files).await?;
+        let name = "recorded".to_owned();
+        world.apply(&Command::ImportSavedState { name: name.clone(), saved })?;
+        world.apply(&Command::RestoreState { name: name.clone() })?;
+        world.apply(&Command::DeleteSavedState { name })?;
+        for kept in &recorded.saved_states {
+            let (saved, _) = self.decoder.state(&kept.state_sha256, &self.recording.files).await?;
+            world.apply(&Command::ImportSavedState { name: kept.name.clone(), saved })?;
+        }
+        for claim in &recorded.claims {
+            world.apply(&Command::Claim(Decoder::claim(claim)?))?;
+        }
+        Ok(world)
     }
 
     fn wait(&mut self, due: Due) -> Result<bool, CallError> {
@@ -250,7 +301,8 @@ impl<R: Read> Run<R> {
     async fn apply(&mut self, recorded: &v1::RecordedCommand) -> Result<bool, CallError> {
         let (command, claim) = self.decoder.command(recorded, &self.recording.files).await?;
         let Some(world) = &mut self.world else { return Ok(false) };
-        if let Err(refused) = world.apply_for(&without_versions(command), claim) {
+        let command = without_versions(command);
+        if let Err(refused) = world.apply_for(&command, claim) {
             let kind: String = recorded.kind.chars().take(40).collect();
             let at = world.now();
             self.differs(format!(
@@ -260,7 +312,16 @@ impl<R: Read> Run<R> {
             return Ok(false);
         }
         self.replayed.commands += 1;
-        Ok(true)
+        match self.second.as_mut().map(|second| second.apply(command, claim)) {
+            Some(Err(why)) => Ok(self.fail(why)),
+            Some(Ok(())) | None => Ok(true),
+        }
+    }
+
+    /// Ends it for what the second run cannot do.
+    fn fail(&mut self, why: String) -> bool {
+        self.failed.get_or_insert(why);
+        false
     }
 
     fn differs(&mut self, sentence: String) {
@@ -282,6 +343,9 @@ impl<R: Read> Run<R> {
             world.step();
             world.observe(&mut self.state);
             self.done = self.done.saturating_add(1);
+            if let Some(Err(why)) = self.second.as_mut().map(|second| second.follow(&self.state)) {
+                return Ok(self.fail(why));
+            }
             let is_equal = self.state.fingerprint() == fingerprint;
             if self.replayed.difference.is_none() {
                 if is_equal {
@@ -329,44 +393,4 @@ fn without_versions(mut command: Command) -> Command {
         targets.robots.iter_mut().for_each(|robot| robot.layout_version = 0);
     }
     command
-}
-
-/// The first robot, joint and quantity of two states that are not equal to the bit; `state` is of the present one.
-fn what_differs(recorded: &Saved, present: &WorldState, state: &PublishedState) -> String {
-    let recorded = recorded.world_state();
-    let names = |state: &WorldState| -> Vec<String> {
-        state.robots.iter().map(|robot| robot.entity.name.clone()).collect()
-    };
-    if names(recorded) != names(present) {
-        return format!("the robots are {:?}, and were {:?}", names(present), names(recorded));
-    }
-    let robots = recorded.robots.iter().zip(&present.robots).zip(&state.world.entities);
-    for ((before, now), layout) in robots {
-        let robot = &before.entity.name;
-        let (before, now) = (&before.body, &now.body);
-        let (root_positions, root_velocities) = (layout.tree.root_positions(), layout.tree.root_velocities());
-        for (quantity, before, now, root, ranges) in [
-            ("position", &before.positions, &now.positions, root_positions, &layout.joint_positions),
-            ("velocity", &before.velocities, &now.velocities, root_velocities, &layout.joint_velocities),
-            ("effort", &before.efforts, &now.efforts, root_velocities, &layout.joint_velocities),
-        ] {
-            let differ = |(before, now): (&f64, &f64)| before.to_bits() != now.to_bits();
-            let Some(place) = before.iter().zip(now).position(differ) else { continue };
-            let values =
-                (now.get(place).copied().unwrap_or(f64::NAN), before.get(place).copied().unwrap_or(f64::NAN));
-            let joint = place
-                .checked_sub(root)
-                .and_then(|place| ranges.iter().position(|range| range.contains(&place)));
-            let joint = joint.and_then(|joint| layout.model.joints.get(joint));
-            let whose = joint.map_or_else(|| "root".to_owned(), |joint| format!("joint {:?}", joint.name));
-            return format!(
-                "robot {robot:?}, {whose}: the {quantity} is {:?}, and was {:?}",
-                values.0, values.1
-            );
-        }
-    }
-    if recorded.settings != present.settings {
-        return format!("the physics is {:?}, and was {:?}", present.settings, recorded.settings);
-    }
-    "positions, velocities and efforts are equal, and something else of the state differs: targets, settings or contacts".into()
 }

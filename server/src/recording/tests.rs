@@ -1,5 +1,7 @@
 //! A run is recorded and comes to the same again; files that are broken are refused in a sentence.
 
+mod variation;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -322,11 +324,14 @@ async fn a_limit_ends_the_recording_with_an_event_and_the_file_is_complete() {
     let handle = daemon(directory.path());
     spawn(&handle, ARM, "arm", [0.0; 3]).await;
     handle.start_recording(RecordingRequest { max_bytes: Some(4000), ..named("small") }).await.unwrap();
-    let mut after = 0;
-    let ended = loop {
+    // More than the limit, and far less than may wait for a slow disk.
+    for _ in 0..20 {
         handle.command(target(0.1)).await.unwrap();
         handle.step(100).await.unwrap();
-        let batch = handle.events_after(after);
+    }
+    let mut after = 0;
+    let ended = loop {
+        let batch = handle.next_events(after, Duration::from_secs(60)).await.unwrap();
         after = batch.last_sequence;
         let ended = batch.events.into_iter().find_map(|event| match event.what {
             crate::handle::Happened::RecordingEnded { cause, message, .. } => Some((cause, message)),

@@ -17,7 +17,7 @@ use simd_proto::v1;
 use super::commands;
 use super::file::{RecordingFile, Unwritten, nanos, topic};
 use super::ros::{States, topic_part};
-use super::{Encoders, Surroundings, names};
+use super::{Encoders, RecordingSources, names};
 use crate::driver::{
     AppliedCommand, Entry, Happened, Published, RecordingEnd, ReportEntry, Tap, TapEnd, WorldEntry,
 };
@@ -51,7 +51,7 @@ pub(super) struct Plan {
 /// See the module.
 pub(super) struct Writer {
     plan: Plan,
-    surroundings: Surroundings,
+    sources: RecordingSources,
     encoders: Encoders,
     tap: Arc<Tap>,
     file: RecordingFile,
@@ -98,16 +98,16 @@ impl Writer {
     /// With the first file.
     pub(super) fn new(
         plan: Plan,
-        surroundings: Surroundings,
+        sources: RecordingSources,
         encoders: Encoders,
         tap: Arc<Tap>,
     ) -> io::Result<Self> {
-        let file = create(&plan, &surroundings, 1)?;
+        let file = create(&plan, &sources, 1)?;
         let now = Instant::now();
         let shown = States::new(plan.state_period);
         Ok(Self {
             plan,
-            surroundings,
+            sources,
             encoders,
             tap,
             file,
@@ -178,9 +178,9 @@ impl Writer {
         }
         // That the disk is too slow was said by the driver, which does not wait for it.
         if cause != RecordingEnd::TooSlow {
-            let newest = self.surroundings.board.newest();
+            let newest = self.sources.board.newest();
             let what = Happened::RecordingEnded { at: newest.state.at, recording, cause, message };
-            self.surroundings.events.push(SystemTime::now(), newest.sequence, what);
+            self.sources.events.push(SystemTime::now(), newest.sequence, what);
         }
     }
 
@@ -219,7 +219,7 @@ impl Writer {
     fn write_world(&mut self, world: &WorldEntry) -> Result<(), Ended> {
         let WorldEntry { at, state, claims, published } = world;
         self.file.time = nanos(SystemTime::now());
-        let loader = Arc::clone(&self.surroundings.loader);
+        let loader = Arc::clone(&self.sources.loader);
         let state_sha256 = commands::keep_state(state, &loader, &mut self.file)?.to_string();
         let mut saved_states = Vec::new();
         let mut states = Vec::new();
@@ -251,7 +251,7 @@ impl Writer {
 
     fn applied(&mut self, applied: &AppliedCommand) -> Result<(), Ended> {
         self.file.time = nanos(SystemTime::now());
-        let loader = Arc::clone(&self.surroundings.loader);
+        let loader = Arc::clone(&self.sources.loader);
         let message = v1::RecordedCommand {
             stamp: Some(stamp(applied.at, None)),
             steps: self.steps,
@@ -266,7 +266,7 @@ impl Writer {
         self.fingerprints.push(state.state.fingerprint());
         self.last_step = Some(stamp(state.state.at, Some(state)));
         if self.shown.is_due(state) {
-            let loader = Arc::clone(&self.surroundings.loader);
+            let loader = Arc::clone(&self.sources.loader);
             self.shown.write(state, &loader, &mut self.file)?;
             let contacts = (self.encoders.contacts)(state);
             self.file.write_encoded(topic::CONTACTS, "GetContactsResponse", &contacts)?;
@@ -331,7 +331,7 @@ impl Writer {
     }
 
     fn next_file(&mut self) -> Result<(), Ended> {
-        let next = create(&self.plan, &self.surroundings, self.number + 1)?;
+        let next = create(&self.plan, &self.sources, self.number + 1)?;
         let before = std::mem::replace(&mut self.file, next);
         let (path, now) = (before.path.clone(), Instant::now());
         before.finish()?;
@@ -345,12 +345,12 @@ impl Writer {
     }
 }
 
-fn create(plan: &Plan, surroundings: &Surroundings, number: u64) -> io::Result<RecordingFile> {
+fn create(plan: &Plan, sources: &RecordingSources, number: u64) -> io::Result<RecordingFile> {
     let file = match plan.keep_last {
         Some(_) => names::numbered(&plan.name, number),
         None => names::single(&plan.name),
     };
-    RecordingFile::create(&plan.directory.join(file), &surroundings.daemon, &plan.name, number)
+    RecordingFile::create(&plan.directory.join(file), &sources.daemon, &plan.name, number)
 }
 
 /// A moment, with what is known of when and how it was published.

@@ -33,7 +33,7 @@ use crate::SimHandle;
 use crate::handle::Happened;
 
 /// Goals that are remembered, those that ended the longest ago are forgotten first.
-const GOALS: usize = 32;
+pub(super) const GOALS: usize = 32;
 /// From one feedback to the next.
 const FEEDBACK: Duration = Duration::from_millis(50);
 /// As `rcl_action` has it for the status.
@@ -236,7 +236,16 @@ async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after
             _ => None,
         });
         if let Some(end) = end {
-            break end;
+            break result(&end);
+        }
+        // Its end may be among the events that are gone: it is made to end, rather than never.
+        if batch.missed > 0 {
+            let cancel = Command::CancelTrajectory { robot: goals.robot.clone(), id: Some(goal.id) };
+            // Where it has ended there is nothing to cancel.
+            let _ = handle.command(cancel).await;
+            let error_string = "events were lost, and its end with them; it was cancelled".to_owned();
+            let error_code = FollowJointTrajectoryResult::INVALID_GOAL;
+            break (GoalStatus::STATUS_ABORTED, FollowJointTrajectoryResult { error_code, error_string });
         }
         if goals.feedback.is_wanted()
             && let Some(feedback) = feedback(&handle, &goals.robot, &goal)
@@ -244,7 +253,7 @@ async fn follow(goals: Arc<Goals>, handle: SimHandle, goal: Arc<Goal>, mut after
             tokio::task::block_in_place(|| goals.feedback.put(&feedback));
         }
     };
-    goal.state.send_replace(result(&end));
+    goal.state.send_replace(end);
     tokio::task::block_in_place(|| goals.tell());
 }
 

@@ -11,9 +11,6 @@ use crate::blocking_threads::BlockingThreads;
 /// Threads that replies leave on.
 const THREADS: usize = 4;
 const STACK_BYTES: usize = 512 * 1024;
-/// Queries that are worked on or wait to be answered.
-const UNDER_WAY: usize = 32;
-
 /// Room for queries, and threads for their answers.
 #[derive(Debug)]
 pub(super) struct Calls {
@@ -23,11 +20,13 @@ pub(super) struct Calls {
 }
 
 impl Calls {
+    /// For so many queries that are worked on or wait to be answered.
+    ///
     /// # Errors
     /// Where the system gives no threads.
-    pub(super) fn new() -> std::io::Result<Self> {
+    pub(super) fn new(room: usize) -> std::io::Result<Self> {
         let threads = Arc::new(BlockingThreads::waiting("ros2-reply", THREADS, STACK_BYTES)?);
-        Ok(Self { runtime: Handle::current(), room: Arc::new(Semaphore::new(UNDER_WAY)), threads })
+        Ok(Self { runtime: Handle::current(), room: Arc::new(Semaphore::new(room)), threads })
     }
 
     /// Begins to work on a query, if there is room. `work` gives what sends the answer, if there is to be one. Waits for

@@ -203,7 +203,7 @@ pub(super) fn trajectory(handle: &SimHandle, robot: &str, message: JointTrajecto
     Command::FollowTrajectory(FollowTrajectory {
         robot,
         joints,
-        points: points.collect(),
+        points: Arc::new(points.collect()),
         begin,
         source: Some(handle.target_source(caller.as_ref())),
         ..FollowTrajectory::default()

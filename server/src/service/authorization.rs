@@ -1,5 +1,5 @@
-//! Lets a call through whose token allows it. What is not only read is written into the log: whose token, from which
-//! client, by which transport, which method, and how it ended.
+//! Lets a call through whose token allows it. What is not only read is written into the log, and is an event: whose
+//! token, from which client, by which transport, which method, which robots, and how it ended.
 
 use std::convert::Infallible;
 use std::future::{Ready, ready};
@@ -18,9 +18,11 @@ use tonic::codegen::{Bytes, Service};
 use tonic::server::NamedService;
 use tonic::{Code, Status};
 
+use super::counted::reason;
 use super::status::Explained;
-use crate::access::{Access, Denied, Grant, role_of};
-use crate::handle::{Peer, Transport};
+use crate::SimHandle;
+use crate::access::{Denied, Grant, role_of};
+use crate::handle::{AuditedCall, Peer, RobotNote, Transport};
 
 /// Methods that clients call many times a second: each call is not worth a line.
 const FREQUENT: [&str; 5] = [
@@ -36,8 +38,8 @@ const FREQUENT: [&str; 5] = [
 pub struct Authorized<S> {
     /// What is called.
     pub service: S,
-    /// Who may.
-    pub access: Access,
+    /// Who may, and where calls are events.
+    pub handle: SimHandle,
     /// How calls come where their extensions do not say otherwise.
     pub transport: Transport,
 }
@@ -62,20 +64,27 @@ where
     fn call(&mut self, mut request: Request<Body>) -> Self::Future {
         let transport = request.extensions().get().copied().unwrap_or(self.transport);
         // Who is within the process has it anyway.
-        if !self.access.is_required() || transport == Transport::Handle {
+        if !self.handle.access().is_required() || transport == Transport::Handle {
             return Answer::Passed { answer: self.service.call(request), grant: None, line: None };
         }
         let path = request.uri().path().to_owned();
         let (service, method) = methods::parse_path(&path).unwrap_or_default();
         let needed = role_of(service, method);
-        let said = |grant: &str| Line {
-            token: grant.to_owned(),
-            client: client(request.headers()),
-            peer: request.extensions().get::<Peer>().map(ToString::to_string).unwrap_or_default(),
-            transport,
-            path: path.clone(),
+        let said = |token: &str| {
+            Line(Some(Call {
+                handle: self.handle.clone(),
+                note: RobotNote::default(),
+                call: AuditedCall {
+                    token: token.to_owned(),
+                    client: client(request.headers()),
+                    peer: request.extensions().get::<Peer>().map(ToString::to_string).unwrap_or_default(),
+                    transport: transport.name(),
+                    method: path.strip_prefix("/simd.v1.").unwrap_or(&path).to_owned(),
+                    ..AuditedCall::default()
+                },
+            }))
         };
-        match self.access.check(token(request.headers()), needed, method) {
+        match self.handle.access().check(token(request.headers()), needed, method) {
             Ok(grant) => {
                 let is_noted = needed > Role::Viewer && !FREQUENT.contains(&path.as_str());
                 let line = grant.as_ref().filter(|_| is_noted).map(|grant| said(&grant.name));
@@ -83,17 +92,32 @@ where
                 if let Some(grant) = &grant {
                     request.extensions_mut().insert(Arc::clone(grant));
                 }
+                if let Some(Line(Some(call))) = &line {
+                    request.extensions_mut().insert(call.note.clone());
+                }
                 let answer = self.service.call(request);
                 Answer::Passed { answer, grant: grant.filter(|_| is_stream), line }
             }
             Err(denied) => {
-                if let Some(unlogged) = self.access.may_log_refusal() {
-                    said(denied.name()).write_refusal(&denied.to_string(), unlogged);
+                let status = Status::from(refusal(&denied));
+                if let Some(unlogged) = self.handle.access().may_log_refusal() {
+                    said(denied.name()).write_refusal(&denied, &status, unlogged);
                 }
-                Answer::Denied(ready(Ok(Status::from(refusal(&denied)).into_http())))
+                Answer::Denied(ready(Ok(status.into_http())))
             }
         }
     }
+}
+
+/// Refuses who asks to take over what is another's, and whose token does not allow it.
+pub(super) fn may_take_over<M>(
+    request: &tonic::Request<M>,
+    takes_over: bool,
+    method: &str,
+) -> Result<(), Status> {
+    let Some(grant) = request.extensions().get::<Arc<Grant>>().filter(|_| takes_over) else { return Ok(()) };
+    let allowed = grant.check(Role::Admin, &format!("{method} with take_over"));
+    allowed.map_err(|denied| Status::from(refusal(&denied)))
 }
 
 /// The refusal of a call.
@@ -120,28 +144,52 @@ fn client(headers: &HeaderMap) -> String {
     said.chars().take(simd_proto::MAX_CLIENT_NAME).collect()
 }
 
+/// What is written of a call when it has ended, be it that its caller went away: a call leaves a line in any case.
+#[derive(Debug)]
+pub struct Line(Option<Call>);
+
 /// What is noted of a call.
 #[derive(Debug)]
-pub struct Line {
-    token: String,
-    client: String,
-    peer: String,
-    transport: Transport,
-    path: String,
+struct Call {
+    handle: SimHandle,
+    note: RobotNote,
+    call: AuditedCall,
+}
+
+impl Drop for Line {
+    fn drop(&mut self) {
+        self.write(&Status::cancelled("its caller went away before the end"));
+    }
 }
 
 impl Line {
-    fn write(&self, result: &str) {
-        let Self { token, client, peer, transport, path } = self;
-        let transport = transport.name();
-        tracing::info!(target: "simd::audit", token, client, peer, transport, path, result, "call");
+    /// Of a call that was let through; once.
+    fn write(&mut self, status: &Status) {
+        let Some(Call { handle, note, call }) = self.0.take() else { return };
+        let result = match status.code() {
+            Code::Ok => "ok".to_owned(),
+            code => format!("{code:?}: {}", status.message()),
+        };
+        let call = AuditedCall { robots: note.robots(), code: status.code().into(), ..call };
+        let call = AuditedCall { reason: reason(status), ..call };
+        let AuditedCall { token, client, peer, transport, method, .. } = &call;
+        let robot = call.robots.join(",");
+        tracing::info!(target: "simd::audit", token, client, peer, transport, method, robot, result, "call");
+        handle.audited(call);
     }
 
-    /// The same of a refusal, and how many before it had no line.
-    fn write_refusal(&self, result: &str, unlogged: u64) {
-        let Self { token, client, peer, transport, path } = self;
-        let transport = transport.name();
-        tracing::info!(target: "simd::audit", token, client, peer, transport, path, result, unlogged, "refused");
+    /// Of one that was not, and how many before it had no line. It is an event where its token is known: others must
+    /// not be able to push events out.
+    fn write_refusal(mut self, denied: &Denied, status: &Status, unlogged: u64) {
+        let Some(Call { handle, note: _, call }) = self.0.take() else { return };
+        let call = AuditedCall { code: status.code().into(), reason: reason(status), ..call };
+        let AuditedCall { token, client, peer, transport, method, .. } = &call;
+        tracing::info!(
+            target: "simd::audit", token, client, peer, transport, method, robot = "", result = %denied, unlogged, "refused"
+        );
+        if matches!(denied, Denied::Role { .. }) {
+            handle.audited(call);
+        }
     }
 }
 
@@ -171,19 +219,60 @@ where
         match &mut *self {
             Self::Denied(answer) => Pin::new(answer).poll(context),
             Self::Passed { answer, grant, line } => Pin::new(answer).poll(context).map_ok(|response| {
-                if let Some(line) = line.take() {
-                    // Only a refusal has its status in the headers.
-                    let refused = Status::from_header_map(response.headers());
-                    line.write(
-                        &refused.map_or_else(|| Code::Ok.to_string(), |status| status.code().to_string()),
-                    );
-                }
+                // Only a refusal has its status in the headers; a stream that goes on has its own at its end.
+                let refused = Status::from_header_map(response.headers());
+                let response = match (line.take(), refused, &grant) {
+                    (Some(line), None, Some(_)) => response.map(|body| Body::new(Noted { body, line })),
+                    (Some(mut line), refused, _) => {
+                        line.write(&refused.unwrap_or_else(|| Status::ok("")));
+                        response
+                    }
+                    (None, ..) => response,
+                };
                 match grant.take() {
                     Some(grant) => response.map(|body| Body::new(Revocable::new(body, &grant))),
                     None => response,
                 }
             }),
         }
+    }
+}
+
+/// The body of a stream, of which a line is written where it ends.
+struct Noted {
+    body: Body,
+    line: Line,
+}
+
+impl http_body::Body for Noted {
+    type Data = Bytes;
+    type Error = Status;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
+        let frame = Pin::new(&mut self.body).poll_frame(context);
+        if let Poll::Ready(frame) = &frame {
+            match frame {
+                Some(Ok(frame)) => {
+                    if let Some(status) = frame.trailers_ref().and_then(Status::from_header_map) {
+                        self.line.write(&status);
+                    }
+                }
+                Some(Err(status)) => self.line.write(status),
+                None => self.line.write(&Status::ok("")),
+            }
+        }
+        frame
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
     }
 }
 

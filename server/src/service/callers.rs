@@ -48,6 +48,7 @@ where
         if transport == Transport::Handle {
             request.extensions_mut().insert(Peer::Process);
         }
+        request.extensions_mut().insert(transport);
         let said = request.headers().get(CLIENT_HEADER).and_then(|said| said.to_str().ok());
         let call = said.and_then(|said| Caller::said(said, transport)).map(|caller| {
             request.extensions_mut().insert(caller.clone());

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::{Command, Reply};
-use simd_proto::v1;
+use simd_proto::{methods, v1};
 use tokio_util::sync::CancellationToken;
 use tonic::{Status, Streaming};
 
@@ -24,12 +24,14 @@ use crate::SimHandle;
 use crate::convert::from_proto::joint::set_targets;
 use crate::convert::from_proto::state::{Wait, control_timeout, selections, wait};
 use crate::convert::{Selection, to_proto};
-use crate::handle::{CallError, Caller, Done, Published, RunState};
+use crate::handle::{CallError, Caller, Done, Published, RunState, Transport};
 
 /// One controller's stream.
 #[derive(Debug)]
 pub(super) struct Control {
     handle: SimHandle,
+    /// How its requests come.
+    transport: Transport,
     draining: CancellationToken,
     /// Who controls, where it said so.
     caller: Option<Caller>,
@@ -44,11 +46,12 @@ pub(super) struct Control {
 }
 
 /// Longest time that a refusal after a refusal waits for a newer state.
-const PATIENCE: Duration = Duration::from_secs(1);
+const WAIT: Duration = Duration::from_secs(1);
 
 impl Control {
     pub(super) fn new(
         handle: SimHandle,
+        transport: Transport,
         caller: Option<Caller>,
         presented: Presented,
         requests: Streaming<v1::ControlRequest>,
@@ -56,6 +59,7 @@ impl Control {
         let draining = handle.draining();
         Self {
             handle,
+            transport,
             draining,
             caller,
             presented,
@@ -90,11 +94,19 @@ impl Control {
         // One who asks for each newer state and is refused each time must not get
         // refusals faster than there are states.
         if let (Some(refused), false) = (self.refused, at_once)
-            && let Err(CallError::ShuttingDown) = self.handle.newer_than(refused, Some(PATIENCE)).await
+            && let Err(CallError::ShuttingDown) = self.handle.newer_than(refused, Some(WAIT)).await
         {
             return None;
         }
+        self.count(&explained);
         Some(self.refusal(explained))
+    }
+
+    /// Counts a refusal, as that of a call is.
+    fn count(&self, explained: &Explained) {
+        if let Some(method) = methods::find("JointService", "Control") {
+            self.handle.refused_beside_calls(method, self.transport, explained.how());
+        }
     }
 
     async fn try_answer(&mut self, request: v1::ControlRequest) -> Result<v1::ControlResponse, Refused> {

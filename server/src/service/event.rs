@@ -13,7 +13,7 @@ use crate::convert::{from_proto, to_proto};
 use crate::handle::CallError;
 
 /// How long a watcher waits before it asks again; it never learns of it.
-const PATIENCE: Duration = Duration::from_secs(60);
+const WAIT: Duration = Duration::from_secs(60);
 
 /// Serves `simd.v1.EventService`.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ impl Watcher {
             if let Some(event) = self.ready.pop_front() {
                 return Ok(Some((event, self)));
             }
-            let batch = match self.handle.next_events(self.after, PATIENCE).await {
+            let batch = match self.handle.next_events(self.after, WAIT).await {
                 Ok(batch) => batch,
                 Err(CallError::ShuttingDown) => return Ok(None),
                 Err(error) => return Err(error.into()),

@@ -4,22 +4,21 @@ use std::sync::Arc;
 
 use futures_util::stream;
 use simd_core::{Command, Reply};
-use simd_proto::access::Role;
 use simd_proto::v1::{self, joint_service_server::JointService};
 use tokio::time::{Interval, MissedTickBehavior, interval};
 use tonic::{Request, Response, Status, Streaming};
 
-use super::authorization::refusal;
+use super::authorization::may_take_over;
 use super::claims::Presented;
 use super::control::Control;
 use super::once::{once, once_in_secret};
 use super::{BoxStream, PublishedRobot, joints_of, mismatched};
 use crate::SimHandle;
-use crate::access::{Denied, Grant};
+use crate::access::Grant;
 use crate::convert::from_proto::{joint as from_proto, state as from_proto_state};
 use crate::convert::to_proto::entity::link_poses as entity_link_poses;
 use crate::convert::{Selection, to_proto, to_proto::stamp};
-use crate::handle::{CallError, Caller, Disconnect};
+use crate::handle::{CallError, Caller, Disconnect, Transport};
 
 /// Serves `simd.v1.JointService`.
 #[derive(Clone, Debug)]
@@ -105,6 +104,23 @@ impl JointService for Service {
         .await
     }
 
+    async fn list_trajectories(
+        &self,
+        request: Request<v1::ListTrajectoriesRequest>,
+    ) -> Result<Response<v1::ListTrajectoriesResponse>, Status> {
+        let robot = from_proto::trajectories_of(request.into_inner())?;
+        let (state, robot) = match robot {
+            Some(robot) => {
+                let PublishedRobot { state, index, .. } = joints_of(&self.handle, &robot)?;
+                (state, Some(index))
+            }
+            None => (self.handle.newest(), None),
+        };
+        let trajectories = to_proto::joint::trajectories(&state.state, robot);
+        let stamp = Some(stamp::published(&state));
+        Ok(Response::new(v1::ListTrajectoriesResponse { stamp, trajectories }))
+    }
+
     async fn reset_joints(
         &self,
         request: Request<v1::ResetJointsRequest>,
@@ -131,7 +147,7 @@ impl JointService for Service {
         &self,
         request: Request<v1::ClaimJointsRequest>,
     ) -> Result<Response<v1::ClaimJointsResponse>, Status> {
-        may_take_over(&request).map_err(|denied| Status::from(refusal(&denied)))?;
+        may_take_over(&request, request.get_ref().take_over, "ClaimJoints")?;
         let disconnect = request.extensions().get::<Disconnect>().cloned();
         once_in_secret(&self.handle, request, |handle, request| async move {
             let until_disconnect = request.until_disconnect;
@@ -167,7 +183,9 @@ impl JointService for Service {
         let caller = request.extensions().get::<Caller>().cloned();
         let presented = Presented::of(request.extensions());
         let handle = self.handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
-        let control = Control::new(handle, caller, presented, request.into_inner());
+        // Noted by the layer around this.
+        let transport = request.extensions().get().copied().unwrap_or(Transport::Handle);
+        let control = Control::new(handle, transport, caller, presented, request.into_inner());
         Ok(Response::new(Box::pin(stream::try_unfold(control, Control::answer_next))))
     }
 
@@ -213,14 +231,6 @@ impl JointService for Service {
         selection.resolve(&self.handle.newest().state.world).map_err(CallError::World)?;
         let watcher = Watcher { handle: self.handle.clone(), selection, ticks, sent: 0 };
         Ok(Response::new(Box::pin(stream::try_unfold(watcher, Watcher::next))))
-    }
-}
-
-/// Whether the token of the caller allows to take over, where tokens are asked for.
-fn may_take_over(request: &Request<v1::ClaimJointsRequest>) -> Result<(), Denied> {
-    match request.extensions().get::<Arc<Grant>>() {
-        Some(grant) if request.get_ref().take_over => grant.check(Role::Admin, "ClaimJoints with take_over"),
-        Some(_) | None => Ok(()),
     }
 }
 

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
-use simd_proto::methods;
+use simd_proto::{CLIENT_HEADER, methods};
 use tonic::Status;
 use tonic::body::Body;
 use tonic::codegen::Service;
@@ -16,7 +16,7 @@ use super::held::Held;
 use crate::SimHandle;
 use crate::access::Grant;
 use crate::account::Account;
-use crate::handle::Peer;
+use crate::handle::{Caller, Peer, Transport};
 
 /// A service whose clients have shares.
 #[derive(Clone, Debug)]
@@ -25,6 +25,8 @@ pub struct Limited<S> {
     pub service: S,
     /// Where shares are counted.
     pub handle: SimHandle,
+    /// How calls come where their extensions do not say otherwise.
+    pub transport: Transport,
 }
 
 impl<S: NamedService> NamedService for Limited<S> {
@@ -44,8 +46,9 @@ where
         self.service.poll_ready(context)
     }
 
-    fn call(&mut self, request: Request<Body>) -> Self::Future {
-        let account = account(&request);
+    fn call(&mut self, mut request: Request<Body>) -> Self::Future {
+        let account = account(&request, self.transport);
+        request.extensions_mut().insert(account.clone());
         let path = request.uri().path();
         let method = methods::parse_path(path).and_then(|(service, method)| methods::find(service, method));
         let is_stream = method.is_some_and(|method| method.gives_many);
@@ -68,8 +71,9 @@ where
     }
 }
 
-/// Whose call it is: that of a token, whatever way it comes; else of the way.
-fn account(request: &Request<Body>) -> Account {
+/// Whose call it is: that of a token, whatever way it comes; else of the way. Over Zenoh, where a session need not say which
+/// it is, those of one name have one share, and those of none have one too.
+fn account(request: &Request<Body>, transport: Transport) -> Account {
     let extensions = request.extensions();
     if let Some(grant) = extensions.get::<Arc<Grant>>() {
         return Account::Token(grant.name.as_str().into());
@@ -77,6 +81,14 @@ fn account(request: &Request<Body>) -> Account {
     match extensions.get::<Peer>() {
         Some(Peer::Connection { number, address }) => Account::of_connection(*number, *address),
         Some(Peer::Session(id)) => Account::Session(Arc::clone(id)),
-        Some(Peer::Process) | None => Account::Process,
+        Some(Peer::Process) => Account::Process,
+        None => match extensions.get().copied().unwrap_or(transport) {
+            Transport::Handle => Account::Process,
+            transport => {
+                let said = request.headers().get(CLIENT_HEADER).and_then(|said| said.to_str().ok());
+                let caller = said.and_then(|said| Caller::said(said, transport));
+                Account::Session(caller.map_or_else(|| "without a name".into(), |caller| caller.name))
+            }
+        },
     }
 }

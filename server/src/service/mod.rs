@@ -114,10 +114,9 @@ impl Checked<'_> {
     /// For clients of a fitting version whose token allows the call, which are noted, and with a reason for each refusal.
     fn service<S>(&self, service: S) -> Versioned<Authorized<ExplainRefusals<Limited<RecordCaller<S>>>>> {
         let (handle, transport) = (self.handle.clone(), self.transport);
-        let access = handle.access().clone();
         let recorded = RecordCaller { service, handle: handle.clone(), transport };
-        let limited = Limited { service: recorded, handle };
-        Versioned(Authorized { service: ExplainRefusals(limited), access, transport })
+        let limited = Limited { service: recorded, handle: handle.clone(), transport };
+        Versioned(Authorized { service: ExplainRefusals(limited), handle, transport })
     }
 }
 

@@ -18,8 +18,9 @@ use super::claims::Presented;
 use super::status::Explained;
 use crate::SimHandle;
 use crate::access::Grant;
+use crate::account::Account;
 use crate::convert::BadField;
-use crate::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, Scope};
+use crate::handle::{CallError, Caller, IdentifiedRequest, Outcome, Peer, RobotNote, Scope};
 
 /// Why a request is refused: for what is in it, or for what became of it.
 #[derive(Debug)]
@@ -109,7 +110,11 @@ where
         handle.renew(*claim);
     }
     let caller = request.extensions().get::<Caller>().cloned();
-    let handle_of = handle.within(request.extensions().get::<Arc<Grant>>().map(Arc::as_ref));
+    let extensions = request.extensions();
+    let handle_of = handle
+        .within(extensions.get::<Arc<Grant>>().map(Arc::as_ref))
+        .of_account(extensions.get::<Account>())
+        .noting(extensions.get::<RobotNote>().cloned());
     let handle_of = |claim| handle_of.acting_for(claim).called_by(caller.as_ref());
     let work = claim.map(|claim| work(handle_of(claim), request.into_inner()));
     let Some(identified) = identified else { return Ok(Response::new(work?.await?)) };

@@ -5,6 +5,7 @@ use simd_proto::v1::{self, parameter_service_server::ParameterService};
 use tonic::{Request, Response, Status};
 
 use super::BoxStream;
+use super::authorization::may_take_over;
 use super::once::once;
 use crate::SimHandle;
 use crate::convert::from_proto::parameter as from_proto;
@@ -38,7 +39,9 @@ impl ParameterService for Service {
         &self,
         request: Request<v1::AddParameterRequest>,
     ) -> Result<Response<v1::AddParameterResponse>, Status> {
+        may_take_over(&request, request.get_ref().take_over, "AddParameter")?;
         once(&self.handle, request, |handle, request| async move {
+            let handle = handle.taking_over(request.take_over);
             let (name, kind, taken) = from_proto::add(request)?;
             let added = handle.add_parameter(&name, kind, taken)?;
             let parameter = Some(to_proto::parameter(&added));
@@ -98,7 +101,9 @@ impl ParameterService for Service {
         &self,
         request: Request<v1::RemoveParametersRequest>,
     ) -> Result<Response<v1::RemoveParametersResponse>, Status> {
+        may_take_over(&request, request.get_ref().take_over, "RemoveParameters")?;
         once(&self.handle, request, |handle, request| async move {
+            let handle = handle.taking_over(request.take_over);
             let removed = handle.remove_parameters(&from_proto::names(request.names)?)?;
             Ok(v1::RemoveParametersResponse { removed, stamp: now(&handle) })
         })

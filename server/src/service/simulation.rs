@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use simd_core::simulation::command::SavedStateInfo;
 use simd_core::{Command, Reply};
 use simd_proto::v1::{self, simulation_service_server::SimulationService};
 use tonic::{Request, Response, Status};
 
+use super::authorization::may_take_over;
 use super::joint::no_connection;
 use super::mismatched;
 use super::once::{once, once_in_secret};
@@ -26,6 +28,10 @@ impl Service {
     pub fn new(handle: SimHandle) -> Self {
         Self { handle }
     }
+}
+
+fn saved_state(handle: &SimHandle, info: &SavedStateInfo) -> v1::SavedStateInfo {
+    to_proto::saved_state(info, handle.saved_state_owner(&info.name).as_ref())
 }
 
 #[tonic::async_trait]
@@ -187,12 +193,14 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::SaveStateRequest>,
     ) -> Result<Response<v1::SaveStateResponse>, Status> {
+        may_take_over(&request, request.get_ref().take_over, "SaveState")?;
         once(&self.handle, request, |handle, request| async move {
+            let handle = handle.taking_over(request.take_over);
             // The world makes up a name where none is given, so that two callers never get the same.
             let name = from_proto::new_saved_state_name(request.name)?.unwrap_or_default();
             match handle.command(Command::SaveState { name }).await?.applied.reply {
                 Reply::SavedState(info) => {
-                    Ok(v1::SaveStateResponse { saved_state: Some(to_proto::saved_state(&info)) })
+                    Ok(v1::SaveStateResponse { saved_state: Some(saved_state(&handle, &info)) })
                 }
                 other => Err(mismatched(&other).into()),
             }
@@ -217,7 +225,8 @@ impl SimulationService for Service {
         _request: Request<v1::ListSavedStatesRequest>,
     ) -> Result<Response<v1::ListSavedStatesResponse>, Status> {
         let state = self.handle.newest();
-        let saved_states = state.state.saved.iter().map(|kept| to_proto::saved_state(&kept.info())).collect();
+        let saved = state.state.saved.iter().map(|kept| saved_state(&self.handle, &kept.info()));
+        let saved_states = saved.collect();
         Ok(Response::new(v1::ListSavedStatesResponse { saved_states }))
     }
 
@@ -225,7 +234,9 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::DeleteSavedStateRequest>,
     ) -> Result<Response<v1::DeleteSavedStateResponse>, Status> {
+        may_take_over(&request, request.get_ref().take_over, "DeleteSavedState")?;
         once(&self.handle, request, |handle, request| async move {
+            let handle = handle.taking_over(request.take_over);
             let command = Command::DeleteSavedState { name: from_proto::saved_state_name(request.name)? };
             handle.command(command).await?;
             Ok(v1::DeleteSavedStateResponse {})
@@ -246,10 +257,12 @@ impl SimulationService for Service {
         &self,
         request: Request<v1::ImportSavedStateRequest>,
     ) -> Result<Response<v1::ImportSavedStateResponse>, Status> {
+        may_take_over(&request, request.get_ref().take_over, "ImportSavedState")?;
         once(&self.handle, request, |handle, request| async move {
+            let handle = handle.taking_over(request.take_over);
             let (sha256, name) = from_proto::import_saved_state(request)?;
             let info = handle.import_saved_state(sha256, name).await?;
-            Ok(v1::ImportSavedStateResponse { saved_state: Some(to_proto::saved_state(&info)) })
+            Ok(v1::ImportSavedStateResponse { saved_state: Some(saved_state(&handle, &info)) })
         })
         .await
     }

@@ -36,6 +36,11 @@ impl Explained {
         Self { reason, message: message.to_string(), metadata: BTreeMap::new(), field: None }
     }
 
+    /// As calls are counted by: its code, and its reason without the prefix.
+    pub(crate) fn how(&self) -> (i32, &'static str) {
+        (code(self.reason).into(), without_prefix(self.reason.as_str_name(), "ERROR_REASON_"))
+    }
+
     fn with(mut self, key: &'static str, value: impl ToString) -> Self {
         self.metadata.insert(key, clip(&value.to_string(), MAX_VALUE));
         self
@@ -92,6 +97,7 @@ fn code(reason: ErrorReason) -> Code {
         | ErrorReason::WorldClaimed
         | ErrorReason::WorldNotClaimed
         | ErrorReason::InLockstep
+        | ErrorReason::OwnedByAnother
         | ErrorReason::RecordingNotPossible => Code::FailedPrecondition,
         ErrorReason::MailboxFull | ErrorReason::LimitExceeded => Code::ResourceExhausted,
         ErrorReason::PathNotAllowed | ErrorReason::RoleTooLow | ErrorReason::RobotNotAllowed => {
@@ -129,6 +135,9 @@ impl From<&CallError> for Explained {
             }
             CallError::RobotNotAllowed { robot, allowed: _ } => {
                 new(ErrorReason::RobotNotAllowed).with("robot", robot)
+            }
+            CallError::OwnedByAnother { what: _, owner } => {
+                new(ErrorReason::OwnedByAnother).with("owner", owner)
             }
             CallError::LockstepMemberNotFound => new(ErrorReason::LockstepMemberNotFound),
             CallError::InLockstep { members } => new(ErrorReason::InLockstep).with("members", members),

@@ -138,6 +138,7 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
         ("GetSimulatorInfo", Vec::new()),
         ("GetWorldStatistics", Vec::new()),
         ("ListClients", Vec::new()),
+        ("ListTrajectories", v1::ListTrajectoriesRequest { robot: robot() }.encode_to_vec()),
         ("ListEntities", Vec::new()),
         ("ListLockstepMembers", Vec::new()),
         ("ListRecordings", Vec::new()),

@@ -32,7 +32,7 @@ const UNCHANGED: Duration = Duration::from_secs(1);
 /// How long a playing world is waited for to do its next step.
 const FRESH: Duration = Duration::from_millis(2);
 /// How long a task waits for an event before it looks again.
-const PATIENCE: Duration = Duration::from_secs(60);
+const WAIT: Duration = Duration::from_secs(60);
 
 /// Publishes from now on. A kind of publication is one line here.
 pub(super) async fn serve(
@@ -150,7 +150,7 @@ async fn publish_events(handle: SimHandle, mut demand: Demand) {
         if demand.wait().await {
             after = handle.events_after(u64::MAX).last_sequence;
         }
-        let batch = match handle.next_events(after, PATIENCE).await {
+        let batch = match handle.next_events(after, WAIT).await {
             Ok(batch) => batch,
             Err(CallError::ShuttingDown) => return,
             Err(error) => return tracing::warn!("events are no longer published: {error}"),

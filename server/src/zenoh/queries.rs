@@ -116,6 +116,10 @@ impl Calls {
             }
             Err(refusal) => refusal,
         };
+        let method = keys::parse_rpc(query.key_expr().as_str());
+        if let Some(method) = method.and_then(|(service, method)| methods::find(service, method)) {
+            self.handle.refused_beside_calls(method, Transport::Zenoh, refusal.how());
+        }
         if let Ok(place) = self.refusals.clone().try_acquire_owned() {
             let calls = self.clone();
             let refuse = async move {

@@ -24,7 +24,7 @@ use super::proofs::{MAX_ATTACHMENT_BYTES, proven};
 use crate::SimHandle;
 use crate::access::{Grant, role_of};
 use crate::convert::from_proto::joint::set_joint_targets;
-use crate::handle::{Caller, Transport};
+use crate::handle::{Caller, RefusedUnanswered, Transport};
 use crate::service::claims::{Presented, Proven};
 
 /// Messages that wait to be read.
@@ -114,7 +114,7 @@ async fn take(handle: SimHandle, receiver: mpsc::Receiver<Sent>, mut refusals: R
                 Some(Err(sentence)) => refusals.count(sentence),
                 None => return,
             },
-            _tick = refusals.ticks.tick() => refusals.report(),
+            _tick = refusals.ticks.tick() => refusals.report(&handle.refused_unanswered()),
         }
     }
 }
@@ -180,12 +180,14 @@ impl Refusals {
         self.last = sentence;
     }
 
-    fn report(&mut self) {
+    fn report(&mut self, counts: &RefusedUnanswered) {
         let lost = self.lost.swap(0, Ordering::Relaxed);
+        counts.lost_targets.fetch_add(lost, Ordering::Relaxed);
         if lost > 0 {
             tracing::warn!(lost, "joint targets come over Zenoh faster than they can be read");
         }
         let long = self.long.swap(0, Ordering::Relaxed);
+        counts.targets.fetch_add(long + self.number, Ordering::Relaxed);
         if long > 0 {
             let limit = self.limit;
             tracing::warn!(

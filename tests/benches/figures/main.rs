@@ -1,6 +1,6 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move.
+//! a quadruped among what cannot move; `-- recording` what a recording costs.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -9,6 +9,7 @@
 
 mod crowd;
 mod lateness;
+mod recording;
 mod round_trip;
 mod step;
 mod town;
@@ -21,6 +22,7 @@ fn main() {
         Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
         Some("town") => return town::print(),
         Some("reads") => return lateness::print_reads(),
+        Some("recording") => return recording::print(),
         _ => {}
     }
     step::print();
@@ -29,4 +31,5 @@ fn main() {
     round_trip::print();
     lateness::print();
     lateness::print_reads();
+    recording::print();
 }

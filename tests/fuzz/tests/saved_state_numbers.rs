@@ -50,6 +50,7 @@ fn of_axis(axis: &mut Axis) -> Vec<&mut f64> {
         limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
+        gravity_compensation: _,
         composite_inertia,
     } = &mut axis.settings;
     let Actuator {
@@ -122,9 +123,10 @@ fn of_robot(RobotState { entity, body }: &mut RobotState) -> Vec<&mut f64> {
         let Surface { friction, restitution, rolling_friction, spinning_friction } = surface;
         numbers.extend([friction, restitution, rolling_friction, spinning_friction]);
     }
-    for RestPose { world_from_shape, margin } in &mut entity.rest_poses {
+    for RestPose { world_from_shape, margin, drift } in &mut entity.rest_poses {
         numbers.extend(pose(world_from_shape));
         numbers.push(margin);
+        numbers.extend(vector(drift));
     }
     numbers.extend(&mut entity.last_good.0);
     numbers.extend(&mut entity.last_good.1);

@@ -1,13 +1,15 @@
 """A scene with contact in MuJoCo: `mj_step` with `nstep`, its solver's defaults."""
 
 import time
+from dataclasses import replace
 
 import mujoco
+import numpy as np
+from mujoco.rollout import Rollout
 
 import in_mujoco
 from scenes import FRICTION
 
-PREFIX = "robot/"
 ROBOT, REST = (1, 2), (2, 3)
 """contype and conaffinity: a robot's links touch anything but each other, as in simd and PyBullet."""
 
@@ -16,18 +18,18 @@ def model(scene):
     root = mujoco.MjSpec()
     ground = root.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[50, 50, 1])
     touch(ground, REST)
-    if scene.urdf:
+    for copy in range(scene.copies if scene.urdf else 0):
         robot = mujoco.MjSpec.from_file(str(scene.shaped))
         robot.worldbody.first_body().add_freejoint()
         for geom in robot.geoms:
             touch(geom, ROBOT)
-        root.attach(robot, prefix=PREFIX, frame=root.worldbody.add_frame(pos=[0, 0, scene.height]))
-        for joint in scene.joints:
-            actuator = root.add_actuator(
-                name=PREFIX + joint["name"], target=PREFIX + joint["name"], trntype=mujoco.mjtTrn.mjTRN_JOINT)
-            actuator.set_to_position(kp=joint["gains"][0], kv=0)
-            if joint["effort"]:
-                actuator.forcelimited, actuator.forcerange = True, [-joint["effort"], joint["effort"]]
+        place = [3.0 * (copy % 10), 3.0 * (copy // 10), scene.height]
+        root.attach(robot, prefix=f"{copy}/", frame=root.worldbody.add_frame(pos=place))
+    for name, joint in driven(scene):
+        actuator = root.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_position(kp=joint["gains"][0], kv=0)
+        if joint["effort"]:
+            actuator.forcelimited, actuator.forcerange = True, [-joint["effort"], joint["effort"]]
     for thing in scene.things:
         body = root.worldbody.add_body(pos=thing.at)
         if thing.mass:
@@ -43,9 +45,14 @@ def model(scene):
     compiled.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     if scene.heap:
         compiled.opt.solver = mujoco.mjtSolver.mjSOL_CG
-    for joint in scene.joints:
-        compiled.dof_damping[compiled.joint(PREFIX + joint["name"]).dofadr[0]] += joint["gains"][1]
+    for name, joint in driven(scene):
+        compiled.dof_damping[compiled.joint(name).dofadr[0]] += joint["gains"][1]
     return compiled
+
+
+def driven(scene):
+    """The joints of all copies, by their names."""
+    return [(f"{copy}/{joint['name']}", joint) for copy in range(scene.copies) for joint in scene.joints]
 
 
 def touch(geom, kinds):
@@ -59,9 +66,9 @@ def engine(scene, sleep=False):
     if sleep:
         compiled.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_SLEEP
     data, settled = mujoco.MjData(compiled), mujoco.MjData(compiled)
-    for joint in scene.joints:
-        data.qpos[compiled.joint(PREFIX + joint["name"]).qposadr[0]] = joint["position"]
-        data.ctrl[compiled.actuator(PREFIX + joint["name"]).id] = joint["position"]
+    for name, joint in driven(scene):
+        data.qpos[compiled.joint(name).qposadr[0]] = joint["position"]
+        data.ctrl[compiled.actuator(name).id] = joint["position"]
     mujoco.mj_forward(compiled, data)
     start = data.xpos.copy()
     mujoco.mj_step(compiled, data, nstep=round(scene.settle / in_mujoco.TIME_STEP))
@@ -77,5 +84,35 @@ def engine(scene, sleep=False):
         if any(warning.number for warning in data.warning):
             raise RuntimeError(f"{scene.name}: MuJoCo warns of its state")
         return seconds, float(abs(data.xpos - expected).max())
+
+    return batch
+
+
+def rollout(scene, threads):
+    """The same, each copy as a world of its own, on so many threads: `mujoco.rollout`."""
+    alone = replace(scene, copies=1)
+    compiled = model(alone)
+    data = mujoco.MjData(compiled)
+    for name, joint in driven(alone):
+        data.qpos[compiled.joint(name).qposadr[0]] = joint["position"]
+        data.ctrl[compiled.actuator(name).id] = joint["position"]
+    mujoco.mj_forward(compiled, data)
+    start = data.xpos.copy()
+    mujoco.mj_step(compiled, data, nstep=round(scene.settle / in_mujoco.TIME_STEP))
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.empty(mujoco.mj_stateSize(compiled, kind))
+    mujoco.mj_getState(compiled, data, state, kind)
+    states, control = np.tile(state, (scene.copies, 1)), data.ctrl[np.newaxis, np.newaxis, :]
+    datas = [mujoco.MjData(compiled) for _ in range(threads)]
+    pool = Rollout(nthread=threads)
+
+    def batch(steps):
+        went = np.empty((scene.copies, steps, len(state)))
+        began = time.perf_counter()
+        pool.rollout(compiled, datas, states, control, nstep=steps, state=went)
+        seconds = time.perf_counter() - began
+        mujoco.mj_setState(compiled, data, went[-1, -1], kind)
+        mujoco.mj_forward(compiled, data)
+        return seconds, float(abs(data.xpos - start).max())
 
     return batch

@@ -1,6 +1,9 @@
 //! A scene with contact in simd: actuators as a robot is spawned with, and without sleeping.
 
+use std::sync::Arc;
+
 use glamx::{DPose3, DVec3};
+use simd_core::pool::Pool;
 use simd_core::simulation::command::Spawn;
 use simd_core::{Command, Simulation};
 use simd_tests::{contact_scene, scenes};
@@ -24,15 +27,17 @@ impl InContact {
         let ground = scenes::robot("ground", &scenes::plane(DVec3::Z), DPose3::IDENTITY, true);
         scenes::spawn(&mut world, Spawn { contact_settings: contact_settings(), ..ground });
         if !scene.urdf.is_empty() {
-            let at = DPose3::from_translation(DVec3::Z * contact.height);
             let positions = scene.joints().into_iter().map(|joint| (joint.name, joint.position));
             let robot = Spawn {
                 passive: false,
                 joint_positions: positions.collect(),
                 contact_settings: contact_settings(),
-                ..scenes::robot("robot", &scene.model(), at, false)
+                ..scenes::robot("robot", &scene.model(), DPose3::IDENTITY, false)
             };
-            scenes::spawn(&mut world, robot);
+            for copy in 0..scene.copies {
+                let pose = Scene::place(copy) * DPose3::from_translation(DVec3::Z * contact.height);
+                scenes::spawn(&mut world, Spawn { name: format!("robot-{copy}"), pose, ..robot.clone() });
+            }
         }
         for (i, thing) in contact.things.iter().enumerate() {
             let Thing { ref shape, ref size, at, mass } = *thing;
@@ -68,6 +73,10 @@ impl World for InContact {
 
     fn step(&mut self) {
         self.world.step();
+    }
+
+    fn lend(&mut self, threads: Arc<dyn Pool>) {
+        self.world.set_pool(Some(threads));
     }
 
     fn error(&self) -> f64 {

@@ -1,5 +1,8 @@
 //! A scene in simd, with the actuators that a robot is spawned with.
 
+use std::sync::Arc;
+
+use simd_core::pool::Pool;
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::*;
 use simd_core::{Command, PhysicsSettings, PublishedState, Simulation};
@@ -50,6 +53,10 @@ impl World for Simd {
 
     fn step(&mut self) {
         self.world.step();
+    }
+
+    fn lend(&mut self, threads: Arc<dyn Pool>) {
+        self.world.set_pool(Some(threads));
     }
 
     fn error(&self) -> f64 {

@@ -15,18 +15,26 @@ mod scene;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{BufRead as _, Write as _};
+use std::sync::Arc;
 use std::time::Instant;
 
 use scene::Scene;
+use simd_core::pool::Pool;
+use simd_server::driver::{RealTime, StepThreads};
 
 /// A world that can be stepped.
 trait World {
     /// Puts it back to the start: still, in the pose that its actuators hold.
     fn put_back(&mut self);
     fn step(&mut self);
+    /// Lends it threads.
+    fn lend(&mut self, _threads: Arc<dyn Pool>) {}
     /// The largest distance of a joint from the position that it should hold, rad or m.
     fn error(&self) -> f64;
 }
+
+/// Threads of the engine `threads`.
+const THREADS: usize = 2;
 
 /// Steps before the time is taken, as a part of those that are timed.
 const WARM_UP: usize = 10;
@@ -37,6 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let scenes: Vec<Scene> = serde_json::from_slice(&std::fs::read(path)?)?;
     let mut worlds = BTreeMap::new();
+    let threads = StepThreads::start(THREADS, RealTime::default())?;
     for line in std::io::stdin().lock().lines() {
         let line = line?;
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -53,6 +62,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let key = (engine.to_owned(), scene.parse::<usize>()?);
                 let scene = &scenes[key.1];
                 let world = worlds.entry(key).or_insert_with(|| build(engine, scene));
+                if let ("threads", Some(threads)) = (engine, &threads) {
+                    world.lend(Arc::clone(threads) as Arc<dyn Pool>);
+                }
                 batch(world.as_mut(), steps.parse()?)
             }
             _ => return Err(format!("{line:?} is no request").into()),
@@ -66,9 +78,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn build(engine: &str, scene: &Scene) -> Box<dyn World> {
     match (engine, &scene.contact) {
-        ("simd", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, false)),
+        ("simd" | "threads", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, false)),
         ("asleep", Some(contact)) => Box::new(contacts_simd::InContact::new(scene, contact, true)),
-        ("simd", None) => Box::new(in_simd::Simd::new(scene)),
+        ("simd" | "threads", None) => Box::new(in_simd::Simd::new(scene)),
         _ => Box::new(in_rapier::Rapier::new(scene)),
     }
 }

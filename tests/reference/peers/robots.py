@@ -37,6 +37,12 @@ def robots(folder):
     return [Scene(name, urdf, bare(urdf, folder), *rest) for name, urdf, *rest in rows]
 
 
+def crowds(folder):
+    """Many arms that are held."""
+    arm = ASSETS / "seven_arm/urdf/seven_arm.urdf"
+    return [Scene(f"{count} x arm held", arm, bare(arm, folder), False, count) for count in (100, 500)]
+
+
 def chains(folder, lengths):
     """A chain of each of these numbers of joints."""
     scenes = []

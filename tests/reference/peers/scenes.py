@@ -6,7 +6,7 @@ Each is data: what there is, where, how heavy, how rough. The simulators' own fi
 import random
 import sys
 import xml.etree.ElementTree as xml
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import mujoco
@@ -57,6 +57,8 @@ class ContactScene:
     height: float = 0.0
     """Of the root link, so that the lowest shape touches the ground."""
     things: list = field(default_factory=list)
+    copies: int = 1
+    """Robots, with 3 m between them."""
     heap: bool = False
     """Many things on each other. MuJoCo solves it by its conjugate gradients: its default, Newton's method, takes up to
     0.8 s a step while the spheres fall, some ten times as long."""
@@ -67,7 +69,7 @@ class ContactScene:
         """As the worker reads it."""
         contact = {"height": self.height, "friction": FRICTION, "settle": self.settle, "heap": self.heap,
                    "things": [asdict(thing) for thing in self.things]}
-        return {"urdf": str(self.urdf or ""), "free": True, "copies": 1, "pose": self.pose, "contact": contact}
+        return {"urdf": str(self.urdf or ""), "free": True, "copies": self.copies, "pose": self.pose, "contact": contact}
 
 
 def contact_scenes(folder):
@@ -81,6 +83,13 @@ def contact_scenes(folder):
         ContactScene("stack of 10 boxes", SETTLED, 5e-3, things=stack(10)),
         ContactScene("1000 spheres in a box", 1.0, 2e-2, things=heap(10, 0.05), heap=True),
     ]
+
+
+def crowds(scenes):
+    """Many of some that stand."""
+    known = {scene.name: scene for scene in scenes}
+    return [replace(known[f"{name} standing"], name=f"{count} x {name} standing", copies=count)
+            for name, count in (("A1", 100), ("Solo12", 100), ("A1", 500))]
 
 
 def standing(name, urdf, pose, folder):

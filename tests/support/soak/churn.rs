@@ -114,7 +114,8 @@ impl Churn {
         self.note("reset joints", self.client.reset_joints(&robot, Vec::new()).await);
         let reload = proto::ReloadEntityRequest { robot: robot.clone(), ..Default::default() };
         self.note("reload", self.client.reload_from(&package, reload).await);
-        let sequence = self.client.joint_states(Vec::new()).await.ok().and_then(|states| states.stamp);
+        let states = self.note("joint states", self.client.joint_states(Vec::new()).await);
+        let sequence = states.and_then(|states| states.stamp);
         let after = sequence.map_or(0, |stamp| stamp.sequence + 50);
         self.note("next states", self.client.next_states(after, SECOND, Vec::new()).await);
         self.delete(&robot).await;
@@ -124,6 +125,13 @@ impl Churn {
         let mut at = || 5.0 + 20.0 * self.random.f64();
         let position = Some(proto::Vector3 { x: at(), y: at(), z: at() });
         proto::Pose { position, ..Default::default() }
+    }
+
+    /// A request for a fixed robot at a place that no other has.
+    fn aside(&self, robot: &str) -> proto::SpawnEntityRequest {
+        let position = Some(proto::Vector3 { x: 0.0, y: -5.0 - 2.0 * self.number as f64, z: 0.0 });
+        let pose = Some(proto::Pose { position, ..Default::default() });
+        proto::SpawnEntityRequest { pose, ..fixed(robot) }
     }
 
     /// Balls and boxes that fall, some of them onto each other.
@@ -163,7 +171,7 @@ impl Churn {
         let (kept, robot) = (self.name("world"), self.name("passing"));
         self.note("save", self.client.save_state(&kept).await);
         let package = assets().join("Bench_Arm-1.2 rev B");
-        self.note("spawn", self.client.load(&package, fixed(&robot)).await);
+        self.note("spawn", self.client.load(&package, self.aside(&robot)).await);
         if self.turn % 100 == 10
             && let Ok(folder) = tempfile::tempdir()
         {
@@ -192,7 +200,7 @@ impl Churn {
         self.note("claim", self.client.claim_joints(writer(), "other", SECOND).await);
         let robot = self.name("claimed");
         let package = assets().join("Bench_Arm-1.2 rev B");
-        if self.note("spawn", self.client.load(&package, fixed(&robot)).await).is_none() {
+        if self.note("spawn", self.client.load(&package, self.aside(&robot)).await).is_none() {
             return;
         }
         let holder = self.name("holder");
@@ -233,19 +241,20 @@ impl Churn {
         let urdf = format!("<robot name='r'><link name='{}'/></robot>", self.name("link"));
         let prepare = proto::PrepareDescriptionRequest { urdf: urdf.into(), ..Default::default() };
         let prepared = self.raw.prepare_description(prepare).await;
-        self.stage.tally.note("prepare", prepared.map_err(broken));
+        self.stage.tally.note_status("prepare", prepared);
         let hash = format!("{:064x}", self.random.u128(..));
         let mut data = vec![0; 256 << 10];
         self.random.fill(&mut data);
         let part = proto::UploadAssetRequest { sha256: hash, total_bytes: 1 << 20, offset: 0, data };
         let sent = self.raw.upload_asset(part).await;
-        self.stage.tally.note("part of an upload", sent.map_err(broken));
+        self.stage.tally.note_status("part of an upload", sent);
         // A whole one, whose hash is another's.
         let mut data = vec![0; 1 << 10];
         self.random.fill(&mut data);
         let sha256 = "0".repeat(64);
         let part = proto::UploadAssetRequest { sha256, total_bytes: 1 << 10, offset: 0, data };
-        if self.raw.upload_asset(part).await.is_ok() {
+        let sent = self.raw.upload_asset(part).await;
+        if self.stage.tally.note_status("a false upload", sent).is_some() {
             self.stage.tally.fail("a file was taken whose hash is another's".to_owned());
         }
     }
@@ -292,9 +301,4 @@ impl Churn {
         self.note("clients", self.client.clients().await);
         self.note("statistics", self.client.world_statistics().await);
     }
-}
-
-/// What tonic says of a call that got no answer.
-fn broken(status: tonic::Status) -> Error {
-    Error::Answer { reason: status.to_string() }
 }

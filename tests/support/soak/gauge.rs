@@ -77,21 +77,30 @@ impl Gauge {
         self.samples.push(sample);
     }
 
-    /// Least squares over what comes after the warm-up.
+    fn end(&self) -> f64 {
+        self.samples.last().map_or(0.0, |sample| sample.at)
+    }
+
+    /// Least squares over what comes after the warm-up, an hour.
+    fn slope(&self, figure: fn(&Sample) -> f64) -> f64 {
+        let late = self.samples.iter().filter(|sample| sample.at >= WARM_UP * self.end());
+        let points: Vec<(f64, f64)> = late.map(|sample| (sample.at / 3600.0, figure(sample))).collect();
+        slope(&points)
+    }
+
+    /// MiB an hour.
+    pub(super) fn heap_slope(&self) -> f64 {
+        self.slope(|sample| sample.anonymous)
+    }
+
+    /// Of all that must not grow.
     pub(super) fn slopes(&self) -> String {
-        let end = self.samples.last().map_or(0.0, |sample| sample.at);
-        let late: Vec<&Sample> = self.samples.iter().filter(|sample| sample.at >= WARM_UP * end).collect();
-        let slope = |figure: fn(&Sample) -> f64| {
-            let points: Vec<(f64, f64)> =
-                late.iter().map(|sample| (sample.at / 3600.0, figure(sample))).collect();
-            slope(&points)
-        };
         format!(
             "slope after the first {:.1} minutes, an hour: heap {:+.2} MiB, threads {:+.1}, files {:+.1}",
-            WARM_UP * end / 60.0,
-            slope(|sample| sample.anonymous),
-            slope(|sample| sample.threads),
-            slope(|sample| sample.files),
+            WARM_UP * self.end() / 60.0,
+            self.heap_slope(),
+            self.slope(|sample| sample.threads),
+            self.slope(|sample| sample.files),
         )
     }
 }

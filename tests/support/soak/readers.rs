@@ -13,26 +13,30 @@ use super::Stage;
 use crate::network;
 
 const SECOND: Duration = Duration::from_secs(1);
+/// Between two states that one reads: the readers share the machine with the daemon.
+const PERIOD: Duration = Duration::from_millis(50);
 const NAMES: [&str; 3] = ["grpc", "zenoh", "web"];
 
-pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
-    for (number, name) in NAMES.into_iter().enumerate() {
-        for reader in 0..3 {
-            let stage = stage.clone();
-            actors.spawn(async move {
-                while stage.is_on() {
-                    let Some(client) = stage.tally.note("connect", stage.client(number).await) else {
-                        continue;
-                    };
-                    let read = match reader {
-                        0 => control(&stage, &client, name).await,
-                        1 => next_states(&stage, &client).await,
-                        _ => events_and_parameters(&stage, &client).await,
-                    };
-                    stage.tally.note("reading", read);
-                }
-            });
-        }
+/// So many, over each transport in turn; the last is a subscriber.
+pub(super) fn start(stage: &Stage, readers: usize, actors: &mut JoinSet<()>) {
+    for number in 0..readers.saturating_sub(1) {
+        let stage = stage.clone();
+        actors.spawn(async move {
+            let name = NAMES[number % NAMES.len()];
+            while stage.is_on() {
+                let Some(client) = stage.tally.note("connect", stage.client(number).await) else {
+                    // It is refused, or not answered in its time.
+                    tokio::time::sleep(PERIOD).await;
+                    continue;
+                };
+                let read = match number / NAMES.len() % 3 {
+                    0 => control(&stage, &client, name).await,
+                    1 => next_states(&stage, &client).await,
+                    _ => events_and_parameters(&stage, &client).await,
+                };
+                stage.tally.note("reading", read);
+            }
+        });
     }
     let stage = stage.clone();
     actors.spawn(async move { subscribe(&stage).await });
@@ -50,14 +54,13 @@ async fn control(stage: &Stage, client: &Client, transport: &'static str) -> Res
     let wait = ControlWait::NewerState;
     let options = ControlOptions { wait, timeout: Some(SECOND), ..ControlOptions::default() };
     let mut control = client.control(options).await?;
-    for _ in 0..5_000 {
+    for _ in 0..2_000 {
         if !stage.is_on() {
             break;
         }
         let states = control.next().await?.accepted()?;
         note_age(stage, transport, &states);
-        // No faster than sixty times a second: the readers share the machine with the daemon.
-        tokio::time::sleep(Duration::from_millis(16)).await;
+        tokio::time::sleep(PERIOD).await;
     }
     Ok(())
 }
@@ -70,7 +73,7 @@ async fn next_states(stage: &Stage, client: &Client) -> Result<(), Error> {
         }
         let states = client.next_states(sequence, SECOND, Vec::new()).await?;
         sequence = states.stamp.map_or(0, |stamp| stamp.sequence);
-        tokio::time::sleep(Duration::from_millis(16)).await;
+        tokio::time::sleep(PERIOD).await;
     }
     Ok(())
 }
@@ -78,7 +81,7 @@ async fn next_states(stage: &Stage, client: &Client) -> Result<(), Error> {
 async fn events_and_parameters(stage: &Stage, client: &Client) -> Result<(), Error> {
     let mut events = client.watch_events(0).await?;
     let mut parameters = client.watch_parameters().await?;
-    let mut states = client.watch(Vec::new(), 30.0).await?;
+    let mut states = client.watch(Vec::new(), 20.0).await?;
     let begun = std::time::Instant::now();
     while stage.is_on() && begun.elapsed() < 30 * SECOND {
         let next = async {

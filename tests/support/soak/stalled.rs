@@ -6,23 +6,27 @@ use simd_client::Client;
 use tokio::io::AsyncWriteExt as _;
 use tokio::net::TcpStream;
 use tokio::task::JoinSet;
-use zenoh::handlers::FifoChannel;
 
 use super::Stage;
-use crate::network;
 use crate::process::{Home, binaries};
 
 /// How long one is stopped before it is killed and another comes.
 const PERIOD: Duration = Duration::from_secs(60);
 const TURN: Duration = Duration::from_millis(100);
 
-pub(super) fn start(stage: &Stage, actors: &mut JoinSet<()>) {
-    for locator in [false, true] {
+/// So many: programs that are stopped, streams and subscribers that are not read.
+pub(super) fn start(stage: &Stage, stopped: usize, actors: &mut JoinSet<()>) {
+    for number in 0..stopped {
         let stage = stage.clone();
-        actors.spawn(async move { stopped_processes(&stage, locator).await });
+        actors.spawn(async move {
+            match number % 5 {
+                0 => stopped_processes(&stage, false).await,
+                // Within this process a subscriber that is full would stop all of its sessions.
+                1 | 3 => stopped_processes(&stage, true).await,
+                kind => stalled_stream(&stage, kind - 2).await,
+            }
+        });
     }
-    let stage = stage.clone();
-    actors.spawn(async move { stalled_streams(&stage).await });
 }
 
 async fn held(stage: &Stage) {
@@ -52,20 +56,14 @@ async fn stopped_processes(stage: &Stage, over_zenoh: bool) {
     }
 }
 
-/// A stream of gRPC that is not read, one over gRPC-Web, a session of Zenoh whose subscriber is full, and
-/// half a request.
-async fn stalled_streams(stage: &Stage) {
+/// A stream of gRPC, or over gRPC-Web, that is not read, and half a request beside it.
+async fn stalled_stream(stage: &Stage, transport: usize) {
     while stage.is_on() {
-        let mut streams = Vec::new();
-        let mut clients = Vec::new();
-        for number in [0, 2] {
-            let Some(client) = stage.tally.note("connect", stage.client(number).await) else { continue };
-            streams
-                .push(stage.tally.note("a watch that is not read", client.watch(Vec::new(), 1000.0).await));
-            clients.push(client);
+        let mut stream = None;
+        if let Some(client) = stage.tally.note("connect", stage.client(transport).await) {
+            let watch = client.watch(Vec::new(), 1000.0).await;
+            stream = Some((stage.tally.note("a watch that is not read", watch), client));
         }
-        let session = network::session("client", &stage.locator).await;
-        let subscriber = session.declare_subscriber("simd/soak/**").with(FifoChannel::new(1)).await;
         let half = async {
             let mut stream = TcpStream::connect(stage.address).await.ok()?;
             stream.write_all(b"POST /simd.v1.JointService/Get").await.ok()?;
@@ -73,9 +71,7 @@ async fn stalled_streams(stage: &Stage) {
         };
         let half = half.await;
         held(stage).await;
-        drop((streams, clients, subscriber, half));
-        // A session that does not read is not closed in good order, but by its end.
-        let _ = tokio::time::timeout(Duration::from_secs(10), async { session.close().await }).await;
+        drop((stream, half));
     }
     // The last word is with a client that is well.
     let asked = async { Client::connect(&stage.endpoint).await?.robots().await };

@@ -6,6 +6,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use simd_client::Error;
+use tonic::Status;
+use tonic_types::StatusExt as _;
 
 use crate::statistics::percentile;
 
@@ -34,7 +36,9 @@ impl Tally {
                 Some(answer)
             }
             Err(Error::Refused(refusal)) => {
-                *counts.refused.entry(refusal.reason.as_str_name().to_owned()).or_default() += 1;
+                let name = refusal.reason.as_str_name();
+                let name = name.strip_prefix("ERROR_REASON_").unwrap_or(name);
+                *counts.refused.entry(name.to_owned()).or_default() += 1;
                 None
             }
             Err(error) => {
@@ -42,6 +46,25 @@ impl Tally {
                 None
             }
         }
+    }
+
+    /// The same of what tonic says of a call.
+    pub(super) fn note_status<T>(&self, kind: &'static str, result: Result<T, Status>) -> Option<T> {
+        let status = match result {
+            Ok(answer) => return self.note(kind, Ok(answer)),
+            Err(status) => status,
+        };
+        let mut counts = self.lock();
+        match status.get_details_error_info() {
+            Some(info) => *counts.refused.entry(info.reason).or_default() += 1,
+            None => *counts.unanswered.entry(format!("{kind}: {status}")).or_default() += 1,
+        }
+        None
+    }
+
+    /// Refusals that clients saw, by reason.
+    pub fn refused(&self) -> BTreeMap<String, u64> {
+        self.lock().refused.clone()
     }
 
     /// Something that must never be: a lost command, a panic, the daemon's end.
@@ -92,11 +115,9 @@ impl fmt::Display for Tally {
         for (kind, count) in &counts.acknowledged {
             writeln!(f, "  {count:9}  {kind}")?;
         }
-        for (title, table) in [("refused", &counts.refused), ("without an answer", &counts.unanswered)] {
-            writeln!(f, "{title}")?;
-            for (what, count) in table {
-                writeln!(f, "  {count:9}  {what}")?;
-            }
+        writeln!(f, "without an answer")?;
+        for (what, count) in &counts.unanswered {
+            writeln!(f, "  {count:9}  {what}")?;
         }
         writeln!(f, "failures: {}", counts.failures.len())?;
         counts.failures.iter().try_for_each(|failure| writeln!(f, "  {failure}"))

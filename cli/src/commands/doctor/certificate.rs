@@ -37,7 +37,7 @@ const RENEW: &str =
 pub(super) async fn shown(
     host: &str,
     connection: TcpStream,
-    patience: Duration,
+    connect_timeout: Duration,
 ) -> Option<Vec<CertificateDer<'static>>> {
     let provider = Arc::new(ring::default_provider());
     let verifier = Arc::new(Looker(Arc::clone(&provider)));
@@ -50,7 +50,7 @@ pub(super) async fn shown(
     config.alpn_protocols = vec![b"h2".to_vec()];
     let name = ServerName::try_from(host.to_owned()).ok()?;
     let connect = TlsConnector::from(Arc::new(config)).connect(name, connection);
-    let stream = timeout(patience, connect).await.ok()?.ok()?;
+    let stream = timeout(connect_timeout, connect).await.ok()?.ok()?;
     let (_, session) = stream.get_ref();
     Some(session.peer_certificates()?.iter().map(|certificate| certificate.clone().into_owned()).collect())
 }

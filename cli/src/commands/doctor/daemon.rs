@@ -64,9 +64,9 @@ impl Address {
         Some(Self { is_tls, host: host.to_owned(), port })
     }
 
-    async fn connect(&self, patience: Duration) -> io::Result<TcpStream> {
+    async fn connect(&self, connect_timeout: Duration) -> io::Result<TcpStream> {
         let connect = TcpStream::connect((self.host.as_str(), self.port));
-        timeout(patience, connect).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+        timeout(connect_timeout, connect).await.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
     }
 }
 

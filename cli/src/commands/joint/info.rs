@@ -28,6 +28,8 @@ pub(super) struct InfoView {
     damping: f64,
     friction: f64,
     armature: f64,
+    /// Its actuator holds the weight of what hangs on it.
+    gravity_compensation: bool,
     mimic: Option<MimicView>,
     /// `passive`, `position`, `velocity`, `effort`, `hold` or `none`.
     mode: String,
@@ -93,6 +95,7 @@ impl From<&JointInfo> for InfoView {
             damping: joint.damping,
             friction: joint.friction,
             armature: joint.armature,
+            gravity_compensation: joint.gravity_compensation,
             mimic,
             mode: json::name("JOINT_MODE_", joint.mode().as_str_name()),
             gains: joint.gains.as_ref().map(GainsView::from),

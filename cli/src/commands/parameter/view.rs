@@ -26,13 +26,23 @@ pub(super) struct ParameterView {
     /// Of a button.
     presses: Option<u64>,
     version: u64,
+    /// Who put it up.
+    owner: String,
 }
 
 impl From<Parameter> for ParameterView {
     fn from(parameter: Parameter) -> Self {
-        let Parameter { name, kind, version } = parameter;
-        let empty =
-            Self { name, kind: "unknown", minimum: None, maximum: None, value: None, presses: None, version };
+        let Parameter { name, kind, version, owner } = parameter;
+        let empty = Self {
+            name,
+            kind: "unknown",
+            minimum: None,
+            maximum: None,
+            value: None,
+            presses: None,
+            version,
+            owner,
+        };
         match kind {
             Some(Kind::Slider(slider)) => Self {
                 kind: "slider",
@@ -80,6 +90,7 @@ pub(super) fn list(parameters: &[ParameterView]) -> Page {
         Column::right("MINIMUM"),
         Column::right("MAXIMUM"),
         Column::right("PRESSES"),
+        Column::left("OWNER"),
     ];
     let number = |value: Option<f64>| value.map_or_else(|| ABSENT.to_owned(), exact);
     let row = |parameter: &ParameterView| {
@@ -90,6 +101,7 @@ pub(super) fn list(parameters: &[ParameterView]) -> Page {
             number(parameter.minimum),
             number(parameter.maximum),
             parameter.presses.map_or_else(|| ABSENT.to_owned(), |presses| presses.to_string()),
+            parameter.owner.clone(),
         ]
     };
     Page::new().table(Table::new(columns, parameters.iter().map(row).collect()))

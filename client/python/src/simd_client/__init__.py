@@ -55,6 +55,7 @@ from simd_client.errors import (
     NotFound,
     NotSupported,
     NoUrdf,
+    OwnedByAnother,
     ParameterExists,
     ParameterNotFound,
     PathNotAllowed,
@@ -93,7 +94,12 @@ from simd_client.recording import RecordingInfo
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
-from simd_client.trajectory import TrajectoryOutcome, TrajectoryResult
+from simd_client.trajectory import (
+    TrajectoryOutcome,
+    TrajectoryProgress,
+    TrajectoryResult,
+    TrajectoryStatus,
+)
 from simd_client.version import API_VERSION, __version__
 from simd_client.world import (
     Integrator,
@@ -172,6 +178,7 @@ __all__ = [
     "NoUrdf",
     "NotFound",
     "NotSupported",
+    "OwnedByAnother",
     "Pace",
     "Parameter",
     "ParameterExists",
@@ -220,7 +227,9 @@ __all__ = [
     "Targets",
     "Twist",
     "TrajectoryOutcome",
+    "TrajectoryProgress",
     "TrajectoryResult",
+    "TrajectoryStatus",
     "Unauthenticated",
     "Unavailable",
     "UploadMismatch",

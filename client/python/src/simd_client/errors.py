@@ -198,6 +198,10 @@ class RecordingExists(Refused):
     """A recording of that name exists. Metadata: `recording`."""
 
 
+class OwnedByAnother(Refused):
+    """Another client made the saved state or the parameter, and its claim or its token holds. Metadata: `owner`."""
+
+
 class PathNotAllowed(Refused):
     """A path on the daemon's disk that is not below one of its asset roots."""
 

@@ -125,6 +125,8 @@ class JointInfo:
     """For targets without gains."""
     claimed_by: str
     """The holder of a claim on it; empty for none."""
+    gravity_compensation: bool
+    """Its actuator holds the weight of what hangs on it."""
     positions: slice
     """Where it has its values in `position`."""
     velocities: slice
@@ -218,6 +220,7 @@ def _joint(message: proto.JointInfo) -> JointInfo:
         gains=Gains(message.gains.stiffness, message.gains.damping),
         default_gains=Gains(message.default_gains.stiffness, message.default_gains.damping),
         claimed_by=message.claimed_by,
+        gravity_compensation=message.gravity_compensation,
         positions=slice(message.position_index, message.position_index + message.position_count),
         velocities=slice(message.velocity_index, message.velocity_index + message.velocity_count),
     )
@@ -230,9 +233,10 @@ def joint_properties(
     armature: float | None,
     limits: JointLimits | None,
     gains: Gains | None,
+    gravity_compensation: bool | None = None,
 ) -> proto.JointProperties:
     """What is changed of a joint, as a message: only what is given."""
-    return proto.JointProperties(
+    properties = proto.JointProperties(
         joint=joint,
         damping=damping,
         friction=friction,
@@ -240,3 +244,6 @@ def joint_properties(
         limits=None if limits is None else limits_to_proto(limits),
         default_gains=gains and proto.JointGains(stiffness=gains.stiffness, damping=gains.damping),
     )
+    if gravity_compensation is not None:
+        properties.gravity_compensation = gravity_compensation
+    return properties

@@ -11,8 +11,8 @@ from simd_client.errors import ParameterNotFound, listed, not_found
 from simd_client.table import Table
 
 IfTaken = Literal["refuse", "replace", "rename"]
-"""What happens if the name is taken: `ParameterExists` is raised, the old parameter is replaced, or `_1`, `_2`, ...
-is added to the name."""
+"""What happens if the name is taken: `ParameterExists` is raised, the old parameter is replaced (`OwnedByAnother` if it is
+another client's), or `_1`, `_2`, ... is added to the name."""
 
 _POLICIES = {
     "refuse": proto.NameTakenPolicy.NAME_TAKEN_POLICY_REFUSE,
@@ -31,6 +31,8 @@ class Slider:
     value: float
     version: int = 0
     """The list's version when it last changed."""
+    owner: str = ""
+    """Who added it, for people: the name of a token, or of the client and where it comes from."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,8 @@ class Button:
     """How often it was pressed."""
     version: int = 0
     """The list's version when it last changed."""
+    owner: str = ""
+    """Who added it, for people: the name of a token, or of the client and where it comes from."""
 
     @property
     def value(self) -> float:
@@ -94,9 +98,9 @@ class ParameterList(Mapping[str, float]):
 def parameter_from_proto(message: proto.Parameter) -> Parameter:
     """A parameter from its message."""
     if message.HasField("button"):
-        return Button(message.name, message.button.presses, message.version)
+        return Button(message.name, message.button.presses, message.version, message.owner)
     slider = message.slider
-    return Slider(message.name, slider.minimum, slider.maximum, slider.value, message.version)
+    return Slider(message.name, slider.minimum, slider.maximum, slider.value, message.version, message.owner)
 
 
 def list_from_proto(message: proto.ParameterList) -> ParameterList:
@@ -106,7 +110,7 @@ def list_from_proto(message: proto.ParameterList) -> ParameterList:
     )
 
 
-def add_request(parameter: Parameter, if_taken: IfTaken) -> proto.AddParameterRequest:
+def add_request(parameter: Parameter, if_taken: IfTaken, take_over: bool) -> proto.AddParameterRequest:
     """The request that adds a slider or a button. Raises `ValueError` for another `if_taken`."""
     if if_taken not in _POLICIES:
         raise ValueError(f"if_taken is 'refuse', 'replace' or 'rename', not {if_taken!r}")
@@ -116,4 +120,4 @@ def add_request(parameter: Parameter, if_taken: IfTaken) -> proto.AddParameterRe
         message.slider.CopyFrom(slider)
     else:
         message.button.CopyFrom(proto.Button(presses=parameter.presses))
-    return proto.AddParameterRequest(parameter=message, name_taken=_POLICIES[if_taken])
+    return proto.AddParameterRequest(parameter=message, name_taken=_POLICIES[if_taken], take_over=take_over)

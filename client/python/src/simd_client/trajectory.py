@@ -36,6 +36,53 @@ class TrajectoryOutcome(Enum):
     """Another trajectory, or another target, took a joint."""
 
 
+class TrajectoryStatus(Enum):
+    """What a trajectory does."""
+
+    UNKNOWN = 0
+    """What only a newer client knows."""
+    ACTIVE = 1
+    """Its joints follow it."""
+    QUEUED = 2
+    """It begins when those before it have succeeded."""
+    DELAYED = 3
+    """It begins after its delay."""
+
+
+@dataclass(frozen=True)
+class TrajectoryProgress:
+    """A trajectory that is carried out or waits."""
+
+    id: int
+    joints: tuple[str, ...]
+    status: TrajectoryStatus
+    elapsed: float
+    """Simulated seconds since it began; more than `duration` while joints are to come to the goal."""
+    duration: float
+    """Simulated seconds from its beginning to its last point."""
+    delay: float
+    """Simulated seconds until it begins, where it is delayed."""
+    desired: FloatArray
+    """Where the joints are to be now, rad or m; empty where it is not active."""
+    actual: FloatArray
+    """Where they are."""
+
+
+def progress_from_proto(message: proto.Trajectory) -> TrajectoryProgress:
+    """A trajectory out of its message."""
+    known = message.status in {status.value for status in TrajectoryStatus}
+    return TrajectoryProgress(
+        id=message.id,
+        joints=tuple(message.joints),
+        status=TrajectoryStatus(message.status if known else 0),
+        elapsed=message.elapsed,
+        duration=message.duration,
+        delay=message.delay,
+        desired=np.array(message.desired),
+        actual=np.array(message.actual),
+    )
+
+
 @dataclass(frozen=True)
 class TrajectoryResult:
     """The end of a trajectory."""

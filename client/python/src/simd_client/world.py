@@ -120,6 +120,8 @@ class SavedState:
     stamp: Stamp
     """The moment of the saved state."""
     robots: int
+    owner: str = ""
+    """Who made it, for people: the name of a token, or of the client and where it comes from."""
 
 
 _STATES = {
@@ -228,4 +230,4 @@ def info_from_proto(message: proto.GetSimulatorInfoResponse) -> SimulatorInfo:
 
 def saved_state_from_proto(message: proto.SavedStateInfo) -> SavedState:
     """A saved state from its message."""
-    return SavedState(message.name, stamp_from_proto(message.stamp), message.robots)
+    return SavedState(message.name, stamp_from_proto(message.stamp), message.robots, message.owner)

@@ -25,7 +25,7 @@ use zenoh::session::ZenohId;
 use super::channel::{Answers, Asked, ZenohChannel};
 
 /// How long the daemon holds a question before it is asked again.
-const PATIENCE: Duration = Duration::from_secs(5);
+const WAIT: Duration = Duration::from_secs(5);
 /// States a second where the request does not say, as the schema has it.
 const DEFAULT_RATE: f64 = 30.0;
 
@@ -102,7 +102,7 @@ impl StateWatch {
             }
             let request = NextJointStatesRequest {
                 after_sequence: self.seen,
-                timeout: PATIENCE.as_secs_f64(),
+                timeout: WAIT.as_secs_f64(),
                 selections: self.selections.clone(),
                 ..NextJointStatesRequest::default()
             };
@@ -149,7 +149,7 @@ struct EventWatch {
 impl EventWatch {
     fn ask(&mut self, after_sequence: u64) {
         let (channel, next, headers) = (self.channel.clone(), self.next, self.headers.clone());
-        let request = NextEventsRequest { after_sequence, timeout: PATIENCE.as_secs_f64() };
+        let request = NextEventsRequest { after_sequence, timeout: WAIT.as_secs_f64() };
         self.asking = Some(tokio::spawn(async move { ask(&channel, next, &request, &headers).await }));
     }
 
@@ -195,7 +195,7 @@ impl ParameterWatch {
             if std::mem::replace(&mut self.daemon, daemon) != daemon {
                 self.seen = 0;
             }
-            let timeout = PATIENCE.as_secs_f64();
+            let timeout = WAIT.as_secs_f64();
             let request = NextParametersRequest { after_version: self.seen, timeout };
             let answer = ask(&self.channel, self.next, &request, &self.headers).await;
             let Some(NextParametersResponse { list }) = ended(answer)? else { return Ok(None) };
@@ -245,7 +245,7 @@ impl Control {
         let waits_for_ever = request.wait() != ControlWait::None && request.timeout == 0.0;
         if waits_for_ever {
             // Nobody tells a daemon that the asker is gone, so it is not asked to wait for ever.
-            request.timeout = PATIENCE.as_secs_f64();
+            request.timeout = WAIT.as_secs_f64();
         }
         loop {
             let daemon = Some(self.channel.daemon().await?);

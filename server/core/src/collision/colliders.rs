@@ -19,7 +19,7 @@ use super::still::Still;
 use crate::dynamics::Tree;
 use crate::dynamics::contact_point::Surface;
 use crate::dynamics::kinematics::BodyMotion;
-use crate::plain::pose3;
+use crate::plain::{pose3, vector3};
 
 /// Twice the way that a shape goes in a step at its present velocity is looked ahead: what else
 /// happens in the step may make it faster.
@@ -42,6 +42,9 @@ pub struct RestPose {
     pub world_from_shape: DPose3,
     /// How far around it contacts are looked for, metres.
     pub margin: f64,
+    /// As much of that as is for its motion without turning, along that motion.
+    #[serde(with = "vector3")]
+    pub drift: DVec3,
 }
 
 /// What a collider is of.
@@ -90,6 +93,8 @@ pub(super) struct Placed {
     pub(super) world_from_shape: DPose3,
     /// Contacts are looked for this far from the shape, metres.
     pub(super) margin: f64,
+    /// As much of that as is for the motion of its middle, along that motion.
+    drift: DVec3,
     /// Around the shape and its margin.
     pub(super) bounds: Bounds,
     pub(super) surface: Surface,
@@ -105,6 +110,18 @@ impl Placed {
         // Of a turn by an angle t the difference of quaternions is 2 sin(t / 4), a chord of radius 1 2 sin(t / 2).
         let turned = 2.0 * (q - p).length().min((q + p).length());
         self.world_middle().distance(middle) + turned * self.radius
+    }
+
+    /// How far from each other contacts of the two are looked for, metres. Of what moves the same way in both nothing counts:
+    /// robots that fall beside each other do not meet.
+    pub(super) fn within(&self, other: &Self) -> f64 {
+        let [own, others] = [self, other].map(|placed| (placed.margin - placed.drift.length()).max(0.0));
+        (own + others + self.drift.distance(other.drift)).min(self.margin + other.margin)
+    }
+
+    /// At least so far apart are the two, metres; negative where the spheres around them meet.
+    pub(super) fn sphere_gap(&self, other: &Self) -> f64 {
+        self.world_middle().distance(other.world_middle()) - self.radius - other.radius
     }
 
     /// The middle of the shape, in its axes.
@@ -212,6 +229,7 @@ impl RobotColliders {
                 radius: sphere.radius,
                 world_from_shape: DPose3::IDENTITY,
                 margin: 0.0,
+                drift: DVec3::ZERO,
                 bounds: Bounds::default(),
                 surface: surface.with(&of.material),
                 groups: Groups::default(),
@@ -296,7 +314,7 @@ impl RobotColliders {
                 None if still => {}
                 None => {
                     farthest = farthest.max(placed.put(base * placed.body_from_shape));
-                    placed.margin = 0.0;
+                    (placed.margin, placed.drift) = (0.0, DVec3::ZERO);
                 }
                 Some(index) => {
                     let known = last.filter(|(of, _)| *of == index).map(|(_, motion)| motion);
@@ -305,8 +323,10 @@ impl RobotColliders {
                     let BodyMotion { pose, linear, angular } = motion;
                     farthest = farthest.max(placed.put(pose * placed.body_from_shape));
                     let arm = placed.world_middle() - pose.translation;
-                    let speed = (linear + angular.cross(arm)).length() + angular.length() * placed.radius;
+                    let velocity = linear + angular.cross(arm);
+                    let speed = velocity.length() + angular.length() * placed.radius;
                     placed.margin = slack + LOOK_AHEAD * h * speed;
+                    placed.drift = velocity * (LOOK_AHEAD * h);
                 }
             }
             placed.bound(&self.shapes);
@@ -342,16 +362,19 @@ impl RobotColliders {
     /// The pose of each, and how far around it contacts are looked for: what a step reads of a robot
     /// that sleeps, whose colliders keep the poses of the step in which it fell asleep.
     pub fn save_poses(&self) -> impl Iterator<Item = RestPose> + '_ {
-        self.placed
-            .iter()
-            .map(|&Placed { world_from_shape, margin, .. }| RestPose { world_from_shape, margin })
+        self.placed.iter().map(|&Placed { world_from_shape, margin, drift, .. }| RestPose {
+            world_from_shape,
+            margin,
+            drift,
+        })
     }
 
     /// Gives each a saved pose; there is one for each.
     pub fn restore_poses(&mut self, poses: &[RestPose]) {
         self.bounds = Bounds::default();
         for (placed, rest) in self.placed.iter_mut().zip(poses) {
-            (placed.world_from_shape, placed.margin) = (rest.world_from_shape, rest.margin);
+            let RestPose { world_from_shape, margin, drift } = *rest;
+            (placed.world_from_shape, placed.margin, placed.drift) = (world_from_shape, margin, drift);
             placed.bound(&self.shapes);
             self.bounds = self.bounds.around(placed.bounds);
         }

@@ -159,14 +159,21 @@ impl Narrow {
         let Query { robots: [a, b], filter, own, teleported, slack, path, interrupt } = *query;
         let [first, second] = [&a.placed[pair[0]], &b.placed[pair[1]]];
         let moving = [first, second].into_iter().filter(|placed| placed.body.is_some()).count();
-        let within = first.margin + second.margin;
         if (moving == 0 && (own || !teleported)) || (!own && !filter.allows(first, second)) {
             return true;
         }
         if !first.bounds.meets(&second.bounds) {
             if moving > 0 {
-                known.note_separation(query, first.bounds.gap(&second.bounds) + within);
+                let margins = first.margin + second.margin;
+                known.note_separation(query, first.bounds.gap(&second.bounds) + margins);
             }
+            return true;
+        }
+        let within = first.within(second);
+        let was = scratch.before.binary_search(&pair).is_ok();
+        let gap = first.sphere_gap(second);
+        if gap >= within && !was && !teleported && moving > 0 {
+            known.note_separation(query, gap);
             return true;
         }
         if self.is_interrupted(interrupt) {
@@ -183,7 +190,6 @@ impl Narrow {
             }
             return true;
         }
-        let was = scratch.before.binary_search(&pair).is_ok();
         let is_deep = teleported && overlap_by(deep, one, other, &a_from_b);
         let separation = separation(one, other, &a_from_b);
         if is_deep {

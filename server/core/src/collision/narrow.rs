@@ -101,8 +101,8 @@ impl Narrow {
         found: &mut impl FnMut(ContactPoint),
     ) -> bool {
         let (shape_a, shape_b) = (robots[0].shape(a), robots[1].shape(b));
-        let within = a.margin + b.margin;
-        if far_above(shape_a, a, b, within) || far_above(shape_b, b, a, within) {
+        let within = a.within(b);
+        if a.sphere_gap(b) >= within || far_above(shape_a, a, b, within) || far_above(shape_b, b, a, within) {
             return true;
         }
         let facets = [robots[0].facets(a), robots[1].facets(b)];
@@ -149,7 +149,7 @@ impl Narrow {
         let (fixed, other) = (sides[first], sides[1 - first]);
         let surface_from_shape = relative(&fixed.world_from_shape, &other.world_from_shape);
         let shape = (shapes[1 - first], other.middle(), other.radius);
-        let within = a.margin + b.margin;
+        let within = a.within(b);
         let Some(points) = self.facets.find(surface, shape, &surface_from_shape, within, interrupt) else {
             return false;
         };

@@ -59,6 +59,8 @@ pub struct AxisSettings {
     pub default_stiffness: f64,
     /// Damping of position targets that give none.
     pub default_damping: f64,
+    /// To position, velocity and hold targets the effort is added that holds what hangs on the joint against gravity.
+    pub gravity_compensation: bool,
     /// M_ii at the spawn pose, armature included: what default gains are made of.
     pub composite_inertia: f64,
 }

@@ -16,6 +16,7 @@ use super::constraint::{
     single_body_rows, solve, sweep,
 };
 use super::gains::set_default_gains;
+use super::gravity_compensation::{Carried, compensate, is_compensated};
 use super::implicit_inertia::implicit_inertia;
 use super::inertia::Rigid;
 use super::integrate::advance;
@@ -63,6 +64,8 @@ struct StepScratch {
     meets_jump: bool,
     /// Of an impulse.
     response: Vec<f64>,
+    /// Of gravity compensation.
+    carried: Vec<Carried>,
     /// Of a robot that is a single free body.
     free_body: Option<FreeBody>,
     /// How that goes through the step without constraints.
@@ -95,6 +98,7 @@ impl Articulation {
             is_kinked: false,
             meets_jump: false,
             response: vec![0.0; tree.velocity_count],
+            carried: Vec::new(),
             free_body,
             drift: Drift::default(),
             velocity_terms: VelocityTerms::new(&tree),
@@ -146,7 +150,7 @@ impl Articulation {
     pub fn start(&mut self, gravity: DVec3, h: f64, integrator: Integrator) {
         let tree = Arc::clone(&self.tree);
         self.begin_leapfrog(integrator);
-        self.set_drives(&tree, h);
+        self.set_drives(&tree, gravity, h);
         self.predict(gravity, h);
         self.meet_jump(h);
         let state = (&*self.state.positions, &*self.scratch.new_velocities);
@@ -202,7 +206,8 @@ impl Articulation {
     }
 
     /// Moves setpoints on, and takes each actuator's law for the step.
-    fn set_drives(&mut self, tree: &Tree, h: f64) {
+    fn set_drives(&mut self, tree: &Tree, gravity: DVec3, h: f64) {
+        let mut any_compensates = false;
         for body in &tree.bodies {
             if matches!(body.joint_type, JointType::Free { .. }) {
                 continue;
@@ -215,8 +220,15 @@ impl Articulation {
             }
             axis.advance_setpoint(h);
             *drive = axis.drive(h);
+            any_compensates |= is_compensated(axis);
             // An actuator that saturated in the last step mostly does in this one.
             drive.saturated = saturated.map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
+        }
+        if any_compensates {
+            let BodyState { axes, drives, base, .. } = &mut self.state;
+            let StepScratch { passes, carried, .. } = &mut self.scratch;
+            let base = Placement::new(base.rotation, base.translation);
+            compensate(tree, axes, &passes.bodies, base_acceleration(&base, gravity), carried, drives);
         }
     }
 

@@ -60,7 +60,7 @@ pub struct Found {
 const DAMPING: (f64, f64, f64, f64) = (1e-3, 1e-9, 4.0, 0.25);
 /// A search that does not halve its distance within so many steps is stuck. Where it is
 /// not, it converges quadratically.
-const PATIENCE: u32 = 10;
+const MAX_STALLED: u32 = 10;
 /// How much further it begins anew each time, as a part of the joints' ranges.
 const REACH: f64 = 0.25;
 
@@ -91,7 +91,7 @@ pub fn inverse_kinematics(
             break;
         }
         iterations += 1;
-        if halving.1 >= PATIENCE {
+        if halving.1 >= MAX_STALLED {
             nudges += 1;
             let beside = search.beside(&best.1, nudges);
             here = search.put(&beside);

@@ -5,7 +5,9 @@ mod impulses;
 mod links;
 mod rows;
 
-use glamx::DVec3;
+use std::ops::Range;
+
+use glamx::{DPose3, DVec3};
 
 use super::articulation::{Articulation, MAX_ROUNDS};
 use super::constraint::contact::{Contact, ContactRows};
@@ -43,7 +45,7 @@ pub struct Island {
     bases: Vec<Basis>,
     /// Of each basis the responses to six wrenches.
     basis_responses: Vec<f64>,
-    /// Robot and body of each side of each contact.
+    /// Member and body of each side of each contact.
     touched: Vec<(usize, usize)>,
     direct: Direct,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
@@ -53,9 +55,20 @@ pub struct Island {
 /// Where the responses to a body's six wrenches are.
 #[derive(Clone, Copy, Debug)]
 struct Basis {
-    robot: usize,
+    member: usize,
     body: usize,
     at: usize,
+}
+
+/// A constraint between links that acts in this step.
+#[derive(Debug)]
+pub struct ActiveConstraint<'a> {
+    /// What it is, and what is kept of it.
+    pub constraint: &'a mut LinkConstraint,
+    /// Where the frames of its ends are, of those that cannot move; world.
+    pub fixed: [DPose3; 2],
+    /// What its owner sorts them by.
+    pub order: (usize, usize),
 }
 
 /// A robot of an island.
@@ -69,10 +82,17 @@ pub struct Member {
     pub len: usize,
 }
 
+impl Member {
+    /// Where its velocities are among those of the island.
+    fn velocities(&self) -> Range<usize> {
+        self.first..self.first + self.len
+    }
+}
+
 impl Island {
-    /// Solves and moves on the robots at `members`, which have been
-    /// [started](Articulation::start), touch at those of `contacts` that `which` names, and are held together by those of
-    /// `constraints` that `links` names.
+    /// Solves and moves on `robots`, whose numbers in the world are `members`, in order. They have been
+    /// [started](Articulation::start), touch at `contacts` and are held together by `constraints`, which act on no other robot that
+    /// can move.
     ///
     /// Erleben, "Stable, robust, and versatile multibody dynamics animation" (2005), chapter
     /// 5, with the tangents of a contact as a block. Position correction uses
@@ -83,16 +103,15 @@ impl Island {
     /// of a step.
     pub fn solve<R: AsMut<Articulation>>(
         &mut self,
-        robots: &mut [R],
-        members: &[usize],
-        (contacts, which): (&mut [Contact], &[usize]),
-        (constraints, links): (&mut [LinkConstraint], &[usize]),
+        (robots, members): (&mut [R], &[usize]),
+        contacts: &mut [&mut Contact],
+        constraints: &mut [ActiveConstraint<'_>],
         (gravity, h): (DVec3, f64),
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.list(robots, members);
-        let at = self.make_rows(robots, contacts, which);
-        self.make_links(robots, constraints, links, (h, at));
+        let at = self.make_rows(robots, contacts);
+        self.make_links(robots, constraints, (h, at));
         for round in 0..MAX_ROUNDS {
             self.gather(robots);
             if !(self.measure(robots, contacts, interrupt) && self.measure_links(robots, interrupt)) {
@@ -116,10 +135,9 @@ impl Island {
                 return false;
             }
             let mut changed = false;
-            for member in &self.members {
-                let body = robots[member.robot].as_mut();
-                body.new_velocities_mut()
-                    .copy_from_slice(&self.velocities[member.first..member.first + member.len]);
+            for (robot, member) in robots.iter_mut().zip(&self.members) {
+                let body = robot.as_mut();
+                body.new_velocities_mut().copy_from_slice(&self.velocities[member.velocities()]);
                 if body.saturate(h, round == 0) {
                     changed = true;
                 }
@@ -127,31 +145,27 @@ impl Island {
             if !changed || round + 1 == MAX_ROUNDS {
                 break;
             }
-            for member in &self.members {
-                robots[member.robot].as_mut().predict(gravity, h);
-            }
+            robots.iter_mut().for_each(|robot| robot.as_mut().predict(gravity, h));
         }
         for rows in &self.rows {
-            let contact = &mut contacts[rows.contact];
+            let contact = &mut *contacts[rows.contact];
             (contact.impulse, contact.is_least) = (rows.world_impulse(), self.was_least);
             contact.turning_impulse = DVec3::ZERO;
-            if rows.impulse != [0.0; 3] {
-                contact.robots.iter().for_each(|&robot| robots[robot].as_mut().note_contact());
+            for side in rows.sides.iter().filter(|side| side.len > 0 && rows.impulse != [0.0; 3]) {
+                robots[side.member].as_mut().note_contact();
             }
         }
         for turning in &self.turning {
             contacts[turning.rows.contact].turning_impulse = turning.rows.world_impulse();
         }
-        for member in &self.members {
-            robots[member.robot].as_mut().keep_rows();
-        }
-        self.keep_links(robots, constraints, links);
+        robots.iter_mut().for_each(|robot| robot.as_mut().keep_rows());
+        self.keep_links(robots, constraints);
         let is_corrected = self.correct_positions();
-        self.foresee(robots, constraints, links, h);
-        for &Member { robot, first, len } in &self.members {
-            let body = robots[robot].as_mut();
+        self.foresee(robots, constraints, h);
+        for (robot, member) in robots.iter_mut().zip(&self.members) {
+            let body = robot.as_mut();
             if is_corrected {
-                body.finish_corrected(&self.velocities[first..first + len], gravity, h);
+                body.finish_corrected(&self.velocities[member.velocities()], gravity, h);
             } else {
                 body.finish(gravity, h);
             }
@@ -182,17 +196,22 @@ impl Island {
     fn list<R: AsMut<Articulation>>(&mut self, robots: &mut [R], members: &[usize]) {
         self.members.clear();
         let mut first = 0;
-        for &robot in members {
-            let len = robots[robot].as_mut().velocities().len();
-            self.members.push(Member { robot, first, len });
+        for (&number, robot) in members.iter().zip(robots) {
+            let len = robot.as_mut().velocities().len();
+            self.members.push(Member { robot: number, first, len });
             first += len;
         }
     }
 
     fn gather<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) {
         self.velocities.clear();
-        for member in &self.members {
-            self.velocities.extend_from_slice(robots[member.robot].as_mut().new_velocities_mut());
+        for robot in robots {
+            self.velocities.extend_from_slice(robot.as_mut().new_velocities_mut());
         }
+    }
+
+    /// The index of a robot among the members.
+    fn member(&self, robot: usize) -> Option<usize> {
+        self.members.binary_search_by_key(&robot, |member| member.robot).ok()
     }
 }

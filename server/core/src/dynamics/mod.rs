@@ -5,7 +5,7 @@
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
 //! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
-//! * [`actuator`], [`gains`]: what drives a joint.
+//! * [`actuator`], [`gains`], [`gravity_compensation`]: what drives a joint.
 //! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with what actuators add, as a step needs it.
 //! * [`reactions`]: what joints carry.
 //! * [`constraint`]: limits, dry friction, mimic, contact; [`contact_point`]: what collision finds for it.
@@ -22,6 +22,7 @@ pub mod configuration;
 pub mod constraint;
 pub mod contact_point;
 pub mod gains;
+pub mod gravity_compensation;
 pub mod implicit_inertia;
 pub mod inertia;
 pub mod integrate;

@@ -4,6 +4,7 @@
 //! who reads them: models, shapes and saved states. Who set a target is left out too, since no step reads it.
 
 mod constraint;
+mod joint;
 mod target;
 
 use std::sync::Arc;
@@ -11,9 +12,10 @@ use std::sync::Arc;
 use glamx::{DPose3, DVec3};
 use serde::{Deserialize, Serialize};
 use simd_model::RobotModel;
-use simd_model::robot::JointLimits;
+use simd_model::robot::{Collision, Geometry, Link};
 
 pub use self::constraint::{ChangeConstraint, CreateConstraint, RequestedConstraint, RequestedEnd};
+pub use self::joint::{FollowTrajectory, JointProperties, JointReset, RobotReset};
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
 pub use super::contact_settings::{
@@ -23,7 +25,6 @@ use super::moment::Moment;
 use super::saved::Saved;
 pub use super::saved::SavedStateInfo;
 use super::settings::{Integrator, PhysicsSettings};
-use super::target_sources::TargetSource;
 pub use super::trajectory::{Begin, Tolerance, TrajectoryPoint};
 pub use super::wrench::{MAX_WRENCH_DURATION, WrenchDuration};
 use crate::collision::Shapes;
@@ -213,9 +214,12 @@ fn no_model() -> Arc<RobotModel> {
 }
 
 impl Spawn {
-    /// Whether the root link of a robot cannot move, where `fixed_base` was asked for.
+    /// Whether the root link of a robot cannot move, where `fixed_base` was asked for. Where nothing was asked for a link called
+    /// `world` is fixed, and one with a plane, which cannot move and touch.
     pub fn is_base_fixed(model: &RobotModel, fixed_base: Option<bool>) -> bool {
-        fixed_base.unwrap_or_else(|| model.links.first().is_some_and(|root| root.name == "world"))
+        let is_plane = |collision: &Collision| matches!(collision.geometry, Geometry::Plane { .. });
+        let is_fixed = |root: &Link| root.name == "world" || root.collisions.iter().any(is_plane);
+        fixed_base.unwrap_or_else(|| model.links.first().is_some_and(is_fixed))
     }
 }
 
@@ -297,65 +301,6 @@ pub struct JointSelection {
     pub robot: String,
     /// Names of joints.
     pub joints: Vec<String>,
-}
-
-/// Where joints of a robot are put.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RobotReset {
-    /// Its name.
-    pub robot: String,
-    /// None: every joint goes back to where it was spawned, at rest.
-    pub joints: Vec<JointReset>,
-}
-
-/// Where a joint is put.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct JointReset {
-    /// Its name.
-    pub joint: String,
-    /// Which axis of a planar joint: 0 x, 1 y, 2 angle. Else 0.
-    pub axis: u32,
-    /// rad or m.
-    pub position: f64,
-    /// rad/s or m/s.
-    pub velocity: f64,
-}
-
-/// New settings of a joint; `None` leaves one as it is.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct JointProperties {
-    /// Its name.
-    pub joint: String,
-    /// N m s/rad or N s/m.
-    pub damping: Option<f64>,
-    /// N m or N.
-    pub friction: Option<f64>,
-    /// kg m^2 or kg.
-    pub armature: Option<f64>,
-    /// Replaces all four limits.
-    pub limits: Option<JointLimits>,
-    /// Stiffness and damping of targets that give none.
-    pub default_gains: Option<(f64, f64)>,
-}
-
-/// A trajectory for joints of one robot.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct FollowTrajectory {
-    /// Its name.
-    pub robot: String,
-    /// Which joints, each with one axis, in the order of the points' numbers.
-    pub joints: Vec<String>,
-    /// In the order of their times. The way to the first begins where the joints are.
-    pub points: Vec<TrajectoryPoint>,
-    /// When it begins.
-    pub begin: Begin,
-    /// On the path and at the goal, for each joint; or none at all.
-    pub tolerances: Vec<[Tolerance; 2]>,
-    /// How long after its end the joints may take to come within the tolerances of the goal, seconds; `None` is for ever.
-    pub goal_time_tolerance: Option<f64>,
-    /// Who asks. Nothing is allowed or refused by it.
-    #[serde(skip)]
-    pub source: Option<Arc<TargetSource>>,
 }
 
 /// A wrench on a link.

@@ -11,6 +11,7 @@ use super::sleep::{Busy, acts};
 use super::world_state::Pair;
 use crate::collision::{Broad, ContactPoint, Filter, FixedPair, MOST_OF_PAIR, Narrow, RobotLinkPair, Side};
 use crate::dynamics::constraint::contact::Contact;
+use crate::pool::{Interrupt, PIECES, Pool};
 use crate::valid::finite;
 
 /// A point is the same as before if it has moved on one of the two surfaces by less than this,
@@ -29,7 +30,27 @@ pub(super) struct Contacts {
     fixed: Vec<FixedPair>,
     fixed_before: Vec<FixedPair>,
     broad: Broad,
+    /// One for each piece of the pairs.
+    searches: Vec<Search>,
+}
+
+/// What is found among some pairs of robots that follow each other.
+#[derive(Debug, Default)]
+struct Search {
     narrow: Narrow,
+    found: Vec<Contact>,
+    fixed: Vec<FixedPair>,
+}
+
+/// What contacts are looked for among.
+#[derive(Clone, Copy)]
+struct Among<'a> {
+    robots: &'a [Entity],
+    apart: &'a [LinksApart],
+    collision_pairs: &'a [RobotLinkPair],
+    before: &'a [Contact],
+    slack: f64,
+    interrupt: &'a Interrupt<'a>,
 }
 
 /// Whether links do not touch for the sake of a constraint.
@@ -74,56 +95,31 @@ impl Contacts {
         busy: &Busy,
         apart: &[LinksApart],
         slack: f64,
-        interrupt: &dyn Fn() -> bool,
+        pool: Option<&dyn Pool>,
+        interrupt: &Interrupt<'_>,
     ) -> bool {
         std::mem::swap(&mut self.list, &mut self.before);
         std::mem::swap(&mut self.fixed, &mut self.fixed_before);
-        let Self { list, collision_pairs, before, fixed, fixed_before, broad, narrow } = self;
+        let Self { list, collision_pairs, before, fixed, fixed_before, broad, searches } = self;
         list.clear();
         fixed.clear();
-        narrow.compared = 0;
         let active = busy.robots().iter().filter(|robot| robots[**robot].is_active());
         let present = active.map(|&index| (index, &robots[index].colliders, robots[index].is_awake()));
-        let mut known = fixed_before.drain(..).peekable();
-        for &pair in broad.pairs(present, busy.leaves_some()) {
-            if interrupt() {
-                return false;
-            }
-            let [a, b] = pair.map(|robot| &robots[robot]);
-            let colliders = [&a.colliders, &b.colliders];
-            let filter = Filter::between(pair, collision_pairs);
-            let found = |point: ContactPoint| {
-                if !apart.is_empty() && is_apart(apart, pair, point.links) {
-                    return;
-                }
-                list.push(Contact {
-                    robots: pair,
-                    index: 0,
-                    point,
-                    impulse: DVec3::ZERO,
-                    turning_impulse: DVec3::ZERO,
-                    is_least: false,
-                    total: DVec3::ZERO,
-                });
-            };
-            if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
-                if !narrow.between(colliders, filter, interrupt, found) {
-                    return false;
-                }
-                continue;
-            }
-            // Pairs that are no longer near each other have separated.
-            while known.next_if(|known| known.robots < pair).is_some() {}
-            let known = known.next_if(|known| known.robots == pair);
-            let mut known = known.unwrap_or_else(|| FixedPair::new(pair, Vec::new()));
-            let teleported = a.state.teleported || b.state.teleported;
-            if !narrow.between_fixed(colliders, filter, (teleported, slack), interrupt, &mut known, found) {
-                return false;
-            }
-            fixed.push(known);
+        let pairs = broad.pairs(present, busy.leaves_some());
+        let count = if pool.is_some() { PIECES } else { 1 };
+        if searches.len() < count {
+            searches.resize_with(count, Search::default);
         }
-        drop(known);
-        inherit(list, before);
+        searches.iter_mut().for_each(Search::begin);
+        let among = Among { robots, apart, collision_pairs, before, slack, interrupt };
+        if !among.search(pool, &mut searches[..count], pairs, fixed_before) {
+            return false;
+        }
+        fixed_before.clear();
+        for search in &mut searches[..count] {
+            list.append(&mut search.found);
+            fixed.append(&mut search.fixed);
+        }
         // What sleeps has not moved: its contacts are as they were.
         let asleep = |contact: &&Contact| {
             let [a, b] = contact.robots.map(|robot| &robots[robot]);
@@ -136,7 +132,7 @@ impl Contacts {
 
     /// Pairs of colliders whose bounds were compared when contacts were last found.
     pub(super) fn compared(&self) -> u64 {
-        self.narrow.compared
+        self.searches.iter().map(|search| search.narrow.compared).sum()
     }
 
     /// Initial overlaps that are ignored, in order.
@@ -199,6 +195,90 @@ impl Contacts {
                 true
             })
         });
+    }
+}
+
+impl Among<'_> {
+    /// Looks among pairs, which are in order. What was known of pairs that are fixed to each other, in order too, is taken. False where it
+    /// was interrupted.
+    fn search(
+        self,
+        pool: Option<&dyn Pool>,
+        searches: &mut [Search],
+        pairs: &[[usize; 2]],
+        known: &mut [FixedPair],
+    ) -> bool {
+        let (first, second) = searches.split_at_mut(searches.len() / 2);
+        let (before, after) = pairs.split_at(pairs.len() / 2);
+        if let (Some(pool), Some(middle), false) = (pool, after.first(), first.is_empty()) {
+            let (known_before, known_after) =
+                known.split_at_mut(known.partition_point(|known| known.robots < *middle));
+            let mut are_whole = [true; 2];
+            let [a, b] = &mut are_whole;
+            pool.join(&mut || *a = self.search(Some(pool), first, before, known_before), &mut || {
+                *b = self.search(Some(pool), second, after, known_after)
+            });
+            return are_whole == [true; 2];
+        }
+        let Some(search) = second.first_mut() else { return true };
+        let is_whole = search.look(self, pairs, known);
+        inherit(&mut search.found, self.before);
+        is_whole
+    }
+}
+
+impl Search {
+    fn begin(&mut self) {
+        self.found.clear();
+        self.fixed.clear();
+        self.narrow.compared = 0;
+    }
+
+    /// Finds the contacts of these pairs. False where it was interrupted.
+    fn look(&mut self, among: Among<'_>, pairs: &[[usize; 2]], known: &mut [FixedPair]) -> bool {
+        let Among { robots, apart, collision_pairs, slack, interrupt, .. } = among;
+        let Self { narrow, found: list, fixed } = self;
+        let mut known = known.iter_mut().peekable();
+        for &pair in pairs {
+            if interrupt() {
+                return false;
+            }
+            let [a, b] = pair.map(|robot| &robots[robot]);
+            let colliders = [&a.colliders, &b.colliders];
+            let filter = Filter::between(pair, collision_pairs);
+            let found = |point: ContactPoint| {
+                if !apart.is_empty() && is_apart(apart, pair, point.links) {
+                    return;
+                }
+                list.push(Contact {
+                    robots: pair,
+                    index: 0,
+                    point,
+                    impulse: DVec3::ZERO,
+                    turning_impulse: DVec3::ZERO,
+                    is_least: false,
+                    total: DVec3::ZERO,
+                });
+            };
+            if pair[0] != pair[1] && !(a.is_fixed() && b.is_fixed()) {
+                if !narrow.between(colliders, filter, interrupt, found) {
+                    return false;
+                }
+                continue;
+            }
+            // Pairs that are no longer near each other have separated.
+            while known.next_if(|known| known.robots < pair).is_some() {}
+            let mut known = match known.next_if(|known| known.robots == pair) {
+                Some(known) => std::mem::replace(known, FixedPair::new(pair, Vec::new())),
+                None => FixedPair::new(pair, Vec::new()),
+            };
+            let teleported = a.state.teleported || b.state.teleported;
+            if !narrow.between_fixed(colliders, filter, (teleported, slack), interrupt, &mut known, found) {
+                return false;
+            }
+            fixed.push(known);
+        }
+        true
     }
 }
 

@@ -45,12 +45,6 @@ pub(super) struct Description {
     pub shapes: Arc<Shapes>,
 }
 
-impl AsMut<Articulation> for Entity {
-    fn as_mut(&mut self) -> &mut Articulation {
-        &mut self.body
-    }
-}
-
 impl Entity {
     /// A robot as it comes into the world: at rest, each joint passive or holding.
     pub(super) fn new(

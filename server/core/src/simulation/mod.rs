@@ -5,7 +5,8 @@
 //! * `moment`, [`error`], [`settings`], [`contact_settings`], `wrench`, `claim`, [`target_sources`], [`trajectory`]: small types.
 //! * `check`: which numbers can be.
 //! * [`world_state`]: the state as plain data.
-//! * `entity`: one robot. `constraints`, `sleep`, `contacts`: what it is constrained to, whether it rests, and what it touches.
+//! * `entity`: one robot. `constraints`, `sleep`, `groups`, `contacts`: what it is constrained to, whether it rests, what is solved with it, and
+//!   what it touches.
 //! * [`saved`]: states that are kept. [`robot_settings`]: what commands set.
 //! * [`published_state`]: what it shows; [`joint_status`], [`rays`], [`queries`], `reactions`: what follows from that alone, on any thread.
 //! * [`command`], [`event`]: what can be asked of it, and what happens.
@@ -21,6 +22,7 @@ mod contacts;
 mod entity;
 pub mod error;
 pub mod event;
+mod groups;
 pub mod joint_status;
 mod moment;
 mod operations;
@@ -49,18 +51,20 @@ use contacts::Contacts;
 use entity::Entity;
 pub use error::Error;
 pub use event::{Event, EventKind};
+use groups::Groups;
 pub use moment::Moment;
 pub use published_state::PublishedState;
 use published_state::WorldLayout;
 use robot_settings::RobotSettings;
 pub use saved::{Kept, RobotParts, Saved};
 pub use settings::{Integrator, PhysicsSettings};
-use sleep::{Busy, Groups};
+use sleep::Busy;
 use target_sources::RobotTargetSources;
 use world_state::{encoded, hash};
 
 use crate::collision::ColliderPose;
 use crate::dynamics::island::Island;
+use crate::pool::Pool;
 
 /// A world of robots.
 #[derive(Debug)]
@@ -76,6 +80,7 @@ pub struct Simulation {
     contacts: Contacts,
     constraints: LinkConstraints,
     step_memory: StepMemory,
+    pool: Option<Arc<dyn Pool>>,
     claims: BTreeMap<ClaimId, Arc<Claim>>,
     /// Whose the world is, beside its robots and joints.
     world_claim: Option<Arc<Claim>>,
@@ -94,7 +99,8 @@ pub struct Simulation {
 /// The memory of a step, kept for the next one.
 #[derive(Debug, Default)]
 struct StepMemory {
-    island: Island,
+    /// One for each piece of work that may be done at one time.
+    islands: Vec<Island>,
     groups: Groups,
     busy: Busy,
 }
@@ -126,6 +132,7 @@ impl Simulation {
             contacts: Contacts::default(),
             constraints: LinkConstraints::default(),
             step_memory: StepMemory::default(),
+            pool: None,
             claims: BTreeMap::new(),
             world_claim: None,
             saved: Arc::default(),

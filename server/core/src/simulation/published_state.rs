@@ -12,6 +12,7 @@ pub use super::moment::Moment;
 use super::robot_settings::RobotSettings;
 use super::saved::{Kept, no_saved_state};
 use super::target_sources::RobotTargetSources;
+pub use super::trajectory::Begin;
 use crate::collision::{RobotLinkPair, Shapes};
 pub use crate::dynamics::Mode;
 pub use crate::dynamics::constraint::link_constraint::{ConstraintDefinition, ConstraintEnd, ConstraintKind};
@@ -53,6 +54,10 @@ pub struct PublishedState {
     pub constraint_states: Vec<ConstraintState>,
     /// What acts on links from outside.
     pub applied_wrenches: Vec<AppliedWrench>,
+    /// Trajectories that are carried out or wait, in the order in which each robot took them.
+    pub trajectories: Vec<TrajectoryState>,
+    /// Of all trajectories: the indices of their joints in their robots' models.
+    pub trajectory_joints: Vec<usize>,
     /// What commands set, one a robot. A state shares it with those before as long as nothing changed.
     pub settings: Arc<Vec<Arc<RobotSettings>>>,
     /// Links of different robots that were switched off or on. Shared like `settings`.
@@ -88,6 +93,23 @@ pub struct ConstraintState {
     pub angular_residual: f64,
     /// It did what it may do at the most.
     pub is_saturated: bool,
+}
+
+/// How far a trajectory is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrajectoryState {
+    /// Index of the robot in [`WorldLayout::entities`].
+    pub robot: usize,
+    /// What it is called.
+    pub id: u64,
+    /// In [`PublishedState::trajectory_joints`].
+    pub joints: Range<usize>,
+    /// What it waits for; `Now` where it is carried out.
+    pub begin: Begin,
+    /// Simulated seconds since it began.
+    pub elapsed: f64,
+    /// Simulated seconds from its beginning to its last point.
+    pub duration: f64,
 }
 
 /// A force and a torque on a link over the last step.

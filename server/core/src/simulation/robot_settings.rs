@@ -38,6 +38,8 @@ pub struct JointSettings {
     pub armature: f64,
     /// Stiffness and damping of targets that give none.
     pub default_gains: (f64, f64),
+    /// Its actuator holds the weight of what hangs on it.
+    pub gravity_compensation: bool,
     /// Who holds a claim on it.
     pub claimed_by: Option<Arc<str>>,
 }
@@ -66,6 +68,7 @@ impl Entity {
             friction: settings.friction,
             armature: settings.armature,
             default_gains: (settings.default_stiffness, settings.default_damping),
+            gravity_compensation: settings.gravity_compensation,
             claimed_by: self.claims.of_joint(joint).map(|claim| Arc::clone(&claim.holder)),
         }
     }

@@ -217,9 +217,10 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     if let Some(reason) = disabled.as_ref().filter(|reason| reason.len() > MAX_REASON) {
         return Err(format!("a reason of {} bytes for which it is disabled, of {MAX_REASON}", reason.len()));
     }
-    for RestPose { world_from_shape, margin } in &*rest_poses {
+    for RestPose { world_from_shape, margin, drift } in &*rest_poses {
         pose("the pose of a collider", world_from_shape)?;
         sizes("margins of colliders", [*margin])?;
+        finite("motions of colliders", drift.to_array())?;
     }
     // One that sleeps may wake within a step, and then needs a state to go back to.
     if *asleep && last_good.0.is_empty() {

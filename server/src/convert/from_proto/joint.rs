@@ -1,5 +1,6 @@
 //! Requests that change joints: targets, resets, properties, claims.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use simd_core::Command;
@@ -152,12 +153,18 @@ pub fn follow_trajectory(request: v1::FollowTrajectoryRequest) -> Result<FollowT
     Ok(FollowTrajectory {
         robot: Path::ROOT.field("robot").name(robot)?,
         joints,
-        points: points.collect(),
+        points: Arc::new(points.collect()),
         begin,
         tolerances,
         goal_time_tolerance,
         source: None,
     })
+}
+
+/// Whose trajectories are asked for; of all robots where none is named.
+pub fn trajectories_of(request: v1::ListTrajectoriesRequest) -> Result<Option<String>, BadField> {
+    let v1::ListTrajectoriesRequest { robot } = request;
+    if robot.is_empty() { Ok(None) } else { Path::ROOT.field("robot").name(robot).map(Some) }
 }
 
 /// The end of a trajectory, or of all of a robot.
@@ -210,7 +217,15 @@ pub fn set_joint_properties(request: v1::SetJointPropertiesRequest) -> Result<Co
 }
 
 fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointProperties, BadField> {
-    let v1::JointProperties { joint, damping, friction, armature, limits, default_gains } = given;
+    let v1::JointProperties {
+        joint,
+        damping,
+        friction,
+        armature,
+        limits,
+        default_gains,
+        gravity_compensation,
+    } = given;
     Ok(JointProperties {
         joint: at.field("joint").name(joint)?,
         damping,
@@ -223,6 +238,7 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
             velocity,
         }),
         default_gains: default_gains.map(|v1::JointGains { stiffness, damping }| (stiffness, damping)),
+        gravity_compensation,
     })
 }
 

@@ -8,7 +8,7 @@ use simd_core::{Event, Moment};
 use simd_proto::v1;
 
 use super::{simulation, stamp};
-use crate::handle::{Happened, LockstepChange, LoggedEvent, Pace, RecordingEnd};
+use crate::handle::{AuditedCall, Happened, LockstepChange, LoggedEvent, Pace, RecordingEnd};
 
 /// Something that happened.
 pub fn event(logged: LoggedEvent) -> v1::Event {
@@ -43,6 +43,14 @@ fn happened(what: Happened) -> (Moment, v1::event::Kind) {
             (at, v1::event::Kind::LockstepChanged(changed))
         }
         Happened::Overrun { at, dropped_lag } => (at, v1::event::Kind::Overrun(v1::Overrun { dropped_lag })),
+        Happened::Called { at, call } => {
+            let AuditedCall { token, client, peer, transport, method, robots, code, reason } = *call;
+            let transport = transport.to_owned();
+            let reason = v1::ErrorReason::from_str_name(&format!("ERROR_REASON_{reason}"));
+            let reason = reason.unwrap_or_default().into();
+            let called = v1::AuditedCall { token, client, peer, transport, method, robots, code, reason };
+            (at, v1::event::Kind::AuditedCall(called))
+        }
         Happened::RecordingStarted { at, recording } => {
             (at, v1::event::Kind::RecordingStarted(v1::RecordingStarted { recording }))
         }

@@ -2,7 +2,9 @@
 
 use simd_core::simulation::command::Clamped;
 use simd_core::simulation::joint_status::JointStatus;
-use simd_core::simulation::published_state::{EntityLayout, Flags, Mode, PublishedState};
+use simd_core::simulation::published_state::{
+    Begin, EntityLayout, Flags, Mode, PublishedState, TrajectoryState,
+};
 use simd_model::robot::{Joint, JointKind, JointLimits};
 use simd_proto::v1;
 
@@ -70,7 +72,47 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         velocity_index: count(velocities.start),
         velocity_count: count(velocities.len()),
         claimed_by: status.settings.claimed_by.as_deref().unwrap_or_default().to_owned(),
+        gravity_compensation: status.settings.gravity_compensation,
     }
+}
+
+/// Trajectories of a robot, or of all.
+pub fn trajectories(state: &PublishedState, robot: Option<usize>) -> Vec<v1::Trajectory> {
+    let wanted = state.trajectories.iter().filter(|trajectory| robot.is_none_or(|it| it == trajectory.robot));
+    wanted.filter_map(|trajectory| self::trajectory(state, trajectory)).collect()
+}
+
+fn trajectory(state: &PublishedState, trajectory: &TrajectoryState) -> Option<v1::Trajectory> {
+    let TrajectoryState { robot, id, ref joints, begin, elapsed, duration } = *trajectory;
+    let entity = state.world.entities.get(robot)?;
+    let (status, delay) = match begin {
+        Begin::Now => (v1::TrajectoryStatus::Active, 0.0),
+        Begin::Queued => (v1::TrajectoryStatus::Queued, 0.0),
+        Begin::After(delay) => (v1::TrajectoryStatus::Delayed, delay),
+    };
+    let (mut names, mut desired, mut actual) = (Vec::new(), Vec::new(), Vec::new());
+    for &joint in state.trajectory_joints.get(joints.clone())? {
+        names.push(entity.model.joints.get(joint)?.name.clone());
+        if status == v1::TrajectoryStatus::Active {
+            desired.push(
+                *state.targets.get(entity.velocities.start + entity.joint_velocities.get(joint)?.start)?,
+            );
+            actual.push(
+                *state.positions.get(entity.positions.start + entity.joint_positions.get(joint)?.start)?,
+            );
+        }
+    }
+    Some(v1::Trajectory {
+        robot: entity.name.clone(),
+        id,
+        joints: names,
+        status: status.into(),
+        elapsed,
+        duration,
+        delay,
+        desired,
+        actual,
+    })
 }
 
 fn joint_type(kind: JointKind) -> v1::JointType {

@@ -13,7 +13,8 @@ pub fn parameter(parameter: &Parameter) -> v1::Parameter {
         }
         ParameterKind::Button { presses } => v1::parameter::Kind::Button(v1::Button { presses }),
     };
-    v1::Parameter { name: parameter.name.to_string(), kind: Some(kind), version: parameter.version }
+    let Parameter { name, version, owner, kind: _ } = parameter;
+    v1::Parameter { name: name.to_string(), kind: Some(kind), version: *version, owner: owner.to_string() }
 }
 
 /// Some of a list, as it was beside this state of the world.

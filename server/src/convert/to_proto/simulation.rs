@@ -10,7 +10,7 @@ use simd_proto::{API_VERSION, v1};
 use super::geometry::vector;
 use super::stamp;
 use crate::access::Grant;
-use crate::handle::{DaemonInfo, DaemonLimits, LockstepMember, Pace, Published, RunState, Statistics};
+use crate::handle::{DaemonInfo, DaemonLimits, LockstepMember, Owner, Pace, Published, RunState, Statistics};
 use crate::histogram::Counts;
 use crate::{SimHandle, process};
 
@@ -132,11 +132,12 @@ fn histogram(counts: &Counts) -> v1::DurationHistogram {
 }
 
 /// A kept state. Nothing was published for its moment, so that it has no wall time.
-pub fn saved_state(info: &SavedStateInfo) -> v1::SavedStateInfo {
+pub fn saved_state(info: &SavedStateInfo, owner: Option<&Owner>) -> v1::SavedStateInfo {
     v1::SavedStateInfo {
         name: info.name.clone(),
         stamp: Some(stamp::stamp(info.at, None, 0)),
         robots: count(info.robots),
+        owner: owner.map(ToString::to_string).unwrap_or_default(),
     }
 }
 

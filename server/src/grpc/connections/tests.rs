@@ -30,7 +30,7 @@ struct Coming {
 
 impl Coming {
     fn new() -> Self {
-        Self { connections: Connections::new(LIMITS), number: 0 }
+        Self { connections: Connections::new(LIMITS, Arc::default()), number: 0 }
     }
 
     async fn next(&mut self, address: Address) -> Result<Place, Full> {

@@ -34,7 +34,7 @@ async fn accepted(
     source: impl IntoIterator<Item = io::Result<DuplexStream>>,
 ) -> Vec<Connection<DuplexStream>> {
     let source = source.into_iter().map(|io| io.map(|io| (io, IpAddr::from(Ipv4Addr::LOCALHOST))));
-    let connections = Connections::new(limits());
+    let connections = Connections::new(limits(), std::sync::Arc::default());
     let mut served = Vec::new();
     let source = tokio_stream::iter(source.collect::<Vec<_>>());
     accept(source, &connections, &CancellationToken::new(), |connection| served.push(connection)).await;

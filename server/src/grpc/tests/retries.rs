@@ -101,7 +101,7 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     let daemon = Daemon::start(RunState::Paused).await;
     daemon.handle.command(spawn("other", &[])).await.unwrap();
     let (mut entities, mut simulation) = (daemon.entities(), daemon.simulation());
-    let save = v1::SaveStateRequest { name: "mark".into(), request_id: "x".into() };
+    let save = v1::SaveStateRequest { name: "mark".into(), request_id: "x".into(), ..Default::default() };
     simulation.save_state(save).await.unwrap();
     let delete = |robot: &str| v1::DeleteEntityRequest {
         robot: robot.into(),
@@ -126,7 +126,8 @@ async fn a_deletion_with_the_id_of_another_is_refused_and_other_methods_are_done
     };
     simulation.set_simulation_state(play).await.unwrap();
     assert_eq!(daemon.handle.statistics().state, RunState::Playing);
-    let delete = v1::DeleteSavedStateRequest { name: "mark".into(), request_id: "x".into() };
+    let delete =
+        v1::DeleteSavedStateRequest { name: "mark".into(), request_id: "x".into(), ..Default::default() };
     simulation.delete_saved_state(delete).await.unwrap();
     let left = simulation.list_saved_states(v1::ListSavedStatesRequest {}).await.unwrap();
     assert!(left.into_inner().saved_states.is_empty());

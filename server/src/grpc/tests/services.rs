@@ -64,7 +64,7 @@ async fn a_retry_gets_the_first_answer_again() {
     let daemon = Daemon::start(RunState::Paused).await;
     let mut simulation = daemon.simulation();
     let request =
-        |request_id: &str| v1::SaveStateRequest { name: String::new(), request_id: request_id.into() };
+        |request_id: &str| v1::SaveStateRequest { request_id: request_id.into(), ..Default::default() };
     let first = simulation.save_state(request("a")).await.unwrap().into_inner();
     assert_eq!(first.saved_state.as_ref().unwrap().name, "state-1");
     assert_eq!(simulation.save_state(request("a")).await.unwrap().into_inner(), first);

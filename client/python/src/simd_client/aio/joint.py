@@ -154,8 +154,13 @@ class Joint:
         armature: float | None = None,
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
+        gravity_compensation: bool | None = None,
     ) -> Stamp:
-        """Changes only what is given; `limits` replaces all four limits."""
+        """Changes only what is given; `limits` replaces all four limits.
+
+        With `gravity_compensation` the actuator adds the effort that holds the weight of what hangs on the joint to position,
+        velocity and hold targets: of the robot's own masses, not of what it carries.
+        """
         return await self._robot.set_joint_properties(
             self.name,
             damping=damping,
@@ -163,6 +168,7 @@ class Joint:
             armature=armature,
             limits=limits,
             default_gains=default_gains,
+            gravity_compensation=gravity_compensation,
         )
 
     def __repr__(self) -> str:

@@ -31,14 +31,23 @@ class Parameters:
         self._connection = connection
 
     async def add_slider(
-        self, name: str, minimum: float, maximum: float, value: float, *, if_taken: IfTaken = "refuse"
+        self,
+        name: str,
+        minimum: float,
+        maximum: float,
+        value: float,
+        *,
+        if_taken: IfTaken = "refuse",
+        take_over: bool = False,
     ) -> Slider:
         """Adds a slider. A value outside the range is moved to the nearest end."""
-        return cast(Slider, await self._add(Slider(name, minimum, maximum, value), if_taken))
+        return cast(Slider, await self._add(Slider(name, minimum, maximum, value), if_taken, take_over))
 
-    async def add_button(self, name: str, *, if_taken: IfTaken = "refuse") -> Button:
+    async def add_button(
+        self, name: str, *, if_taken: IfTaken = "refuse", take_over: bool = False
+    ) -> Button:
         """Adds a button."""
-        return cast(Button, await self._add(Button(name, 0), if_taken))
+        return cast(Button, await self._add(Button(name, 0), if_taken, take_over))
 
     # blocking: def __getitem__(self, name: str) -> float:
     # blocking:     """A slider's value, or how often a button was pressed. One round trip; use `watch` in loops."""
@@ -93,13 +102,14 @@ class Parameters:
         """Calls a function with all parameters now, and after each change, as `watch` gives them."""
         return Callbacks(self._connection.link, self.watch(rate), function)
 
-    async def remove(self, *names: str) -> tuple[str, ...]:
-        """Removes these parameters, or all of them. Returns the names of those that were removed."""
-        request = proto.RemoveParametersRequest(names=names)
+    async def remove(self, *names: str, take_over: bool = False) -> tuple[str, ...]:
+        """Removes these parameters, or all that are not another client's. Returns the names of those that were removed.
+        Raises `OwnedByAnother`, unless `take_over`: where the daemon asks for tokens, that needs an admin's."""
+        request = proto.RemoveParametersRequest(names=names, take_over=take_over)
         return tuple((await self._connection.call(methods.RemoveParameters, request)).removed)
 
-    async def _add(self, parameter: Parameter, if_taken: IfTaken) -> Parameter:
-        request = add_request(parameter, if_taken)
+    async def _add(self, parameter: Parameter, if_taken: IfTaken, take_over: bool) -> Parameter:
+        request = add_request(parameter, if_taken, take_over)
         return parameter_from_proto((await self._connection.call(methods.AddParameter, request)).parameter)
 
     async def _change(self, changes: list[proto.ParameterChange]) -> list[Parameter]:

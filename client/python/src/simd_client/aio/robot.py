@@ -39,7 +39,13 @@ from simd_client.reset import JointValues
 from simd_client.state import Applied, RobotState
 from simd_client.table import Table
 from simd_client.target import BeyondLimit, RobotTargets, Whole
-from simd_client.trajectory import Tolerance, points_to_proto, tolerances_to_proto
+from simd_client.trajectory import (
+    Tolerance,
+    TrajectoryProgress,
+    points_to_proto,
+    progress_from_proto,
+    tolerances_to_proto,
+)
 from simd_client.world import Stamp, stamp_from_proto
 
 
@@ -218,6 +224,13 @@ class Robot(RobotContacts):
         answer = await self._connection.call(methods.FollowTrajectory, request)
         return Trajectory(self._connection, self.name, answer.id, events)
 
+    async def trajectories(self) -> list[TrajectoryProgress]:
+        """Trajectories that its joints carry out or that wait, in the order in which they were given."""
+        answer = await self._connection.call(
+            methods.ListTrajectories, proto.ListTrajectoriesRequest(robot=self.name)
+        )
+        return [progress_from_proto(each) for each in answer.trajectories]
+
     async def cancel_trajectories(self) -> Stamp:
         """Ends all trajectories of its joints, which hold where they are."""
         request = proto.CancelTrajectoryRequest(robot=self.name)
@@ -246,10 +259,11 @@ class Robot(RobotContacts):
         armature: float | None = None,
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
+        gravity_compensation: bool | None = None,
     ) -> Stamp:
         """Changes what is given, of these joints, or of all that take targets: see `Joint.set_properties`. All or none."""
         joints = [
-            joint_properties(name, damping, friction, armature, limits, default_gains)
+            joint_properties(name, damping, friction, armature, limits, default_gains, gravity_compensation)
             for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
         ]
         request = proto.SetJointPropertiesRequest(robot=self.name, joints=joints)

@@ -381,9 +381,11 @@ class Simulation(Primitives):
         """Deletes the files of a recording. Raises `RecordingNotFound`."""
         await self.call(methods.DeleteRecording, proto.DeleteRecordingRequest(name=name))
 
-    async def save_state(self, name: str = "") -> SavedState:
-        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""
-        answer = await self.call(methods.SaveState, proto.SaveStateRequest(name=name))
+    async def save_state(self, name: str = "", *, take_over: bool = False) -> SavedState:
+        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given. Raises
+        `OwnedByAnother` if it would replace another client's, unless `take_over`: where the daemon asks for tokens, that
+        needs an admin's."""
+        answer = await self.call(methods.SaveState, proto.SaveStateRequest(name=name, take_over=take_over))
         return saved_state_from_proto(answer.saved_state)
 
     async def restore_state(self, saved_state: str | SavedState) -> Stamp:
@@ -399,11 +401,14 @@ class Simulation(Primitives):
         await write_file(self, answer.sha256, Path(path))
         return Path(path)
 
-    async def import_saved_state(self, path: AnyPath, name: str = "") -> SavedState:
+    async def import_saved_state(
+        self, path: AnyPath, name: str = "", *, take_over: bool = False
+    ) -> SavedState:
         """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit as
         the one that was exported, on the same release and machine. By default the saved state keeps its name.
-        Raises `InvalidSavedState`."""
-        request = proto.ImportSavedStateRequest(sha256=await send_saved_state(self, Path(path)), name=name)
+        Raises `InvalidSavedState`, and `OwnedByAnother` as `save_state` does."""
+        sha256 = await send_saved_state(self, Path(path))
+        request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
         answer = await self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
         return saved_state_from_proto(answer.saved_state)
 
@@ -412,9 +417,10 @@ class Simulation(Primitives):
         answer = await self.call(methods.ListSavedStates, proto.ListSavedStatesRequest())
         return [saved_state_from_proto(each) for each in answer.saved_states]
 
-    async def delete_saved_state(self, saved_state: str | SavedState) -> None:
-        """Deletes a saved state. Raises `SavedStateNotFound`."""
-        await self.call(methods.DeleteSavedState, proto.DeleteSavedStateRequest(name=_name(saved_state)))
+    async def delete_saved_state(self, saved_state: str | SavedState, *, take_over: bool = False) -> None:
+        """Deletes a saved state. Raises `SavedStateNotFound`, and `OwnedByAnother` as `save_state` does."""
+        request = proto.DeleteSavedStateRequest(name=_name(saved_state), take_over=take_over)
+        await self.call(methods.DeleteSavedState, request)
 
     async def _get_state(self) -> proto.GetSimulationStateResponse:
         return await self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())

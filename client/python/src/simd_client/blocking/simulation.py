@@ -382,9 +382,11 @@ class Simulation(Primitives):
         """Deletes the files of a recording. Raises `RecordingNotFound`."""
         self.call(methods.DeleteRecording, proto.DeleteRecordingRequest(name=name))
 
-    def save_state(self, name: str = "") -> SavedState:
-        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given."""
-        answer = self.call(methods.SaveState, proto.SaveStateRequest(name=name))
+    def save_state(self, name: str = "", *, take_over: bool = False) -> SavedState:
+        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given. Raises
+        `OwnedByAnother` if it would replace another client's, unless `take_over`: where the daemon asks for tokens, that
+        needs an admin's."""
+        answer = self.call(methods.SaveState, proto.SaveStateRequest(name=name, take_over=take_over))
         return saved_state_from_proto(answer.saved_state)
 
     def restore_state(self, saved_state: str | SavedState) -> Stamp:
@@ -400,11 +402,14 @@ class Simulation(Primitives):
         write_file(self, answer.sha256, Path(path))
         return Path(path)
 
-    def import_saved_state(self, path: AnyPath, name: str = "") -> SavedState:
+    def import_saved_state(
+        self, path: AnyPath, name: str = "", *, take_over: bool = False
+    ) -> SavedState:
         """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit as
         the one that was exported, on the same release and machine. By default the saved state keeps its name.
-        Raises `InvalidSavedState`."""
-        request = proto.ImportSavedStateRequest(sha256=send_saved_state(self, Path(path)), name=name)
+        Raises `InvalidSavedState`, and `OwnedByAnother` as `save_state` does."""
+        sha256 = send_saved_state(self, Path(path))
+        request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
         answer = self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
         return saved_state_from_proto(answer.saved_state)
 
@@ -413,9 +418,10 @@ class Simulation(Primitives):
         answer = self.call(methods.ListSavedStates, proto.ListSavedStatesRequest())
         return [saved_state_from_proto(each) for each in answer.saved_states]
 
-    def delete_saved_state(self, saved_state: str | SavedState) -> None:
-        """Deletes a saved state. Raises `SavedStateNotFound`."""
-        self.call(methods.DeleteSavedState, proto.DeleteSavedStateRequest(name=_name(saved_state)))
+    def delete_saved_state(self, saved_state: str | SavedState, *, take_over: bool = False) -> None:
+        """Deletes a saved state. Raises `SavedStateNotFound`, and `OwnedByAnother` as `save_state` does."""
+        request = proto.DeleteSavedStateRequest(name=_name(saved_state), take_over=take_over)
+        self.call(methods.DeleteSavedState, request)
 
     def _get_state(self) -> proto.GetSimulationStateResponse:
         return self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())

@@ -10,7 +10,7 @@ from simd_client.blocking.connection import Connection
 from simd_client.blocking.watch import EventWatch
 from simd_client.errors import DeadlineExceeded
 from simd_client.proto import methods
-from simd_client.trajectory import TrajectoryResult, result_of
+from simd_client.trajectory import TrajectoryProgress, TrajectoryResult, progress_from_proto, result_of
 from simd_client.world import Stamp, stamp_from_proto
 
 
@@ -33,6 +33,14 @@ class Trajectory:
                 raise DeadlineExceeded(f"the trajectory did not end within {timeout:g} s")
             self._result = result_of(self._events.wait(left), self.robot, self.id)
         return self._result
+
+    def progress(self) -> TrajectoryProgress | None:
+        """How far it is; `None` where it is over."""
+        answer = self._connection.call(
+            methods.ListTrajectories, proto.ListTrajectoriesRequest(robot=self.robot)
+        )
+        mine = (each for each in answer.trajectories if each.id == self.id)
+        return next((progress_from_proto(each) for each in mine), None)
 
     def cancel(self) -> Stamp:
         """Ends it. Its joints hold where they are. Raises `InvalidValue` if it has ended already."""

@@ -182,6 +182,7 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
         limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
+        gravity_compensation: _,
         composite_inertia,
     } = axis.settings;
     let Actuator {

@@ -134,9 +134,9 @@ struct Joint {
 
 /// An island, as it is being solved.
 pub struct System<'a, R> {
-    /// Of the world.
-    pub robots: &'a mut [R],
     /// Those of the island.
+    pub robots: &'a mut [R],
+    /// The same: where their velocities are.
     pub members: &'a [Member],
     /// Contacts.
     pub rows: &'a mut [ContactRows],
@@ -171,7 +171,7 @@ impl Direct {
         }
         self.matrix.begin(members.iter().map(|member| member.len));
         for (node, member) in members.iter().enumerate() {
-            let robot = robots[member.robot].as_mut();
+            let robot = robots[node].as_mut();
             let couples = |row: &Row| row.entries[1].1 != 0.0;
             if member.len > 6 && !robot.constraints_mut().rows.iter().any(couples) {
                 self.matrix.set_tree(node, robot.tree().velocity_parents());
@@ -195,10 +195,10 @@ impl Direct {
         }
         self.inertias.resize(members.iter().map(|member| member.len * member.len).sum(), 0.0);
         let mut rest = &mut self.inertias[..];
-        members.iter().all(|member| {
+        members.iter().zip(robots).all(|(member, robot)| {
             let (own, after) = std::mem::take(&mut rest).split_at_mut(member.len * member.len);
             rest = after;
-            robots[member.robot].as_mut().write_implicit_inertia(&mut self.composite, own)
+            robot.as_mut().write_implicit_inertia(&mut self.composite, own)
         })
     }
 
@@ -237,7 +237,7 @@ impl Direct {
         self.kept_links.extend(system.links.iter().map(|link| link.rows.impulse));
         self.joints.clear();
         for (index, member) in system.members.iter().enumerate() {
-            let robot = system.robots[member.robot].as_mut();
+            let robot = system.robots[index].as_mut();
             for (row_index, row) in robot.constraints_mut().rows.iter().enumerate() {
                 let Row { entries, bias, least, most, impulse, effect, .. } = *row;
                 if effect > 0.0 {
@@ -274,8 +274,7 @@ impl Direct {
 
     fn finish<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) {
         for joint in &self.joints {
-            let robot = system.members[joint.member].robot;
-            system.robots[robot].as_mut().constraints_mut().rows[joint.row].impulse = joint.impulse;
+            system.robots[joint.member].as_mut().constraints_mut().rows[joint.row].impulse = joint.impulse;
         }
     }
 }

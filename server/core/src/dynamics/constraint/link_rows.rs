@@ -72,7 +72,7 @@ pub enum LinkState {
 /// Two joints of one axis each, as a row.
 #[derive(Clone, Copy, Debug)]
 pub struct GearRow {
-    /// Of each joint: robot, body, index of its velocity, factor.
+    /// Of each joint: member of the island, body, index of its velocity, factor.
     pub joints: [(usize, usize, usize, f64); 2],
 }
 
@@ -82,7 +82,7 @@ pub struct LinkRows {
     /// J, M^-1 J', axes and impulses; `contact` is the index of the constraint. What it says of targets and friction is
     /// not used.
     pub rows: ContactRows,
-    /// Robots and bodies of the ends; no body where it cannot move.
+    /// Members of the island and bodies of the ends; no body where it cannot move.
     pub ends: [(usize, Option<usize>); 2],
     /// Where forces act.
     pub point: DVec3,

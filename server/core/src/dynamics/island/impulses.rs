@@ -1,6 +1,6 @@
 //! The impulses of an island: which ones are started from, and which way they are found.
 
-use super::{Island, Member};
+use super::Island;
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::Contact;
 use crate::dynamics::constraint::direct::{Outcome, System};
@@ -46,8 +46,8 @@ impl Island {
                 link.rows.impulse = [0.0; 3];
             }
         }
-        for &Member { robot, first, len } in &self.members {
-            robots[robot].as_mut().prepare_rows(&mut self.velocities[first..first + len]);
+        for (robot, member) in robots.iter_mut().zip(&self.members) {
+            robot.as_mut().prepare_rows(&mut self.velocities[member.velocities()]);
         }
         let Self { members, rows, turning, links, blocks, velocities, free, .. } = self;
         // -p' (J v0 - target), and p' J M^-1 J' p.
@@ -68,9 +68,9 @@ impl Island {
                 square += impulse * (after[k] - before[k] + link.compliance * impulse);
             }
         }
-        for &Member { robot, first, len } in &*members {
-            let own = first..first + len;
-            for row in &robots[robot].as_mut().constraints_mut().rows {
+        for (robot, member) in robots.iter_mut().zip(&*members) {
+            let own = member.velocities();
+            for row in &robot.as_mut().constraints_mut().rows {
                 let (before, after) =
                     (row.velocity(&free[own.clone()]), row.velocity(&velocities[own.clone()]));
                 linear -= row.impulse * (before + row.bias);
@@ -83,8 +83,8 @@ impl Island {
             for rows in rows.iter_mut().chain(turning).chain(links.iter_mut().map(|link| &mut link.rows)) {
                 rows.impulse = rows.impulse.map(|impulse| impulse * part);
             }
-            for member in members {
-                for row in &mut robots[member.robot].as_mut().constraints_mut().rows {
+            for robot in robots {
+                for row in &mut robot.as_mut().constraints_mut().rows {
                     row.impulse *= part;
                 }
             }
@@ -139,11 +139,11 @@ impl Island {
     }
 
     /// Leaves hits to the next step that hits in this one have caused. Whether there are any.
-    pub(super) fn postpone_hits(&mut self, contacts: &[Contact], gravity: f64, h: f64) -> bool {
+    pub(super) fn postpone_hits(&mut self, contacts: &[&mut Contact], gravity: f64, h: f64) -> bool {
         let Self { rows, blocks, velocities, .. } = self;
         let mut any = false;
         for rows in rows.iter_mut().filter(|rows| rows.acts()) {
-            any |= rows.postpone_hit(&contacts[rows.contact], (gravity, h), blocks, velocities);
+            any |= rows.postpone_hit(contacts[rows.contact], (gravity, h), blocks, velocities);
         }
         self.was_least &= !any;
         any
@@ -152,9 +152,8 @@ impl Island {
     /// Once through all rows. The largest change of a row's own velocity.
     pub(super) fn sweep<R: AsMut<Articulation>>(&mut self, robots: &mut [R]) -> f64 {
         let mut largest = 0.0f64;
-        for &Member { robot, first, len } in &self.members {
-            let body = robots[robot].as_mut();
-            largest = largest.max(body.sweep_rows(&mut self.velocities[first..first + len]));
+        for (robot, member) in robots.iter_mut().zip(&self.members) {
+            largest = largest.max(robot.as_mut().sweep_rows(&mut self.velocities[member.velocities()]));
         }
         let Self { rows, turning, links, blocks, velocities, .. } = self;
         for rows in rows.iter_mut().filter(|rows| rows.acts()) {

@@ -3,15 +3,15 @@
 use glamx::{DPose3, DVec3};
 
 use super::rows::{Measure, find_spans};
-use super::{Island, Member};
+use super::{ActiveConstraint, Island, Member};
 use crate::dynamics::articulation::Articulation;
 use crate::dynamics::constraint::contact::ContactRows;
-use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind, LinkConstraint};
+use crate::dynamics::constraint::link_constraint::{ConstraintEnd, ConstraintKind};
 use crate::dynamics::constraint::link_rows::{Aim, GearRow, LinkRows, LinkState, Motion};
 use crate::dynamics::constraint::side::Side;
 use crate::dynamics::tree::JointType;
 
-/// Robot and body of an end, and where its frame is, world.
+/// Member and body of an end, and where its frame is, world.
 type Place = ((usize, Option<usize>), DPose3);
 
 impl Island {
@@ -19,16 +19,14 @@ impl Island {
     pub(super) fn make_links<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
-        constraints: &[LinkConstraint],
-        which: &[usize],
+        constraints: &[ActiveConstraint<'_>],
         (h, at): (f64, usize),
     ) {
         self.links.clear();
-        for &index in which {
-            let constraint = &constraints[index];
+        for (index, ActiveConstraint { constraint, fixed, .. }) in constraints.iter().enumerate() {
             self.was_least &= constraint.is_least;
             let definition = &constraint.definition;
-            let places = definition.ends.map(|end| place(robots, end));
+            let places = [0, 1].map(|i| self.place(robots, definition.ends[i], fixed[i]));
             let mut add = |turns: bool, Aim { axes, errors }, gear: Option<GearRow>| {
                 let kept = constraint.impulses[usize::from(turns)];
                 let most = if turns { definition.max_torque } else { definition.max_force } * h;
@@ -69,16 +67,30 @@ impl Island {
         self.lay_out_links(robots, at);
     }
 
+    /// Where an end is; `fixed` is the pose of its frame if it cannot move.
+    fn place<R: AsMut<Articulation>>(
+        &self,
+        robots: &mut [R],
+        ConstraintEnd { link, frame }: ConstraintEnd,
+        fixed: DPose3,
+    ) -> Place {
+        let still = ((usize::MAX, None), fixed);
+        let Some((robot, link)) = link else { return still };
+        let Some(member) = self.member(robot) else { return still };
+        let articulation = robots[member].as_mut();
+        let at = articulation.tree().links[link];
+        let Some(body) = at.body else { return still };
+        let pose = articulation.body_motion(body).pose * at.body_from_link * frame;
+        ((member, at.body), pose)
+    }
+
     /// Says where the numbers of each block are, from `at` on.
     fn lay_out_links<R: AsMut<Articulation>>(&mut self, robots: &mut [R], mut at: usize) {
         for link in &mut self.links {
             let own = link.ends[0].0 == link.ends[1].0;
             let mut count = 0;
-            for (i, (robot, body)) in link.ends.into_iter().enumerate() {
+            for (i, (member, body)) in link.ends.into_iter().enumerate() {
                 let Some(body) = body else { continue };
-                let Ok(member) = self.members.binary_search_by_key(&robot, |member| member.robot) else {
-                    continue;
-                };
                 let Member { first, len, .. } = self.members[member];
                 if own && count == 1 {
                     continue;
@@ -96,7 +108,7 @@ impl Island {
                     side
                 } else {
                     let bodies = if own { link.ends.map(|end| end.1) } else { [Some(body), None] };
-                    find_spans(side, robots[robot].as_mut().tree(), bodies)
+                    find_spans(side, robots[member].as_mut().tree(), bodies)
                 };
                 link.rows.sides[count] = side;
                 at += side.size();
@@ -133,18 +145,17 @@ impl Island {
     pub(super) fn keep_links<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
-        constraints: &mut [LinkConstraint],
-        which: &[usize],
+        constraints: &mut [ActiveConstraint<'_>],
     ) {
-        for &index in which {
-            constraints[index].is_least = self.was_least;
-            let reading = &mut constraints[index].reading;
+        for ActiveConstraint { constraint, .. } in &mut *constraints {
+            constraint.is_least = self.was_least;
+            let reading = &mut constraint.reading;
             (reading.last_force, reading.last_torque) = (DVec3::ZERO, DVec3::ZERO);
         }
         // Velocities that were given take half of a kick alike, or a whole one: parts of their own would part what is held together.
-        let is_alike = self.members.iter().all(|member| robots[member.robot].as_mut().takes_half_alike());
+        let is_alike = robots.iter_mut().all(|robot| robot.as_mut().takes_half_alike());
         for link in &self.links {
-            let constraint = &mut constraints[link.rows.contact];
+            let constraint = &mut *constraints[link.rows.contact].constraint;
             let part = usize::from(link.turns);
             let was_pulling = constraint.impulses[part] != [0.0; 3];
             let was_saturated = link.bounded(constraint.impulses[part]).1 == LinkState::Saturated;
@@ -152,9 +163,9 @@ impl Island {
             let is_jump = !is_alike || link.meets_jump(&self.blocks, &self.before);
             let is_kink = was_saturated != is_saturated
                 || link.is_one_sided && was_pulling != (link.rows.impulse[0] != 0.0);
-            for (robot, body) in link.ends {
+            for (member, body) in link.ends {
                 if body.is_some() {
-                    robots[robot].as_mut().note_link(is_jump, is_kink);
+                    robots[member].as_mut().note_link(is_jump, is_kink);
                 }
             }
             let left = link.residual(link.rows.velocities(&self.blocks, &self.velocities));
@@ -185,18 +196,16 @@ impl Island {
     pub(super) fn foresee<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
-        constraints: &mut [LinkConstraint],
-        which: &[usize],
+        constraints: &mut [ActiveConstraint<'_>],
         h: f64,
     ) {
-        let is_known = !self.members.iter().any(|member| robots[member.robot].as_mut().halves_its_kick());
-        for &index in which {
-            constraints[index].motion =
-                is_known.then_some([Motion { foreseen: [0.0; 3], bent: [0.0; 3] }; 2]);
+        let is_known = !robots.iter_mut().any(|robot| robot.as_mut().halves_its_kick());
+        for of in &mut *constraints {
+            of.constraint.motion = is_known.then_some([Motion { foreseen: [0.0; 3], bent: [0.0; 3] }; 2]);
         }
         for link in self.links.iter().filter(|_| is_known) {
             let velocities = link.rows.velocities(&self.blocks, &self.velocities);
-            if let Some(motion) = &mut constraints[link.rows.contact].motion {
+            if let Some(motion) = &mut constraints[link.rows.contact].constraint.motion {
                 let foreseen = [0, 1, 2].map(|k| link.errors[k] + h * velocities[k]);
                 motion[usize::from(link.turns)] = Motion { foreseen, bent: link.bent };
             }
@@ -211,7 +220,7 @@ impl Measure<'_> {
         for side in rows.sides.iter().filter(|side| side.len > 0) {
             self.blocks[side.at..side.at + side.size()].fill(0.0);
         }
-        for (i, (robot, body, velocity, factor)) in gear.joints.into_iter().enumerate() {
+        for (i, (member, body, velocity, factor)) in gear.joints.into_iter().enumerate() {
             let side = rows.sides[if own { 0 } else { i }];
             let (jacobian, responses) =
                 self.blocks[side.at..side.at + side.size()].split_at_mut(3 * side.columns());
@@ -219,21 +228,10 @@ impl Measure<'_> {
                 jacobian[place] += factor;
             }
             let response = &mut self.scratch[..side.len];
-            robots[robot].as_mut().joint_response((body, factor), response);
+            robots[member].as_mut().joint_response((body, factor), response);
             responses[..side.len].iter_mut().zip(&*response).for_each(|(sum, response)| *sum += response);
         }
     }
-}
-
-fn place<R: AsMut<Articulation>>(robots: &mut [R], ConstraintEnd { link, frame }: ConstraintEnd) -> Place {
-    let Some((robot, link)) = link else { return ((usize::MAX, None), frame) };
-    let articulation = robots[robot].as_mut();
-    let at = articulation.tree().links[link];
-    let world_from_body = match at.body {
-        Some(body) => articulation.body_motion(body).pose,
-        None => articulation.base(),
-    };
-    ((robot, at.body), world_from_body * at.body_from_link * frame)
 }
 
 /// The row of a gear, the axis of the second joint, world, and the error.
@@ -244,16 +242,16 @@ fn gear<R: AsMut<Articulation>>(
     offset: f64,
 ) -> Option<(GearRow, DVec3, f64)> {
     let joint = |robots: &mut [R], place: Place| {
-        let (robot, body) = place.0;
+        let (member, body) = place.0;
         let body = body?;
-        let articulation = robots[robot].as_mut();
+        let articulation = robots[member].as_mut();
         let own = &articulation.tree().bodies[body];
         if matches!(own.joint_type, JointType::Free { .. }) {
             return None;
         }
         let (velocity, position) = (own.velocity, own.position);
         let axis = articulation.body_motion(body).pose.rotation * DVec3::Z;
-        Some((robot, body, velocity, articulation.positions()[position], axis))
+        Some((member, body, velocity, articulation.positions()[position], axis))
     };
     let (first, second) = (joint(robots, places[0])?, joint(robots, places[1])?);
     let joints = [(first.0, first.1, first.2, -ratio), (second.0, second.1, second.2, 1.0)];
@@ -262,6 +260,6 @@ fn gear<R: AsMut<Articulation>>(
 
 /// Whether the second joint of a gear turns.
 fn turns<R: AsMut<Articulation>>(robots: &mut [R], gear: GearRow) -> bool {
-    let (robot, body, ..) = gear.joints[1];
-    robots[robot].as_mut().tree().bodies[body].joint_type == JointType::Revolute
+    let (member, body, ..) = gear.joints[1];
+    robots[member].as_mut().tree().bodies[body].joint_type == JointType::Revolute
 }

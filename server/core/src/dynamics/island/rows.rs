@@ -18,15 +18,13 @@ impl Island {
     pub(super) fn make_rows<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
-        contacts: &[Contact],
-        which: &[usize],
+        contacts: &[&mut Contact],
     ) -> usize {
         self.rows.clear();
         self.turning.clear();
-        self.was_least = which.iter().all(|&index| contacts[index].is_least);
+        self.was_least = contacts.iter().all(|contact| contact.is_least);
         let mut at = 0;
-        for &index in which {
-            let contact = &contacts[index];
+        for (index, contact) in contacts.iter().enumerate() {
             let mut sides = [Side::default(); 2];
             let mut count = 0;
             let own = contact.robots[0] == contact.robots[1];
@@ -35,13 +33,11 @@ impl Island {
                 if body.is_none() || (own && count == 1) {
                     continue;
                 }
-                let Ok(member) = self.members.binary_search_by_key(&robot, |member| member.robot) else {
-                    continue;
-                };
+                let Some(member) = self.member(robot) else { continue };
                 let Member { first, len, .. } = self.members[member];
                 let side = Side { member, first, len, at, ..Side::default() };
                 let bodies = if own { contact.point.bodies } else { [body, None] };
-                sides[count] = find_spans(side, robots[robot].as_mut().tree(), bodies);
+                sides[count] = find_spans(side, robots[member].as_mut().tree(), bodies);
                 at += sides[count].size();
                 count += 1;
             }
@@ -79,7 +75,7 @@ impl Island {
     pub(super) fn measure<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
-        contacts: &[Contact],
+        contacts: &[&mut Contact],
         interrupt: &dyn Fn() -> bool,
     ) -> bool {
         self.find_bases(robots, contacts);
@@ -89,36 +85,36 @@ impl Island {
             if interrupt() {
                 return false;
             }
-            measure.rows(robots, &contacts[rows.contact], rows, false);
+            measure.rows(robots, contacts[rows.contact], rows, false);
         }
         for TurningRows { rows, .. } in turning {
             if interrupt() {
                 return false;
             }
-            measure.rows(robots, &contacts[rows.contact], rows, true);
+            measure.rows(robots, contacts[rows.contact], rows, true);
         }
         true
     }
 
     /// M^-1 J' of the six unit wrenches, for each body that has many contacts.
-    pub(super) fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[Contact]) {
+    pub(super) fn find_bases<R: AsMut<Articulation>>(&mut self, robots: &mut [R], contacts: &[&mut Contact]) {
         let Self { rows, bases, basis_responses, touched, .. } = self;
         touched.clear();
         for rows in rows {
-            let contact = &contacts[rows.contact];
-            for (robot, body) in contact.robots.into_iter().zip(contact.point.bodies) {
-                let is_single = robots[robot].as_mut().tree().bodies.len() == 1;
-                touched.extend(body.filter(|_| !is_single).map(|body| (robot, body)));
+            for (member, body) in ends(rows, contacts[rows.contact]) {
+                let Some(body) = body else { continue };
+                let is_single = robots[member].as_mut().tree().bodies.len() == 1;
+                touched.extend((!is_single).then_some((member, body)));
             }
         }
         touched.sort_unstable();
         bases.clear();
         let mut end = 0;
         for points in touched.chunk_by(|a, b| a == b).filter(|points| points.len() >= MANY) {
-            let (robot, body) = points[0];
-            let articulation = robots[robot].as_mut();
+            let (member, body) = points[0];
+            let articulation = robots[member].as_mut();
             let n = articulation.velocities().len();
-            bases.push(Basis { robot, body, at: end });
+            bases.push(Basis { member, body, at: end });
             if basis_responses.len() < end + 6 * n {
                 basis_responses.resize(end + 6 * n, 0.0);
             }
@@ -131,24 +127,31 @@ impl Island {
     pub(super) fn aim<R: AsMut<Articulation>>(
         &mut self,
         robots: &mut [R],
-        contacts: &[Contact],
+        contacts: &[&mut Contact],
         gravity: DVec3,
         h: f64,
     ) {
         self.before.clear();
-        for member in &self.members {
-            self.before.extend_from_slice(robots[member.robot].as_mut().half_velocities());
+        for robot in robots {
+            self.before.extend_from_slice(robot.as_mut().half_velocities());
         }
         for rows in &mut self.rows {
             let before = rows.velocities(&self.blocks, &self.before)[0];
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
-            rows.aim(&contacts[rows.contact], before, gravity.length(), h);
+            rows.aim(contacts[rows.contact], before, gravity.length(), h);
         }
         let links = self.links.iter_mut().map(|link| &mut link.rows);
         for rows in self.turning.iter_mut().map(|turning| &mut turning.rows).chain(links) {
             rows.unloaded = rows.velocities(&self.blocks, &self.velocities);
         }
     }
+}
+
+/// Members and bodies of a contact; no body where it cannot move.
+fn ends(rows: &ContactRows, contact: &Contact) -> [(usize, Option<usize>); 2] {
+    let [a, b] = contact.point.bodies;
+    let second = rows.sides[usize::from(a.is_some() && rows.sides[1].len > 0)];
+    [(rows.sides[0].member, a), (second.member, b)]
 }
 
 /// Gives a side the spans of the velocities that move a body, and where the contact is one of two bodies of the same
@@ -188,13 +191,11 @@ impl Measure<'_> {
         rows: &mut ContactRows,
         turns: bool,
     ) {
-        let [a, b] = contact.point.bodies;
-        let ends = [(contact.robots[0], a), (contact.robots[1], b)];
-        self.wrenches(robots, ends, contact.point.position, rows, turns);
+        self.wrenches(robots, ends(rows, contact), contact.point.position, rows, turns);
         rows.measure(self.blocks);
     }
 
-    /// J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between bodies of two robots.
+    /// J and M^-1 J' of forces at a point along the axes of rows, or of torques about them, between bodies of two members.
     ///
     /// Both are linear in the wrench. J is a walk to the root. M^-1 J' is a trip through the whole robot: a body
     /// with many points has it found once for each of the six unit wrenches, and each response is a sum of those.
@@ -207,14 +208,14 @@ impl Measure<'_> {
         turns: bool,
     ) {
         let mut used = 0;
-        for (i, (robot, body)) in ends.into_iter().enumerate() {
+        for (i, (member, body)) in ends.into_iter().enumerate() {
             let Some(body) = body else { continue };
             let sign = if i == 0 { -1.0 } else { 1.0 };
             let again = i == 1 && used == 1 && ends[0].0 == ends[1].0;
             let side = rows.sides[if again { 0 } else { used }];
             used += 1;
             let n = side.len;
-            let articulation = robots[robot].as_mut();
+            let articulation = robots[member].as_mut();
             let block = &mut self.blocks[side.at..side.at + side.size()];
             if side.moves_six() && !again && !turns {
                 let at = (point, rows.axes.map(|axis| axis * sign));
@@ -235,7 +236,7 @@ impl Measure<'_> {
                 }
             });
             articulation.add_wrench_rows(body, wrenches, &side, jacobian);
-            let basis = self.bases.binary_search_by_key(&(robot, body), |basis| (basis.robot, basis.body));
+            let basis = self.bases.binary_search_by_key(&(member, body), |basis| (basis.member, basis.body));
             for (wrench, kept) in wrenches.into_iter().zip(responses.chunks_exact_mut(n)) {
                 match basis.ok().map(|basis| self.bases[basis].at) {
                     Some(at) => {

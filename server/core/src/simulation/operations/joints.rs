@@ -114,7 +114,15 @@ impl Entity {
 
 /// Whether the settings that are given can be.
 fn check_properties(properties: &JointProperties) -> Result<(), Error> {
-    let JointProperties { joint: _, damping, friction, armature, limits, default_gains } = properties;
+    let JointProperties {
+        joint: _,
+        damping,
+        friction,
+        armature,
+        limits,
+        default_gains,
+        gravity_compensation: _,
+    } = properties;
     check::optional_at_least_zero("damping", *damping)?;
     check::optional_at_least_zero("friction", *friction)?;
     check::optional_at_least_zero("armature", *armature)?;
@@ -126,7 +134,15 @@ fn check_properties(properties: &JointProperties) -> Result<(), Error> {
 
 /// Writes the settings that are given.
 fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &JointProperties) {
-    let JointProperties { joint: _, damping, friction, armature, limits, default_gains } = properties;
+    let JointProperties {
+        joint: _,
+        damping,
+        friction,
+        armature,
+        limits,
+        default_gains,
+        gravity_compensation,
+    } = properties;
     if let Some(damping) = damping {
         settings.damping = *damping;
     }
@@ -142,5 +158,8 @@ fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &J
     }
     if let Some((stiffness, damping)) = default_gains {
         (settings.default_stiffness, settings.default_damping) = (*stiffness, *damping);
+    }
+    if let Some(compensated) = gravity_compensation {
+        settings.gravity_compensation = *compensated;
     }
 }

@@ -10,7 +10,7 @@ use crate::simulation::contacts::Contacts;
 use crate::simulation::entity::Entity;
 use crate::simulation::published_state::{
     AppliedWrench, ConstraintState, ContactReport, EntityLayout, Flags, PublishedState, RootState,
-    WorldLayout,
+    TrajectoryState, WorldLayout,
 };
 use crate::simulation::settings::PhysicsSettings;
 use crate::simulation::wrench::ActiveWrench;
@@ -28,10 +28,13 @@ impl Simulation {
         state.gains.clear();
         state.accelerations.clear();
         state.flags.clear();
+        state.trajectories.clear();
+        state.trajectory_joints.clear();
         let PhysicsSettings { time_step, substeps, .. } = self.settings;
         let h = time_step / f64::from(substeps);
-        for entity in &self.entities {
+        for (robot, entity) in self.entities.iter().enumerate() {
             entity.observe(state, time_step, h);
+            entity.observe_trajectories(state, robot);
         }
         state.contacts.clear();
         state.contacts.extend(self.contacts.reports(time_step, h));
@@ -184,6 +187,21 @@ impl Entity {
                 JointType::Free { .. } => state.flags.extend([Flags::default(); 6]),
                 _ => state.flags.push(self.flags(body.position, body.velocity)),
             }
+        }
+    }
+
+    fn observe_trajectories(&self, state: &mut PublishedState, robot: usize) {
+        for trajectory in &self.state.trajectories {
+            let first = state.trajectory_joints.len();
+            state.trajectory_joints.extend(trajectory.joints.iter().map(|joint| joint.joint));
+            state.trajectories.push(TrajectoryState {
+                robot,
+                id: trajectory.id,
+                joints: first..state.trajectory_joints.len(),
+                begin: trajectory.begin,
+                elapsed: trajectory.elapsed,
+                duration: trajectory.duration(),
+            });
         }
     }
 

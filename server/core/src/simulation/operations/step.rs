@@ -1,11 +1,16 @@
 //! The step of a world, as the method reads.
 
+use std::sync::Arc;
+
 use glamx::DVec3;
 
 use crate::dynamics::Integrator;
+use crate::dynamics::island::Island;
+use crate::pool::{Interrupt, PIECES, Pool, for_each};
 use crate::simulation::constraints::{LinkConstraints, acts};
 use crate::simulation::contacts::Contacts;
 use crate::simulation::entity::Entity;
+use crate::simulation::groups::Group;
 use crate::simulation::{EventKind, PhysicsSettings, Simulation, StepMemory};
 
 /// Contacts are looked for at least this far from what moves, metres.
@@ -26,12 +31,18 @@ impl Simulation {
         self.try_step(&|| false);
     }
 
+    /// Has steps use threads beside the one that calls, or none. The state after a step does not depend on that, to the bit.
+    /// They are used where there are groups of robots enough to be worth it: a world of one robot has only the calling thread.
+    pub fn set_pool(&mut self, pool: Option<Arc<dyn Pool>>) {
+        self.pool = pool;
+    }
+
     /// The same, given up as soon as `interrupt` says so: then all is as if the step had never begun, to
     /// the bit, and the answer is false. It is asked before each part of the step, each pair of robots that
     /// are near each other, each contact that is measured and each sweep of the solver.
     ///
     /// Costs a copy of the world's state, which is what is gone back to.
-    pub fn step_interruptible(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+    pub fn step_interruptible(&mut self, interrupt: &Interrupt<'_>) -> bool {
         let (state, robots) = self.state();
         let is_whole = self.try_step(interrupt);
         if !is_whole {
@@ -41,9 +52,10 @@ impl Simulation {
     }
 
     /// False where it was interrupted; then the world is in the midst of a step.
-    fn try_step(&mut self, interrupt: &dyn Fn() -> bool) -> bool {
+    fn try_step(&mut self, interrupt: &Interrupt<'_>) -> bool {
         let PhysicsSettings { gravity, time_step, substeps, integrator } = self.settings;
         let h = time_step / f64::from(substeps);
+        let pool = self.pool.clone();
         self.step_memory.busy.begin_step(&self.entities);
         for &robot in self.step_memory.busy.robots() {
             self.entities[robot].begin_step();
@@ -64,7 +76,8 @@ impl Simulation {
                 ends: part + 1 == substeps,
             };
             let Self { entities, contacts, constraints, step_memory, .. } = self;
-            if interrupt() || !advance(entities, (contacts, constraints), step_memory, part, interrupt) {
+            let world = (contacts, constraints);
+            if interrupt() || !advance(entities, world, step_memory, part, pool.as_deref(), interrupt) {
                 return false;
             }
         }
@@ -111,58 +124,68 @@ struct Part {
 fn advance(
     robots: &mut [Entity],
     (contacts, constraints): (&mut Contacts, &mut LinkConstraints),
-    StepMemory { island, groups, busy }: &mut StepMemory,
-    Part { gravity, h, integrator, done, ends }: Part,
-    interrupt: &dyn Fn() -> bool,
+    StepMemory { islands, groups, busy }: &mut StepMemory,
+    part: Part,
+    pool: Option<&dyn Pool>,
+    interrupt: &Interrupt<'_>,
 ) -> bool {
-    let slack = NEAR + 2.0 * gravity.length() * h * h;
+    let slack = NEAR + 2.0 * part.gravity.length() * part.h * part.h;
+    // The part before says it for what comes before groups are known.
+    let threads = pool.filter(|_| groups.are_worth_threads());
     // One that is alone with its shapes meets nothing, and need not know where they are.
     let is_shaped = |robot: &&usize| robots[**robot].is_active() && !robots[**robot].colliders.is_empty();
     let shaped = busy.idle_shaped() + busy.robots().iter().filter(is_shaped).count();
-    for &robot in busy.robots() {
-        let robot = &mut robots[robot];
+    for_each((threads, PIECES), (robots, 0), busy.robots(), &|robot: &mut Entity| {
         if robot.is_active() {
-            robot.update_poses(shaped > 1, slack, h);
+            robot.update_poses(shaped > 1, slack, part.h);
         }
-    }
-    if !contacts.find(robots, busy, &constraints.apart, slack, interrupt) {
+    });
+    if !contacts.find(robots, busy, &constraints.apart, slack, threads, interrupt) {
         return false;
     }
     for &robot in busy.robots() {
         robots[robot].state.teleported = false;
     }
-    let constraints = &mut constraints.list;
-    groups.gather(robots, busy, &contacts.list, constraints);
-    groups.wake(robots, &mut contacts.list, constraints, done);
-    for &robot in busy.robots() {
-        let robot = &mut robots[robot];
-        if robot.is_awake() {
-            robot.body.start(gravity, h, integrator);
-        }
+    let mut gathered = groups.gather(robots, busy, &mut contacts.list, &mut constraints.list);
+    let threads = pool.filter(|_| groups.are_worth_threads());
+    let count = if threads.is_some() { PIECES } else { 1 };
+    if islands.len() < count {
+        islands.resize_with(count, Island::default);
     }
-    for group in (0..groups.len()).map(|group| groups.get(group)) {
-        if !robots[group.members[0]].is_awake() {
-            continue;
+    let is_whole = groups
+        .all(&mut gathered)
+        .for_each(threads, &mut islands[..count], &|island, group| part.solve(group, island, interrupt));
+    groups.put_back(gathered);
+    is_whole
+}
+
+impl Part {
+    /// Moves a group on. False where it was interrupted.
+    fn solve(self, mut group: Group<'_, '_>, island: &mut Island, interrupt: &Interrupt<'_>) -> bool {
+        let Self { gravity, h, integrator, done, ends } = self;
+        if !group.wake(done) {
+            return true;
+        }
+        for member in &mut *group.robots {
+            member.as_mut().start(gravity, h, integrator);
         }
         // A robot with velocities that are not finite is solved alone, so that it does not spoil others.
-        let sound = group.members.iter().all(|&member| robots[member].body.new_velocities_are_finite());
+        let sound = group.robots.iter_mut().all(|member| member.as_mut().new_velocities_are_finite());
         if group.contacts.is_empty() && group.links.is_empty() || !sound {
-            for &member in group.members {
-                robots[member].body.solve_alone(gravity, h);
-                robots[member].body.finish(gravity, h);
+            for member in &mut *group.robots {
+                member.as_mut().solve_alone(gravity, h);
+                member.as_mut().finish(gravity, h);
             }
         } else {
-            let touching = (&mut *contacts.list, group.contacts);
-            let linked = (&mut **constraints, group.links);
-            if !island.solve(robots, group.members, touching, linked, (gravity, h), interrupt) {
+            let (indices, contacts, links) = (group.indices, &mut *group.contacts, &mut *group.links);
+            if !island.solve((group.robots, indices), contacts, links, (gravity, h), interrupt) {
                 return false;
             }
         }
-        for &robot_index in group.contacts {
-            let contact = &mut contacts.list[robot_index];
+        for contact in &mut *group.contacts {
             contact.total += contact.impulse;
         }
-        group.rest(robots, h, ends);
+        group.rest(h, ends);
+        true
     }
-    true
 }

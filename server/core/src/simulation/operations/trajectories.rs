@@ -40,7 +40,7 @@ impl Simulation {
         self.entities[robot_index].state.trajectories.push(ActiveTrajectory {
             id,
             joints,
-            points: Arc::new(request.points.clone()),
+            points: Arc::clone(&request.points),
             // What begins now waits for no time: it begins with the next step, like all that were to begin by then.
             begin: if request.begin == Begin::Now { Begin::After(0.0) } else { request.begin },
             elapsed: 0.0,
@@ -173,7 +173,7 @@ impl Entity {
             }
             let velocity = self.body.tree().bodies[body].velocity;
             let (lower, upper) = self.body.axes()[velocity].settings.limits.range();
-            for point in points {
+            for point in points.iter() {
                 let requested = point.positions[place];
                 if !(lower..=upper).contains(&requested) {
                     return Err(Error::TargetBeyondLimit { joint: name.clone(), requested, lower, upper });

@@ -4,6 +4,7 @@
 mod claims;
 mod commands;
 mod constraints;
+mod gravity_compensation;
 mod trajectories;
 mod wrenches;
 

@@ -36,7 +36,7 @@ fn both(points: Vec<TrajectoryPoint>) -> FollowTrajectory {
     FollowTrajectory {
         robot: "arm".into(),
         joints: vec!["shoulder".into(), "elbow".into()],
-        points,
+        points: Arc::new(points),
         ..FollowTrajectory::default()
     }
 }

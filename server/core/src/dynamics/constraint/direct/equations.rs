@@ -119,7 +119,7 @@ impl Direct {
         for joint in self.joints.iter().filter(|joint| joint.impulse != 0.0) {
             let member = &system.members[joint.member];
             let own = &mut system.velocities[member.first..member.first + member.len];
-            joint.apply(system.robots[member.robot].as_mut().constraints_mut(), joint.impulse, own);
+            joint.apply(system.robots[joint.member].as_mut().constraints_mut(), joint.impulse, own);
         }
         // What slips is given from here on: the matrix is to be that of the other rows.
         let is_bounded = system.links.iter().any(|link| link.state == LinkState::Saturated);
@@ -167,7 +167,7 @@ impl Direct {
                 joint.impulse += added;
                 let member = &system.members[joint.member];
                 let own = &mut system.velocities[member.first..member.first + member.len];
-                joint.apply(system.robots[member.robot].as_mut().constraints_mut(), added, own);
+                joint.apply(system.robots[joint.member].as_mut().constraints_mut(), added, own);
             }
             let after = self.take_residuals(system);
             let is_nearer = after < left;

@@ -3,6 +3,7 @@
 mod bodies;
 mod loops;
 mod rules;
+mod threads;
 
 use super::*;
 use crate::simulation::published_state::ConstraintState;

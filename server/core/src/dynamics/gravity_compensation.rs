@@ -1,0 +1,65 @@
+//! Gravity compensation: the effort with which an actuator holds the weight of what hangs on its joint.
+
+use glamx::DVec3;
+
+use super::actuator::{Axis, Drive, Mode};
+use super::scratch::BodyScratch;
+use super::tree::{JointType, Tree};
+
+/// What hangs on a body, the body included, without what is free to fall: in the base's axes, about the body's origin.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Carried {
+    mass: f64,
+    first_moment: DVec3,
+    /// Of the body's joint, N m or N.
+    effort: f64,
+}
+
+/// Whether the actuator of an axis holds the weight of what it carries.
+pub fn is_compensated(axis: &Axis) -> bool {
+    axis.settings.gravity_compensation
+        && matches!(axis.actuator.mode, Mode::Position | Mode::Velocity | Mode::Hold)
+}
+
+/// Adds the gravity term g(q) of the equations of motion to the feed-forward effort of the actuators that compensate it, at
+/// the pose that kinematics were found with: the masses of a subtree times minus gravity, as a moment about
+/// its joint's axis. `base_acceleration` is minus gravity in the base's axes.
+///
+/// Only the robot's own masses count, not what it holds. A joint carries what follows it by its multiplier.
+pub fn compensate(
+    tree: &Tree,
+    axes: &[Axis],
+    bodies: &[BodyScratch],
+    base_acceleration: DVec3,
+    carried: &mut Vec<Carried>,
+    drives: &mut [Drive],
+) {
+    carried.clear();
+    carried.extend(tree.bodies.iter().zip(bodies).map(|(body, at)| Carried {
+        mass: body.inertia.mass,
+        first_moment: at.rotation * body.inertia.first_moment,
+        effort: 0.0,
+    }));
+    for (index, body) in tree.bodies.iter().enumerate().rev() {
+        let (at, Carried { mass, first_moment, .. }) = (&bodies[index], carried[index]);
+        let z = at.rotation.z_axis;
+        carried[index].effort = match body.joint_type {
+            JointType::Revolute => z.dot(first_moment.cross(base_acceleration)),
+            JointType::Prismatic => z.dot(base_acceleration) * mass,
+            JointType::Free { .. } => continue,
+        };
+        if let Some(parent) = body.parent {
+            carried[parent].mass += mass;
+            carried[parent].first_moment += first_moment + at.reach * mass;
+        }
+    }
+    for pair in &tree.mimics {
+        let follower = carried[pair.follower].effort;
+        carried[pair.leader].effort += pair.multiplier * follower;
+    }
+    for (body, carried) in tree.bodies.iter().zip(carried) {
+        if !matches!(body.joint_type, JointType::Free { .. }) && is_compensated(&axes[body.velocity]) {
+            drives[body.velocity].feed_forward += carried.effort;
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! Groups of robots that touch or are constrained to each other: a step can solve each on its own, at the same time as
+//! others.
+
+use glamx::DPose3;
+
+use super::constraints::moved;
+use super::entity::Entity;
+use super::sleep::Busy;
+use crate::dynamics::Articulation;
+use crate::dynamics::constraint::contact::Contact;
+use crate::dynamics::constraint::link_constraint::{ConstraintEnd, LinkConstraint};
+use crate::dynamics::island::ActiveConstraint;
+use crate::pool::Pool;
+
+/// A body slower than this may fall asleep, m/s.
+const STILL_LINEAR: f64 = 5e-4;
+
+/// The same in rad/s.
+const STILL_ANGULAR: f64 = 5e-3;
+
+/// After so many seconds.
+const STILL_FOR: f64 = 1.0;
+
+/// Threads are worth waking for groups of this size, by [`Groups::are_worth_threads`].
+const WORTH_THREADS: usize = 500;
+
+/// Rows of a contact, and about as many of a constraint.
+const ROWS: usize = 3;
+
+/// Robots that move, in groups that touch each other or are constrained; kept from step to step for its memory.
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    /// Of each robot: one on the way to its group's first.
+    above: Vec<usize>,
+    /// Robots by group, then index.
+    members: Vec<usize>,
+    /// Ends of each group among robots, contacts and constraints.
+    ends: Vec<Ends>,
+    /// Empty but in a step.
+    robots: Vec<Member<'static>>,
+    contacts: Vec<&'static mut Contact>,
+    links: Vec<ActiveConstraint<'static>>,
+    /// The size of all groups that are awake but the largest: degrees of freedom, and rows.
+    beside_largest: usize,
+}
+
+/// Where a group ends among robots, contacts and constraints.
+type Ends = [usize; 3];
+
+/// A robot of a group.
+#[derive(Debug)]
+pub(super) struct Member<'a> {
+    index: usize,
+    robot: &'a mut Entity,
+}
+
+impl AsMut<Articulation> for Member<'_> {
+    fn as_mut(&mut self) -> &mut Articulation {
+        &mut self.robot.body
+    }
+}
+
+/// What moves and what acts on it, each group's after the other's.
+pub(super) struct Gathered<'a> {
+    robots: Vec<Member<'a>>,
+    contacts: Vec<&'a mut Contact>,
+    links: Vec<ActiveConstraint<'a>>,
+}
+
+/// Groups that follow each other.
+pub(super) struct GroupRange<'b, 'a> {
+    groups: Group<'b, 'a>,
+    ends: &'b [Ends],
+    /// Where the first of them begins.
+    begin: Ends,
+}
+
+/// Robots that are solved together.
+pub(super) struct Group<'b, 'a> {
+    /// In their order.
+    pub(super) robots: &'b mut [Member<'a>],
+    /// Their indices in the world.
+    pub(super) indices: &'b [usize],
+    /// Those that can move one of them, in their order.
+    pub(super) contacts: &'b mut [&'a mut Contact],
+    /// The same of constraints between links.
+    pub(super) links: &'b mut [ActiveConstraint<'a>],
+}
+
+impl Groups {
+    /// Joins what touches or is constrained. What cannot move joins nothing.
+    pub(super) fn gather<'a>(
+        &mut self,
+        robots: &'a mut [Entity],
+        busy: &Busy,
+        contacts: &'a mut [Contact],
+        constraints: &'a mut [LinkConstraint],
+    ) -> Gathered<'a> {
+        let Self { above, members, .. } = self;
+        above.resize(robots.len(), 0);
+        for &robot in busy.robots() {
+            above[robot] = robot;
+        }
+        for contact in &*contacts {
+            if contact.point.bodies.iter().all(Option::is_some) {
+                let [a, b] = contact.robots.map(|robot| first(above, robot));
+                above[a.max(b)] = a.min(b);
+            }
+        }
+        for constraint in &*constraints {
+            if let Some([Some(a), Some(b)]) = moved(robots, constraint) {
+                let [a, b] = [a, b].map(|robot| first(above, robot));
+                above[a.max(b)] = a.min(b);
+            }
+        }
+        for &robot in busy.robots() {
+            above[robot] = first(above, robot);
+        }
+        let mut links: Vec<ActiveConstraint<'a>> = std::mem::take(&mut self.links);
+        for (index, constraint) in constraints.iter_mut().enumerate() {
+            if let Some(robot) = moved(robots, constraint).and_then(|[a, b]| a.or(b)) {
+                let fixed = constraint.definition.ends.map(|end| fixed_pose(robots, end));
+                links.push(ActiveConstraint { order: (above[robot], index), constraint, fixed });
+            }
+        }
+        links.sort_unstable_by_key(|link| link.order);
+        let mut touching: Vec<&'a mut Contact> = std::mem::take(&mut self.contacts);
+        touching.extend(contacts);
+        touching.sort_unstable_by_key(|of| (group_of(above, of), of.robots, of.point.colliders, of.index));
+        members.clear();
+        let moving = |robot: &usize| robots[*robot].is_active() && robots[*robot].moves();
+        members.extend(busy.robots().iter().copied().filter(moving));
+        let mut moving: Vec<Member<'a>> = std::mem::take(&mut self.robots);
+        let mut rest = robots.iter_mut();
+        let mut next = 0;
+        for &index in &*members {
+            if let Some(robot) = rest.nth(index - next) {
+                moving.push(Member { index, robot });
+            }
+            next = index + 1;
+        }
+        members.sort_unstable_by_key(|&robot| (above[robot], robot));
+        moving.sort_unstable_by_key(|member| (above[member.index], member.index));
+        let gathered = Gathered { robots: moving, contacts: touching, links };
+        self.find_ends(&gathered);
+        gathered
+    }
+
+    fn find_ends(&mut self, Gathered { robots, contacts, links }: &Gathered<'_>) {
+        let Self { above, ends, beside_largest, .. } = self;
+        ends.clear();
+        let [mut m, mut c, mut l] = [0; 3];
+        let (mut sum, mut largest) = (0, 0);
+        for group in robots.chunk_by(|a, b| above[a.index] == above[b.index]) {
+            let root = above[group[0].index];
+            let [touch, hold] = [c, l];
+            m += group.len();
+            c += contacts[c..].iter().take_while(|contact| group_of(above, contact) == root).count();
+            l += links[l..].iter().take_while(|link| link.order.0 == root).count();
+            ends.push([m, c, l]);
+            if group[0].robot.is_awake() {
+                let velocities: usize = group.iter().map(|of| of.robot.body.velocities().len()).sum();
+                let size = velocities + ROWS * (c - touch + l - hold);
+                (sum, largest) = (sum + size, largest.max(size));
+            }
+        }
+        *beside_largest = sum - largest;
+    }
+
+    /// Whether threads are worth waking for what was last gathered: what can be done beside the largest group takes
+    /// longer than that.
+    pub(super) fn are_worth_threads(&self) -> bool {
+        self.beside_largest >= WORTH_THREADS
+    }
+
+    /// What was gathered, to be solved.
+    pub(super) fn all<'b, 'a>(&'b self, gathered: &'b mut Gathered<'a>) -> GroupRange<'b, 'a> {
+        let Gathered { robots, contacts, links } = gathered;
+        let groups = Group { robots, indices: &self.members, contacts, links };
+        GroupRange { groups, ends: &self.ends, begin: [0; 3] }
+    }
+
+    /// Ends the use of what was gathered, and keeps its memory.
+    pub(super) fn put_back(&mut self, Gathered { robots, contacts, links }: Gathered<'_>) {
+        (self.robots, self.contacts, self.links) = (emptied(robots), emptied(contacts), emptied(links));
+    }
+}
+
+/// A list without items for items of another lifetime: std keeps the memory of a list that is collected into one of
+/// items of the same layout.
+fn emptied<A, B>(mut list: Vec<A>) -> Vec<B> {
+    list.clear();
+    list.into_iter().filter_map(|_| None).collect()
+}
+
+/// The first robot of the group that a contact belongs to: of one with what cannot move, the side that can says that.
+fn group_of(above: &[usize], contact: &Contact) -> usize {
+    above[contact.robots[usize::from(contact.point.bodies[0].is_none())]]
+}
+
+/// Where the frame of an end is that no step moves; of others it means nothing.
+fn fixed_pose(robots: &[Entity], ConstraintEnd { link, frame }: ConstraintEnd) -> DPose3 {
+    let Some((robot, link)) = link else { return frame };
+    let body = &robots[robot].body;
+    body.base() * body.tree().links[link].body_from_link * frame
+}
+
+/// The first robot of a robot's group. Halves the way for the next time.
+fn first(above: &mut [usize], mut robot: usize) -> usize {
+    while above[robot] != robot {
+        above[robot] = above[above[robot]];
+        robot = above[robot];
+    }
+    robot
+}
+
+impl Group<'_, '_> {
+    /// Wakes all if one is awake; false where all sleep. Of the present step `done`, 0 to 1, is over: what slept until now was
+    /// pushed for so long as it was pushed before.
+    pub(super) fn wake(&mut self, done: f64) -> bool {
+        if self.robots.iter().all(|member| member.robot.is_awake()) {
+            return true;
+        }
+        if !self.robots.iter().any(|member| member.robot.is_awake()) {
+            return false;
+        }
+        let Self { robots, indices, contacts, links } = self;
+        let member = |robot: usize| indices.binary_search(&robot).ok().map(|place| &*robots[place].robot);
+        let is_awake = |robot: usize| member(robot).is_some_and(Entity::is_awake);
+        let moves = |(robot, link): (usize, usize)| {
+            member(robot).is_some_and(|it| it.is_awake() && it.body.tree().links[link].body.is_some())
+        };
+        for contact in &mut **contacts {
+            let mut sides = contact.robots.into_iter().zip(contact.point.bodies);
+            if !sides.any(|(robot, body)| body.is_some() && is_awake(robot)) {
+                contact.total *= done;
+            }
+        }
+        for ActiveConstraint { constraint, .. } in &mut **links {
+            if !constraint.definition.ends.iter().filter_map(|end| end.link).any(moves) {
+                constraint.reading.force *= done;
+                constraint.reading.torque *= done;
+            }
+        }
+        robots.iter_mut().for_each(|member| member.robot.wake());
+        true
+    }
+
+    /// Counts for how long each member has been still, and puts the group to sleep when all
+    /// have for long enough and the step `ends`: impulses of a step are summed over all of its parts. Only
+    /// single free bodies that lie or hang on something sleep.
+    pub(super) fn rest(&mut self, h: f64, ends: bool) {
+        let mut all = ends && !(self.contacts.is_empty() && self.links.is_empty());
+        for Member { robot, .. } in &mut *self.robots {
+            robot.state.still_for =
+                if robot.may_sleep() && is_still(robot) { robot.state.still_for + h } else { 0.0 };
+            all &= robot.state.still_for >= STILL_FOR;
+        }
+        if all {
+            self.robots.iter_mut().for_each(|member| member.robot.fall_asleep());
+        }
+    }
+}
+
+fn is_still(robot: &Entity) -> bool {
+    let square = |velocities: &[f64]| velocities.iter().map(|velocity| velocity * velocity).sum::<f64>();
+    match robot.body.velocities() {
+        velocities if velocities.len() == 6 => {
+            square(&velocities[..3]) < STILL_LINEAR * STILL_LINEAR
+                && square(&velocities[3..]) < STILL_ANGULAR * STILL_ANGULAR
+        }
+        _ => false,
+    }
+}
+
+impl<'b, 'a> GroupRange<'b, 'a> {
+    /// Has each group solved by `solve` with one of the memories; on a pool, where there is one, as many at a time as there are
+    /// memories. False where `solve` says so of one of them: then others may not be solved.
+    pub(super) fn for_each<M: Send>(
+        mut self,
+        pool: Option<&dyn Pool>,
+        memories: &mut [M],
+        solve: &(dyn Fn(&mut M, Group<'_, 'a>) -> bool + Sync),
+    ) -> bool {
+        let (first, second) = memories.split_at_mut(memories.len() / 2);
+        let middle = self.middle();
+        if let (Some(pool), false, 1..) = (pool, first.is_empty(), middle) {
+            let mut after = Some(self.split_off(middle));
+            let mut before = Some(self);
+            let mut are_whole = [true; 2];
+            let [a, b] = &mut are_whole;
+            pool.join(
+                &mut || *a = before.take().is_none_or(|of| of.for_each(Some(pool), first, solve)),
+                &mut || *b = after.take().is_none_or(|of| of.for_each(Some(pool), second, solve)),
+            );
+            return are_whole == [true; 2];
+        }
+        let Some(memory) = second.first_mut() else { return true };
+        while !self.ends.is_empty() {
+            let rest = self.split_off(1);
+            if !solve(memory, self.groups) {
+                return false;
+            }
+            self = rest;
+        }
+        true
+    }
+
+    /// After so many groups about half of the work is done; 0 where it cannot be divided.
+    fn middle(&self) -> usize {
+        let size = |ends: &Ends| ends[0] + ends[1] + ends[2];
+        let (begin, end) = (size(&self.begin), self.ends.last().map_or(0, size));
+        let middle = self.ends.partition_point(|ends| 2 * size(ends) <= begin + end);
+        middle.max(1).min(self.ends.len().saturating_sub(1))
+    }
+
+    /// Keeps so many groups, and gives the others.
+    fn split_off(&mut self, count: usize) -> Self {
+        let (kept, others) = self.ends.split_at(count);
+        let end = kept.last().copied().unwrap_or(self.begin);
+        let [m, c, l] = [0, 1, 2].map(|i| end[i] - self.begin[i]);
+        let Group { robots, indices, contacts, links } = &mut self.groups;
+        let split = Group {
+            robots: cut(robots, m),
+            indices: &indices[m..],
+            contacts: cut(contacts, c),
+            links: cut(links, l),
+        };
+        *indices = &indices[..m];
+        self.ends = kept;
+        Self { groups: split, ends: others, begin: end }
+    }
+}
+
+/// Keeps so many items, and gives the others.
+fn cut<'b, T>(items: &mut &'b mut [T], count: usize) -> &'b mut [T] {
+    let (kept, others) = std::mem::take(items).split_at_mut(count);
+    *items = kept;
+    others
+}

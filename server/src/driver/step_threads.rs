@@ -1,0 +1,133 @@
+//! The threads that a step may use: the physics thread, and others that the daemon owns and lends to the world.
+
+use std::sync::Arc;
+
+use rayon_core::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use simd_core::pool::Pool;
+
+use super::realtime::{self, RealTime};
+
+/// Threads at the most.
+pub const MOST_STEP_THREADS: u64 = 64;
+
+/// As many at the most where the operator leaves it to the daemon: beyond that a step's threads wait for each other.
+const MOST_BY_ITSELF: usize = 4;
+
+/// The thread that made it and others, which sleep while there is nothing to do.
+///
+/// rayon's pool, of which the physics thread is one: `join` takes no memory, and work that no other thread has taken
+/// when the physics thread comes to it is done there.
+#[derive(Debug)]
+pub struct StepThreads(ThreadPool);
+
+impl StepThreads {
+    /// Of `count` threads, the calling one included, which can belong to no other. The others get what the physics thread
+    /// has of the system. `None` where that is the calling thread alone.
+    ///
+    /// # Errors
+    /// Where the system gives no threads, or the calling one belongs to others.
+    pub fn start(count: usize, real_time: RealTime) -> Result<Option<Arc<Self>>, ThreadPoolBuildError> {
+        if count < 2 {
+            return Ok(None);
+        }
+        // Memory is locked for the whole process.
+        let real_time = RealTime { lock_memory: false, ..real_time };
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(count)
+            .use_current_thread()
+            .thread_name(|index| format!("simd-step-{index}"))
+            .start_handler(move |_index| realtime::ask(real_time))
+            .build()?;
+        Ok(Some(Arc::new(Self(pool))))
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.current_num_threads()
+    }
+}
+
+impl Pool for StepThreads {
+    fn join(&self, first: &mut (dyn FnMut() + Send), second: &mut (dyn FnMut() + Send)) {
+        self.0.join(first, second);
+    }
+}
+
+/// How many threads a step may use, the physics thread included: as many as are asked for; for 0, one less than there are
+/// processors, which is left to those that serve calls. Where the physics thread has processors of its own, no more than these.
+pub(super) fn count(asked: u32, real_time: &RealTime) -> usize {
+    let own = real_time.processors.numbers().count();
+    let free = match own {
+        0 => std::thread::available_parallelism().map_or(1, usize::from).saturating_sub(1),
+        _ => own,
+    };
+    let count = match usize::try_from(asked) {
+        Ok(0) | Err(_) => free.min(MOST_BY_ITSELF),
+        Ok(asked) if own > 0 => asked.min(own),
+        Ok(asked) => asked,
+    };
+    count.max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Processors;
+    use super::*;
+
+    #[test]
+    fn both_halves_are_done_on_any_thread_and_however_deep_they_are_divided() {
+        fn sum(pool: &dyn Pool, numbers: &[u64]) -> u64 {
+            let (first, second) = numbers.split_at(numbers.len() / 2);
+            if first.is_empty() {
+                return second.iter().sum();
+            }
+            let (mut a, mut b) = (0, 0);
+            pool.join(&mut || a = sum(pool, first), &mut || b = sum(pool, second));
+            a + b
+        }
+        let numbers: Vec<u64> = (0..1_000).collect();
+        let of = |count| {
+            let numbers = numbers.clone();
+            let run = move || {
+                let threads = StepThreads::start(count, RealTime::default()).unwrap().unwrap();
+                assert_eq!(threads.count(), count);
+                sum(&*threads, &numbers)
+            };
+            std::thread::spawn(run).join().unwrap()
+        };
+        assert_eq!([2, 4].map(of), [499_500; 2]);
+    }
+
+    #[test]
+    fn a_panic_on_another_thread_is_passed_on() {
+        let run = || {
+            let threads = StepThreads::start(2, RealTime::default()).unwrap().unwrap();
+            threads.join(&mut || {}, &mut || panic!("the world fell"));
+        };
+        assert!(std::thread::spawn(run).join().is_err());
+    }
+
+    #[test]
+    fn no_more_threads_are_used_than_the_physics_thread_has_processors() {
+        let held = RealTime { processors: Processors::of([2, 3]), ..RealTime::default() };
+        assert_eq!([0, 1, 2, 8].map(|asked| count(asked, &held)), [2, 1, 2, 2]);
+        assert_eq!([1, 2, 8].map(|asked| count(asked, &RealTime::default())), [1, 2, 8]);
+        assert!((1..=MOST_BY_ITSELF).contains(&count(0, &RealTime::default())));
+        let alone = std::thread::spawn(|| StepThreads::start(1, RealTime::default()).unwrap().is_none());
+        assert!(alone.join().unwrap());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn its_threads_are_held_to_the_processors_of_the_physics_thread() {
+        let run = || {
+            let allowed = || rustix::thread::sched_getaffinity(None).unwrap();
+            let first = (0..Processors::COUNT).find(|number| allowed().is_set(*number)).unwrap();
+            let real_time = RealTime { processors: Processors::of([first as u64]), ..RealTime::default() };
+            let threads = StepThreads::start(2, real_time).unwrap().unwrap();
+            let other = threads.0.broadcast(|at| (at.index(), allowed().count()));
+            assert_eq!(other[1], (1, 1));
+        };
+        std::thread::spawn(run).join().unwrap();
+    }
+}

@@ -1,0 +1,92 @@
+//! How late steps were within a phase: percentiles of the daemon's own histogram, between two looks at it.
+
+use simd_client::proto::DurationHistogram;
+use simd_client::{Client, Error};
+
+/// Durations of a phase, by length.
+#[derive(Clone, Debug, Default)]
+pub struct Spread {
+    /// Seconds; the last is infinite.
+    upper_bounds: Vec<f64>,
+    counts: Vec<u64>,
+}
+
+/// Of the steps of a phase.
+#[derive(Clone, Debug, Default)]
+pub struct Steps {
+    /// How long after their time they began.
+    pub lateness: Spread,
+    /// How long they took.
+    pub duration: Spread,
+}
+
+impl Steps {
+    /// Since the daemon's start.
+    ///
+    /// # Errors
+    /// Where the daemon does not answer.
+    pub(super) async fn so_far(client: &Client) -> Result<Self, Error> {
+        let (_, daemon) = client.daemon_statistics().await?;
+        let daemon = daemon.unwrap_or_default();
+        let spread = |of: Option<DurationHistogram>| {
+            let DurationHistogram { upper_bounds, counts, .. } = of.unwrap_or_default();
+            Spread { upper_bounds, counts }
+        };
+        Ok(Self { lateness: spread(daemon.step_lateness), duration: spread(daemon.step_duration) })
+    }
+
+    /// What came after `before`.
+    pub(super) fn since(&self, before: &Self) -> Self {
+        Self {
+            lateness: self.lateness.since(&before.lateness),
+            duration: self.duration.since(&before.duration),
+        }
+    }
+}
+
+impl Spread {
+    fn since(&self, before: &Self) -> Self {
+        let earlier = before.counts.iter().chain(std::iter::repeat(&0));
+        let counts = self.counts.iter().zip(earlier).map(|(now, then)| now.saturating_sub(*then)).collect();
+        Self { upper_bounds: self.upper_bounds.clone(), counts }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// Seconds below which this part of all is, read off a straight line within its bucket; NaN of none.
+    pub fn percentile(&self, part: f64) -> f64 {
+        let wanted = part * self.count() as f64;
+        let (mut below, mut lower) = (0.0, 0.0);
+        for (&upper, &count) in self.upper_bounds.iter().zip(&self.counts) {
+            let count = count as f64;
+            if count > 0.0 && below + count >= wanted {
+                // Of what is beyond the last bound nothing is known but that.
+                let upper = if upper.is_finite() { upper } else { lower };
+                return lower + (upper - lower) * (wanted - below) / count;
+            }
+            below += count;
+            lower = upper;
+        }
+        f64::NAN
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_those_of_what_came_between() {
+        let spread =
+            |counts: [u64; 3]| Spread { upper_bounds: vec![1.0, 2.0, f64::INFINITY], counts: counts.into() };
+        let phase = spread([110, 20, 0]).since(&spread([10, 20, 0]));
+        assert_eq!((phase.count(), phase.percentile(0.5)), (100, 0.5));
+        let phase = spread([90, 10, 0]);
+        assert!((phase.percentile(0.95) - 1.5).abs() < 1e-12);
+        assert_eq!(spread([0, 0, 4]).percentile(0.5), 2.0);
+        assert!(spread([0, 0, 0]).percentile(0.5).is_nan());
+    }
+}
