@@ -1,7 +1,8 @@
 // Headless Chromium with a software renderer, and helpers for its pages.
 
 import { existsSync } from "node:fs";
-import { mkdir } from "node:fs/promises";
+import { mkdir, readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
 import { resolve } from "node:path";
 
 import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
@@ -96,6 +97,16 @@ export class Tab {
       },
       { png, area, from, to },
     );
+  }
+
+  /** What axe finds wrong with the page for people who see or move differently: the rule and the first element of each. */
+  async violations(): Promise<string[]> {
+    await this.page.evaluate(await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8"));
+    return this.page.evaluate(async () => {
+      const { axe } = window as unknown as { axe: { run(): Promise<{ violations: { id: string; help: string; nodes: { html: string }[] }[] }> } };
+      const { violations } = await axe.run();
+      return violations.map(({ id, help, nodes }) => `${id}: ${help}: ${nodes[0]?.html}`);
+    });
   }
 
   /** Saves a screenshot. */

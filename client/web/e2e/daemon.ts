@@ -12,10 +12,12 @@ import { createClient, type Interceptor } from "@connectrpc/connect";
 import { createGrpcWebTransport } from "@connectrpc/connect-web";
 
 import { API_VERSION } from "../src/daemon/version";
+import { ConstraintService } from "../src/gen/simd/v1/constraint_pb";
 import { ContactService } from "../src/gen/simd/v1/contact_pb";
 import { EntityService } from "../src/gen/simd/v1/entity_pb";
 import { JointService } from "../src/gen/simd/v1/joint_pb";
 import { ParameterService } from "../src/gen/simd/v1/parameter_pb";
+import { RecordingService } from "../src/gen/simd/v1/recording_pb";
 import { SimulationService } from "../src/gen/simd/v1/simulation_pb";
 
 /** The root of the repository. */
@@ -37,6 +39,8 @@ export class Daemon {
   readonly entities;
   readonly parameters;
   readonly contacts;
+  readonly constraints;
+  readonly recordings;
 
   private constructor(
     /** `http://127.0.0.1:PORT`. */
@@ -50,6 +54,8 @@ export class Daemon {
     this.entities = createClient(EntityService, transport);
     this.parameters = createClient(ParameterService, transport);
     this.contacts = createClient(ContactService, transport);
+    this.constraints = createClient(ConstraintService, transport);
+    this.recordings = createClient(RecordingService, transport);
   }
 
   /** Starts a daemon with these flags, and waits until it prints its address. */

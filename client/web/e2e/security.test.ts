@@ -42,6 +42,10 @@ test("a page asks for a token, keeps it out of reach of scripts, and shows what 
   await card.getByRole("button").click();
   await card.waitFor({ state: "detached" });
   await page.waitForFunction(() => window.simd?.frame()?.joints.has("bench_arm") === true);
+  // A viewer may look only: also at recordings, but it makes none.
+  expect(await page.getByTestId("record").isDisabled()).toBe(true);
+  expect(await page.getByTestId("record").getAttribute("title")).toContain("viewer");
+  expect(await page.getByTestId("recordings").isEnabled()).toBe(true);
   expect(await page.evaluate(() => document.cookie)).toBe("");
   const [cookie] = await context.cookies();
   expect(cookie).toMatchObject({ name: "simd_token", httpOnly: true, secure: true, sameSite: "Strict", expires: -1 });

@@ -82,6 +82,12 @@ export async function deleteRobot(name: string): Promise<void> {
   daemonConnection().pollAllNow();
 }
 
+/** Lets two links go. */
+export async function deleteConstraint(name: string): Promise<void> {
+  await attempt(() => services().constraints.deleteConstraint({ name }));
+  daemonConnection().pollAllNow();
+}
+
 /** Loads the robots that the files describe. */
 export async function loadFiles(files: DroppedFile[]): Promise<void> {
   await attempt(() => loadDropped(services().entities, files));

@@ -2,7 +2,7 @@
 import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contacts } from "../state/view";
-import { connection, daemonName, frame } from "../state/world";
+import { connection, daemonName, frame, isRole, role } from "../state/world";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
 import { frameOf, layoutsOf } from "./mapping";
@@ -99,6 +99,7 @@ export class DaemonConnection {
     this.failures = 0;
     batch(() => {
       daemonName.value = info.name;
+      role.value = isRole(info.token?.role) ? info.token.role : null;
       connection.value = { state: "live", reason: "", retryAt: 0 };
     });
     this.slow.wake();

@@ -1,9 +1,17 @@
 // Polls what changes slowly: statistics, physics settings, parameters, clients and events.
 import { batch } from "@preact/signals";
+import { timestampMs } from "@bufbuild/protobuf/wkt";
 import type { Event } from "../gen/simd/v1/event_pb";
+import { constraints } from "../state/constraints";
+import { addHappenings, happenings } from "../state/happenings";
+import { beingMade, recordings, recordingSince, recordingsOpen } from "../state/recordings";
+import { toast } from "../state/toasts";
 import { clients, connection, parameters, physics, robots, simulation, targetSources } from "../state/world";
+import { constraintOf } from "./constraints";
+import { wordsOf } from "./event-words";
 import { clientOf, parameterOf, physicsOf, simulationOf, sourcesOf } from "./mapping";
 import { LagDetector } from "./lag-detector";
+import { recordingOf } from "./recordings";
 import type { RobotRegistry } from "./robot-registry";
 import type { Services } from "./services";
 
@@ -14,8 +22,8 @@ const CLIENTS_EVERY = 2;
 /** Seconds; 0 would mean the default of one second. */
 const NO_WAIT = 0.001;
 const CALL = { timeoutMs: 5000 };
-/** Larger than any sequence: the response has no events, only the sequence of the last one. */
-const LAST_SEQUENCE = 2n ** 64n - 1n;
+/** Whatever the daemon still knows. */
+const ALL_EVENTS = 0n;
 
 /** Makes one call after the other, so that a tab needs at most one connection for it. */
 export class DaemonPoller {
@@ -34,8 +42,13 @@ export class DaemonPoller {
     this.polls = 0;
     this.parametersVersion = 0n;
     this.lag = new LagDetector();
-    const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: LAST_SEQUENCE }, CALL), this.fetchPhysics()]);
+    const [events] = await Promise.all([this.services.events.nextEvents({ afterSequence: ALL_EVENTS }, CALL), this.fetchPhysics()]);
     this.lastEvent = events.lastSequence;
+    happenings.value = [];
+    tell(events.events);
+    // Whatever is wrong with the folder is said where they are listed.
+    await this.fetchRecordings().catch(() => undefined);
+    await this.fetchConstraints().catch(() => undefined);
   }
 
   /** Returns the milliseconds until the next poll. */
@@ -47,7 +60,11 @@ export class DaemonPoller {
       await this.fetchStatistics();
       await this.fetchParameters();
       await this.fetchEvents();
+      // Their forces change.
+      if (constraints.value.length > 0) await this.fetchConstraints();
       if (withClients) await this.fetchClients();
+      // Its size grows.
+      if (withClients && (beingMade.value || recordingsOpen.value)) await this.fetchRecordings();
     } catch {
       // A lost daemon is detected by the poll of states, which is more frequent.
     }
@@ -82,25 +99,63 @@ export class DaemonPoller {
     });
   }
 
+  private async fetchConstraints(): Promise<void> {
+    const response = await this.services.constraints.listConstraints({}, CALL);
+    constraints.value = response.constraints.map(constraintOf);
+  }
+
+  private async fetchRecordings(): Promise<void> {
+    const { recordings: list } = await this.services.recordings.listRecordings({}, CALL);
+    recordings.value = list.map(recordingOf);
+  }
+
   private async fetchEvents(): Promise<void> {
     const request = { afterSequence: this.lastEvent, timeout: 0 };
     const { events, missed, lastSequence } = await this.services.events.nextEvents(request, CALL);
     this.lastEvent = lastSequence;
+    for (const { text, isWarning } of tell(events)) {
+      if (isWarning) toast("error", `${text}.`);
+    }
     const stale = staleAfter(events);
     if (stale.physics || missed > 0n) await this.fetchPhysics();
     if (stale.robots.size > 0) await this.registry.refresh(stale.robots);
+    if (stale.constraints || missed > 0n) await this.fetchConstraints();
+    if (stale.recordings || missed > 0n) await this.fetchRecordings();
   }
 }
 
-/** What has to be fetched again after these events: the physics settings, and which robots. */
-function staleAfter(events: Event[]): { physics: boolean; robots: Set<string> } {
+/** Adds events to those that happened, in words, and returns these. */
+function tell(events: Event[]): { text: string; isWarning: boolean }[] {
+  const told = events.map((event) => ({ sequence: event.sequence, simTime: event.stamp?.simTime ?? 0, ...wordsOf(event) }));
+  addHappenings(told);
+  for (const { kind, stamp } of events) {
+    if (kind.case === "recordingStarted") recordingSince.value = stamp?.wallTime ? timestampMs(stamp.wallTime) : null;
+  }
+  return told;
+}
+
+/** What has to be fetched again after these events: physics settings, constraints, recordings, and which robots. */
+function staleAfter(events: Event[]): { physics: boolean; constraints: boolean; recordings: boolean; robots: Set<string> } {
   let physics = false;
+  let constraints = false;
+  let recordings = false;
   const robots = new Set<string>();
   for (const { kind } of events) {
     switch (kind.case) {
-      case "physicsChanged":
       case "stateRestored":
         physics = true;
+        constraints = true;
+        break;
+      case "physicsChanged":
+        physics = true;
+        break;
+      case "constraintCreated":
+      case "constraintDeleted":
+        constraints = true;
+        break;
+      case "recordingStarted":
+      case "recordingEnded":
+        recordings = true;
         break;
       case "jointsClaimed":
       case "jointsReleased":
@@ -111,12 +166,13 @@ function staleAfter(events: Event[]): { physics: boolean; robots: Set<string> } 
         robots.add(kind.value.robot);
         break;
       case "simulationReset":
+        constraints = true;
         // A reset enables disabled robots again.
         for (const robot of disabledRobots()) robots.add(robot);
         break;
     }
   }
-  return { physics, robots };
+  return { physics, constraints, recordings, robots };
 }
 
 function disabledRobots(): string[] {

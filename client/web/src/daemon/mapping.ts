@@ -152,11 +152,11 @@ function geometryOf({ geometry }: WireShape): Geometry | undefined {
   }
 }
 
-function vectorOf(vector: Vector3 | undefined, absent: Vector = [0, 0, 0]): [number, number, number] {
+export function vectorOf(vector: Vector3 | undefined, absent: Vector = [0, 0, 0]): [number, number, number] {
   return vector ? [vector.x, vector.y, vector.z] : [...absent];
 }
 
-function poseOf(pose: WirePose | undefined): Pose {
+export function poseOf(pose: WirePose | undefined): Pose {
   const [x, y, z] = vectorOf(pose?.position);
   const q = pose?.orientation;
   const given = q && (q.x !== 0 || q.y !== 0 || q.z !== 0 || q.w !== 0);

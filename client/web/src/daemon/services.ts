@@ -2,10 +2,12 @@
 import { createClient, type Client, type Interceptor, type Transport } from "@connectrpc/connect";
 import { createGrpcWebTransport } from "@connectrpc/connect-web";
 import { ClientService } from "../gen/simd/v1/client_pb";
+import { ConstraintService } from "../gen/simd/v1/constraint_pb";
 import { EntityService } from "../gen/simd/v1/entity_pb";
 import { EventService } from "../gen/simd/v1/event_pb";
 import { JointService } from "../gen/simd/v1/joint_pb";
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
+import { RecordingService } from "../gen/simd/v1/recording_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
 import { countRequest } from "./request-count";
 import { API_VERSION } from "./version";
@@ -13,10 +15,12 @@ import { API_VERSION } from "./version";
 /** One client for each service. */
 export interface Services {
   clients: Client<typeof ClientService>;
+  constraints: Client<typeof ConstraintService>;
   entities: Client<typeof EntityService>;
   events: Client<typeof EventService>;
   joints: Client<typeof JointService>;
   parameters: Client<typeof ParameterService>;
+  recordings: Client<typeof RecordingService>;
   simulation: Client<typeof SimulationService>;
 }
 
@@ -24,10 +28,12 @@ export interface Services {
 export function servicesOver(transport: Transport): Services {
   return {
     clients: createClient(ClientService, transport),
+    constraints: createClient(ConstraintService, transport),
     entities: createClient(EntityService, transport),
     events: createClient(EventService, transport),
     joints: createClient(JointService, transport),
     parameters: createClient(ParameterService, transport),
+    recordings: createClient(RecordingService, transport),
     simulation: createClient(SimulationService, transport),
   };
 }

@@ -7,6 +7,7 @@ import "../style/robots.css";
 import "../style/joints.css";
 import "../style/sliders.css";
 import "../style/plots.css";
+import "../style/recordings.css";
 import "../style/overlays.css";
 import "../style/theme";
 import { effect, useComputed } from "@preact/signals";
@@ -14,6 +15,7 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { PlotsDrawer } from "../plots/PlotsDrawer";
 import { Viewport } from "../scene/Viewport";
+import { playback } from "../state/playback";
 import { loading } from "../state/report";
 import { panelOpen, plotsOpen } from "../state/view";
 import { connection, frame, parameters, robots } from "../state/world";
@@ -24,6 +26,7 @@ import { HelpSheet } from "./HelpSheet";
 import { JointPanel } from "./JointPanel";
 import { LoadProgress } from "./LoadProgress";
 import { LogIn } from "./LogIn";
+import { RecordingsSheet } from "./RecordingsSheet";
 import { ReportSheet } from "./ReportSheet";
 import { listen } from "./shortcuts";
 import { Toasts } from "./Toasts";
@@ -36,7 +39,7 @@ export function App(): JSX.Element {
   useEffect(keepOneOpenOnPhones, []);
   const state = useComputed(() => connection.value.state).value;
   const needsToken = useComputed(() => connection.value.needsToken === true).value;
-  const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null).value;
+  const empty = useComputed(() => connection.value.state === "live" && robots.value.length === 0 && frame.value !== null && loading.value === null && playback.value === null).value;
   /** The panel would be empty. */
   const bare = useComputed(() => robots.value.length === 0 && parameters.value.length === 0).value;
   return (
@@ -56,11 +59,25 @@ export function App(): JSX.Element {
           <JointPanel />
         </aside>
       )}
-      {plotsOpen.value && <PlotsDrawer />}
+      <Recorded />
+      <RecordingsSheet />
       <ReportSheet />
       <HelpSheet />
       <DropOverlay />
     </div>
+  );
+}
+
+/** The bar of a recording, if one is shown; then the plots, of the recording or of the world. */
+function Recorded(): JSX.Element {
+  const shown = playback.value;
+  if (!shown) return <>{plotsOpen.value && <PlotsDrawer />}</>;
+  const { player, module } = shown;
+  return (
+    <>
+      <module.PlaybackBar key={player.name} player={player} />
+      {plotsOpen.value && <module.PlaybackPlots player={player} />}
+    </>
   );
 }
 

@@ -2,7 +2,8 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { loadFiles } from "../daemon/actions";
+import { loadFiles, type DroppedFile } from "../daemon/actions";
+import { isRecording, playFiles } from "../daemon/recordings";
 import { toast } from "../state/toasts";
 import { droppedFiles } from "./dropped-files";
 import { Icon } from "./icons";
@@ -33,7 +34,7 @@ export function DropOverlay(): JSX.Element | null {
       dragging.value = false;
       if (!carries(event) || !event.dataTransfer) return;
       event.preventDefault();
-      droppedFiles(event.dataTransfer.items).then(loadFiles, (problem: unknown) => {
+      droppedFiles(event.dataTransfer.items).then(take, (problem: unknown) => {
         toast("error", `The dropped files could not be read: ${problem instanceof Error ? problem.message : String(problem)}.`);
       });
     };
@@ -48,9 +49,15 @@ export function DropOverlay(): JSX.Element | null {
     <div class="drop-overlay" data-testid="drop-overlay">
       <div>
         <Icon name="folder" />
-        <p>Drop to load the robot</p>
-        <p class="hint">Its folder, with the URDF and its meshes</p>
+        <p>Drop to load the robot, or to play the recording</p>
+        <p class="hint">The robot’s folder, with the URDF and its meshes; or a file of MCAP</p>
       </div>
     </div>
   );
+}
+
+/** Loads robots, or plays a recording. */
+function take(files: DroppedFile[]): Promise<void> {
+  const recorded = files.filter(({ path }) => isRecording(path));
+  return recorded.length > 0 ? playFiles(recorded.map(({ file }) => file)) : loadFiles(files);
 }

@@ -6,6 +6,7 @@ import { deleteRobot, freeAll, holdAll } from "../daemon/actions";
 import { reports } from "../state/report";
 import { degrees, fit, selectedRobot } from "../state/view";
 import { robots, type Axis, type Robot } from "../state/world";
+import { Constraints } from "./Constraints";
 import { grouped, matches } from "./groups";
 import { Icon } from "./icons";
 import { JointRow } from "./JointRow";
@@ -29,6 +30,7 @@ export function JointPanel(): JSX.Element {
       <div class="panel-scroll" id="robot-panel" role={robots.value.length > 1 ? "tabpanel" : undefined} aria-label={robot?.name}>
         {robot && <JointList robot={robot} />}
         <Parameters />
+        <Constraints />
         <OpenFolder class="button quiet open-folder">
           <Icon name="folder" /> Load a robot
         </OpenFolder>

@@ -4,9 +4,11 @@ import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
 import { reset, step } from "../daemon/actions";
 import { panelOpen, plotsOpen, theme, type Theme } from "../state/view";
+import { happenings } from "../state/happenings";
 import { clients, connection, daemonName, frame, physics, simulation } from "../state/world";
 import { Icon, type IconName } from "./icons";
 import { Popover } from "./Popover";
+import { Recorder } from "./Recorder";
 import { helpOpen, playOrPause } from "./shortcuts";
 import { Speed } from "./Speed";
 
@@ -23,6 +25,7 @@ export function TopBar(): JSX.Element {
       <Transport />
       <Speed />
       <Clock />
+      <Recorder />
       <span class="spring" />
       <Clients />
       <ConnectionState />
@@ -121,23 +124,43 @@ function Clients(): JSX.Element | null {
     <Popover
       class="button quiet"
       testId="clients"
-      title="Who is connected"
+      title="Who is connected, and what happened"
       face={
         <span>{all.length} connected</span>
       }
     >
       {() => (
-        <ul class="clients" data-testid="client-list">
-          {clients.value.map(({ name, idle, isCaller, transport }) => (
-            <li key={`${name} ${transport}`}>
-              <b>{name}</b>
-              <span>{isCaller ? "you" : idle < 1 ? "now" : `${Math.round(idle)} s ago`}</span>
-              <span class="hint">{transport}</span>
-            </li>
-          ))}
-        </ul>
+        <>
+          <ul class="clients" data-testid="client-list">
+            {clients.value.map(({ name, idle, isCaller, transport }) => (
+              <li key={`${name} ${transport}`}>
+                <b>{name}</b>
+                <span>{isCaller ? "you" : idle < 1 ? "now" : `${Math.round(idle)} s ago`}</span>
+                <span class="hint">{transport}</span>
+              </li>
+            ))}
+          </ul>
+          <Happenings />
+        </>
       )}
     </Popover>
+  );
+}
+
+/** What happened lately, newest first. */
+function Happenings(): JSX.Element | null {
+  if (happenings.value.length === 0) return null;
+  return (
+    <>
+      <h2 class="popover-heading">What happened</h2>
+      <ul class="happenings" tabIndex={0} aria-label="What happened" data-testid="happenings">
+        {happenings.value.map(({ sequence, simTime, text, isWarning }) => (
+          <li key={String(sequence)} class={isWarning ? "warning" : ""}>
+            <span class="tabular hint">{simTime.toFixed(2)} s</span> {text}
+          </li>
+        ))}
+      </ul>
+    </>
   );
 }
 

@@ -1,6 +1,7 @@
 // Toggles for the layers of the view.
 import type { JSX } from "preact";
-import { collisions, contacts, fit, frames, grid, visuals } from "../state/view";
+import { constraints } from "../state/constraints";
+import { collisions, constraintsShown, contacts, fit, frames, grid, visuals } from "../state/view";
 import { Icon, type IconName } from "./icons";
 
 const TOGGLES = [
@@ -9,13 +10,14 @@ const TOGGLES = [
   { value: frames, icon: "frames", label: "frames", shortcut: "J", what: "Frames of links: red x, green y, blue z" },
   { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
+  { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
 /** The toggles, and the button that fits everything into the view. */
 export function ViewToggles(): JSX.Element {
   return (
     <div class="view-toggles" role="group" aria-label="What is drawn">
-      {TOGGLES.map(({ value, icon, label, shortcut, what }) => (
+      {TOGGLES.filter(({ value }) => value !== constraintsShown || constraints.value.length > 0).map(({ value, icon, label, shortcut, what }) => (
         <button
           key={label}
           type="button"

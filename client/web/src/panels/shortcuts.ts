@@ -1,8 +1,10 @@
 // Keyboard shortcuts, in a list that the help sheet shows too.
 import { signal } from "@preact/signals";
 import { pause, play, reset, step } from "../daemon/actions";
-import { collisions, contacts, fit, frames, grid, panelOpen, plotsOpen, selectedRobot, visuals } from "../state/view";
-import { robots, simulation } from "../state/world";
+import { collisions, constraintsShown, contacts, fit, frames, grid, panelOpen, plotsOpen, selectedRobot, visuals } from "../state/view";
+import { playback } from "../state/playback";
+import { robots, role, simulation } from "../state/world";
+import { toggleRecording } from "./Recorder";
 
 /** Whether the help sheet is open. */
 export const helpOpen = signal(false);
@@ -16,7 +18,7 @@ interface Shortcut {
   what: string;
   /** Whether holding the key down repeats the action. */
   repeats?: boolean;
-  run: (key: string) => void;
+  run: (key: string, event: KeyboardEvent) => void;
 }
 
 function toggle(value: { value: boolean }): () => void {
@@ -28,6 +30,19 @@ function toggle(value: { value: boolean }): () => void {
 /** Toggles between playing and paused. */
 export function playOrPause(): void {
   void (simulation.peek().state === "playing" ? pause() : play());
+}
+
+/** The same of the recording that is shown, if there is one. */
+function playOrPauseShown(): void {
+  const shown = playback.peek();
+  if (shown) shown.player.toggle();
+  else playOrPause();
+}
+
+function stepRecording(key: string, { shiftKey }: KeyboardEvent): void {
+  const player = playback.peek()?.player;
+  const states = shiftKey && player ? Math.round(1 / player.timeline.period) : 1;
+  player?.step(key === "arrowleft" ? -states : states);
 }
 
 function chooseRobot(key: string): void {
@@ -47,15 +62,20 @@ function toFilter(): void {
 
 /** All shortcuts of the page. */
 export const SHORTCUTS: readonly Shortcut[] = [
-  { keys: [" "], shown: "Space", what: "Play, pause", run: playOrPause },
+  { keys: [" "], shown: "Space", what: "Play, pause; of a recording, if one is shown", run: playOrPauseShown },
   { keys: ["."], shown: ".", what: "One step", repeats: true, run: () => void step(1) },
   { keys: ["backspace"], shown: "Backspace", what: "Reset time and robots", run: () => void reset() },
+  { keys: ["arrowleft", "arrowright"], shown: "Left, Right", what: "One state of a recording; with Shift a second", repeats: true, run: stepRecording },
+  { keys: ["home", "end"], shown: "Home, End", what: "To the ends of a recording", run: (key) => playback.peek()?.player.seek(key === "home" ? 0 : Infinity) },
+  { keys: ["escape"], shown: "Escape", what: "Close a recording", run: () => playback.peek()?.module.close() },
+  { keys: ["r"], shown: "R", what: "Record, stop", run: () => role.peek() !== "viewer" && toggleRecording() },
   { keys: ["f"], shown: "F", what: "Fit everything into the view", run: () => fit() },
   { keys: ["v"], shown: "V", what: "Visuals", run: toggle(visuals) },
   { keys: ["c"], shown: "C", what: "Collision shapes", run: toggle(collisions) },
   { keys: ["j"], shown: "J", what: "Frames of links", run: toggle(frames) },
   { keys: ["g"], shown: "G", what: "Grid", run: toggle(grid) },
   { keys: ["k"], shown: "K", what: "Contacts", run: toggle(contacts) },
+  { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
   { keys: ["p"], shown: "P", what: "Plots", run: toggle(plotsOpen) },
   { keys: ["b"], shown: "B", what: "Side panel", run: toggle(panelOpen) },
   { keys: ["/"], shown: "/", what: "Filter joints", run: toFilter },
@@ -68,9 +88,17 @@ function isHandledBy(target: EventTarget | null, key: string): boolean {
   if (!(target instanceof HTMLElement)) return false;
   if (target.closest("dialog[open]")) return key !== "?";
   if (target.isContentEditable || target.matches("textarea, select")) return true;
-  if (target instanceof HTMLInputElement) return target.type !== "range";
+  if (target.matches("[role=tab]") && key.startsWith("Arrow")) return true;
+  // A slider of a joint has the arrows to itself; the time line of a recording has those of the page.
+  if (target instanceof HTMLInputElement) return target.type !== "range" || (isForSliders(key) && !target.closest(".time-line"));
+  // An open popover is closed first.
+  if (key === "Escape" && document.querySelector("[popover]:popover-open")) return true;
   // The space bar presses a focused button.
   return key === " " && target.matches("button, summary, a");
+}
+
+function isForSliders(key: string): boolean {
+  return key.startsWith("Arrow") || key === "Home" || key === "End" || key === "Escape";
 }
 
 /** Handles the keyboard until the returned function is called. */
@@ -82,7 +110,7 @@ export function listen(): () => void {
     const shortcut = SHORTCUTS.find(({ keys }) => keys.includes(key));
     if (!shortcut || (event.repeat && !shortcut.repeats)) return;
     event.preventDefault();
-    shortcut.run(key);
+    shortcut.run(key, event);
   };
   // A button loses the focus after a click; otherwise the space bar would press it again.
   const released = (event: MouseEvent): void => {

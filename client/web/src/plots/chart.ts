@@ -7,6 +7,9 @@ import { columnOf, MODES } from "./recorder";
 import type { Samples } from "./samples";
 import { indicesBetween, valueExtent, type Extent } from "./visible";
 
+/** Columns over an increasing time. */
+export type Columns = Pick<Samples, "times" | "column">;
+
 /** An axis and the colour that it has in all plots. */
 export interface Line {
   axis: Axis;
@@ -24,6 +27,7 @@ export class Chart {
   /** The plotted data, reused by each draw: the time, then value and target of each line. */
   private buffers: Float64Array[] = [];
   private degrees = false;
+  private marker: HTMLElement | undefined;
 
   constructor(
     private readonly host: HTMLElement,
@@ -93,7 +97,7 @@ export class Chart {
   }
 
   /** Draws a range of a recording. */
-  draw(samples: Samples, range: Extent, degrees: boolean): void {
+  draw(samples: Columns, range: Extent, degrees: boolean): void {
     // Hidden plots are not drawn.
     if (this.host.clientWidth === 0) return;
     this.degrees = degrees;
@@ -121,6 +125,30 @@ export class Chart {
       plot.setData([time, ...drawn], false);
       plot.setScale("x", range);
       plot.setScale("y", valueExtent(drawn, MIN_RANGE[this.quantity]));
+    });
+  }
+
+  /** Draws a line across the plot at a time. */
+  mark(time: number): void {
+    if (!this.marker) {
+      this.marker = document.createElement("div");
+      this.marker.className = "plot-marker";
+      this.plot.over.append(this.marker);
+    }
+    const { min = 0, max = 0 } = this.plot.scales["x"] ?? {};
+    this.marker.hidden = time < (min ?? 0) || time > (max ?? 0);
+    this.marker.style.left = `${this.plot.valToPos(time, "x")}px`;
+  }
+
+  /** Calls with the time at which the plot is clicked, which is no drag. */
+  onPick(pick: (time: number) => void): void {
+    let pressedAt = 0;
+    this.plot.over.addEventListener("mousedown", (event) => {
+      pressedAt = event.clientX;
+    });
+    this.plot.over.addEventListener("click", (event) => {
+      const at = this.plot.cursor.left ?? -1;
+      if (at >= 0 && Math.abs(event.clientX - pressedAt) < 4) pick(this.plot.posToVal(at, "x"));
     });
   }
 

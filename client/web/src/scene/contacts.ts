@@ -1,6 +1,7 @@
 // Contacts: a dot at each point, and an arrow whose length is proportional to the force.
-import { ConeGeometry, CylinderGeometry, Group, InstancedMesh, Matrix4, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
+import { ConeGeometry, CylinderGeometry, Group, InstancedMesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
 import type { ContactPoint } from "../state/world";
+import { along, marker } from "./markers";
 import { CONTACT } from "./palette";
 
 /** Contacts that are drawn at most. */
@@ -34,13 +35,13 @@ export class ContactMarks {
     shown.forEach(({ point, normal, normalForce }, index) => {
       const at = new Vector3(...point);
       const turn = new Quaternion().setFromUnitVectors(Z, new Vector3(...normal).normalize());
-      this.dots.setMatrixAt(index, matrix(at, turn, DOT * size, DOT * size));
+      this.dots.setMatrixAt(index, marker(at, turn, DOT * size, DOT * size));
       const length = Math.min(LONGEST, (0.5 * normalForce) / Math.max(weight, 1e-9)) * size;
       const head = 4 * WIDTH * size;
       if (length < head) return;
-      this.shafts.setMatrixAt(arrows, matrix(at, turn, WIDTH * size, length - head));
+      this.shafts.setMatrixAt(arrows, marker(at, turn, WIDTH * size, length - head));
       const tip = at.clone().addScaledVector(Z.clone().applyQuaternion(turn), length - head);
-      this.heads.setMatrixAt(arrows, matrix(tip, turn, 2.2 * WIDTH * size, head));
+      this.heads.setMatrixAt(arrows, marker(tip, turn, 2.2 * WIDTH * size, head));
       arrows += 1;
     });
     this.dots.count = shown.length;
@@ -62,12 +63,3 @@ export class ContactMarks {
 }
 
 const Z = new Vector3(0, 0, 1);
-
-/** Moves the origin of a geometry to its base, and its axis from y to z. */
-function along<T extends CylinderGeometry>(geometry: T): T {
-  return geometry.translate(0, 0.5, 0).rotateX(Math.PI / 2);
-}
-
-function matrix(at: Vector3, turn: Quaternion, width: number, length: number): Matrix4 {
-  return new Matrix4().compose(at, turn, new Vector3(width, width, length));
-}

@@ -1,6 +1,7 @@
 // The interface of the page for tests and scripts: `window.simd`.
 import { Vector3 } from "three";
 import { requestCount } from "../daemon/request-count";
+import { playback } from "../state/playback";
 import { fit } from "../state/view";
 import { frame, type Frame } from "../state/world";
 import type { Stage } from "./stage";
@@ -22,6 +23,15 @@ export interface Hook {
     look(position: readonly [number, number, number], target: readonly [number, number, number]): void;
     fit(robot?: string): void;
   };
+  /** The recording that is shown, at the state that is drawn. */
+  recording: {
+    /** Null if there is none. */
+    state(): { number: number; simTime: number; joints: Record<string, { name: string[]; position: number[] }> } | null;
+    /** world_from_link of a robot of the recording, as it is drawn: x y z, then the quaternion x y z w. */
+    pose(robot: string, link: string): number[] | undefined;
+  };
+  /** Where the ends of a constraint are drawn, world axes; undefined if it is not. */
+  constraint(name: string): [number[], number[]] | undefined;
   stats: {
     /** Since the page was loaded. */
     pictures(): number;
@@ -61,6 +71,17 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
         stage.invalidate();
       },
       fit: (robot = "") => fit(robot),
+    },
+    recording: {
+      state() {
+        const shown = playback.peek()?.player.shown.peek();
+        return shown ? { number: shown.number, simTime: shown.simTime, joints: Object.fromEntries(shown.joints) } : null;
+      },
+      pose: (robot, link) => stage.ghosts.pose(robot, link),
+    },
+    constraint(name) {
+      const ends = stage.constraints.group.visible ? stage.constraints.anchors.get(name) : undefined;
+      return ends && [ends[0].toArray(), ends[1].toArray()];
     },
     stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
   };

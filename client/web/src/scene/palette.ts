@@ -47,3 +47,8 @@ export const COLLISION = 0x2fae74;
 export const MISSING = 0xd9822b;
 export const PULL = 0x2f7fd6;
 export const CONTACT = 0xd94f3d;
+/** Robots of a recording beside the live ones. */
+export const GHOST = 0x7c5cff;
+export const CONSTRAINT = 0x1f9d8f;
+/** Of constraints that do what they may do at the most. */
+export const SATURATED = 0xd9822b;

@@ -35,12 +35,13 @@ export class RobotView {
   private highlighted = -1;
   private disposed = false;
 
-  /** `changed` is called when a mesh was loaded. */
+  /** `changed` is called when a mesh was loaded. All visuals are painted with `paint`, if it is given. */
   constructor(
     readonly scene: RobotScene,
     private readonly meshes: MeshCache,
     private readonly materials: Materials,
     private readonly changed: () => void,
+    private readonly paint?: Material,
   ) {
     this.group.name = scene.robot;
     this.links = scene.links.map(({ name }) => Object.assign(new Group(), { name }));
@@ -144,6 +145,12 @@ export class RobotView {
     return link?.matrixWorld ?? new Matrix4();
   }
 
+  /** world_from_link of a link, as it is drawn: x y z, then the quaternion x y z w. */
+  drawnPose(index: number): number[] {
+    const link = this.links[index];
+    return link ? [...link.position.toArray(), ...link.quaternion.toArray()] : [];
+  }
+
   /** The bounding box of everything but planes, which are infinite; empty if there is nothing else. */
   bounds(): Box3 {
     const box = new Box3();
@@ -184,7 +191,8 @@ export class RobotView {
     }
     const made = triangles(geometry);
     this.geometries.push(made);
-    const material = geometry.kind === "plane" && !shape.color ? this.materials.ground : this.materials.solid(shape.color);
+    const plain = geometry.kind === "plane" && !shape.color ? this.materials.ground : this.materials.solid(shape.color);
+    const material = this.paint ?? plain;
     const mesh = new Mesh(made, look === "solid" ? material : this.materials.collision);
     mesh.userData["infinite"] = geometry.kind === "plane";
     this.finish(mesh, at, look);
@@ -199,6 +207,7 @@ export class RobotView {
       loaded.traverse((object) => {
         if (!(object instanceof Mesh)) return;
         if (look === "collision") object.material = this.materials.collision;
+        else if (this.paint) object.material = this.paint;
         else if (isUnpainted(object)) object.material = this.materials.solid(shape.color, true);
       });
       this.finish(loaded, at, look);
@@ -219,7 +228,7 @@ export class RobotView {
     });
     for (const mesh of meshes) {
       const infinite = mesh.userData["infinite"] === true;
-      mesh.castShadow = look === "solid" && !infinite;
+      mesh.castShadow = look === "solid" && !infinite && !this.paint;
       mesh.receiveShadow = look === "solid";
       if (look === "collision") mesh.add(new Mesh(mesh.geometry, this.materials.wire));
     }

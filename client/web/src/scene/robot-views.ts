@@ -22,8 +22,9 @@ export class RobotViews {
   /** `changed` is called when a mesh was loaded. */
   constructor(private readonly changed: () => void) {}
 
+  /** Those that are seen: none while a recording is shown alone. */
   all(): Iterable<RobotView> {
-    return this.views.values();
+    return this.group.visible ? this.views.values() : [];
   }
 
   get(name: string): RobotView | undefined {

@@ -1,14 +1,18 @@
 // Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
-import { Color, Fog, PCFShadowMap, Scene, Sphere, WebGLRenderer } from "three";
+import { Box3, Color, Fog, PCFShadowMap, Scene, Sphere, WebGLRenderer } from "three";
 import { lift } from "../daemon/actions";
+import { constraints, hoveredConstraint } from "../state/constraints";
+import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
 import { scenes } from "../state/scene";
-import { collisions, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
-import { connection, frame, type Frame } from "../state/world";
+import { collisions, constraintsShown, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
+import { connection, frame, robots, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
 import { Camera } from "./camera";
+import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactMarks } from "./contacts";
+import { GhostViews } from "./ghosts";
 import { Ground } from "./ground";
 import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
@@ -29,6 +33,7 @@ export class Stage {
   readonly camera: Camera;
   readonly interpolator = new PoseInterpolator();
   readonly robots: RobotViews;
+  readonly ghosts: GhostViews;
   /** Frames rendered so far. */
   pictures = 0;
   /** The newest state that was drawn. */
@@ -38,6 +43,7 @@ export class Stage {
   private readonly fog = new Fog(0);
   private readonly ground = new Ground(this.scene);
   private readonly light = new Light(this.scene);
+  readonly constraints = new ConstraintMarks();
   private readonly marks = new ContactMarks();
   private readonly interaction: PointerInteraction;
   private readonly ends: (() => void)[] = [];
@@ -55,8 +61,9 @@ export class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.robots = new RobotViews(() => this.contentChanged());
+    this.ghosts = new GhostViews(this.robots.meshes, this.robots.materials, () => this.contentChanged());
     this.scene.fog = this.fog;
-    this.scene.add(this.robots.group, this.marks.group);
+    this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.marks.group);
     this.camera = new Camera(canvas, () => this.invalidate());
     this.interaction = new PointerInteraction(canvas, this.camera, this.robots, this.interpolator, () => this.wake());
     this.scene.add(this.interaction.rod.group);
@@ -89,7 +96,9 @@ export class Stage {
     cancelAnimationFrame(this.request);
     for (const end of this.ends) end();
     this.interaction.dispose();
+    this.ghosts.dispose();
     this.robots.dispose();
+    this.constraints.dispose();
     this.marks.dispose();
     this.ground.dispose();
     this.light.dispose();
@@ -119,7 +128,18 @@ export class Stage {
       effect(() => {
         scenes.value;
         this.ground.show(grid.value, !this.robots.hasPlane());
-        this.marks.group.visible = contacts.value;
+        this.marks.group.visible = contacts.value && !(ghosts.value && ghostsAlone.value);
+        this.invalidate();
+      }),
+      effect(() => {
+        void [constraints.value, hoveredConstraint.value];
+        this.constraints.group.visible = constraintsShown.value && !(ghosts.value && ghostsAlone.value);
+        this.invalidate();
+      }),
+      effect(() => {
+        const alone = ghosts.value !== null && ghostsAlone.value;
+        this.robots.group.visible = !alone;
+        if (this.ghosts.show(ghosts.value, alone)) this.contentChanged();
         this.invalidate();
       }),
       effect(() => {
@@ -140,7 +160,7 @@ export class Stage {
       }),
       fitRequest.subscribe(({ robot, count }) => {
         if (count === 0) return;
-        this.camera.fit(this.robots.bounds(robot), performance.now(), true);
+        this.camera.fit(this.bounds(robot), performance.now(), true);
         const isComplete = this.robots.meshes.isComplete() && !this.unfitted;
         this.pendingFit = isComplete ? null : { robot, gestures: this.camera.gestures };
         this.invalidate();
@@ -193,8 +213,16 @@ export class Stage {
     if (isComplete) this.measure();
     const { pendingFit } = this;
     if (isComplete) this.pendingFit = null;
-    if (pendingFit?.gestures === this.camera.gestures) this.camera.fit(this.robots.bounds(pendingFit.robot), now, true);
-    if (!this.camera.movedByUser && scenes.peek().size > 0) this.camera.fit(this.robots.bounds(), now, false);
+    if (pendingFit?.gestures === this.camera.gestures) this.camera.fit(this.bounds(pendingFit.robot), now, true);
+    const isEmpty = scenes.peek().size === 0 && !ghosts.peek();
+    if (!this.camera.movedByUser && !isEmpty) this.camera.fit(this.bounds(), now, false);
+  }
+
+  /** What is to be seen: one robot, or everything. */
+  private bounds(robot = ""): Box3 {
+    const recorded = robot === "" ? this.ghosts.bounds() : new Box3();
+    if (recorded.isEmpty()) return this.robots.bounds(robot);
+    return scenes.peek().size > 0 && this.robots.group.visible ? recorded.union(this.robots.bounds()) : recorded;
   }
 
   /** Lifts the robots that this tab loaded onto the ground, which is not part of their description. */
@@ -212,7 +240,10 @@ export class Stage {
     this.dirty = false;
     if (now - this.covered > SHADOW_INTERVAL) {
       this.covered = now;
-      this.light.cover(this.robots.bounds().getBoundingSphere(new Sphere()));
+      this.light.cover(this.bounds().getBoundingSphere(new Sphere()));
+    }
+    if (constraints.peek().length > 0 || this.constraints.anchors.size > 0) {
+      this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), this.weight());
     }
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
@@ -224,6 +255,14 @@ export class Stage {
     this.pictures += 1;
     this.updateDrawn(now);
   }
+
+  /** world_from_link of the end of a constraint, as it is drawn. */
+  private readonly frameOf: Finder = ({ robot, link, joint }) => {
+    const view = this.robots.get(robot);
+    const moved = robots.peek().find(({ name }) => name === robot)?.axes.find((axis) => axis.joint === joint)?.childLink;
+    const index = view?.scene.links.findIndex(({ name }) => name === (joint === "" ? link : moved)) ?? -1;
+    return view && index >= 0 ? view.worldFromLink(index) : undefined;
+  };
 
   private updateDrawn(now: number): void {
     this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;

@@ -167,3 +167,15 @@ export const clients = signal<Client[]>([]);
 /** The client that set the last target of a joint, by "robot/joint". */
 export const targetSources = signal<Map<string, string>>(new Map());
 export const daemonName = signal("");
+
+/** What a token allows. */
+export type Role = "viewer" | "operator" | "admin";
+
+const ROLES: readonly (string | undefined)[] = ["viewer", "operator", "admin"] satisfies Role[];
+
+export function isRole(value: string | undefined): value is Role {
+  return ROLES.includes(value);
+}
+
+/** That of this page; null where the daemon asks for no tokens, and everybody may do everything. */
+export const role = signal<Role | null>(null);

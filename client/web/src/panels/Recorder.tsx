@@ -1,0 +1,55 @@
+// Starts and stops a recording, and opens the list of those there are.
+import { useComputed } from "@preact/signals";
+import type { JSX } from "preact";
+import { startRecording, stopRecording } from "../daemon/recordings";
+import { beingMade, recordingSince, recordingsOpen } from "../state/recordings";
+import { connection, role } from "../state/world";
+import { bytesText, durationText } from "./amounts";
+import { Icon } from "./icons";
+
+/** Two buttons; the first shows how long and how large the recording is. */
+export function Recorder(): JSX.Element {
+  const away = useComputed(() => connection.value.state !== "live").value;
+  const active = beingMade.value;
+  const mayRecord = role.value !== "viewer";
+  const since = recordingSince.value;
+  const time = active && since !== null ? durationText((active.modified - since) / 1000) : "";
+  const what = active ? `Stop recording ${active.name}` : "Record";
+  return (
+    <div class="recorder" role="group" aria-label="Recordings">
+      <button
+        type="button"
+        class={active ? "button sign recording" : "button quiet sign"}
+        data-testid="record"
+        aria-label={what}
+        title={mayRecord ? `${what} (R)` : "A viewer may look only: recording takes the token of an operator"}
+        disabled={away || !mayRecord}
+        onClick={toggleRecording}
+      >
+        <Icon name={active ? "stop" : "record"} />
+        {active && (
+          <span class="recording-size" data-testid="recording-size">
+            {[time, bytesText(active.bytes)].filter((part) => part !== "").join(" · ")}
+          </span>
+        )}
+      </button>
+      <button
+        type="button"
+        class="button quiet sign"
+        data-testid="recordings"
+        aria-label="List of recordings"
+        title="Recordings: play, save, delete"
+        onClick={() => {
+          recordingsOpen.value = true;
+        }}
+      >
+        <Icon name="film" />
+      </button>
+    </div>
+  );
+}
+
+/** Begins a recording with a name of its own, or ends the one that is being made. */
+export function toggleRecording(): void {
+  void (beingMade.peek() ? stopRecording() : startRecording());
+}

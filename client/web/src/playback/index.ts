@@ -1,0 +1,43 @@
+// What playing a recording takes, in one place: it is loaded with the first recording.
+import { effect } from "@preact/signals";
+import type { Source } from "../recording/source";
+import { Timeline } from "../recording/timeline";
+import { ghosts, ghostsAlone, playback } from "../state/playback";
+import { scenes } from "../state/scene";
+import { Casting } from "./casting";
+import { PlaybackBar } from "./PlaybackBar";
+import { PlaybackPlots } from "./PlaybackPlots";
+import { Player } from "./player";
+
+export { PlaybackBar, PlaybackPlots };
+
+/** The exports of this file. */
+export type PlaybackModule = typeof import(".");
+
+let end: (() => void) | undefined;
+
+/** Shows a recording in place of the one before. Rejects with a sentence where it cannot be read. */
+export async function open(name: string, sources: readonly Source[], module: PlaybackModule): Promise<void> {
+  const timeline = await Timeline.open(sources);
+  close();
+  const player = new Player(timeline, name);
+  const casting = new Casting(timeline);
+  const follow = effect(() => {
+    const state = player.shown.value;
+    ghosts.value = state && casting.ghosts(state, scenes.value);
+  });
+  end = () => {
+    follow();
+    player.stop();
+    ghosts.value = null;
+    ghostsAlone.value = false;
+    playback.value = null;
+  };
+  playback.value = { player, module };
+}
+
+/** Shows the world alone again. */
+export function close(): void {
+  end?.();
+  end = undefined;
+}

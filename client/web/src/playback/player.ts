@@ -1,0 +1,117 @@
+// Plays an open recording: where it is, how fast it goes, and what is drawn of it.
+import { batch, signal } from "@preact/signals";
+import type { RecordedState, Timeline } from "../recording/timeline";
+
+/** How fast a recording can be played, simulated seconds a second. */
+export const SPEEDS: readonly number[] = [0.1, 0.2, 0.5, 1, 2, 5, 10];
+/** Milliseconds that one picture may take from the time that passes: a page that was hidden goes on where it was. */
+const MAX_TICK = 250;
+
+/** Plays one recording until it is stopped. */
+export class Player {
+  /** Where it is, in states: from 0 to `timeline.count - 1`; between two while it plays. */
+  readonly position = signal(0);
+  readonly playing = signal(false);
+  readonly speed = signal(1);
+  /** The state that is shown; null until the first is read. */
+  readonly shown = signal<RecordedState | null>(null);
+  /** The state that is wanted is being read. */
+  readonly waiting = signal(true);
+  /** What could not be read. */
+  readonly problems = signal<readonly string[]>([]);
+  private request = 0;
+  private last = 0;
+  private wanted = 0;
+  private reading = false;
+  private stopped = false;
+
+  constructor(
+    readonly timeline: Timeline,
+    /** What the recording is called. */
+    readonly name: string,
+  ) {
+    this.seek(0);
+  }
+
+  /** The number of the last state. */
+  get end(): number {
+    return this.timeline.count - 1;
+  }
+
+  /** Goes to a state. */
+  seek(position: number): void {
+    this.position.value = Math.max(0, Math.min(this.end, position));
+    void this.show();
+  }
+
+  /** Goes so many states forward, or back, and stops there. */
+  step(by: number): void {
+    this.playing.value = false;
+    this.seek(Math.floor(this.position.peek()) + by);
+  }
+
+  /** Plays, from the beginning where it is at its end; or pauses. */
+  toggle(): void {
+    if (this.playing.peek()) {
+      this.playing.value = false;
+      this.seek(Math.floor(this.position.peek()));
+      return;
+    }
+    if (this.position.peek() >= this.end) this.seek(0);
+    this.playing.value = this.end > 0;
+    this.last = performance.now();
+    this.wake();
+  }
+
+  /** Ends all that it does. */
+  stop(): void {
+    this.playing.value = false;
+    this.stopped = true;
+    cancelAnimationFrame(this.request);
+  }
+
+  private wake(): void {
+    cancelAnimationFrame(this.request);
+    this.request = requestAnimationFrame((now) => this.tick(now));
+  }
+
+  private tick(now: number): void {
+    if (!this.playing.peek()) return;
+    const passed = Math.max(0, Math.min(MAX_TICK, now - this.last)) / 1000;
+    this.last = now;
+    const { timeline } = this;
+    // It waits for what is being read, rather than leave it out.
+    const next = Math.min(this.end, this.position.peek() + (passed * this.speed.peek()) / timeline.period);
+    const state = timeline.peek(next);
+    timeline.prefetch(timeline.nextPart(next));
+    batch(() => {
+      this.waiting.value = state === undefined;
+      if (state) {
+        this.position.value = next;
+        this.take(state);
+        if (next >= this.end) this.playing.value = false;
+      }
+    });
+    this.wake();
+  }
+
+  /** Shows the state at the position once it is read. While one is read, the newest that is asked for waits. */
+  private async show(): Promise<void> {
+    this.wanted = Math.floor(this.position.peek());
+    if (this.reading) return;
+    this.reading = true;
+    for (let number = -1; number !== this.wanted && !this.stopped; ) {
+      number = this.wanted;
+      this.waiting.value = this.shown.peek() === null || !this.timeline.isReady(number);
+      const state = await this.timeline.state(number);
+      if (!this.stopped && !this.playing.peek()) this.take(state);
+    }
+    this.reading = false;
+    this.waiting.value = false;
+  }
+
+  private take(state: RecordedState): void {
+    if (this.shown.peek()?.number !== state.number) this.shown.value = state;
+    if (this.problems.peek().length !== this.timeline.problems.size) this.problems.value = [...this.timeline.problems];
+  }
+}

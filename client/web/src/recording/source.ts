@@ -1,0 +1,51 @@
+// Where the bytes of a recording come from: the daemon, in parts, or a file that was dropped on the page.
+import type { Services } from "../daemon/services";
+
+/** Bytes that are read at one time at most. */
+export const MAX_READ = 32 << 20;
+
+/** A file that is read in parts. */
+export interface Source {
+  /** Its name without a folder. */
+  name: string;
+  /** Bytes. */
+  size: number;
+  /** Exactly these bytes; rejects where it has fewer, or they are too many. */
+  read(offset: number, length: number): Promise<Uint8Array>;
+}
+
+/** A file of this browser. */
+export function fileSource(file: Blob & { name: string }): Source {
+  return {
+    name: file.name,
+    size: file.size,
+    async read(offset, length) {
+      check(offset, length, file.size);
+      return new Uint8Array(await file.slice(offset, offset + length).arrayBuffer());
+    },
+  };
+}
+
+/** A file of a recording of the daemon, as long as it was when it was asked for. */
+export function daemonSource(recordings: Services["recordings"], name: string, file: string, size: number): Source {
+  return {
+    name: file,
+    size,
+    async read(offset, length) {
+      check(offset, length, size);
+      const bytes = new Uint8Array(length);
+      for (let done = 0; done < length; ) {
+        const part = await recordings.readRecording({ name, file, offset: BigInt(offset + done), maxBytes: BigInt(length - done) });
+        if (part.data.length === 0 || part.data.length > length - done) throw new Error(`${file} has changed on the daemon's disk`);
+        bytes.set(part.data, done);
+        done += part.data.length;
+      }
+      return bytes;
+    },
+  };
+}
+
+function check(offset: number, length: number, size: number): void {
+  if (length > MAX_READ) throw new Error(`a part of ${length} bytes is larger than anything in a recording`);
+  if (offset < 0 || length < 0 || offset + length > size) throw new Error("it ends before it is complete");
+}

@@ -1,0 +1,42 @@
+// What holds links together beside the joints of their robots.
+import { signal } from "@preact/signals";
+import type { Pose, Vector } from "./scene";
+
+export type ConstraintKind = "weld" | "point to point" | "hinge" | "slide" | "gear" | "distance" | "rope" | "constraint";
+
+/** What one end of a constraint is on. */
+export interface ConstraintEnd {
+  /** Empty: the world. */
+  robot: string;
+  link: string;
+  /** Of gears, which have no link. */
+  joint: string;
+  /** link_from_frame, or world_from_frame. */
+  pose: Pose;
+}
+
+/** A constraint, and what it did over the last step. */
+export interface Constraint {
+  name: string;
+  kind: ConstraintKind;
+  parent: ConstraintEnd;
+  child: ConstraintEnd;
+  /** On the child, world axes, newtons. */
+  force: Vector;
+  /** On the child, world axes, newton metres. */
+  torque: Vector;
+  /** Where the force acts, world axes, metres. */
+  point: Vector;
+  /** How far the ends are from where they are to be: metres, and radians. */
+  positionError: number;
+  angleError: number;
+  /** Newtons; infinite where there is no limit. */
+  maxForce: number;
+  /** It did what it may do at the most. */
+  saturated: boolean;
+}
+
+/** In the order in which they were made. */
+export const constraints = signal<readonly Constraint[]>([]);
+/** Name of the one under the pointer in the panel; empty if there is none. */
+export const hoveredConstraint = signal("");

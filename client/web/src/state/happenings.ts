@@ -1,0 +1,22 @@
+// What happened in the world lately, in words.
+import { signal } from "@preact/signals";
+
+/** An event. */
+export interface Happening {
+  /** Of the daemon. */
+  sequence: bigint;
+  simTime: number;
+  text: string;
+  isWarning: boolean;
+}
+
+/** Events that are kept. */
+const MAX_KEPT = 100;
+
+/** Newest first. */
+export const happenings = signal<readonly Happening[]>([]);
+
+/** Adds events, oldest first. */
+export function addHappenings(newer: readonly Happening[]): void {
+  if (newer.length > 0) happenings.value = [...newer.toReversed(), ...happenings.value].slice(0, MAX_KEPT);
+}
