@@ -99,17 +99,21 @@ pub(crate) struct Link {
     pub(crate) events: Arc<EventLog>,
 }
 
-/// Starts the thread.
+/// Starts the thread, and a task that wakes readers of states.
 ///
 /// # Errors
-/// Where the system gives no thread.
+/// Where the system gives no thread, and outside of a runtime.
 pub(crate) fn start(world: impl World, config: Config) -> std::io::Result<Link> {
+    let runtime = tokio::runtime::Handle::try_current().map_err(std::io::Error::other)?;
     let (mut driver, link) = build(world, config);
-    std::thread::Builder::new().name("simd-driver".into()).spawn(move || {
+    let thread = std::thread::Builder::new().name("simd-driver".into()).spawn(move || {
         realtime::ask(config.real_time);
         lend_threads(&mut driver.world, config);
         run(driver);
     })?;
+    link.mailbox.wakes(thread.thread().clone());
+    let (board, ended) = (link.board.clone(), link.mailbox.ended().clone());
+    runtime.spawn(async move { ended.run_until_cancelled(board.announce()).await });
     Ok(link)
 }
 

@@ -1,11 +1,17 @@
 //! Where the driver puts the newest state for everybody to read. Newest wins;
 //! the driver never waits for a reader, nor a reader for the driver.
+//!
+//! The driver wakes one task, [`Board::announce`], and that wakes the readers: each wake from outside of the runtime takes
+//! the runtime's lock, for which a thread with a real-time priority would wait.
 
+use std::future::poll_fn;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::task::Poll;
 use std::time::{Duration, Instant, SystemTime};
 
 use arc_swap::ArcSwap;
+use futures_util::task::AtomicWaker;
 use simd_core::{PhysicsSettings, PublishedState};
 use tokio::sync::Notify;
 
@@ -20,6 +26,9 @@ const RETIRED: usize = 8;
 #[derive(Debug)]
 pub(crate) struct Board {
     newest: ArcSwap<Published>,
+    /// Of the task that announces states.
+    announcer: AtomicWaker,
+    /// What readers wait for.
     changed: Notify,
     /// What step times are counted from.
     epoch: Instant,
@@ -58,6 +67,24 @@ impl Board {
                 return newest;
             }
             changed.await;
+        }
+    }
+
+    /// Wakes those that wait for a newer state, as long as it is polled. One task does so.
+    pub(crate) async fn announce(&self) {
+        let mut announced = 0;
+        loop {
+            poll_fn(|context| {
+                // Before the look, so that a state published between the two wakes it.
+                self.announcer.register(context.waker());
+                let newest = self.newest.load().sequence;
+                match std::mem::replace(&mut announced, newest) == newest {
+                    true => Poll::Pending,
+                    false => Poll::Ready(()),
+                }
+            })
+            .await;
+            self.changed.notify_waiters();
         }
     }
 }
@@ -112,6 +139,7 @@ impl Publisher {
         let first = Published { sequence: 1, wall_time: SystemTime::now(), state, physics, statistics };
         let board = Board {
             newest: ArcSwap::from_pointee(first),
+            announcer: AtomicWaker::new(),
             changed: Notify::new(),
             epoch: Instant::now(),
             step_began: AtomicU64::new(0),
@@ -150,7 +178,7 @@ impl Publisher {
         // Any other would keep robots or saved states that are gone in memory.
         let newest = self.board.newest.load();
         self.retired.retain(|old| shares_all(&old.state, &newest.state));
-        self.board.changed.notify_waiters();
+        self.board.announcer.wake();
         wall_time
     }
 
@@ -233,7 +261,13 @@ mod tests {
                 publisher.publish(|_| ());
             }
         };
-        let (read, ()) = tokio::join!(board.newer_than(1), write);
+        let read = async {
+            tokio::select! {
+                read = board.newer_than(1) => read,
+                () = board.announce() => unreachable!("it goes on"),
+            }
+        };
+        let (read, ()) = tokio::join!(read, write);
         assert_eq!(read.sequence, 4);
         assert_eq!(board.newer_than(3).await.sequence, 4, "it does not wait for what is there");
     }

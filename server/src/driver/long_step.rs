@@ -42,7 +42,7 @@ impl LongSteps {
     }
 
     /// How long the next attempt is left alone.
-    pub(super) fn patience(&self) -> Duration {
+    pub(super) fn uninterrupted(&self) -> Duration {
         self.least * 2_u32.pow(self.interrupted.min(DOUBLINGS))
     }
 
@@ -113,15 +113,15 @@ mod tests {
         let mut steps = LongSteps::default();
         let mut waited = Vec::new();
         for _ in 0..4 {
-            waited.push(steps.patience().as_millis());
-            steps.interrupted(steps.patience());
+            waited.push(steps.uninterrupted().as_millis());
+            steps.interrupted(steps.uninterrupted());
         }
         assert_eq!(waited, [50, 100, 200, 400]);
         assert!(steps.is_expected());
         (0..100).for_each(|_| steps.interrupted(Duration::ZERO));
-        assert!(steps.patience() > Duration::from_secs(3600));
+        assert!(steps.uninterrupted() > Duration::from_secs(3600));
         steps.ended(Duration::from_millis(1));
-        assert_eq!((steps.patience(), steps.ran()), (LEAST, Duration::ZERO));
+        assert_eq!((steps.uninterrupted(), steps.ran()), (LEAST, Duration::ZERO));
     }
 
     #[test]

@@ -1,10 +1,14 @@
 //! The one queue to the driver: bounded, and a full one refuses at once.
+//!
+//! It has no lock. The physics thread may have a real-time priority: it would wait for a client's thread that was taken
+//! off its processor while it held one, for as long as the scheduler lets others run before that.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::sync::{Arc, OnceLock};
+use std::thread::Thread;
 use std::time::Instant;
 
+use crossbeam_queue::ArrayQueue;
 use tokio_util::sync::CancellationToken;
 
 use super::event::Event;
@@ -13,26 +17,36 @@ use crate::call_error::CallError;
 /// The end that calls are posted into.
 #[derive(Clone, Debug)]
 pub(crate) struct Mailbox {
-    sender: SyncSender<Event>,
     shared: Arc<Shared>,
+    /// Shared by all that can post.
+    _posters: Arc<Posters>,
 }
 
 /// The driver's end.
 #[derive(Debug)]
 pub(crate) struct Inbox {
-    receiver: Receiver<Event>,
     shared: Arc<Shared>,
 }
 
+/// Ends the driver when the last of them is gone.
+#[derive(Debug)]
+struct Posters(Arc<Shared>);
+
 #[derive(Debug)]
 struct Shared {
-    capacity: usize,
+    calls: ArrayQueue<Event>,
+    /// The one that waits for calls.
+    reader: OnceLock<Thread>,
+    /// There is no [`Mailbox`] any more.
+    has_no_posters: AtomicBool,
+    /// There is no [`Inbox`] any more.
+    has_no_reader: AtomicBool,
     refusals: AtomicU64,
     /// Calls in it.
     waiting: AtomicUsize,
     /// Calls in it that interrupt a step.
     interrupting: AtomicUsize,
-    /// Set beside [`Event::Shutdown`], which may find the mailbox full.
+    /// The driver ends before its next event.
     closing: AtomicBool,
     /// Cancelled when the driver has ended, well or not.
     ended: CancellationToken,
@@ -42,9 +56,11 @@ struct Shared {
 
 /// A mailbox for `capacity` calls.
 pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
-    let (sender, receiver) = sync_channel(capacity);
     let shared = Arc::new(Shared {
-        capacity,
+        calls: ArrayQueue::new(capacity.max(1)),
+        reader: OnceLock::new(),
+        has_no_posters: AtomicBool::new(false),
+        has_no_reader: AtomicBool::new(false),
         refusals: AtomicU64::new(0),
         waiting: AtomicUsize::new(0),
         interrupting: AtomicUsize::new(0),
@@ -52,7 +68,36 @@ pub(crate) fn mailbox(capacity: usize) -> (Mailbox, Inbox) {
         ended: CancellationToken::new(),
         failure: OnceLock::new(),
     });
-    (Mailbox { sender, shared: shared.clone() }, Inbox { receiver, shared })
+    let posters = Arc::new(Posters(shared.clone()));
+    (Mailbox { shared: shared.clone(), _posters: posters }, Inbox { shared })
+}
+
+impl Shared {
+    /// Wakes the reader, if it waits.
+    fn wake(&self) {
+        if let Some(reader) = self.reader.get() {
+            reader.unpark();
+        }
+    }
+
+    /// Drops what waits: its callers get an answer that way.
+    fn clear(&self) {
+        while self.calls.pop().is_some() {}
+    }
+}
+
+impl Drop for Posters {
+    fn drop(&mut self) {
+        self.0.has_no_posters.store(true, Ordering::SeqCst);
+        self.0.wake();
+    }
+}
+
+impl Drop for Inbox {
+    fn drop(&mut self) {
+        self.shared.has_no_reader.store(true, Ordering::SeqCst);
+        self.shared.clear();
+    }
 }
 
 impl Mailbox {
@@ -62,24 +107,37 @@ impl Mailbox {
         let interrupting = usize::from(event.interrupts());
         self.shared.interrupting.fetch_add(interrupting, Ordering::Relaxed);
         self.shared.waiting.fetch_add(1, Ordering::Relaxed);
-        self.sender.try_send(event).map_err(|refused| {
+        let refused = if self.shared.has_no_reader.load(Ordering::SeqCst) {
+            Some(self.end())
+        } else if self.shared.calls.push(event).is_err() {
+            self.shared.refusals.fetch_add(1, Ordering::Relaxed);
+            Some(CallError::MailboxFull { capacity: self.shared.calls.capacity() })
+        } else {
+            None
+        };
+        if let Some(refused) = refused {
             self.shared.interrupting.fetch_sub(interrupting, Ordering::Relaxed);
             self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
-            match refused {
-                TrySendError::Full(_) => {
-                    self.shared.refusals.fetch_add(1, Ordering::Relaxed);
-                    CallError::MailboxFull { capacity: self.shared.capacity }
-                }
-                TrySendError::Disconnected(_) => self.end(),
-            }
-        })
+            return Err(refused);
+        }
+        // Its reader may have gone meanwhile, and then has not seen it.
+        if self.shared.has_no_reader.load(Ordering::SeqCst) {
+            self.shared.clear();
+            return Err(self.end());
+        }
+        self.shared.wake();
+        Ok(())
+    }
+
+    /// Says which thread waits for calls, before the first is posted.
+    pub(crate) fn wakes(&self, reader: Thread) {
+        let _ = self.shared.reader.set(reader);
     }
 
     /// Ends the driver after the step that it is in.
     pub(crate) fn close(&self) {
         self.shared.closing.store(true, Ordering::Release);
-        // Only to wake it: where the mailbox is full it is awake, and sees the flag.
-        let _ = self.sender.try_send(Event::Shutdown);
+        self.shared.wake();
     }
 
     /// Calls that found it full.
@@ -117,38 +175,42 @@ impl Inbox {
         if self.is_closing() {
             return Some(Event::Shutdown);
         }
-        match self.receiver.try_recv() {
-            Ok(event) => Some(self.taken(event)),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Event::Shutdown),
+        if let Some(event) = self.shared.calls.pop() {
+            return Some(self.taken(event));
         }
+        // What was posted last came before its poster went.
+        let is_orphaned = self.shared.has_no_posters.load(Ordering::SeqCst);
+        is_orphaned.then(|| self.shared.calls.pop().map_or(Event::Shutdown, |event| self.taken(event)))
     }
 
     /// What comes before a deadline.
     pub(crate) fn next_before(&self, deadline: Instant) -> Option<Event> {
-        if self.is_closing() {
-            return Some(Event::Shutdown);
-        }
-        match self.receiver.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-            Ok(event) => Some(self.taken(event)),
-            Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => Some(Event::Shutdown),
+        self.shared.reader.get_or_init(std::thread::current);
+        loop {
+            if let Some(event) = self.try_next() {
+                return Some(event);
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return None;
+            }
+            std::thread::park_timeout(left);
         }
     }
 
-    /// What comes, however long that takes. Nobody left to post ends the driver.
+    /// What comes, however long that takes. The driver ends when there is no [`Mailbox`] any more.
     pub(crate) fn next(&self) -> Event {
-        if self.is_closing() {
-            return Event::Shutdown;
+        self.shared.reader.get_or_init(std::thread::current);
+        loop {
+            match self.try_next() {
+                Some(event) => return event,
+                None => std::thread::park(),
+            }
         }
-        self.receiver.recv().map_or(Event::Shutdown, |event| self.taken(event))
     }
 
     fn taken(&self, event: Event) -> Event {
-        // What ends the driver is posted uncounted.
-        if !matches!(event, Event::Shutdown) {
-            self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
-        }
+        self.shared.waiting.fetch_sub(1, Ordering::Relaxed);
         self.shared.interrupting.fetch_sub(usize::from(event.interrupts()), Ordering::Relaxed);
         event
     }
@@ -165,7 +227,7 @@ impl Inbox {
 
     /// How many calls may wait.
     pub(crate) fn capacity(&self) -> usize {
-        self.shared.capacity
+        self.shared.calls.capacity()
     }
 
     /// Calls that found it full.

@@ -195,9 +195,8 @@ impl<W: World> Driver<W> {
         let begun = Instant::now();
         self.publisher.step_begins(begun);
         let is_whole = self.long_steps.is_expected().then(|| {
-            let (watch, patience) = (self.inbox.watch(), self.long_steps.patience());
-            let interrupt =
-                || watch.is_closing() || (watch.has_interrupting() && begun.elapsed() >= patience);
+            let (watch, least) = (self.inbox.watch(), self.long_steps.uninterrupted());
+            let interrupt = || watch.is_closing() || (watch.has_interrupting() && begun.elapsed() >= least);
             self.world.step_interruptible(&interrupt)
         });
         let is_whole = is_whole.unwrap_or_else(|| {

@@ -33,7 +33,7 @@ struct Shared {
     /// Between two looks.
     period: Duration,
     /// For all that is asked in one look.
-    patience: Duration,
+    time_limit: Duration,
     /// Robots and clients of all worlds are asked for, and not of the chosen one alone.
     is_thorough: bool,
     state: Mutex<State>,
@@ -60,9 +60,9 @@ struct Seen {
 }
 
 impl Board {
-    pub(super) fn new(period: Duration, patience: Duration, is_thorough: bool) -> Self {
+    pub(super) fn new(period: Duration, time_limit: Duration, is_thorough: bool) -> Self {
         let (state, changed, hurry) = (Mutex::default(), Notify::new(), Notify::new());
-        Self(Arc::new(Shared { period, patience, is_thorough, state, changed, hurry }))
+        Self(Arc::new(Shared { period, time_limit, is_thorough, state, changed, hurry }))
     }
 
     /// Watches one more daemon; nothing where it is watched already, or where there are too many.
@@ -159,10 +159,10 @@ impl Board {
                 () = self.0.hurry.notified() => {}
             }
             let is_detailed = self.0.is_thorough || self.lock().chosen.as_deref() == Some(&*endpoint);
-            let patience = self.0.patience;
-            let seen = match timeout(patience, look(&mut client, &place, is_detailed)).await {
+            let time_limit = self.0.time_limit;
+            let seen = match timeout(time_limit, look(&mut client, &place, is_detailed)).await {
                 Ok(seen) => seen,
-                Err(_) => Err(Error::TimedOut { endpoint: endpoint.clone(), after: patience }),
+                Err(_) => Err(Error::TimedOut { endpoint: endpoint.clone(), after: time_limit }),
             };
             if seen.is_err() {
                 // The next look begins anew: a connection may be the one of a daemon that is no more.

@@ -145,7 +145,7 @@ class Wire:
             error: with the daemon's sentence and reason.
         """
         try:
-            return self._connection.call(method, request, wait=wait or _patience(request))
+            return self._connection.call(method, request, wait=wait or _time_limit(request))
         except SimdError as problem:
             raise error(str(problem), problem.reason) from None
 
@@ -256,7 +256,7 @@ class Wire:
         self._states_bytes[str(sample.key_expr).rsplit("/", 1)[-1]] = sample.payload.to_bytes()
 
 
-def _patience(request: object) -> float:
+def _time_limit(request: object) -> float:
     """Wall seconds that the daemon itself may wait before it answers."""
     return float(getattr(request, "timeout", 0.0))
 
