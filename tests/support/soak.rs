@@ -176,15 +176,20 @@ pub async fn run(options: Options) -> Report {
 }
 
 /// A table of refusals; a difference is a failure.
-fn refused(tally: &Tally, counted: &BTreeMap<String, u64>) -> String {
+fn refused(tally: &Tally, counted: &BTreeMap<String, refusals::Refusals>) -> String {
     let seen = tally.refused();
     let mut text = "refused, by reason: seen by clients, counted by the daemon".to_owned();
     let reasons: BTreeSet<&String> = seen.keys().chain(counted.keys()).collect();
     for reason in reasons {
-        let [seen, counted] = [&seen, counted].map(|counts| counts.get(reason).copied().unwrap_or_default());
+        let seen = seen.get(reason).copied().unwrap_or_default();
+        let calls = counted.get(reason);
+        let counted: u64 = calls.iter().flat_map(|calls| calls.values()).sum();
         text += &format!("\n  {seen:9} {counted:9}  {reason}");
         if seen != counted {
-            tally.fail(format!("{reason}: clients saw {seen} refusals, and the daemon counted {counted}"));
+            let calls = calls.unwrap_or(&BTreeMap::new()).clone();
+            tally.fail(format!(
+                "{reason}: clients saw {seen} refusals, and the daemon counted {counted}: {calls:?}"
+            ));
         }
     }
     text

@@ -205,10 +205,14 @@ impl Churn {
         }
         let holder = self.name("holder");
         let claimed = self.client.claim_joints(vec![every_joint(&robot)], &holder, SECOND).await;
-        if let Some(secret) = self.note("claim", claimed)
-            && self.random.bool()
-        {
-            self.note("release", self.client.release_joints(&secret).await);
+        if let Some(secret) = self.note("claim", claimed) {
+            if self.random.bool() {
+                self.note("release", self.client.release_joints(&secret).await);
+            } else {
+                // It is refused; the world would fill with what is never deleted.
+                self.note("delete", self.client.delete_robot(&robot).await);
+                tokio::time::sleep(SECOND + SECOND / 4).await;
+            }
         }
         self.delete(&robot).await;
     }

@@ -5,24 +5,29 @@ use std::collections::BTreeMap;
 use super::Stage;
 use crate::http;
 
-/// By reason, over all methods and transports.
-pub(super) async fn counted(stage: &Stage) -> BTreeMap<String, u64> {
+/// Refusals for one reason, by method and transport.
+pub(super) type Refusals = BTreeMap<String, u64>;
+
+/// By reason.
+pub(super) async fn counted(stage: &Stage) -> BTreeMap<String, Refusals> {
     let text = http::get(stage.address, "/metrics", &[]).await.text();
-    let mut counts = BTreeMap::new();
+    let mut counts: BTreeMap<String, Refusals> = BTreeMap::new();
     for line in text.lines() {
-        if let Some((reason, count)) = refusals(line).filter(|(reason, _)| !reason.is_empty()) {
-            *counts.entry(reason.to_owned()).or_default() += count;
+        if let Some((reason, call, count)) = refusals(line).filter(|(reason, ..)| !reason.is_empty()) {
+            *counts.entry(reason.to_owned()).or_default().entry(call).or_default() += count;
         }
     }
     counts
 }
 
-/// The reason of a sample of `simd_calls_total`, and how often.
-fn refusals(line: &str) -> Option<(&str, u64)> {
+/// The reason of a sample of `simd_calls_total`, the method and the transport, and how often.
+fn refusals(line: &str) -> Option<(&str, String, u64)> {
     let (labels, value) = line.strip_prefix("simd_calls_total{")?.rsplit_once("} ")?;
-    let reason = labels.split(",reason=\"").nth(1)?.strip_suffix('"')?;
+    let label =
+        |name: &str| labels.split_once(&format!("{name}=\"")).and_then(|(_, rest)| rest.split('"').next());
+    let call = format!("{} over {}", label("method")?, label("transport")?);
     // A counter is written as an integer, or as a number with a point.
-    Some((reason, value.parse::<f64>().ok()? as u64))
+    Some((label("reason")?, call, value.parse::<f64>().ok()? as u64))
 }
 
 #[cfg(test)]
@@ -36,8 +41,9 @@ mod tests {
                 "simd_calls_total{{method=\"A/B\",transport=\"grpc\",code=\"NotFound\",reason=\"{reason}\"}} 12"
             )
         };
-        assert_eq!(refusals(&line("ROBOT_NOT_FOUND")), Some(("ROBOT_NOT_FOUND", 12)));
-        assert_eq!(refusals(&line("")), Some(("", 12)));
+        let call = "A/B over grpc".to_owned();
+        assert_eq!(refusals(&line("ROBOT_NOT_FOUND")), Some(("ROBOT_NOT_FOUND", call.clone(), 12)));
+        assert_eq!(refusals(&line("")), Some(("", call, 12)));
         assert_eq!(refusals("simd_steps_total 3"), None);
     }
 }
