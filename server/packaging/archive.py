@@ -6,7 +6,7 @@ import shutil
 import tarfile
 from pathlib import Path
 
-from release import PACKAGING, PROGRAMS, REPOSITORY, Release
+from release import PACKAGING, PROGRAMS, REPOSITORY, Release, run
 from tree import install, settle
 
 
