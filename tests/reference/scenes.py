@@ -97,6 +97,26 @@ class Robot:
 
 
 @dataclass
+class Constraint:
+    """What holds two links together, a link and the world, or two joints."""
+
+    kind: str
+    """weld, point, rod, rope (a rod that may be shorter) or gear."""
+    parent: list
+    """Thing or robot and its link, or of a gear robot and joint; two empty strings are the world."""
+    child: list
+    parent_at: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """In the axes of its link, m."""
+    child_at: list = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    length: float = 0.0
+    """Of a rod or a rope, m."""
+    ratio: float = 0.0
+    """Of a gear: child = ratio * parent."""
+    max_force: float = 0.0
+    """It lets go above this, N; 0 never."""
+
+
+@dataclass
 class Scene:
     name: str
     seconds: float
@@ -107,6 +127,7 @@ class Scene:
     time_step: float = 1e-3
     watch: list = field(default_factory=list)
     """Robot and link whose normal forces are summed; all links where it is empty."""
+    constraints: list = field(default_factory=list)
 
     def request(self):
         """As simd reads it."""

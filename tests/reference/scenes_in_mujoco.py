@@ -29,6 +29,8 @@ class View:
     """The largest overlap since the last view, m."""
     forces: list
     """Sums of normal forces, as the scene's `watch`, N."""
+    error: float = 0.0
+    """The largest distance between what constraints hold together, m."""
 
 
 def model(scene, setting):
@@ -47,7 +49,9 @@ def model(scene, setting):
             add_thing(spec, thing, name, at, setting, scene.time_step)
     for place, robot in enumerate(scene.robots):
         add_robot(spec, robot, place, setting, scene.time_step)
-    return spec.compile()
+    for index, constraint in enumerate(scene.constraints):
+        add_constraint(spec, constraint, index, setting, scene.time_step)
+    return rods(spec.compile(), scene)
 
 
 def surface(geom, friction, setting, kinds, time_step):
@@ -118,6 +122,52 @@ def add_robot(spec, robot, place, setting, time_step):
         actuator.set_to_position(kp=stiffness, kv=damping)
         if joint in robot.effort:
             actuator.forcelimited, actuator.forcerange = True, [-robot.effort[joint], robot.effort[joint]]
+    for joint, (damping, _) in robot.speeds.items():
+        name = f"{robot.name}/{joint}"
+        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_velocity(kv=damping)
+
+
+def add_constraint(spec, constraint, index, setting, time_step):
+    """Points and welds between sites, rods as tendons of constant length, ropes as tendons with a limit. What two bodies
+    share does not touch."""
+    kinds = mujoco.mjtEq
+    if constraint.kind == "gear":
+        parent, child = ("/".join(end) for end in (constraint.parent, constraint.child))
+        held = spec.add_equality(name=f"held-{index}", type=kinds.mjEQ_JOINT, name1=child, name2=parent,
+                                data=[0.0, constraint.ratio] + [0.0] * 10)
+    else:
+        ends = []
+        for side, (owner, link), at in (("parent", constraint.parent, constraint.parent_at), ("child", constraint.child, constraint.child_at)):
+            body = spec.worldbody if not owner else spec.body(f"{owner}/{link}" if link else owner)
+            site = body.add_site(name=f"{side}-{index}", pos=at)
+            ends.append((site.name, body.name))
+        (first, parent), (second, child) = ends
+        if "world" not in (parent, child):
+            spec.add_exclude(bodyname1=parent, bodyname2=child)
+        if constraint.kind in ("rod", "rope"):
+            tendon = spec.add_tendon(name=f"tendon-{index}")
+            tendon.wrap_site(first)
+            tendon.wrap_site(second)
+            if constraint.kind == "rope":
+                tendon.limited, tendon.range = True, [0.0, constraint.length]
+                return
+            held = spec.add_equality(name=f"held-{index}", type=kinds.mjEQ_TENDON, name1=tendon.name)
+        else:
+            kind = kinds.mjEQ_WELD if constraint.kind == "weld" else kinds.mjEQ_CONNECT
+            held = spec.add_equality(name=f"held-{index}", type=kind, name1=first, name2=second, objtype=mujoco.mjtObj.mjOBJ_SITE)
+    if setting == STIFF:
+        held.solref = [2 * time_step, 1.0]
+        held.solimp = [0.99, 0.999, 0.0001, 0.5, 2]
+
+
+def rods(compiled, scene):
+    """A tendon's equality counts from its length where all joints are at 0."""
+    for index, constraint in enumerate(scene.constraints):
+        if constraint.kind == "rod":
+            tendon = compiled.tendon(f"tendon-{index}").id
+            compiled.equality(f"held-{index}").data[0] = constraint.length - compiled.tendon_length0[tendon]
+    return compiled
 
 
 def text(urdf):
@@ -152,7 +202,7 @@ class World:
             for joint, velocity in robot.velocities.items():
                 data.qvel[compiled.joint(f"{robot.name}/{joint}").dofadr[0]] = velocity
         self.targets = [(compiled.actuator(f"{robot.name}/{joint}").id, robot, joint)
-                        for robot in scene.robots for joint in robot.gains]
+                        for robot in scene.robots for joint in [*robot.gains, *robot.speeds]]
         self.watched = [self.geoms(*watch) for watch in scene.watch]
 
     def geoms(self, owner, link):
@@ -188,7 +238,15 @@ class World:
         for i, contact in enumerate(data.contact):
             mujoco.mj_contactForce(self.model, data, i, force)
             forces += [force[0] * any(watched[list(contact.geom)]) for watched in self.watched]
-        return View(data.time, roots, data.qpos[self.joints].copy(), deepest, forces.tolist())
+        return View(data.time, roots, data.qpos[self.joints].copy(), deepest, forces.tolist(), self.error())
+
+    def error(self):
+        worst = 0.0
+        for index, constraint in enumerate(self.scene.constraints):
+            if constraint.kind != "gear":
+                apart = np.linalg.norm(self.data.site(f"parent-{index}").xpos - self.data.site(f"child-{index}").xpos)
+                worst = max(worst, apart - constraint.length if constraint.kind == "rope" else abs(apart - constraint.length))
+        return worst
 
 
 def turned(vector, quaternion):
@@ -212,6 +270,8 @@ def interpolated(path, now):
 
 
 def target(robot, joint, now):
+    if joint in robot.speeds:
+        return interpolated(robot.speeds[joint][1], now)
     if joint in robot.path:
         return interpolated(robot.path[joint], now)
     names = list(robot.joints)

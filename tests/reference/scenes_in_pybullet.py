@@ -36,6 +36,7 @@ class World:
             self.add_thing(thing)
         for robot in scene.robots:
             self.add_robot(robot)
+        self.held = [held for constraint in scene.constraints for held in self.add_constraint(constraint)]
 
     def close(self):
         p.disconnect(self.client)
@@ -79,6 +80,53 @@ class World:
             p.resetBaseVelocity(body, robot.linear, robot.angular)
             self.free.append(body)
 
+    def add_constraint(self, constraint):
+        """Bodies and points of a point or weld, which PyBullet has from where each link's mass is."""
+        if constraint.kind == "gear":
+            (robot, first), (_, second) = constraint.parent, constraint.child
+            body = next(body for body, owner in self.owners.items() if owner == robot)
+            first, second = self.link(body, first, 1), self.link(body, second, 1)
+            held = p.createConstraint(body, first, body, second, p.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
+            # Of the velocities, the other way round.
+            p.changeConstraint(held, gearRatio=-1 / constraint.ratio, maxForce=1e4, erp=0.2, relativePositionTarget=0)
+            return []
+        ends = []
+        for (owner, link), at in ((constraint.parent, constraint.parent_at), (constraint.child, constraint.child_at)):
+            body = next((body for body, name in self.owners.items() if name == owner), -1)
+            index = -1 if body < 0 or not link else self.link(body, link, 12)
+            ends.append((body, index, at if body < 0 else self.from_mass(body, index, at)))
+        (a, i, first), (b, j, second) = ends
+        if a < 0:
+            # The world is no parent of PyBullet's.
+            (a, i, first), (b, j, second) = ends[::-1]
+        kind = p.JOINT_FIXED if constraint.kind == "weld" else p.JOINT_POINT2POINT
+        held = p.createConstraint(a, i, b, j, kind, [0, 0, 0], first, second)
+        p.changeConstraint(held, maxForce=1e6)
+        if b >= 0:
+            p.setCollisionFilterPair(a, b, i, j, 0)
+        return [ends]
+
+    def link(self, body, name, column):
+        """The number of a link (12) or a joint (1) by its name; -1 of the root."""
+        return next((n for n in range(p.getNumJoints(body)) if p.getJointInfo(body, n)[column].decode() == name), -1)
+
+    def from_mass(self, body, link, at):
+        info = p.getDynamicsInfo(body, link)
+        return p.multiplyTransforms(*p.invertTransform(info[3], info[4]), at, [0, 0, 0, 1])[0]
+
+    def error(self):
+        worst = 0.0
+        for ends in self.held:
+            places = []
+            for body, link, at in ends:
+                if body < 0:
+                    places.append(at)
+                    continue
+                pose = p.getBasePositionAndOrientation(body) if link < 0 else p.getLinkState(body, link, computeForwardKinematics=1)[:2]
+                places.append(p.multiplyTransforms(*pose, at, [0, 0, 0, 1])[0])
+            worst = max(worst, float(np.linalg.norm(np.subtract(*places))))
+        return worst
+
     def step(self, now):
         h = self.scene.time_step
         for body, joint, robot, name in self.motors:
@@ -99,7 +147,7 @@ class World:
         deepest = max([0.0, *(-point[8] for point in points)])
         forces = [sum(point[9] for point in points if robot in (self.owners[point[1]], self.owners[point[2]]))
                   for robot, _ in self.scene.watch]
-        return View(now, roots, joints, deepest, forces)
+        return View(now, roots, joints, deepest, forces, self.error())
 
     def root(self, body):
         place, turn = p.getBasePositionAndOrientation(body)

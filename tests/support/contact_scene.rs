@@ -14,6 +14,7 @@ use simd_core::simulation::command::{
 use simd_core::{Command, Integrator, PublishedState, Simulation};
 use simd_model::robot::JointLimits;
 
+use crate::scene_constraint::Constraint;
 use crate::scene_thing::Thing;
 pub use crate::scene_thing::keep_awake;
 use crate::{robots, scenes};
@@ -29,6 +30,8 @@ pub struct Scene {
     pub window: [f64; 2],
     things: Vec<Thing>,
     robots: Vec<Robot>,
+    #[serde(default)]
+    constraints: Vec<Constraint>,
     /// Seconds.
     pub time_step: f64,
     /// Robot and link whose normal forces are summed; all links where it is empty.
@@ -82,6 +85,8 @@ pub struct View {
     pub deepest: f64,
     /// Sums of normal forces, as the scene watches them, N.
     pub forces: Vec<f64>,
+    /// The largest distance between what constraints hold together, metres.
+    pub error: f64,
 }
 
 /// A scene on its way.
@@ -123,6 +128,7 @@ impl<'a> Run<'a> {
         let mut world = scenes::world(scene.time_step);
         scene.things.iter().for_each(|thing| thing.put_into(&mut world));
         scene.robots.iter().for_each(|robot| robot.put_into(&mut world));
+        scene.constraints.iter().for_each(|constraint| constraint.put_into(&mut world));
         Self { scene, world, deepest: 0.0 }
     }
 
@@ -165,6 +171,7 @@ impl<'a> Run<'a> {
             joints: self.scene.robots.iter().flat_map(|robot| robot.positions(&seen)).collect(),
             deepest: std::mem::take(&mut self.deepest),
             forces: self.scene.watch.iter().map(force).collect(),
+            error: seen.constraint_states.iter().map(|of| of.position_error).fold(0.0, f64::max),
         }
     }
 }
@@ -222,7 +229,9 @@ impl Robot {
                 let target = Target::Velocity { velocity, damping, feed_forward: 0.0, max_effort: None };
                 return Some(JointTarget { joint: name.clone(), axis: 0, target });
             }
-            let &[stiffness, damping] = self.gains.get(name)?;
+            let Some(&[stiffness, damping]) = self.gains.get(name) else {
+                return Some(JointTarget { joint: name.clone(), axis: 0, target: Target::Passive });
+            };
             let target = Target::Position {
                 position: self.target(column, name, now)?,
                 velocity: 0.0,

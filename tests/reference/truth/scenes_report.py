@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Scenes with contact, simd beside MuJoCo and PyBullet: started by `make scenes`.
 
-Runs the scenes of tests/reference/scenes.py, terrain_scenes.py and solver_scenes.py, and writes a picture of each and a
+Runs the scenes of tests/reference/scenes.py, terrain_scenes.py, solver_scenes.py and constraint_scenes.py, and writes a picture of each and a
 table, scenes.md, into target/scenes.
 """
 
@@ -101,7 +101,7 @@ def beside_all(only, folder):
 def view(scene, seen):
     roots = np.array(seen["roots"]).reshape(-1, 13)
     joints = np.array(seen["joints"])
-    return scenes_in_mujoco.View(seen["time"], roots, joints, seen["deepest"], seen["forces"])
+    return scenes_in_mujoco.View(seen["time"], roots, joints, seen["deepest"], seen["forces"], seen["error"])
 
 
 def line(name, engine, found):

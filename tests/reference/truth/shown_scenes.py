@@ -6,6 +6,7 @@ from importlib.metadata import version
 import matplotlib
 
 matplotlib.use("Agg")
+import constraint_scenes
 import matplotlib.pyplot as plt
 import numpy as np
 import scene_plots
@@ -29,6 +30,7 @@ of their solvers are those that each has by default, and `stiff` is MuJoCo as ri
 
 PARTS = [
     ("Terrain", terrain_scenes.shown, "Meshes that do not move are triangles, height fields are ground."),
+    ("Held together", constraint_scenes.shown, "Constraints between links: MuJoCo's equalities and tendons, PyBullet's `createConstraint`."),
     ("Hard on a solver", solver_scenes.shown, "`simd, leapfrog` is the same with the other integrator."),
 ]
 
