@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use simd_client::{every_joint, proto};
 use simd_tests::daemon::{Daemon, Via};
-use simd_tests::http::get;
+use simd_tests::http::{get, send};
 
 use crate::arm;
 
@@ -39,6 +39,23 @@ async fn metrics_count_steps_calls_and_refusals() {
     assert_eq!(value("simd_streams{method=\"JointService/WatchJointStates\",transport=\"grpc\"}"), 1.0);
     assert!(value("process_open_fds") > 3.0);
     drop(stream);
+}
+
+/// A caller who goes away while it sends looks like that: nothing was refused.
+#[tokio::test]
+async fn a_call_that_ends_before_its_message_counts_as_cancelled() {
+    let daemon = arm(Via::Grpc).await;
+    let path = "/simd.v1.EntityService/PrepareDescription";
+    let headers = [("Content-Type", "application/grpc-web+proto")];
+    let answer = send(daemon.address, "POST", path, &headers, &[]).await;
+    assert_eq!(answer.header("grpc-status"), "1", "{}", answer.text());
+    let text = get(daemon.address, "/metrics", &[]).await.text();
+    let of = "method=\"EntityService/PrepareDescription\",transport=\"grpc-web\"";
+    assert_eq!(
+        sample(&text, &format!("simd_calls_total{{{of},code=\"Cancelled\",reason=\"\"}}")),
+        Some(1.0),
+        "{text}"
+    );
 }
 
 async fn the_same_counts_are_asked_for_over_every_transport(via: Via) {

@@ -46,7 +46,7 @@ pub struct Options {
     pub readers: usize,
     /// Of these, that have stopped to.
     pub stopped: usize,
-    /// `SCHED_FIFO` of the physics thread; 0 is none.
+    /// `SCHED_FIFO` of the physics thread, in a process whose memory is locked; 0 is neither.
     pub priority: u32,
 }
 
@@ -99,7 +99,9 @@ pub async fn run(options: Options) -> Report {
     let folder = TempDir::new().unwrap_or_else(|error| panic!("{error}"));
     let [log, config] = ["log", "simd.toml"].map(|name| folder.path().join(name));
     let file = File::create(&log).unwrap_or_else(|error| panic!("{error}"));
-    let text = format!("[realtime]\npriority = {}\n", options.priority);
+    // Memory that stays: what the system takes away comes back from the disk, which others may be waiting for.
+    let (priority, locks) = (options.priority, options.priority > 0);
+    let text = format!("[realtime]\npriority = {priority}\nlock_memory = {locks}\n");
     std::fs::write(&config, text).unwrap_or_else(|error| panic!("{error}"));
     let zenoh = ["--zenoh", "tcp/127.0.0.1:0"];
     let flags = [OsStr::new("--name"), OsStr::new("soak"), OsStr::new("--config"), config.as_os_str()];

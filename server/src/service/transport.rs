@@ -73,6 +73,10 @@ pub fn with_reason(status: Status) -> Status {
         message => format!("{sentence}: {message}"),
     };
     match status.code() {
+        // In tonic's words, also where the caller went away: nothing was refused.
+        Code::Internal if status.message() == "Missing request message." => {
+            Status::cancelled("the request ended before its message")
+        }
         Code::OutOfRange => {
             let message = because("the message is longer than DaemonLimits.max_message_bytes");
             Explained::new(ErrorReason::LimitExceeded, message).into()

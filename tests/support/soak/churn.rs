@@ -93,10 +93,17 @@ impl Churn {
         }
     }
 
+    /// Until it is gone. It may be refused, for instance while the world is claimed; the world would fill with robots within each
+    /// other.
     async fn delete(&self, robot: &str) {
-        if self.note("delete", self.client.delete_robot(robot).await).is_some() {
-            self.check_robot(robot, false).await;
+        while self.note("delete", self.client.delete_robot(robot).await).is_none() {
+            let there = self.note("robots", self.client.robots().await);
+            if !self.stage.is_on() || there.is_some_and(|robots| robots.iter().all(|it| it.name != robot)) {
+                return;
+            }
+            tokio::time::sleep(SECOND / 10).await;
         }
+        self.check_robot(robot, false).await;
     }
 
     /// A robot with meshes comes, is moved, loaded again and taken out.
@@ -205,15 +212,12 @@ impl Churn {
         }
         let holder = self.name("holder");
         let claimed = self.client.claim_joints(vec![every_joint(&robot)], &holder, SECOND).await;
-        if let Some(secret) = self.note("claim", claimed) {
-            if self.random.bool() {
-                self.note("release", self.client.release_joints(&secret).await);
-            } else {
-                // It is refused; the world would fill with what is never deleted.
-                self.note("delete", self.client.delete_robot(&robot).await);
-                tokio::time::sleep(SECOND + SECOND / 4).await;
-            }
+        if let Some(secret) = self.note("claim", claimed)
+            && self.random.bool()
+        {
+            self.note("release", self.client.release_joints(&secret).await);
         }
+        // Where it was not released, the claim runs out first.
         self.delete(&robot).await;
     }
 
