@@ -26,7 +26,7 @@ const VARIABLE: &str = "SIMCTL_COMPLETE";
 const WORD: &str = "SIMCTL_COMPLETE_WORD";
 /// For connecting and all answers together.
 const WAIT: Duration = Duration::from_millis(300);
-/// More candidates help nobody.
+/// More candidates fill a screen.
 const MAX_CANDIDATES: usize = 2_000;
 
 /// Answers a shell that asks, and exits then.

@@ -111,7 +111,7 @@ pub(crate) fn use_context(path: &Path, name: &str) -> anyhow::Result<String> {
     let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
     let changed = with_context(&text, name);
     let after: Configuration = toml::from_str(&changed).unwrap_or_default();
-    // Only what TOML allows and nobody writes, such as `"context" = ...`, gets here.
+    // Only what TOML allows and is not written in practice, such as `"context" = ...`, gets here.
     if after.context.as_deref() != Some(name) || !after.contexts.keys().eq(before.contexts.keys()) {
         bail!(
             "{} is written in a way that is not understood: set `context = {name:?}` there",

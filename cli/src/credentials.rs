@@ -1,4 +1,4 @@
-//! With which token: --token-file, else SIMD_TOKEN, else the context's, else the one that somebody types.
+//! With which token: --token-file, else SIMD_TOKEN, else the context's, else the one that a person types.
 
 use std::{
     fs::File,
@@ -69,7 +69,7 @@ fn read(path: &Path) -> anyhow::Result<String> {
     Ok(token.to_owned())
 }
 
-/// Connects; a daemon that asks for a token, where none is given, is told the one that is typed.
+/// Connects; a daemon that asks for a token, where none is given, gets the one that is typed.
 pub(crate) async fn connect(options: &Options, choice: &Choice) -> anyhow::Result<Client> {
     let mut connect = connect_options(options, choice)?;
     let client = Client::connect_with(&choice.endpoint, connect.clone()).await?;
@@ -87,7 +87,7 @@ pub(crate) async fn connect(options: &Options, choice: &Choice) -> anyhow::Resul
     }
 }
 
-/// What somebody types, which is not shown.
+/// What a person types, which is not shown.
 async fn ask(endpoint: &str) -> anyhow::Result<Token> {
     let question = format!("token for {}: ", simd_client::printable(endpoint));
     let typed = tokio::task::spawn_blocking(move || rpassword::prompt_password(question)).await?;

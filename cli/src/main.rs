@@ -4,7 +4,7 @@
 //! * `commands`: one file per noun, its arguments beside what they do.
 //! * `target`, `quantity`, `pose`: parses what is typed.
 //! * `context`: which daemon. `credentials`: with which token.
-//! * `complete`: what shells are told that complete a line.
+//! * `complete`: candidates for shells that complete a line.
 //! * `output`: tables for people, JSON for programs.
 //! * `failure`: exit codes, and the remedy for a refusal.
 

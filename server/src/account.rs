@@ -35,7 +35,7 @@ impl Account {
         }
     }
 
-    /// Whom the running task works for; the process where nobody was named.
+    /// Whom the running task works for; the process where none was named.
     pub(crate) fn current() -> Self {
         CURRENT.try_with(Self::clone).unwrap_or(Self::Process)
     }

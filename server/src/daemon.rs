@@ -5,6 +5,7 @@
 //! the first that any robot sees.
 
 mod autosave;
+mod error;
 mod open_files;
 mod service_manager;
 mod signals;
@@ -13,7 +14,6 @@ mod tests;
 
 use std::io::Write as _;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -36,6 +36,7 @@ use crate::loading::Loader;
 use crate::recording::{Encoders, Recordings};
 use crate::ros2;
 use crate::zenoh;
+pub use error::Error;
 use service_manager::ServiceManager;
 use signals::{SignalAction, Signals};
 
@@ -43,68 +44,6 @@ use signals::{SignalAction, Signals};
 const DRAIN: Duration = Duration::from_millis(2200);
 /// The driver ends within this time after that, or is left behind.
 const LAST_STEP: Duration = Duration::from_millis(300);
-
-/// Why a daemon does not start, or ends by itself.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// An asset root is not a folder that can be read.
-    #[error("asset root {folder}: {source}", folder = folder.display())]
-    AssetRoot {
-        /// As the operator wrote it.
-        folder: PathBuf,
-        /// The system's words.
-        source: std::io::Error,
-    },
-    /// The address cannot be listened on.
-    #[error("cannot listen on {address}: {source}")]
-    Listen {
-        /// As the operator wrote it.
-        address: SocketAddr,
-        /// The system's words.
-        source: std::io::Error,
-    },
-    /// The files of TLS or of tokens cannot be used.
-    #[error("{0}")]
-    Security(String),
-    /// Zenoh cannot be served.
-    #[error(transparent)]
-    Zenoh(#[from] zenoh::Error),
-    /// A robot cannot be loaded.
-    #[error("cannot load {path}: {source}", path = path.display())]
-    Robot {
-        /// As the operator wrote it.
-        path: PathBuf,
-        /// Why.
-        source: CallError,
-    },
-    /// The system gives no threads or no signals.
-    #[error("cannot start: {0}")]
-    System(std::io::Error),
-    /// The driver failed.
-    #[error("the physics thread ended: {0}")]
-    Driver(String),
-    /// The server failed.
-    #[error("the server ended: {0}")]
-    Server(String),
-    /// A second signal came while it drained.
-    #[error("cut off by a second signal")]
-    CutOff,
-}
-
-impl Error {
-    /// The process's exit code, as `simd --help` has it.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            // An asset root was there when the configuration was read.
-            Self::AssetRoot { .. } | Self::System(_) | Self::Driver(_) | Self::Server(_) | Self::CutOff => 1,
-            Self::Listen { .. } | Self::Zenoh(zenoh::Error::Listen { .. }) => 4,
-            Self::Robot { .. } => 5,
-            Self::Zenoh(zenoh::Error::NameTaken { .. }) => 6,
-            Self::Security(_) | Self::Zenoh(zenoh::Error::Settings(_)) => 3,
-            Self::Zenoh(zenoh::Error::Join { .. } | zenoh::Error::Session(_)) => 1,
-        }
-    }
-}
 
 /// A daemon that runs.
 #[derive(Debug)]

@@ -15,6 +15,7 @@ mod meter;
 mod pacer;
 mod published;
 mod realtime;
+mod record;
 mod step_queue;
 mod step_threads;
 mod tap;

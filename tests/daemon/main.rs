@@ -5,6 +5,7 @@
 mod autosave;
 mod client;
 mod docs;
+mod doctor;
 mod draining;
 #[cfg(target_os = "linux")]
 mod faults;

@@ -1,5 +1,5 @@
 //! [MCAP](https://mcap.dev/spec), the container of robot recordings: as much of it as simd writes, and as it takes to read
-//! that back from a file that nobody vouches for.
+//! that back from an untrusted file.
 //!
 //! * [`Writer`]: chunks compressed with LZ4, each whole in the file once it is flushed; indexes and statistics at the end.
 //! * [`Reader`]: from the first byte to the last, within [`Limits`], also where the file ends early.

@@ -81,7 +81,7 @@ impl Draft {
         Ok(())
     }
 
-    /// Who said the value of a key. `None`: nobody, so it is the default.
+    /// Where the value of a key comes from. `None`: it is the default.
     pub(super) fn origin(&self, path: &str) -> Option<&Origin> {
         self.origins.get(path)
     }
@@ -109,7 +109,7 @@ impl Draft {
         Ok(self)
     }
 
-    /// A mistake in what some keys are together: that of who said one last, of the flags where nobody did.
+    /// A mistake in what some keys are together: reported for the source that set one last, or for the flags where none did.
     fn mistake(&self, paths: &[&str], sentence: &str) -> ConfigError {
         match paths.iter().filter_map(|path| self.origin(path)).max() {
             Some(origin) => origin.mistake(sentence),
@@ -117,7 +117,7 @@ impl Draft {
         }
     }
 
-    /// Limits that follow from others where nobody said them.
+    /// Limits that follow from others where they are not set.
     fn settle_shares(&mut self) {
         let is_said = |path: &str| self.origins.contains_key(path);
         let connections = &mut self.config.connections;

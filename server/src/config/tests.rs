@@ -199,7 +199,7 @@ fn variables_beat_the_file_and_flags_beat_variables() {
         ("SIMD_PHYSICS_TIME_STEP", "0.004"),
         ("SIMD_ZENOH_CONNECT", "tcp/a:1, tcp/b:2"),
         ("SIMD_PAUSED", "1"),
-        // Those of clients, and of nobody.
+        // Those of clients, and of no client.
         ("SIMD_TOKEN", "secret"),
         ("SIMD_TLS_CA", "ca.pem"),
         ("SIMDX", ""),

@@ -114,7 +114,7 @@ fn watchdog() -> Option<Duration> {
     None
 }
 
-/// Until nobody has anything to say.
+/// Until both ends have nothing more to send.
 fn send(messages: &Receiver<Message>) {
     let mut has_failed = false;
     for message in messages {

@@ -69,7 +69,7 @@ pub(crate) enum Event {
         /// With what is in force from then on.
         reply: ReplyTo<(Done, PhysicsSettings, Pace)>,
     },
-    /// Tell a recorder everything from now on, or end what the present one is told.
+    /// Give a recorder everything from now on, or end what the present one gets.
     Record {
         /// Where to; the first entry is the whole world.
         tap: Option<Arc<Tap>>,

@@ -7,19 +7,19 @@ use std::time::Instant;
 
 use simd_core::simulation::EventKind;
 use simd_core::simulation::command::{ClaimId, Clamped, PhysicsChange, ResetScope, SetTargets};
-use simd_core::{Applied, Command, Error, Moment, PhysicsSettings, Reply};
+use simd_core::{Applied, Command, Error, PhysicsSettings, Reply};
 
 use super::board::Publisher;
 use super::call_budget::CallBudget;
 use super::event::Event;
-use super::event_log::{EventLog, Happened, LoggedEvent, RecordingEnd};
+use super::event_log::{EventLog, Happened};
 use super::long_step::LongSteps;
 use super::mailbox::Inbox;
 use super::meter::Meter;
 use super::pacer::{Due, Pacer};
 use super::published::{Done, Pace, PaceChange, Statistics, Stepped};
 use super::step_queue::{Pending, StepQueue};
-use super::tap::{AppliedCommand, Entry, Sender, Tap, TapEnd, WorldEntry};
+use super::tap::{AppliedCommand, Entry, Sender, Tap};
 use super::world::World;
 use crate::call_error::CallError;
 use crate::run_state::RunState;
@@ -44,7 +44,7 @@ pub(super) struct Driver<W> {
     pub(super) long_steps: LongSteps,
     /// Calls that may still go before an interrupted step begins anew.
     pub(super) before_retry: usize,
-    /// Where a recorder is told everything.
+    /// Where a recorder gets everything.
     pub(super) tap: Option<Arc<Tap>>,
 }
 
@@ -313,7 +313,7 @@ impl<W: World> Driver<W> {
         self.pacer.set_period(period, Instant::now());
     }
 
-    fn publish(&mut self) {
+    pub(super) fn publish(&mut self) {
         self.has_unpublished = false;
         let playing = self.state == RunState::Playing;
         let statistics = Statistics {
@@ -344,71 +344,6 @@ impl<W: World> Driver<W> {
                 _ => Happened::World(event),
             };
             self.log(happened);
-        }
-    }
-
-    fn log(&mut self, what: Happened) {
-        let (wall_time, state_sequence) = (std::time::SystemTime::now(), self.publisher.sequence());
-        let recorded = self.tap.is_some().then(|| what.clone());
-        let sequence = self.events.push(wall_time, state_sequence, what);
-        if let Some(what) = recorded {
-            self.record(Entry::Event(LoggedEvent { sequence, wall_time, state_sequence, what }));
-        }
-    }
-
-    /// Tells the recorder, and stops telling it where it does not keep up.
-    fn record(&mut self, entry: Entry) {
-        let Some(Err(end)) = self.tap.as_ref().map(|tap| tap.push(entry)) else { return };
-        let Some(tap) = self.tap.take() else { return };
-        // Whoever writes may be waiting for the disk: it is said here. All else the writer says.
-        if end == TapEnd::Full {
-            let recording = tap.name.to_string();
-            let message =
-                "what waits to be written fills the memory that it may take: the disk is slower than the \
-                           world"
-                    .to_owned();
-            tracing::error!(recording, "the recording ends: {message}");
-            let (at, cause) = (self.world.now(), RecordingEnd::TooSlow);
-            self.log(Happened::RecordingEnded { at, recording, cause, message });
-        }
-    }
-
-    fn record_world(&mut self) {
-        let world = &self.world;
-        let published = self.publisher.board().newest();
-        let entry =
-            WorldEntry { at: world.now(), state: world.snapshot(), claims: world.claims(), published };
-        self.record(Entry::World(Box::new(entry)));
-    }
-
-    /// Another recorder, or none any more: the last thing that one is told is the whole world.
-    fn set_tap(&mut self, tap: Option<Arc<Tap>>) -> Moment {
-        // What the recorder is told of the world and what is published are of one moment.
-        if self.has_unpublished {
-            self.publish();
-        }
-        if self.tap.is_some() {
-            self.record_world();
-        }
-        if let Some(before) = self.tap.take() {
-            before.end(TapEnd::Stopped);
-        }
-        self.tap = tap;
-        let at = self.world.now();
-        if let Some(recording) = self.tap.as_ref().map(|tap| tap.name.to_string()) {
-            self.record_world();
-            self.log(Happened::RecordingStarted { at, recording });
-        }
-        at
-    }
-
-    /// The last thing that a recorder is told.
-    pub(super) fn end_tap(&mut self) {
-        if self.tap.is_some() {
-            self.record_world();
-        }
-        if let Some(tap) = self.tap.take() {
-            tap.end(TapEnd::DriverEnded);
         }
     }
 

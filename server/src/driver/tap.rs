@@ -1,7 +1,7 @@
-//! What a recorder is told: the whole world at first and whenever it asks, every command that was applied, every step.
+//! What a recorder gets: the whole world at first and whenever it asks, every command that was applied, every step.
 //!
 //! The physics thread never waits for it: entries wait in a queue that is bounded in bytes, and one that does not fit
-//! ends what the recorder is told.
+//! ends it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -18,7 +18,7 @@ use super::published::Published;
 /// Who sends a command, as the client calls itself; `None` where it does not say.
 pub(crate) type Sender = Option<Arc<str>>;
 
-/// Something that a recorder is told, in the order in which it happened.
+/// An entry for a recorder, in the order in which it happened.
 #[derive(Debug)]
 pub(crate) enum Entry {
     /// The whole world, between two steps.

@@ -106,7 +106,7 @@ impl SimHandle {
         *calls.ended.entry(how).or_default() += 1;
     }
 
-    /// Where refusals are counted that nobody is answered.
+    /// Where refusals are counted that have no answer.
     pub(crate) fn refused_unanswered(&self) -> Arc<RefusedUnanswered> {
         Arc::clone(&self.inner.calls.refused)
     }

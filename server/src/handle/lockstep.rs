@@ -253,7 +253,7 @@ impl SimHandle {
             group.is_stepping = true;
         }
         let handle = self.clone();
-        // Of nobody's: it goes on where the caller who made it begin goes away.
+        // A task of its own: it goes on where the caller who made it begin goes away.
         tokio::spawn(Account::Process.scope(async move {
             loop {
                 let due = {

@@ -1,7 +1,7 @@
 //! Whose saved states and parameters are, and who may replace or take them away.
 //!
 //! What was made with a claim is its holder's as long as the claim holds. What was made with a token is its owner's as
-//! long as it is there. All else is everybody's: without tokens nobody can be told from another.
+//! long as it is there. All else is everybody's: without tokens one caller looks like another.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -18,7 +18,7 @@ impl SimHandle {
         request: RecordingRequest,
     ) -> Result<(RecordingInfo, Moment), CallError> {
         self.check_robots(None)?;
-        // A task of its own, so that a caller who goes away leaves no recording that nobody is told of.
+        // A task of its own, so that a caller who goes away leaves no recording without an owner.
         let begun = tokio::spawn(self.clone().begin_recording(request)).await;
         begun.map_err(|error| CallError::Internal { message: error.to_string() })?
     }
@@ -34,8 +34,8 @@ impl SimHandle {
         let recordings = self.inner.recordings.clone();
         let begin = move || recordings.begin(request, sources);
         let Running { name, tap, done: _ } = self.loader().off_thread(begin).await??;
-        let told = self.ask(|reply| Event::Record { tap: Some(Arc::clone(&tap)), reply }).await;
-        let at = match told {
+        let begun = self.ask(|reply| Event::Record { tap: Some(Arc::clone(&tap)), reply }).await;
+        let at = match begun {
             Ok(at) => at,
             Err(error) => {
                 tap.end(TapEnd::Stopped);

@@ -1,4 +1,4 @@
-//! The thread that writes a recording: takes what the driver told, now and then, and writes it. What was written is flushed
+//! The thread that writes a recording: takes entries of the driver, now and then, and writes it. What was written is flushed
 //! often enough that a daemon that is killed loses less than a second.
 
 use std::collections::VecDeque;
@@ -139,7 +139,7 @@ impl Writer {
                 }
             }
             if let Err(ended) = written.and_then(|()| self.keep_up(Instant::now())) {
-                // What is told from now on is dropped.
+                // Entries from now on are dropped.
                 self.tap.end(TapEnd::Stopped);
                 break ended;
             }

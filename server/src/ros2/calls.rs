@@ -1,5 +1,5 @@
 //! Queries that are answered at one time: so many, and no more. Each is worked on by a task, and answered on a thread that
-//! nobody else waits for, since Zenoh waits there for an asker that does not read.
+//! no other waits for, since Zenoh waits there for an asker that does not read.
 
 use std::sync::Arc;
 

@@ -207,7 +207,7 @@ struct Kept {
 impl Last {
     async fn declare(session: &Session, key: String, calls: Arc<Calls>) -> Result<Self, zenoh::Error> {
         let kept: Arc<Mutex<Option<Kept>>> = Arc::default();
-        // By session, and not by a number of the publisher's: messages are told apart by their times.
+        // By session, and not by a number of the publisher's: messages differ by their times.
         let cache = format!("{key}/@adv/pub/{}/uhlc/_", session.zid());
         let answers = Arc::clone(&kept);
         let answer = move |query: &Query| {

@@ -20,6 +20,7 @@ use tonic::{Code, Status};
 
 use super::counted::reason;
 use super::status::Explained;
+use super::watched::watched;
 use crate::SimHandle;
 use crate::access::{Denied, Grant, role_of};
 use crate::handle::{AuditedCall, Peer, RobotNote, Transport};
@@ -222,7 +223,7 @@ where
                 // Only a refusal has its status in the headers; a stream that goes on has its own at its end.
                 let refused = Status::from_header_map(response.headers());
                 let response = match (line.take(), refused, &grant) {
-                    (Some(line), None, Some(_)) => response.map(|body| Body::new(Noted { body, line })),
+                    (Some(mut line), None, Some(_)) => watched(response, move |status| line.write(status)),
                     (Some(mut line), refused, _) => {
                         line.write(&refused.unwrap_or_else(|| Status::ok("")));
                         response
@@ -235,44 +236,6 @@ where
                 }
             }),
         }
-    }
-}
-
-/// The body of a stream, of which a line is written where it ends.
-struct Noted {
-    body: Body,
-    line: Line,
-}
-
-impl http_body::Body for Noted {
-    type Data = Bytes;
-    type Error = Status;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
-        let frame = Pin::new(&mut self.body).poll_frame(context);
-        if let Poll::Ready(frame) = &frame {
-            match frame {
-                Some(Ok(frame)) => {
-                    if let Some(status) = frame.trailers_ref().and_then(Status::from_header_map) {
-                        self.line.write(&status);
-                    }
-                }
-                Some(Err(status)) => self.line.write(status),
-                None => self.line.write(&Status::ok("")),
-            }
-        }
-        frame
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.body.size_hint()
     }
 }
 

@@ -1,25 +1,22 @@
 //! Counts each call of every transport: which method, how it ended, how long it took. Each has an id, which is in every
 //! line of the log that is written for it, and in its answer.
 
-use std::pin::Pin;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::task::{Context, Poll};
 
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue};
 use axum::middleware::Next;
 use axum::response::Response;
-use http_body::{Frame, SizeHint};
-use simd_proto::methods::{self, Method};
+use simd_proto::methods;
 use simd_proto::v1::ErrorReason;
 use tokio::time::Instant;
 use tonic::body::Body;
-use tonic::codegen::Bytes;
 use tonic::{Code, Status};
 use tonic_types::StatusExt as _;
 use tracing::Instrument as _;
 
 use super::held::Held;
+use super::watched::watched;
 use crate::SimHandle;
 use crate::handle::Transport;
 
@@ -56,55 +53,13 @@ pub(super) async fn count(
         return response;
     }
     let stream = handle.stream_begins(method, transport);
-    let counted = move |body| Counted { body, handle, of: Some((method, transport)) };
-    response.map(|body| axum::body::Body::new(Held::new(Body::new(counted(Body::new(body))), stream)))
-}
-
-/// The body of a stream, whose end is counted where it is a refusal.
-struct Counted {
-    body: Body,
-    handle: SimHandle,
-    /// None once it has ended.
-    of: Option<(&'static Method, Transport)>,
-}
-
-impl Counted {
-    fn refused(&mut self, status: &Status) {
-        if let Some((method, transport)) = self.of.take() {
-            self.handle.refused_beside_calls(method, transport, (status.code().into(), reason(status)));
+    let mut is_counted = false;
+    let response = watched(response.map(Body::new), move |status| {
+        if status.code() != Code::Ok && !std::mem::replace(&mut is_counted, true) {
+            handle.refused_beside_calls(method, transport, (status.code().into(), reason(status)));
         }
-    }
-}
-
-impl http_body::Body for Counted {
-    type Data = Bytes;
-    type Error = Status;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, Status>>> {
-        let frame = Pin::new(&mut self.body).poll_frame(context);
-        match &frame {
-            Poll::Ready(Some(Ok(frame))) => {
-                let status = frame.trailers_ref().and_then(Status::from_header_map);
-                if let Some(status) = status.filter(|status| status.code() != Code::Ok) {
-                    self.refused(&status);
-                }
-            }
-            Poll::Ready(Some(Err(status))) => self.refused(status),
-            Poll::Ready(None) | Poll::Pending => {}
-        }
-        frame
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.body.size_hint()
-    }
+    });
+    response.map(|body| axum::body::Body::new(Held::new(body, stream)))
 }
 
 /// The id of a request: what its client says, where that can be printed; else a number of our own.

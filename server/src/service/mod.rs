@@ -37,6 +37,7 @@ pub mod status;
 mod tests;
 pub mod transport;
 pub mod version;
+mod watched;
 
 use std::pin::Pin;
 use std::sync::Arc;

@@ -289,14 +289,14 @@ fn token(known: Option<&TokenInfo>, given: Option<Source>, is_plain: bool, now: 
     }
 }
 
-/// How far its clock is from ours: it told its time somewhere between the question and the answer.
+/// How far its clock is from ours: it read its clock somewhere between the question and the answer.
 fn clock(daemon: &DaemonStatistics, sent: SystemTime, took: Duration) -> Option<Finding> {
     const CHECK: &str = "clock";
     let theirs = daemon.wall_time?;
     let since = sent.duration_since(SystemTime::UNIX_EPOCH).ok()?;
     let seconds = (theirs.seconds - i64::try_from(since.as_secs()).ok()?) as f64;
     let ahead = seconds + (f64::from(theirs.nanos) - f64::from(since.subsec_nanos())) * 1e-9;
-    // Nearer than this they cannot be told to differ.
+    // Nearer than this no difference can be seen.
     let skew = ahead - ahead.clamp(0.0, took.as_secs_f64());
     Some(match skew.abs() > MAX_SKEW {
         true => Finding::warning(

@@ -37,13 +37,13 @@ pub(super) async fn daemon(endpoint: &str, options: &ConnectOptions, token: Opti
     seen
 }
 
-/// The network beside a daemon that was reached over gRPC. Where nobody said a locator, nothing has to be there.
+/// The network beside a daemon that was reached over gRPC. Without a locator, nothing has to be there.
 pub(super) async fn beside(
     locator: Option<&str>,
     options: &ConnectOptions,
     daemon: Option<&str>,
 ) -> Vec<Finding> {
-    // A token is not told to whoever listens there: nothing is asked.
+    // A token is not sent to an unknown listener: nothing is asked.
     let options = ConnectOptions { token: None, ..options.clone() };
     let place = locator.unwrap_or(DEFAULT_LOCATOR);
     match joined(place, &options).await {

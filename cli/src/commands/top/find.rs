@@ -49,7 +49,7 @@ pub(super) fn find(
             let configuration = read(configuration_path().as_deref())?;
             for name in configuration.contexts.keys() {
                 let other = of_context(&configuration, name)?;
-                // The token of one daemon is not told to another.
+                // The token of one daemon is not sent to another.
                 let authorities = other.tls_authorities.or(connect.tls_authorities.clone());
                 let token = other.token.map(Token::from);
                 let connect = ConnectOptions { token, tls_authorities: authorities, ..connect.clone() };

@@ -16,7 +16,7 @@ use super::{
     world::World,
 };
 
-/// How often it is looked whether nobody hears keys any more.
+/// How often it checks whether the reader of keys has ended.
 const LOOK: Duration = Duration::from_millis(100);
 /// Keys that wait; more are not read from the terminal.
 const WAITING: usize = 64;

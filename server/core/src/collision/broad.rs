@@ -2,7 +2,7 @@
 //! tree.
 
 use super::RobotColliders;
-use super::colliders::Bounds;
+use super::bounds::Bounds;
 use super::still::Still;
 
 /// Finds robots whose bounds overlap. Keeps its memory from step to step, and no more.

@@ -13,6 +13,7 @@
 //! Nothing here depends on the steps before: equal poses give equal contacts to the bit, so
 //! a restored state goes on as the original did.
 
+mod bounds;
 mod broad;
 mod colliders;
 pub mod distance;

@@ -3,7 +3,7 @@
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
 
-use super::colliders::Bounds;
+use super::bounds::Bounds;
 
 /// Fewer than this are looked at one by one.
 const WORTH_A_TREE: usize = 16;

@@ -3,7 +3,7 @@
 use crate::message::messages;
 
 messages! {
-    /// An identifier that nobody else has chosen.
+    /// An identifier that no other chose.
     #[derive(Copy, Eq, PartialOrd, Ord)]
     UUID = "unique_identifier_msgs/msg/UUID" {
         uuid: [u8; 16],

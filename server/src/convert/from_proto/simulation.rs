@@ -31,7 +31,7 @@ pub fn run_state(request: &v1::SetSimulationStateRequest) -> Result<RunState, Ba
 pub struct Steps {
     /// How many.
     pub steps: u64,
-    /// With whom they are done; empty: with nobody.
+    /// With whom they are done; empty: alone.
     pub member: String,
     /// To be set before the first.
     pub targets: Option<SetTargets>,

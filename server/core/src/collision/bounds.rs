@@ -1,0 +1,69 @@
+//! Boxes around colliders.
+
+use glamx::{DPose3, DVec3};
+use rapier3d_f64::parry::bounding_volume::BoundingVolume as _;
+use rapier3d_f64::parry::shape::Shape;
+
+use super::facets;
+
+/// A box along the world's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    pub(super) least: DVec3,
+    pub(super) most: DVec3,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { least: DVec3::INFINITY, most: DVec3::NEG_INFINITY }
+    }
+}
+
+impl Bounds {
+    /// Around a box, given by its middle and half lengths, and this far from it.
+    pub(super) fn of_box([middle, half]: [DVec3; 2], world_from_box: &DPose3, margin: f64) -> Self {
+        let DPose3 { rotation, .. } = *world_from_box;
+        let sides = [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z];
+        let half =
+            sides.map(|side| (rotation * side).abs()).into_iter().sum::<DVec3>() + DVec3::splat(margin);
+        let middle = world_from_box.transform_point(middle);
+        Self { least: middle - half, most: middle + half }
+    }
+
+    /// Around a shape and this far from it.
+    pub(super) fn of(shape: &dyn Shape, world_from_shape: &DPose3, margin: f64) -> Self {
+        if let Some(cylinder) = shape.as_cylinder() {
+            // parry would ask for the farthest point six times.
+            let axis = world_from_shape.rotation * DVec3::Y;
+            let across = (DVec3::ONE - axis * axis).max(DVec3::ZERO).map(f64::sqrt);
+            let half = axis.abs() * cylinder.half_height + across * cylinder.radius + DVec3::splat(margin);
+            let middle = world_from_shape.translation;
+            return Self { least: middle - half, most: middle + half };
+        }
+        let aabb = match shape.as_heightfield() {
+            Some(field) => facets::ground(field).transform_by(world_from_shape),
+            None => shape.compute_aabb(world_from_shape),
+        };
+        let aabb = aabb.loosened(margin);
+        Self { least: aabb.mins, most: aabb.maxs }
+    }
+
+    /// With so much more on each side.
+    pub(super) fn loosened(&self, by: f64) -> Self {
+        Self { least: self.least - DVec3::splat(by), most: self.most + DVec3::splat(by) }
+    }
+
+    pub(super) fn around(self, other: Self) -> Self {
+        Self { least: self.least.min(other.least), most: self.most.max(other.most) }
+    }
+
+    /// How far apart the two are along the axis that shows it best; negative where they overlap.
+    pub(super) fn gap(&self, other: &Self) -> f64 {
+        (other.least - self.most).max(self.least - other.most).max_element()
+    }
+
+    /// Whether the two overlap.
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        self.least.cmple(other.most).all() && other.least.cmple(self.most).all()
+    }
+}

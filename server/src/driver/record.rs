@@ -1,0 +1,77 @@
+//! What the driver gives to the log of events and to a recorder.
+
+use std::sync::Arc;
+
+use simd_core::Moment;
+
+use super::event_log::{Happened, LoggedEvent, RecordingEnd};
+use super::main_loop::Driver;
+use super::tap::{Entry, Tap, TapEnd, WorldEntry};
+use super::world::World;
+
+impl<W: World> Driver<W> {
+    pub(super) fn log(&mut self, what: Happened) {
+        let (wall_time, state_sequence) = (std::time::SystemTime::now(), self.publisher.sequence());
+        let recorded = self.tap.is_some().then(|| what.clone());
+        let sequence = self.events.push(wall_time, state_sequence, what);
+        if let Some(what) = recorded {
+            self.record(Entry::Event(LoggedEvent { sequence, wall_time, state_sequence, what }));
+        }
+    }
+
+    /// Gives the recorder an entry, and ends the recording where it does not keep up.
+    pub(super) fn record(&mut self, entry: Entry) {
+        let Some(Err(end)) = self.tap.as_ref().map(|tap| tap.push(entry)) else { return };
+        let Some(tap) = self.tap.take() else { return };
+        // The writer may be waiting for the disk: the event comes from here. All else the writer reports.
+        if end == TapEnd::Full {
+            let recording = tap.name.to_string();
+            let message =
+                "what waits to be written fills the memory that it may take: the disk is slower than the \
+                           world"
+                    .to_owned();
+            tracing::error!(recording, "the recording ends: {message}");
+            let (at, cause) = (self.world.now(), RecordingEnd::TooSlow);
+            self.log(Happened::RecordingEnded { at, recording, cause, message });
+        }
+    }
+
+    pub(super) fn record_world(&mut self) {
+        let world = &self.world;
+        let published = self.publisher.board().newest();
+        let entry =
+            WorldEntry { at: world.now(), state: world.snapshot(), claims: world.claims(), published };
+        self.record(Entry::World(Box::new(entry)));
+    }
+
+    /// Another recorder, or none any more: the last entry of each is the whole world.
+    pub(super) fn set_tap(&mut self, tap: Option<Arc<Tap>>) -> Moment {
+        // The recorded world and the published one are of one moment.
+        if self.has_unpublished {
+            self.publish();
+        }
+        if self.tap.is_some() {
+            self.record_world();
+        }
+        if let Some(before) = self.tap.take() {
+            before.end(TapEnd::Stopped);
+        }
+        self.tap = tap;
+        let at = self.world.now();
+        if let Some(recording) = self.tap.as_ref().map(|tap| tap.name.to_string()) {
+            self.record_world();
+            self.log(Happened::RecordingStarted { at, recording });
+        }
+        at
+    }
+
+    /// Gives a recorder its last entry.
+    pub(super) fn end_tap(&mut self) {
+        if self.tap.is_some() {
+            self.record_world();
+        }
+        if let Some(tap) = self.tap.take() {
+            tap.end(TapEnd::DriverEnded);
+        }
+    }
+}
