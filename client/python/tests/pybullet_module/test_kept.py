@@ -47,6 +47,8 @@ def test_a_picture_has_the_form_of_pybullets_of_an_empty_world(
         for a, b in zip(theirs[2:], ours[2:], strict=True):
             assert (a.dtype, a.shape) == (b.dtype, b.shape)
             np.testing.assert_array_equal(a, b)
+    for a, b in zip(bullet.renderImage(4, 3), script.renderImage(4, 3), strict=True):
+        np.testing.assert_array_equal(a, b)
     assert capsys.readouterr().err.count("pictures are empty") == 1
     with pytest.raises(script.error):
         script.getCameraImage(0, 3)

@@ -207,11 +207,11 @@ def test_meshes_that_cannot_be_are_told(script: ModuleType, tmp_path: Path) -> N
     (tmp_path / "mesh.ply").write_text("ply")
     with pytest.raises(script.error, match="none of .obj, .stl, .dae"):
         script.createCollisionShape(script.GEOM_MESH, fileName=str(tmp_path / "mesh.ply"))
-    with pytest.raises(NotImplementedError, match="heightfieldData"):
-        script.createCollisionShape(script.GEOM_HEIGHTFIELD, fileName="x.png")
-    for bad in ({"numHeightfieldRows": 3, "numHeightfieldColumns": 2}, {}):
-        with pytest.raises(script.error, match="has 4 numbers"):
-            script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=[0.0] * 4, **bad)
+    size = {"numHeightfieldRows": 3, "numHeightfieldColumns": 2}
+    with pytest.raises(script.error, match="has 4 numbers"):
+        script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=[0.0] * 4, **size)
+    with pytest.raises(script.error, match="must be numbers"):
+        script.createCollisionShape(script.GEOM_HEIGHTFIELD, heightfieldData=["a"] * 6, **size)
 
 
 def test_a_ball_rests_on_a_height_field_where_its_arrays_say(script: ModuleType) -> None:
@@ -257,3 +257,54 @@ def test_a_body_of_parts_keeps_them_where_it_is_fixed_and_freed(script: ModuleTy
     for _ in range(240):
         script.stepSimulation()
     assert script.getBasePositionAndOrientation(ball)[0][2] < 0.0
+
+
+def test_colours_that_a_script_changes_are_told_as_pybullet_tells_them(
+    bullet: Any, script: ModuleType, tmp_path: Path
+) -> None:
+    picture = tmp_path / "picture.png"
+    # Of one pixel, white.
+    picture.write_bytes(
+        bytes.fromhex(
+            "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de"
+            "0000000c49444154789c63f8ffff3f0005fe02fe0def46b80000000049454e44ae426082"
+        )
+    )
+    found: list[list[Any]] = []
+    for p in (bullet, script):
+        both = p.createVisualShapeArray(
+            [p.GEOM_BOX, p.GEOM_SPHERE],
+            radii=[0, 0.3],
+            halfExtents=[[0.1, 0.2, 0.3], [0, 0, 0]],
+            rgbaColors=[[1, 0, 0, 1], [0, 1, 0, 1]],
+        )
+        body = p.createMultiBody(1, -1, both)
+        arm = p.loadURDF(str(SEVEN_ARM), [0, 0, 5], useFixedBase=1)
+        first, second = p.loadTexture(str(picture)), p.loadTexture(str(picture))
+        assert second == first + 1
+        p.changeVisualShape(arm, 2, rgbaColor=[0.1, 0.2, 0.3, 0.4])
+        rows = [[(row[1], row[7]) for row in p.getVisualShapeData(arm)]]
+        for more in (
+            {"shapeIndex": 1, "rgbaColor": [0.5, 0.5, 0.5, 1]},
+            {"textureUniqueId": first},
+            {"textureUniqueId": -1, "specularColor": [1, 1, 1]},
+            {"rgbaColor": [0, 0, 1, 1]},
+        ):
+            assert p.changeVisualShape(body, -1, **more) is None
+            rows.append([row[7] for row in p.getVisualShapeData(body)])
+        p.resetVisualShapeData(body, -1, rgbaColor=[1, 0, 1, 1])
+        # What is not there is passed over.
+        p.changeVisualShape(99, -1, rgbaColor=[1, 0, 0, 1])
+        p.changeVisualShape(body, 7, rgbaColor=[1, 0, 0, 1])
+        p.changeTexture(first, [0] * 12, 2, 2)
+        rows.append([row[7] for row in p.getVisualShapeData(body)])
+        found.append(rows)
+        with pytest.raises(p.error, match="Error loading texture"):
+            p.loadTexture(str(tmp_path / "lost.png"))
+    # Links of the arm in the description's own colours differ in the last digits of single precision.
+    theirs, ours = (list(flat(rows)) for rows in found)
+    assert ours == pytest.approx(theirs, abs=1e-6)
+    with pytest.raises(script.error, match="four numbers"):
+        script.changeVisualShape(0, -1, rgbaColor=[1, 0])
+    with pytest.raises(script.error, match="have 12 values, and not 3"):
+        script.changeTexture(0, [0] * 3, 2, 2)

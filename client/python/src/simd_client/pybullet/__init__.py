@@ -7,6 +7,7 @@ it differs from PyBullet on purpose, is described in docs/pybullet.md.
 
 from . import (
     cameras,
+    colors,
     connections,
     constants,
     constraints,
@@ -15,6 +16,7 @@ from . import (
     files,
     filters,
     headless,
+    inverse_kinematics,
     joints,
     kinematics,
     loading,
@@ -32,6 +34,7 @@ from . import (
     window,
 )
 from .cameras import *
+from .colors import *
 from .connections import *
 from .constants import *
 from .constraints import *
@@ -41,6 +44,7 @@ from .errors import error
 from .files import *
 from .filters import *
 from .headless import *
+from .inverse_kinematics import *
 from .joints import *
 from .kinematics import *
 from .loading import *
@@ -60,6 +64,7 @@ stand_in.install()
 
 __all__ = ["error"]
 __all__ += cameras.__all__
+__all__ += colors.__all__
 __all__ += connections.__all__
 __all__ += constants.__all__
 __all__ += constraints.__all__
@@ -68,6 +73,7 @@ __all__ += dynamics.__all__
 __all__ += files.__all__
 __all__ += filters.__all__
 __all__ += headless.__all__
+__all__ += inverse_kinematics.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__

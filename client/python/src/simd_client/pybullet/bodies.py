@@ -72,6 +72,9 @@ class BodyJoint:
     # Of TORQUE_CONTROL over the last step, N m or N.
     torque_sent: float = 0.0
     sensor: bool = False
+    # Where it is at position 0, in the parent link's frame, and its axis there.
+    parent_from_joint: Pose = (ORIGIN, UPRIGHT)
+    axis: Vector = ORIGIN
 
 
 @dataclass(slots=True)
@@ -99,6 +102,8 @@ class Body:
     files: dict[str, str] = field(default_factory=dict[str, str])
     # Where those were found on this disk, by URI.
     paths: dict[str, str] = field(default_factory=dict[str, str])
+    # The URIs of the meshes that createMultiBody made it of.
+    made_of: frozenset[str] = frozenset()
     # The file that the script loaded, as it named it.
     file: str = ""
     scale: float = 1.0
@@ -110,6 +115,10 @@ class Body:
     divided: bool = False
     # Friction and restitution that the script set or that are PyBullet's default, by link.
     surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
+    # Of changeVisualShape, by PyBullet's number of the link.
+    colors: dict[int, tuple[float, float, float, float]] = field(
+        default_factory=dict[int, tuple[float, float, float, float]]
+    )
     # Settings of `changeDynamics` that the daemon does not have.
     noted: dict[int, dict[str, Any]] = field(default_factory=dict[int, dict[str, Any]])
 
@@ -212,16 +221,21 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u:
         damping=joint.damping,
         friction=joint.friction,
         friction_sent=joint.friction,
+        parent_from_joint=_wire_pose(joint),
+        axis=(joint.axis.x, joint.axis.y, joint.axis.z),
     )
+
+
+def _wire_pose(joint: JointInfo) -> Pose:
+    at, turn = joint.parent_from_joint.position, joint.parent_from_joint.orientation
+    return (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
 
 
 def _parent_frame(joint: JointInfo, frames: Mapping[str, Pose]) -> Pose:
     """Bullet's frame of a joint: its position in the parent's inertial frame, and the rotation
     from there into the child's inertial frame."""
-    at, turn = joint.parent_from_joint.position, joint.parent_from_joint.orientation
-    parent_from_joint: Pose = ((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
     inertia = frames.get(joint.parent_link, (ORIGIN, UPRIGHT))
-    place, rotation = compose(inverse(inertia), parent_from_joint)
+    place, rotation = compose(inverse(inertia), _wire_pose(joint))
     child = frames.get(joint.child_link, (ORIGIN, UPRIGHT))[1]
     return place, product(conjugate(child), conjugate(rotation))
 

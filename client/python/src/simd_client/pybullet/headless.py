@@ -122,47 +122,6 @@ def setDebugObjectColor(
     _nothing(physicsClientId, "setDebugObjectColor")
 
 
-def changeVisualShape(
-    objectUniqueId: int,
-    linkIndex: int,
-    shapeIndex: int = -1,
-    textureUniqueId: int = -2,
-    rgbaColor: Any = None,
-    specularColor: Any = None,
-    flags: int = -1,
-    physicsClientId: int = 0,
-) -> None:
-    """Colours nothing."""
-    _nothing(physicsClientId, "changeVisualShape")
-
-
-def resetVisualShapeData(
-    objectUniqueId: int,
-    linkIndex: int,
-    shapeIndex: int = -1,
-    textureUniqueId: int = -2,
-    rgbaColor: Any = None,
-    specularColor: Any = None,
-    flags: int = -1,
-    physicsClientId: int = 0,
-) -> None:
-    """Colours nothing: the old name of changeVisualShape."""
-    _nothing(physicsClientId, "resetVisualShapeData")
-
-
-def loadTexture(textureFilename: str, physicsClientId: int = 0) -> int:
-    """Reads nothing; the number can be given to changeVisualShape."""
-    _nothing(physicsClientId, "loadTexture")
-    return 0
-
-
-def changeTexture(
-    textureUniqueId: int, pixels: Any, width: int, height: int, physicsClientId: int = 0
-) -> None:
-    """Colours nothing."""
-    _nothing(physicsClientId, "changeTexture")
-
-
 def submitProfileTiming(eventName: str = "", physicsClientId: int = 0) -> None:
     """Does nothing: there is no profile window."""
     connected(physicsClientId)
@@ -172,16 +131,12 @@ __all__ = [
     "addUserDebugLine",
     "addUserDebugPoints",
     "addUserDebugText",
-    "changeTexture",
-    "changeVisualShape",
     "configureDebugVisualizer",
     "getKeyboardEvents",
     "getMouseEvents",
     "getVREvents",
-    "loadTexture",
     "removeAllUserDebugItems",
     "removeUserDebugItem",
-    "resetVisualShapeData",
     "setDebugObjectColor",
     "setVRCameraState",
     "submitProfileTiming",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,9 @@ class Mesh:
     upper: tuple[float, float, float]
     # It is not to be taken for its convex hull.
     is_concave: bool = False
+    # Of a height field: how many heights lie along x and along y, and the height that is at its origin.
+    samples: tuple[int, int] = (0, 0)
+    middle: float = 0.0
 
 
 def read(function: str, path: Path, is_concave: bool) -> Mesh:
@@ -77,10 +80,13 @@ def of_arrays(function: str, given: Any, triangles: Any) -> Mesh:
     return _mesh(function, data, ".obj", "", points, is_concave)
 
 
-def of_heights(function: str, given: Any, rows: int, columns: int) -> Mesh:
+def of_heights(function: str, given: Any, rows: int, columns: int, middle: float | None = None) -> Mesh:
     """A height field one by one metre in size, from heights that lie `rows` along x and, one such row after the other,
-    `columns` along y. As in PyBullet it is as far above its origin as below."""
-    heights = np.asarray(given, dtype=np.float64).reshape(-1)
+    `columns` along y. As in PyBullet it is as far above its origin as below, unless `middle` is the height there."""
+    try:
+        heights = np.asarray(() if given is None else given, dtype=np.float64).reshape(-1)
+    except (TypeError, ValueError):
+        raise error(f"{function}: heightfieldData must be numbers") from None
     if rows < 2 or columns < 2 or len(heights) != rows * columns:
         raise error(
             f"{function}: heightfieldData has {len(heights)} numbers, and numHeightfieldRows by numHeightfieldColumns "
@@ -88,11 +94,13 @@ def of_heights(function: str, given: Any, rows: int, columns: int) -> Mesh:
         )
     if not np.isfinite(heights).all():
         raise error(f"{function}: heightfieldData has a value that is not a number")
-    table = heights.reshape(columns, rows) - (heights.min() + heights.max()) / 2.0
+    origin = float(heights.min() + heights.max()) / 2.0 if middle is None else middle
+    table = heights.reshape(columns, rows) - origin
     # The file has the greatest y first, as a picture is looked at.
     lines = [",".join(map(repr, row)) for row in table[::-1].tolist()]
     corners = np.array([[-0.5, -0.5, table.min()], [0.5, 0.5, table.max()]])
-    return _mesh(function, ("\n".join(lines) + "\n").encode(), ".csv", "", corners, True)
+    made = _mesh(function, ("\n".join(lines) + "\n").encode(), ".csv", "", corners, True)
+    return replace(made, samples=(rows, columns), middle=origin)
 
 
 def vertices(data: bytes, name: str) -> Vertices | None:

@@ -45,9 +45,10 @@ def getVisualShapeData(objectUniqueId: int, flags: int = 0, physicsClientId: int
     numbers = _numbers(body)
     for shape in sorted(_scene(world, body).visuals, key=lambda shape: numbers[shape.link]):
         kind, size, file = _geometry(body, shape, drawn=True)
-        c = shape.color
+        c, link = shape.color, numbers[shape.link]
         color = (c.red, c.green, c.blue, c.alpha) if shape.HasField("color") else _WHITE
-        rows.append((objectUniqueId, numbers[shape.link], kind, size, file, *_pose(shape), color, *texture))
+        color = body.colors.get(link, color)
+        rows.append((objectUniqueId, link, kind, size, file, *_pose(shape), color, *texture))
     return tuple(rows)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from simd_client.proto import DescriptionSource
 
-from . import constants, descriptions, meshes
+from . import constants, descriptions, meshes, terrain
 from .arguments import ORIGIN, UPRIGHT, Pose, floats, indices, quaternion, vector
 from .connections import connected
 from .errors import error, unsupported
@@ -48,8 +48,9 @@ def createCollisionShape(
     replaceHeightfieldIndex: int = -1,
     physicsClientId: int = 0,
 ) -> int:
-    """The number of a box, sphere, cylinder, capsule, plane or mesh, for createMultiBody. A mesh is its convex hull, or
-    with indices or GEOM_FORCE_CONCAVE_TRIMESH, its triangles where its body cannot move and elsewhere its convex parts."""
+    """The number of a box, sphere, cylinder, capsule, plane, mesh or height field, for createMultiBody. A mesh is its convex
+    hull, or with indices or GEOM_FORCE_CONCAVE_TRIMESH, its triangles where its body cannot move and elsewhere its convex parts.
+    With replaceHeightfieldIndex that height field gets other heights, and so do the bodies that were made of it."""
     function, world = "createCollisionShape", connected(physicsClientId)
     frame = _pose(collisionFramePosition, collisionFrameOrientation)
     if shapeType == constants.GEOM_MESH:
@@ -57,10 +58,15 @@ def createCollisionShape(
         mesh = _mesh(world, function, fileName, vertices, indices, is_concave)
         return world.collision_shapes.add([_scaled(mesh, meshScale, frame, None)])
     if shapeType == constants.GEOM_HEIGHTFIELD:
-        if fileName or heightfieldData is None or replaceHeightfieldIndex >= 0:
-            raise unsupported(function, "height fields are made of heightfieldData, and not replaced")
-        rows, columns = int(numHeightfieldRows), int(numHeightfieldColumns)
-        mesh = meshes.of_heights(function, heightfieldData, rows, columns)
+        if numHeightfieldRows > 0 and numHeightfieldColumns > 0:
+            heights, rows, columns = heightfieldData, int(numHeightfieldRows), int(numHeightfieldColumns)
+        elif fileName:
+            heights, rows, columns = terrain.read(function, found(world, fileName, f"{function}: could not load the heights."))
+        else:
+            raise error(f"{function}: a height field needs heightfieldData with its rows and columns, or fileName")
+        if replaceHeightfieldIndex >= 0:
+            return terrain.replace(world, function, int(replaceHeightfieldIndex), heights, rows, columns)
+        mesh = meshes.of_heights(function, heights, rows, columns)
         x, y, z = (1.0, 1.0, 1.0) if meshScale is None else vector(meshScale, "meshScale needs three numbers")
         size = (x * (rows - 1), y * (columns - 1), z)
         return world.collision_shapes.add([_scaled(mesh, size, frame, None)])
@@ -327,6 +333,7 @@ def createMultiBody(
         number = settled(world, entity, descriptions.read(text, 1.0), text, files, 1.0)
         body = world.bodies[number]
         body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, spawn.divided
+        body.made_of = frozenset(used)
         numbers.append(number)
     return tuple(numbers) if is_batch else numbers[0]
 

@@ -94,6 +94,12 @@ def getCameraImage(
     return columns, rows, colours, depths, np.full((rows, columns), -1, dtype=np.int32)
 
 
+def renderImage(width: int, height: int, *camera: Any) -> tuple[int, int, Any, Any, Any]:
+    """The old form of getCameraImage."""
+    del camera
+    return getCameraImage(width, height)
+
+
 def _unit(v: Vector) -> Vector:
     length = math.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
     return (1.0, 0.0, 0.0) if length == 0.0 else _times(v, 1.0 / length)
@@ -103,4 +109,4 @@ def _times(v: Vector, factor: float) -> Vector:
     return (v[0] * factor, v[1] * factor, v[2] * factor)
 
 
-__all__ = ["getCameraImage", "getDebugVisualizerCamera", "resetDebugVisualizerCamera"]
+__all__ = ["getCameraImage", "getDebugVisualizerCamera", "renderImage", "resetDebugVisualizerCamera"]

@@ -91,6 +91,8 @@ class World(Readings):
         self.constraints: dict[int, Constraint] = {}
         self.next_constraint = 1
         self.camera = Camera()
+        # How many of loadTexture's there are.
+        self.textures = 0
         self.notes = Notes()
         self.collision_shapes = Shapes()
         self.visual_shapes = Shapes()
@@ -161,7 +163,8 @@ class World(Readings):
         layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
-        made.paths, made.file = body.paths, body.file
+        made.paths, made.file, made.made_of = body.paths, body.file, body.made_of
+        made.colors = body.colors
         made.self_collision, made.divided = body.self_collision, body.divided
         made.parent_flags = body.parent_flags
         self.set_surfaces(made, body.surfaces)

@@ -1,0 +1,79 @@
+"""Colours and textures of what is drawn: changeVisualShape and kin. The script keeps them, and the daemon's page shows those of the
+description."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .arguments import floats
+from .connections import connected
+from .errors import error
+from .loading import found
+from .world import World
+
+_NOT_DRAWN = "colours and textures that a script changes are kept for getVisualShapeData, and the page does not show them"
+
+
+def changeVisualShape(
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Any = None,
+    specularColor: Any = None,
+    flags: int = -1,
+    physicsClientId: int = 0,
+) -> None:
+    """Gives a link a colour, which getVisualShapeData then tells, as in PyBullet of all its shapes. A link that is not there is
+    passed over."""
+    del shapeIndex, textureUniqueId, flags
+    world = connected(physicsClientId)
+    world.say_once(f"changeVisualShape: {_NOT_DRAWN}")
+    body = world.bodies.get(objectUniqueId)
+    if specularColor is not None:
+        floats(specularColor, "specularColor needs three numbers", 3)
+    if rgbaColor is None:
+        return
+    red, green, blue, alpha = floats(rgbaColor, "rgbaColor needs four numbers", 4)
+    if body is None or body.link_name(linkIndex) is None:
+        return
+    body.colors[linkIndex] = (red, green, blue, alpha)
+
+
+def resetVisualShapeData(
+    objectUniqueId: int,
+    linkIndex: int,
+    shapeIndex: int = -1,
+    textureUniqueId: int = -2,
+    rgbaColor: Any = None,
+    specularColor: Any = None,
+    flags: int = -1,
+    physicsClientId: int = 0,
+) -> None:
+    """The old name of changeVisualShape."""
+    changeVisualShape(
+        objectUniqueId, linkIndex, shapeIndex, textureUniqueId, rgbaColor, specularColor, flags, physicsClientId
+    )
+
+
+def loadTexture(textureFilename: str, physicsClientId: int = 0) -> int:
+    """The number of a picture, for changeVisualShape. It is not drawn; a file that is not there is an error."""
+    world = connected(physicsClientId)
+    world.say_once(f"loadTexture: {_NOT_DRAWN}")
+    found(world, textureFilename, "Error loading texture.")
+    world.textures += 1
+    return world.textures - 1
+
+
+def changeTexture(
+    textureUniqueId: int, pixels: Any, width: int, height: int, physicsClientId: int = 0
+) -> None:
+    """Takes other pixels for a picture, three values each, and draws nothing."""
+    del textureUniqueId
+    world: World = connected(physicsClientId)
+    world.say_once(f"changeTexture: {_NOT_DRAWN}")
+    if len(pixels) != 3 * int(width) * int(height):
+        raise error(f"changeTexture: {width} by {height} pixels have {3 * int(width) * int(height)} values, and not {len(pixels)}")
+
+
+__all__ = ["changeTexture", "changeVisualShape", "loadTexture", "resetVisualShapeData"]

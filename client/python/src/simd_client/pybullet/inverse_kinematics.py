@@ -1,0 +1,138 @@
+"""calculateInverseKinematics2: joint positions at which several links of a robot are at places."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import constants
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, vector
+from .bodies import Body
+from .connections import connected
+from .errors import error, unsupported
+from .rotations import compose, cross, rotate
+from .world import World
+
+Array = NDArray[np.float64]
+
+_MOST_ITERATIONS = 1000
+# Levenberg and Marquardt's damping: where it starts, how it changes after a step that was good or bad, and where it is given up.
+_DAMPING, _BETTER, _WORSE, _MOST_DAMPING = 1e-3, 0.3, 4.0, 1e6
+
+
+@formerly("bodyIndex", "bodyUniqueId")
+def calculateInverseKinematics2(
+    bodyUniqueId: int,
+    endEffectorLinkIndices: Any,
+    targetPositions: Any,
+    lowerLimits: Any = None,
+    upperLimits: Any = None,
+    jointRanges: Any = None,
+    restPoses: Any = None,
+    jointDamping: Any = None,
+    solver: int = 0,
+    currentPositions: Any = None,
+    maxNumIterations: int = 100,
+    residualThreshold: float = 1e-4,
+    physicsClientId: int = 0,
+) -> tuple[float, ...]:
+    """Joint positions, one per degree of freedom, at which the origins of these links' frames are at these world places, or as
+    near to them as can be: damped least squares within the robot's own limits. Rest poses are where the search starts."""
+    del solver, jointRanges, jointDamping, lowerLimits, upperLimits
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
+    links = indices(endEffectorLinkIndices, "calculateInverseKinematics2: endEffectorLinkIndices must be numbers of links")
+    goals = [vector(each, "calculateInverseKinematics2: a target position has 3 numbers") for each in targetPositions]
+    if not links or len(links) != len(goals):
+        raise error(f"calculateInverseKinematics2: {len(goals)} target positions for {len(links)} links")
+    if any(not 0 <= link < len(body.joints) for link in links):
+        raise error("Error: endEffectorLinkIndex out-of-range.")
+    if any(joint.width > 1 for joint in body.joints):
+        raise unsupported("calculateInverseKinematics2", "joints must turn about one axis or slide along one")
+    states = world.joint_states(body)
+    moving = [place for place, joint in enumerate(body.joints) if joint.width == 1]
+    q = np.array([states.position[body.joints[place].position_index] for place in moving])
+    start = currentPositions if currentPositions is not None and len(currentPositions) else restPoses
+    if start is not None and len(start):
+        given = floats(start, "calculateInverseKinematics2: positions must be sequences of numbers")
+        if len(given) != len(moving):
+            raise error(f"calculateInverseKinematics2: {len(given)} joint positions for {len(moving)} degrees of freedom")
+        # What follows another joint stays where it is.
+        q = np.where([body.joints[place].driven for place in moving], given, q)
+    most = max(1, min(int(maxNumIterations), _MOST_ITERATIONS))
+    found = _solve(_Chains(world, body, moving, links), q, np.array(goals), most, float(residualThreshold))
+    return tuple(found.tolist())
+
+
+class _Chains:
+    """Where the origins of some links are, and how they move with the joints."""
+
+    def __init__(self, world: World, body: Body, moving: list[int], links: list[int]) -> None:
+        self._body = body
+        self._moving = moving
+        self._links = links
+        self._root = world.root(body)[0]
+        limits = [body.joints[place].limits for place in moving]
+        self.lower = np.array([-np.inf if low is None else low for low, _, _, _ in limits])
+        self.upper = np.array([np.inf if high is None else high for _, high, _, _ in limits])
+
+    def at(self, q: Array) -> tuple[Array, Array]:
+        """Places, a row each, and three rows of the Jacobian for each."""
+        body = self._body
+        values = dict(zip(self._moving, q.tolist(), strict=True))
+        frames: list[Pose] = []
+        for place, joint in enumerate(body.joints):
+            parent = joint.info[16]
+            frame = compose(self._root if parent < 0 else frames[parent], joint.parent_from_joint)
+            frames.append(compose(frame, _moved(joint.kind, joint.axis, values.get(place, 0.0))))
+        places, rows = np.zeros((len(self._links), 3)), np.zeros((3 * len(self._links), len(q)))
+        for row, link in enumerate(self._links):
+            places[row] = frames[link][0]
+            above = link
+            while above >= 0:
+                joint = body.joints[above]
+                if above in values and joint.driven:
+                    (x, y, z), turn = frames[above]
+                    axis = rotate(turn, joint.axis)
+                    a, b, c = places[row].tolist()
+                    column = self._moving.index(above)
+                    slides = joint.kind == constants.JOINT_PRISMATIC
+                    rows[3 * row : 3 * row + 3, column] = axis if slides else cross(axis, (a - x, b - y, c - z))
+                above = joint.info[16]
+        return places, rows
+
+
+def _moved(kind: int, axis: Vector, value: float) -> Pose:
+    """joint_from_child at a position."""
+    if kind == constants.JOINT_PRISMATIC:
+        return (axis[0] * value, axis[1] * value, axis[2] * value), UPRIGHT
+    if kind != constants.JOINT_REVOLUTE:
+        return ORIGIN, UPRIGHT
+    sine = math.sin(value / 2.0)
+    return ORIGIN, (axis[0] * sine, axis[1] * sine, axis[2] * sine, math.cos(value / 2.0))
+
+
+def _solve(chains: _Chains, q: Array, goals: Array, most: int, threshold: float) -> Array:
+    """Levenberg and Marquardt's method, with each step cut off at the limits."""
+    q = np.clip(q, chains.lower, chains.upper)
+    places, rows = chains.at(q)
+    off = (goals - places).reshape(-1)
+    damping = _DAMPING
+    for _ in range(most):
+        if np.linalg.norm(off.reshape(-1, 3), axis=1).max() <= threshold or damping > _MOST_DAMPING:
+            break
+        step = rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(off)), off)
+        tried = np.clip(q + step, chains.lower, chains.upper)
+        places, next_rows = chains.at(tried)
+        left = (goals - places).reshape(-1)
+        if left @ left < off @ off:
+            q, rows, off, damping = tried, next_rows, left, max(damping * _BETTER, 1e-9)
+        else:
+            damping *= _WORSE
+    return q
+
+
+__all__ = ["calculateInverseKinematics2"]

@@ -1,0 +1,76 @@
+"""Several links brought to places at once, beside PyBullet."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from .conftest import SEVEN_ARM
+
+START = [0.3, 0.5, 0.2, -0.8, 0.1, 0.6, 0.2]
+
+
+def bent(p: Any, arm: int, by: float) -> list[float]:
+    """Puts the joints that turn near the start. Returns where they are."""
+    turning = [joint for joint in range(p.getNumJoints(arm)) if p.getJointInfo(arm, joint)[2] == p.JOINT_REVOLUTE]
+    values = [value + by for value in START[: len(turning)]]
+    for joint, value in zip(turning, values, strict=True):
+        p.resetJointState(arm, joint, value)
+    return values
+
+
+def reached(p: Any, arm: int, links: list[int], goals: list[Any]) -> float:
+    places = [p.getLinkState(arm, link, computeForwardKinematics=1)[4] for link in links]
+    return max(math.dist(place, goal) for place, goal in zip(places, goals, strict=True))
+
+
+def test_links_come_to_their_places_as_in_pybullet(bullet: Any, script: ModuleType) -> None:
+    """What is brought there is the origin of a link's frame, and the base is turned and moved."""
+    for p in (bullet, script):
+        arm = p.loadURDF(str(SEVEN_ARM), [0.3, -0.2, 0.5], p.getQuaternionFromEuler([0.1, 0.2, 0.7]), useFixedBase=1)
+        turning = [joint for joint in range(p.getNumJoints(arm)) if p.getJointInfo(arm, joint)[2] == p.JOINT_REVOLUTE]
+        for links in ([turning[-1]], [turning[3]], [turning[3], turning[-1]]):
+            bent(p, arm, 0.2)
+            goals = [p.getLinkState(arm, link, computeForwardKinematics=1)[4] for link in links]
+            bent(p, arm, 0.0)
+            answer = p.calculateInverseKinematics2(arm, links, goals, maxNumIterations=1000, residualThreshold=1e-6)
+            assert len(answer) == len(turning)
+            assert [p.getJointState(arm, joint)[0] for joint in turning] == pytest.approx(START)
+            for joint, value in zip(turning, answer, strict=True):
+                p.resetJointState(arm, joint, value)
+            # PyBullet's own search ends some millimetres away where two links are brought somewhere.
+            assert reached(p, arm, links, goals) < (2e-6 if p is script else 5e-3)
+
+
+def test_the_search_ends_at_the_limits_and_as_near_as_can_be(script: ModuleType, tmp_path: Path) -> None:
+    """A pillar of 1 m with a slide on it, up to 0.2 m: 2 m above the ground the nearest is 1.2 m."""
+    inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    (tmp_path / "pillar.urdf").write_text(
+        f"<robot name='pillar'><link name='base'>{inertial}</link><link name='top'>{inertial}</link>"
+        "<joint name='slide' type='prismatic'><parent link='base'/><child link='top'/><origin xyz='0 0 1'/>"
+        "<axis xyz='0 0 1'/><limit lower='-0.1' upper='0.2' effort='1' velocity='1'/></joint></robot>"
+    )
+    pillar = script.loadURDF(str(tmp_path / "pillar.urdf"), useFixedBase=1)
+    for height, expected in ((2.0, 0.2), (1.05, 0.05), (0.0, -0.1)):
+        answer = script.calculateInverseKinematics2(pillar, [0], [[0, 0, height]], residualThreshold=1e-9)
+        assert answer == pytest.approx((expected,), abs=1e-6)
+    assert script.calculateInverseKinematics2(pillar, [0], [[0, 0, 1.1]], currentPositions=[0.1]) == (0.1,)
+
+
+def test_requests_that_cannot_be_are_told(script: ModuleType) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    for links, goals, more, said in (
+        ([3], [], {}, "0 target positions for 1 links"),
+        ([], [], {}, "0 target positions for 0 links"),
+        ([99], [[0, 0, 0]], {}, "out-of-range"),
+        ([3], [[0, 0]], {}, "has 3 numbers"),
+        ([3], [[0, 0, 1]], {"restPoses": [0.0]}, "1 joint positions for 7 degrees"),
+    ):
+        with pytest.raises(script.error, match=said):
+            script.calculateInverseKinematics2(arm, links, goals, **more)
+    with pytest.raises(script.error, match="failed"):
+        script.calculateInverseKinematics2(99, [1], [[0, 0, 0]])
