@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import struct
+import subprocess
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
+from daemon import Daemon
 
 from .conftest import BENCH_ARM, SEVEN_ARM
 
@@ -252,13 +254,46 @@ def test_a_log_of_virtual_reality_without_any_is_pybullets(bullet: Any, script: 
     assert ours == theirs and ours.count(b"\n") == 2
 
 
-def test_logs_that_only_bullet_can_write_are_accepted_or_told(script: ModuleType, tmp_path: Path) -> None:
-    for kind in (script.STATE_LOGGING_VIDEO_MP4, script.STATE_LOGGING_PROFILE_TIMINGS):
+def test_logs_that_only_bullet_can_write_are_accepted_or_told(
+    script: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for kind in (
+        script.STATE_LOGGING_VIDEO_MP4,
+        script.STATE_LOGGING_PROFILE_TIMINGS,
+        script.STATE_LOGGING_ALL_COMMANDS,
+        script.STATE_REPLAY_ALL_COMMANDS,
+    ):
         number = script.startStateLogging(kind, str(tmp_path / "none"))
         script.stepSimulation()
         script.stopStateLogging(number)
     assert not (tmp_path / "none").exists()
-    with pytest.raises(NotImplementedError, match="commands are copies of Bullet's own memory"):
-        script.startStateLogging(script.STATE_LOGGING_ALL_COMMANDS, str(tmp_path / "none"))
+    said = capsys.readouterr().err
+    assert "simd replay FILE" in said and "commands are not written" in said
+    with pytest.raises(NotImplementedError, match="robots, Minitaurs, contact points and commands"):
+        script.startStateLogging(99, str(tmp_path / "none"))
     with pytest.raises(script.error, match="No such file"):
         script.startStateLogging(script.STATE_LOGGING_GENERIC_ROBOT, str(tmp_path / "no" / "log"))
+
+
+def test_a_log_of_commands_is_a_recording_that_replays(script: ModuleType, binary: str, tmp_path: Path) -> None:
+    """The daemon's own check: `simd replay` ends with 0 where each step is equal to the bit."""
+    (tmp_path / "kept").mkdir()
+    with Daemon("--paused", "--recordings", str(tmp_path / "kept"), name="logs") as daemon:
+        number = script.connect(script.DIRECT, options=f"--endpoint={daemon.endpoint}")
+        file = tmp_path / "commandLog.bin"
+        log = script.startStateLogging(script.STATE_LOGGING_ALL_COMMANDS, str(file), physicsClientId=number)
+        script.setGravity(0, 0, -10, physicsClientId=number)
+        arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1, physicsClientId=number)
+        script.setJointMotorControl2(arm, 2, script.POSITION_CONTROL, 0.5, physicsClientId=number)
+        for _ in range(20):
+            script.stepSimulation(physicsClientId=number)
+        script.stopStateLogging(log, physicsClientId=number)
+        assert list((tmp_path / "kept").glob("*.mcap")) == []
+        # Beyond the log's folder nothing can be written.
+        with pytest.raises(script.error, match="No such file"):
+            script.startStateLogging(
+                script.STATE_LOGGING_ALL_COMMANDS, str(tmp_path / "no" / "log"), physicsClientId=number
+            )
+        script.disconnect(number)
+    ran = subprocess.run([binary, "replay", str(file)], capture_output=True, text=True, timeout=60)
+    assert ran.returncode == 0 and "20" in ran.stdout, ran.stdout + ran.stderr

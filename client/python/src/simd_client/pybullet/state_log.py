@@ -8,6 +8,14 @@ from math import asin, atan2, copysign, pi
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from simd_client.proto import (
+    DeleteRecordingRequest,
+    ReadRecordingRequest,
+    StartRecordingRequest,
+    StopRecordingRequest,
+    methods,
+)
+
 from . import constants
 from .arguments import indices
 from .bodies import Body
@@ -22,6 +30,8 @@ from .world import World
 # each begun by these two bytes.
 _RECORD = b"\xaa\xbb"
 _MOST_JOINTS = 12
+# Wall seconds that the daemon may take to complete a recording.
+_SECONDS = 60.0
 _MINITAUR = [
     f"motor_{place}_joint"
     for place in ("front_leftR", "front_leftL", "back_leftR", "back_leftL")
@@ -172,9 +182,57 @@ class NoLog:
         """Closes nothing."""
 
 
+class CommandLog:
+    """All commands to the daemon, as a recording of the daemon's, which `simd replay` runs again."""
+
+    def __init__(self, world: World, path: Path) -> None:
+        self._world = world
+        try:
+            self._file: BinaryIO = path.open("wb")
+        except OSError as problem:
+            raise error(f"startStateLogging: {problem}") from None
+        request = StartRecordingRequest(name=world.recording_name(), state_rate=0.0)
+        try:
+            self._name = world.wire.call(methods.StartRecording, request).recording.name
+        except error:
+            self._file.close()
+            raise
+
+    def __call__(self, world: World) -> None:
+        """Does nothing: the daemon writes."""
+
+    def close(self) -> None:
+        """Ends the recording, and takes it out of the daemon into the file."""
+        call = self._world.wire.call
+        with self._file:
+            stopped = call(methods.StopRecording, StopRecordingRequest(name=self._name), wait=_SECONDS).recording
+            for file in stopped.files:
+                at = 0
+                while True:
+                    part = call(methods.ReadRecording, ReadRecordingRequest(name=self._name, file=file.name, offset=at))
+                    self._file.write(part.data)
+                    at += len(part.data)
+                    if not part.data or at >= part.total_bytes:
+                        break
+        call(methods.DeleteRecording, DeleteRecordingRequest(name=self._name))
+
+
+def _command_log(world: World, path: Path) -> CommandLog | NoLog:
+    try:
+        return CommandLog(world, path)
+    except error as refusal:
+        if refusal.reason != "RECORDING_NOT_POSSIBLE":
+            raise
+        path.unlink(missing_ok=True)
+        world.say_once(f"startStateLogging: commands are not written: {refusal}")
+        return NoLog()
+
+
 _ACCEPTED = {
     constants.STATE_LOGGING_VIDEO_MP4: "no video is written: there is no window",
     constants.STATE_LOGGING_PROFILE_TIMINGS: "no timings are written: those are of Bullet's own functions",
+    constants.STATE_LOGGING_CUSTOM_TIMER: "no timings are written: those are of Bullet's own functions",
+    constants.STATE_REPLAY_ALL_COMMANDS: "commands are not done again in this world: `simd replay FILE` runs a log in one of its own",
 }
 
 
@@ -192,7 +250,8 @@ def startStateLogging(
     physicsClientId: int = 0,
 ) -> int:
     """Starts a log of robots, of a Minitaur or of contact points after each step of this script. Returns its number.
-    Of virtual reality there are no events to log. Videos and timings are accepted, and not written."""
+    A log of commands is one of the daemon's recordings, if the daemon keeps recordings. Of virtual reality there are no events to
+    log. Videos, timings and replays are accepted, and nothing is written or done."""
     del deviceTypeFilter
     world = connected(physicsClientId)
     path = Path(fileName)
@@ -210,9 +269,9 @@ def startStateLogging(
     if loggingType in _ACCEPTED:
         world.say_once(f"startStateLogging: {_ACCEPTED[loggingType]}")
         return world.start_log(NoLog())
-    raise unsupported(
-        "startStateLogging", "robots, Minitaurs and contact points only: commands are copies of Bullet's own memory"
-    )
+    if loggingType == constants.STATE_LOGGING_ALL_COMMANDS:
+        return world.start_log(_command_log(world, path))
+    raise unsupported("startStateLogging", "robots, Minitaurs, contact points and commands only")
 
 
 def stopStateLogging(loggingId: int, physicsClientId: int = 0) -> None:

@@ -100,6 +100,7 @@ class World(Readings):
         self.scenes: dict[str, RobotScene] = {}
         self._said: set[str] = set()
         self._saved_states = 0
+        self._recordings = 0
         self._script = uuid.uuid4().hex[:8]
         # What runs after each step: state logs.
         self._logs: dict[int, Log] = {}
@@ -345,6 +346,11 @@ class World(Readings):
     def saved_state_name(self, number: int) -> str:
         """The daemon's name of a saved state of this script."""
         return f"pybullet-{self._script}-{number}"
+
+    def recording_name(self) -> str:
+        """The daemon's name of the next recording of this script."""
+        self._recordings += 1
+        return f"pybullet-{self._script}-{self._recordings - 1}"
 
     def play(self, playing: bool) -> None:
         """Whether steps come by themselves."""
