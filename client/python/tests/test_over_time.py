@@ -40,6 +40,28 @@ def test_a_reader_that_stalled_gets_the_newest_state_and_no_old_one(sim: Simulat
     assert len(newest) <= 3, [state.stamp.sequence for state in newest]
 
 
+def test_a_watch_waits_for_publications_and_not_for_a_time(
+    sim: Simulation, arm: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A reader that looks now and then misses what comes between two looks: at 1 kHz an eighth of the states, with a look
+    each millisecond."""
+    slept: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        if seconds > 0.0:
+            slept.append(seconds)
+
+    for module in ("simd_client.blocking.runtime.sleep", "simd_client.blocking.watch.sleep", "time.sleep"):
+        monkeypatch.setattr(module, sleep)
+    with arm.watch() as states:
+        steps = [next(states).stamp.step]
+        for _ in range(20):
+            sim.step(1)
+            steps.append(states.wait(20).stamp.step)
+    assert steps == list(range(steps[0], steps[0] + 21))
+    assert slept == []
+
+
 def test_a_watch_has_no_more_states_than_its_rate(sim: Simulation, arm: Robot) -> None:
     sim.play()
     with arm.watch(rate=20) as states:
