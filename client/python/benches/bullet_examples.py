@@ -2,9 +2,10 @@
 
     python bullet_examples.py FOLDER [SCRIPT ...]
 
-FOLDER has the scripts: `examples/pybullet/examples` of Bullet's repository. Each runs in a process of its own in a copy of the
-folder, with a clock that `sleep` and steps move on, until its end or its 240th step. What needs a window has the answers
-of one that is left alone. The last lines are a table for docs/pybullet.md.
+FOLDER has the scripts: `examples/pybullet/examples` of Bullet's repository, or with --all and `examples/pybullet/gym` those of the
+folders below it, which need the package `gym`. Each runs in a process of its own in a copy of its folder, with a clock that `sleep` and
+steps move on, until its end or its 240th step. What needs a window has the answers of one that is left alone. The last
+lines are a table for docs/pybullet.md.
 """
 
 # PyBullet has no types.
@@ -189,7 +190,8 @@ def child(name: str, script: str, result: Path) -> None:
 
 
 def run(folder: Path, script: str, name: str) -> dict[str, Any]:
-    """The result of a script in a process of its own."""
+    """The result of a script in a process of its own. It may be in a folder below."""
+    folder, script = (folder / script).parent, Path(script).name
     with tempfile.TemporaryDirectory() as scratch:
         for entry in folder.iterdir():
             os.symlink(entry.resolve(), Path(scratch) / entry.name)
@@ -240,10 +242,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("scripts", nargs="*")
+    parser.add_argument("--all", action="store_true", help="those of all folders below, too")
     parser.add_argument("--json", type=Path, help="write the results there; those of PyBullet that are there are not made again")
     parser.add_argument("--table", action="store_true", help="run nothing, and print the table of --json")
     asked = parser.parse_args()
-    scripts = asked.scripts or sorted(path.name for path in asked.folder.glob("*.py"))
+    found = asked.folder.rglob("*.py") if asked.all else asked.folder.glob("*.py")
+    scripts = asked.scripts or sorted(str(path.relative_to(asked.folder)) for path in found)
     kept: dict[str, Any] = json.loads(asked.json.read_text()) if asked.json and asked.json.exists() else {}
 
     def both(script: str) -> tuple[str, dict[str, Any], dict[str, Any]]:
@@ -276,14 +280,8 @@ def main() -> None:
 # What is said of a failure in the table, by a part of its message.
 REASONS = {
     "loadSoftBody": "needs soft bodies",
-    "height fields": "needs height fields",
     "loadMJCF": "needs MJCF",
-    "createConstraint": "needs constraints between links",
     "spherical": "needs spherical joints",
-    "setCollisionFilter": "needs collision filters",
-    "getClosestPoints": "needs distances",
-    "vhacd": "needs vhacd",
-    "commands are copies": "needs logs of commands",
     "number of robots": "needs more than 1000 bodies",
     "Not found": "a file is not found",
     "Cannot load": "a file is not found",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, cast
 
@@ -98,20 +99,30 @@ def settled(
     urdf: bytes,
     files: dict[str, str],
     scale: float,
+    surfaces: dict[str, Surface] | None = None,
 ) -> int:
-    """Adds a robot that was spawned. Its joints have PyBullet's default motors. Returns its number."""
+    """Adds a robot that was spawned, with these surfaces or to be given those of PyBullet. Its joints have PyBullet's default
+    motors. Returns its number."""
     body = world.add(entity, description.frames, own=True, urdf=urdf)
     body.files, body.scale = files, scale
-    smooth = [link.name for link in entity.links if link.name not in description.rough]
-    surfaces = {link: Surface(friction=_FRICTION) for link in smooth}
-    if body.fixed:
-        surfaces[body.base_link] = filters.of_the_world(surfaces.get(body.base_link, Surface()))
-    world.set_surfaces(body, surfaces)
+    if surfaces is None:
+        smooth = [link.name for link in entity.links if link.name not in description.rough]
+        world.set_surfaces(body, default_surfaces(smooth, body.base_link if body.fixed else None))
+    else:
+        body.surfaces.update(surfaces)
     for index, joint in enumerate(body.joints):
         if joint.driven:
             world.drive(body, index)
     world.sent_if_playing()
     return body.unique_id
+
+
+def default_surfaces(links: Iterable[str], fixed: str | None) -> dict[str, Surface]:
+    """PyBullet's, of links whose description says nothing, and of a base that is fixed."""
+    surfaces = {link: Surface(friction=_FRICTION) for link in links}
+    if fixed is not None:
+        surfaces[fixed] = filters.of_the_world(surfaces.get(fixed, Surface()))
+    return surfaces
 
 
 def found(world: World, name: str, refusal: str) -> Path:

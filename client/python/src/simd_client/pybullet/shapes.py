@@ -11,7 +11,7 @@ from . import constants, descriptions, meshes, terrain
 from .arguments import ORIGIN, UPRIGHT, Pose, floats, indices, quaternion, vector
 from .connections import connected
 from .errors import error, unsupported
-from .loading import found, settled
+from .loading import default_surfaces, found, settled
 from .meshes import Mesh
 from .primitives import Part, Primitive, plane, urdf
 from .rotations import compose
@@ -52,7 +52,7 @@ def createCollisionShape(
     hull, or with indices or GEOM_FORCE_CONCAVE_TRIMESH, its triangles where its body cannot move and elsewhere its convex parts.
     With replaceHeightfieldIndex that height field gets other heights, and so do the bodies that were made of it."""
     function, world = "createCollisionShape", connected(physicsClientId)
-    frame = _pose(collisionFramePosition, collisionFrameOrientation)
+    frame = pose(collisionFramePosition, collisionFrameOrientation)
     if shapeType == constants.GEOM_MESH:
         is_concave = bool(flags & constants.GEOM_FORCE_CONCAVE_TRIMESH)
         mesh = _mesh(world, function, fileName, vertices, indices, is_concave)
@@ -95,7 +95,7 @@ def createVisualShape(
 ) -> int:
     """As createCollisionShape, for visuals."""
     function, world = "createVisualShape", connected(physicsClientId)
-    frame = _pose(visualFramePosition, visualFrameOrientation)
+    frame = pose(visualFramePosition, visualFrameOrientation)
     if shapeType == constants.GEOM_MESH:
         mesh = _mesh(world, function, fileName, vertices, indices, False)
         return world.visual_shapes.add([_scaled(mesh, meshScale, frame, _color(rgbaColor))])
@@ -190,7 +190,7 @@ def _several(
 
     made: list[Primitive] = []
     for place, kind in enumerate(indices(types, "expected a sequence of shape types")):
-        frame = _pose(at(positions, place, None), at(orientations, place, None))
+        frame = pose(at(positions, place, None), at(orientations, place, None))
         color = at(colors, place, None)
         if kind == constants.GEOM_MESH:
             mesh = _mesh(world, function, at(files, place, ""), None, None, False)
@@ -251,7 +251,8 @@ def _primitive(
     return Primitive(kind, size, frame, rgba)
 
 
-def _pose(position: Any, orientation: Any) -> Pose:
+def pose(position: Any, orientation: Any) -> Pose:
+    """Of a frame as scripts give it; the origin where it is left out."""
     at = ORIGIN if position is None else vector(position, "a frame's position needs three numbers")
     turn = (
         UPRIGHT
@@ -294,7 +295,7 @@ def createMultiBody(
         float(baseMass),
         baseCollisionShapeIndex,
         baseVisualShapeIndex,
-        _pose(baseInertialFramePosition, baseInertialFrameOrientation),
+        pose(baseInertialFramePosition, baseInertialFrameOrientation),
     )
     columns = (
         linkCollisionShapeIndices,
@@ -319,6 +320,8 @@ def createMultiBody(
     files = {uri: mesh.sha256 for uri, mesh in used.items()}
     world.wire.send(text, files, {mesh.sha256: mesh.data for mesh in used.values()})
     orientation = quaternion(baseOrientation, "baseOrientation needs to be [x,y,z,w].")
+    surfaces = default_surfaces([part.name for part in parts], base.name if baseMass == 0.0 else None)
+    description = descriptions.read(text, 1.0)
     is_batch = batchPositions is not None and len(batchPositions) > 0
     numbers: list[int] = []
     positions: Any = batchPositions if is_batch else (basePosition,)
@@ -328,9 +331,10 @@ def createMultiBody(
             orientation=orientation,
             fixed=baseMass == 0.0,
             divided=any(mesh.is_concave for mesh in touched.values()),
+            surfaces=surfaces,
         )
         entity = world.wire.spawn(DescriptionSource(urdf=text, assets=files), spawn)
-        number = settled(world, entity, descriptions.read(text, 1.0), text, files, 1.0)
+        number = settled(world, entity, description, text, files, 1.0, surfaces)
         body = world.bodies[number]
         body.paths, body.divided = {uri: mesh.file for uri, mesh in used.items()}, spawn.divided
         body.made_of = frozenset(used)
@@ -344,7 +348,7 @@ def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:
         raise unsupported("createMultiBody", "revolute, prismatic and fixed joints only")
     if not 0 <= int(parent) <= count or int(parent) == place:
         raise error("createMultiBody: a link's parent is 0 for the base, or the number of a link from 1")
-    part = _part(world, f"link{place}", float(mass), collision, visual, _pose(at, turn))
+    part = _part(world, f"link{place}", float(mass), collision, visual, pose(at, turn))
     return Part(
         name=part.name,
         mass=part.mass,
@@ -353,7 +357,7 @@ def _linked(world: World, place: int, count: int, row: Sequence[Any]) -> Part:
         inertia=part.inertia,
         joint=f"joint{place}",
         parent=f"link{int(parent)}",
-        pose=_pose(position, orientation),
+        pose=pose(position, orientation),
         type=int(kind),
         axis=vector(axis, "linkJointAxis needs three numbers for each link"),
     )

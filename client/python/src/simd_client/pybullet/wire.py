@@ -35,6 +35,7 @@ from simd_client.proto import (
     UploadAssetRequest,
     methods,
 )
+from simd_client.surface import Surface, surfaces_to_proto
 
 from . import page
 from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
@@ -72,6 +73,8 @@ class Spawn:
     self_collision: bool = False
     # Its collision meshes become convex parts, and not their hulls.
     divided: bool = False
+    # Of links, in the place of what the description says.
+    surfaces: dict[str, Surface] = field(default_factory=dict[str, Surface])
 
 
 class Wire:
@@ -197,6 +200,7 @@ class Wire:
             joint_positions=spawn.joints,
             self_collision=spawn.self_collision,
             mesh_shapes=_mesh_shapes(spawn),
+            link_properties=surfaces_to_proto(spawn.surfaces),
         )
         at, turn = request.pose.position, request.pose.orientation
         at.x, at.y, at.z = spawn.position

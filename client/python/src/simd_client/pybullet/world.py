@@ -16,6 +16,7 @@ from simd_client.proto import (
     GetPhysicsRequest,
     GetSimulationStateRequest,
     Integrator,
+    JointLayout,
     ListEntitiesRequest,
     NextJointStatesRequest,
     Physics,
@@ -131,12 +132,18 @@ class World(Readings):
         self, entity: EntityInfo, frames: Mapping[str, Pose], own: bool, urdf: bytes | None = None
     ) -> Body:
         """Adds a robot of the daemon's world, under the smallest free number."""
-        layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
+        layout = self._layout(entity)
         free = next(number for number in range(len(self.bodies) + 1) if number not in self.bodies)
         made = bodies.body(free, entity, layout, frames, own, urdf)
         self.bodies[free] = made
         self.forget_states()
         return made
+
+    def _layout(self, entity: EntityInfo) -> JointLayout:
+        if len(entity.links) == 1:
+            # Without a joint there is nothing to ask.
+            return JointLayout(robot=entity.name, layout_version=entity.layout_version)
+        return self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
 
     def sync(self) -> None:
         """Updates the list of robots with those that other clients spawned and deleted."""
@@ -161,7 +168,7 @@ class World(Readings):
         self, body: Body, entity: EntityInfo, frames: Mapping[str, Pose], urdf: bytes | None
     ) -> Body:
         """The same robot with another description; motors are kept by joint name."""
-        layout = self.wire.call(methods.GetJointLayout, GetJointLayoutRequest(robot=entity.name)).layout
+        layout = self._layout(entity)
         made = bodies.body(body.unique_id, entity, layout, frames, body.own, urdf)
         made.files, made.noted, made.scale = body.files, body.noted, body.scale
         made.paths, made.file, made.made_of = body.paths, body.file, body.made_of
