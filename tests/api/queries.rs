@@ -94,6 +94,44 @@ async fn links_are_measured_where_robots_are_and_would_be(via: Via) {
     assert!(client.closest_points(nan).await.unwrap_err().to_string().contains("max_distance"));
 }
 
+fn of_shape(radius: f64, x: f64, z: f64) -> Option<proto::QueryBody> {
+    Some(proto::QueryBody { shape: sphere(radius), pose: at(x, z), ..Default::default() })
+}
+
+async fn shapes_of_no_robot_are_measured(via: Via) {
+    let daemon = balls(via).await;
+    let client = &daemon.client;
+    let request = proto::GetClosestPointsRequest { a: of_shape(0.2, 3.0, 1.0), ..Default::default() };
+    let to = |b| client.closest_points(proto::GetClosestPointsRequest { b, ..request.clone() });
+    let found = to(body("right")).await.unwrap();
+    let names = |found: &proto::ClosestPoints| {
+        [&found.robot_a, &found.link_a, &found.robot_b, &found.link_b].map(String::clone)
+    };
+    assert_eq!(names(&found[0]), ["", "", "right", "link"]);
+    assert!(found.len() == 1 && (found[0].distance - 1.7).abs() < 1e-12, "{found:?}");
+    assert_eq!(found[0].normal, Some(proto::Vector3 { x: -1.0, y: 0.0, z: 0.0 }));
+    // All robots, and another shape.
+    let all = to(None).await.unwrap();
+    let distances: Vec<f64> = all.iter().map(|pair| (pair.distance * 1e9).round() / 1e9).collect();
+    assert_eq!(distances, [0.8, 2.7, 1.7]);
+    let shapes = to(of_shape(0.1, 3.0, 2.0)).await.unwrap();
+    assert_eq!(names(&shapes[0]), ["", "", "", ""]);
+    assert!((shapes[0].distance - 0.7).abs() < 1e-12, "{shapes:?}");
+    let away = proto::GetClosestPointsRequest { max_distance: Some(0.5), filtered: true, ..request.clone() };
+    assert!(client.closest_points(away).await.unwrap().is_empty());
+    let whole = body("left").unwrap();
+    for (side, field) in [
+        (proto::QueryBody { shape: sphere(0.1), ..whole.clone() }, "b.shape"),
+        (proto::QueryBody { pose: at(0.0, 0.0), ..whole }, "b.pose"),
+        (proto::QueryBody { shape: sphere(-1.0), ..Default::default() }, "b.shape"),
+        (proto::QueryBody { shape: sphere(0.1), pose: at(f64::NAN, 0.0), ..Default::default() }, "b.pose"),
+        (proto::QueryBody { shape: Some(proto::QueryShape::default()), ..Default::default() }, "b.shape"),
+    ] {
+        let refused = to(Some(side)).await.unwrap_err().to_string();
+        assert!(refused.contains(field), "{refused}");
+    }
+}
+
 async fn shapes_of_no_robot_overlap_and_are_cast(via: Via) {
     let daemon = balls(via).await;
     let client = &daemon.client;
@@ -151,6 +189,7 @@ async fn rays_come_by_the_ten_thousand_in_one_call(via: Via) {
 
 over_every_transport! {
     links_are_measured_where_robots_are_and_would_be,
+    shapes_of_no_robot_are_measured,
     shapes_of_no_robot_overlap_and_are_cast,
     bounds_are_of_all_robots_or_of_some,
     rays_come_by_the_ten_thousand_in_one_call,

@@ -39,6 +39,27 @@ fn all(selections: Vec<proto::JointSelection>) -> NextJointStatesRequest {
     }
 }
 
+async fn a_step_brings_what_touches_where_it_is_asked_to(via: Via) {
+    let daemon = scene(via).await;
+    let step = |steps: u64, robot: Option<&str>, return_contacts: bool| {
+        let selections = robot.map(every_joint).into_iter().collect();
+        let request = proto::StepSimulationRequest {
+            steps,
+            return_states: true,
+            return_contacts,
+            selections,
+            ..Default::default()
+        };
+        daemon.client.step_with(request)
+    };
+    let all = step(100, None, true).await.unwrap();
+    assert!(!all.contacts.is_empty());
+    assert_eq!(all.contacts, daemon.client.contacts(None).await.unwrap());
+    assert!(step(1, None, false).await.unwrap().contacts.is_empty());
+    assert!(step(1, Some("arm"), true).await.unwrap().contacts.is_empty(), "the arm touches nothing");
+    assert_eq!(step(1, Some("crate"), true).await.unwrap().contacts.len(), all.contacts.len());
+}
+
 async fn states_come_with_poses_and_contacts_of_their_moment(via: Via) {
     let daemon = scene(via).await;
     daemon.pass(0.1).await;
@@ -99,6 +120,7 @@ async fn a_push_with_a_duration_ends_by_itself(via: Via) {
 }
 
 crate::over_every_transport![
+    a_step_brings_what_touches_where_it_is_asked_to,
     states_come_with_poses_and_contacts_of_their_moment,
     a_push_with_a_duration_ends_by_itself,
 ];

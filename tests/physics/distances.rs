@@ -67,8 +67,8 @@ fn distances_are_those_of_coal() {
         }
         let seen = look(&world);
         let query = DistanceQuery {
-            a: body(0),
-            b: Some(body(1)),
+            a: body(0).into(),
+            b: Some(body(1).into()),
             within: f64::INFINITY,
             nearest_only: false,
             filtered: false,
@@ -90,7 +90,7 @@ fn distances_are_those_of_coal() {
         assert!((between - found.distance).abs() < 1e-6, "{found:?}");
         assert!((found.normal.length() - 1.0).abs() < 1e-6, "{found:?}");
         // From the other side the same.
-        let query = DistanceQuery { a: body(1), b: None, nearest_only: true, ..query };
+        let query = DistanceQuery { a: body(1).into(), b: None, nearest_only: true, ..query };
         let back = seen.distances(&query, || false).unwrap();
         assert!((back[0].distance - case.distance).abs() < 1e-6, "{back:?}");
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glamx::{DPose3, DQuat, DVec3};
 use simd_core::dynamics::Configuration;
 use simd_core::simulation::command::{CollisionFilterChange, CollisionPair, LinkProperties};
-use simd_core::simulation::queries::{DistanceQuery, DistanceReport, QueryBody};
+use simd_core::simulation::queries::{DistanceQuery, DistanceReport, QueryBody, QuerySide};
 use simd_core::{Command, PublishedState, Simulation};
 use simd_model::robot::Geometry;
 use simd_tests::scenes::{apply, ball, cuboid, look, plane, robot, solid, spawn, world};
@@ -23,6 +23,7 @@ fn body(robot: usize) -> QueryBody {
 }
 
 fn all(a: QueryBody, b: Option<QueryBody>) -> DistanceQuery {
+    let (a, b) = (a.into(), b.map(Into::into));
     DistanceQuery { a, b, within: f64::INFINITY, nearest_only: false, filtered: false }
 }
 
@@ -130,6 +131,34 @@ fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
     assert!(planned.len() >= 3 * count);
     // The same robot twice: as two robots at one place, each link overlaps itself.
     assert!(own.iter().any(|pair| pair.links[0] == pair.links[1] && pair.distance < 0.0));
+}
+
+/// A shape of no robot is measured as a robot of that shape would be, and to others of its kind, which have no names.
+#[test]
+fn a_shape_of_no_robot_is_measured() {
+    let mut world = scene();
+    let before = look(&world);
+    let pose = DPose3::from_parts(DVec3::new(-0.7, 0.3, 1.2), DQuat::from_rotation_x(0.4));
+    let capsule = Geometry::Capsule { radius: 0.1, length: 0.5 };
+    let query = |a: QuerySide, b: Option<QuerySide>| DistanceQuery { a, b, ..all(body(0), None) };
+    let shape = || QuerySide::Shape(capsule.clone(), pose);
+    let found = ask(&before, &query(shape(), None));
+    assert!(found.iter().all(|pair| pair.robots[0].is_empty() && pair.links[0].is_empty()), "{found:?}");
+    let model = solid(&[(DPose3::IDENTITY, capsule.clone())], 1.0);
+    spawn(&mut world, robot("capsule", &model, pose, true));
+    let there = ask(&look(&world), &all(body(3), None));
+    let measured = |pairs: &[DistanceReport]| {
+        pairs.iter().map(|pair| (pair.robots[1].clone(), pair.distance)).collect::<Vec<_>>()
+    };
+    assert_eq!(measured(&found), measured(&there));
+    assert_eq!(found.len(), 3);
+    let beside = QuerySide::Shape(Geometry::Sphere { radius: 0.2 }, at(pose.translation + 2.0 * DVec3::X));
+    let pair = ask(&before, &query(shape(), Some(beside)));
+    assert!(pair.len() == 1 && (pair[0].distance - 1.7).abs() < 1e-9, "{pair:?}");
+    assert_eq!(pair[0].robots, [String::new(), String::new()]);
+    let turned = DPose3 { translation: DVec3::NAN, ..pose };
+    let refused = before.distances(&query(QuerySide::Shape(capsule, turned), None), || false).unwrap_err();
+    assert!(refused.to_string().contains("a.pose.position"), "{refused}");
 }
 
 /// Neighbours are left out where that is asked for, and so are pairs that are switched off and groups that do not touch.

@@ -17,7 +17,7 @@ use crate::grounds::{field, grid, ground};
 
 fn between(a: usize, b: usize) -> DistanceQuery {
     let body = |robot| QueryBody { robot, link: None, configuration: None };
-    let (a, b) = (body(a), Some(body(b)));
+    let (a, b) = (body(a).into(), Some(body(b).into()));
     DistanceQuery { a, b, within: f64::INFINITY, nearest_only: false, filtered: false }
 }
 

@@ -170,6 +170,18 @@ def test_a_fixed_arm_at_rest_carries_its_links(sim: Simulation) -> None:
         reactions["wrist"]
 
 
+def test_a_step_brings_what_touches(sim: Simulation, arm: Robot) -> None:
+    floor = sim.add_plane(name="floor", position=(0, 0, -3))
+    crate = sim.add_box((0.2, 0.2, 0.2), 1.0, (5, 0, -2.9), name="crate")
+    states = sim.step(100, states=[arm, crate], contacts=True)
+    assert len(states.contacts) == 4 and {each.robot_b for each in states.contacts} <= {"floor", "crate"}
+    assert sum(each.normal_force for each in states.contacts) == pytest.approx(9.81, rel=1e-3)
+    for one, other in zip(states.contacts, crate.contacts(), strict=True):
+        np.testing.assert_array_equal(one.point, other.point)
+    assert sim.step(1, states=arm, contacts=True).contacts == ()
+    assert len(sim.step(1, contacts=True).contacts) == 4 and sim.step(1, states=floor).contacts == ()
+
+
 def test_a_step_brings_where_the_links_are(sim: Simulation, arm: Robot) -> None:
     ball = sim.add_sphere(0.1, position=(5, 0, 2))
     states = sim.step(10, {arm: [0.3, 0.2]}, states=arm, link_states=True)

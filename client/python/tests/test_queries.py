@@ -9,7 +9,7 @@ import pytest
 from daemon import ASSETS
 
 import simd_client
-from simd_client import CollisionPair, Configuration, Place, Pose, Robot, Shape, Simulation, Surface
+from simd_client import CollisionPair, Configuration, Place, PlacedShape, Pose, Robot, Shape, Simulation, Surface
 
 UPRIGHT = (0, 0, 0, 1)
 
@@ -76,6 +76,20 @@ def test_links_are_measured_where_a_robot_is_and_would_be(sim: Simulation, ball:
     assert len(sim.closest_points(Place("arm", "link_7"), ball)) == 1
     with pytest.raises(simd_client.RobotNotFound):
         sim.closest_points("missing")
+
+
+def test_shapes_of_no_robot_are_measured(sim: Simulation, ball: Robot) -> None:
+    """A ball of 0.2 m, 2 m beside the robot's of 0.1 m and 1 m above the floor."""
+    lamp = PlacedShape(Shape.sphere(0.2), Pose.of((2, 0, 1), UPRIGHT))
+    found = {pair.robot_b: pair for pair in sim.closest_points(lamp)}
+    assert {name: pair.distance for name, pair in found.items()} == pytest.approx({"floor": 0.8, "ball": 1.7})
+    assert (found["ball"].robot_a, found["ball"].link_a) == ("", "")
+    np.testing.assert_allclose(found["ball"].normal, [-1, 0, 0], atol=1e-12)
+    (pair,) = sim.closest_points(Shape.sphere(0.5), lamp)
+    assert pair.distance == pytest.approx(5**0.5 - 0.7)
+    assert sim.closest_points(ball, Shape.box((0.1, 0.1, 0.1)))[0].distance == pytest.approx(0.85)
+    with pytest.raises(simd_client.InvalidValue):
+        sim.closest_points(Shape.sphere(-1.0))
 
 
 def test_shapes_of_no_robot_overlap_and_are_cast(sim: Simulation, ball: Robot) -> None:

@@ -1,6 +1,6 @@
 //! The contact service: what touches what, how far apart it is, and what rays and shapes meet.
 
-use simd_core::simulation::queries::{DistanceQuery, QueryBody};
+use simd_core::simulation::queries::{DistanceQuery, QueryBody, QuerySide};
 use simd_core::simulation::rays::check_rays;
 use simd_proto::v1::{self, contact_service_server::ContactService};
 use tonic::{Request, Response, Status};
@@ -84,7 +84,7 @@ impl ContactService for Service {
         request: Request<v1::FindOverlapsRequest>,
     ) -> Result<Response<v1::FindOverlapsResponse>, Status> {
         let v1::FindOverlapsRequest { shape, pose, bounds_only } = request.into_inner();
-        let (shape, pose) = query::shape(shape, pose)?;
+        let (shape, pose) = query::shape(&Path::ROOT, shape, pose)?;
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
         let find = move |cancelled: &Cancelled| {
@@ -100,7 +100,7 @@ impl ContactService for Service {
         request: Request<v1::CastShapeRequest>,
     ) -> Result<Response<v1::CastShapeResponse>, Status> {
         let v1::CastShapeRequest { shape, pose, translation } = request.into_inner();
-        let (shape, pose) = query::shape(shape, pose)?;
+        let (shape, pose) = query::shape(&Path::ROOT, shape, pose)?;
         let way = query::translation(translation)?;
         let state = self.handle.newest();
         let stamp = Some(stamp::published(&state));
@@ -133,12 +133,16 @@ impl ContactService for Service {
 }
 
 /// A side of a distance, of the robots that a state has.
-fn side(at: &Path<'_>, body: v1::QueryBody, state: &Published) -> Result<QueryBody, Status> {
+fn side(at: &Path<'_>, side: query::Side, state: &Published) -> Result<QuerySide, Status> {
+    let body = match side {
+        query::Side::Body(body) => body,
+        query::Side::Shape(geometry, pose) => return Ok(QuerySide::Shape(geometry, pose)),
+    };
     let (robot, entity) = find(state, &body.robot)?;
     let link = if body.link.is_empty() { None } else { Some(link_of(entity, &body.link)?) };
     let given = body.configuration;
     let configuration = given
         .map(|given| configuration_at(&at.field("configuration"), Some(given), &state.state, robot, entity))
         .transpose()?;
-    Ok(QueryBody { robot, link, configuration })
+    Ok(QueryBody { robot, link, configuration }.into())
 }

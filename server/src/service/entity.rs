@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use simd_core::collision::ConvexMesh;
 use simd_core::simulation::published_state::EntityLayout;
 use simd_core::{Command, Error};
 use simd_proto::v1::{self, entity_service_server::EntityService};
@@ -22,6 +23,10 @@ use crate::loading::Progress;
 /// Largest part of a file in one answer, in bytes: with what is around it, it
 /// fits the 4 MiB that gRPC clients accept where nothing else is said.
 const MAX_PART: u64 = (4 << 20) - (64 << 10);
+
+/// Triangles of a collider that is written as text for each part of it that is asked for: those of hulls and convex parts, and not of
+/// terrain.
+const MOST_WRITTEN: usize = 16_384;
 
 /// Serves `simd.v1.EntityService`.
 #[derive(Clone, Debug)]
@@ -275,9 +280,16 @@ impl EntityService for Service {
     ) -> Result<Response<v1::GetAssetResponse>, Status> {
         let request = request.into_inner();
         let sha256 = from_proto::asset(&request)?;
-        let asset = self
-            .handle
-            .asset(&sha256)
+        let asset = match self.handle.asset(&sha256) {
+            Some(asset) => Some(asset),
+            None => {
+                let written = |mesh: ConvexMesh| {
+                    (mesh.triangles.len() <= MOST_WRITTEN).then(|| to_proto::scene::obj(&mesh).into())
+                };
+                self.handle.with_collider(sha256, written).await?.flatten()
+            }
+        };
+        let asset = asset
             .ok_or_else(|| CallError::AssetNotUploaded { uri: String::new(), sha256: sha256.to_string() })?;
         let total_bytes = asset.len() as u64;
         let data = part(&asset, request.offset, request.max_bytes).ok_or_else(|| {

@@ -14,7 +14,9 @@ use super::once::{once, once_in_secret};
 use crate::SimHandle;
 use crate::access::Grant;
 use crate::convert::from_proto::simulation::{self as from_proto, Steps};
-use crate::convert::to_proto::{joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp};
+use crate::convert::to_proto::{
+    contact as to_proto_contact, joint, kinematics as to_proto_kinematics, simulation as to_proto, stamp,
+};
 use crate::handle::{Caller, Disconnect};
 
 /// Serves `simd.v1.SimulationService`.
@@ -72,7 +74,8 @@ impl SimulationService for Service {
     ) -> Result<Response<v1::StepSimulationResponse>, Status> {
         let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, request| async move {
-            let Steps { steps, member, mut targets, mut selection, with_links } = from_proto::steps(request)?;
+            let Steps { steps, member, mut targets, mut selection, with_links, with_contacts, all } =
+                from_proto::steps(request)?;
             if let Some(targets) = &mut targets {
                 targets.source = Some(handle.target_source(caller.as_ref()));
             }
@@ -92,11 +95,20 @@ impl SimulationService for Service {
                 Some(to_proto_kinematics::link_states(state_of_world, place, entity))
             };
             let link_states = robots.filter_map(links).collect();
+            let mut contacts = Vec::new();
+            if let Some(states) = states.as_ref().filter(|_| with_contacts) {
+                let places = states.robots.iter().filter_map(|of| state_of_world.entity(&of.robot));
+                let wanted: Vec<usize> = places.map(|(place, _entity)| place).collect();
+                contacts = to_proto_contact::contacts(state_of_world, |robots| {
+                    all || robots.iter().any(|robot| wanted.contains(robot))
+                });
+            }
             Ok(v1::StepSimulationResponse {
                 stamp: Some(stamp::done(&stepped.done)),
                 states,
                 clamped: joint::clamped(stepped.clamped),
                 link_states,
+                contacts,
             })
         })
         .await

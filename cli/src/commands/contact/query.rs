@@ -145,7 +145,7 @@ pub(super) async fn bounds(robot: Option<&str>, client: &Client, output: Output)
 /// Reads `ROBOT` or `ROBOT/LINK`; the names of robots have no slash.
 fn body(text: &str) -> QueryBody {
     let (robot, link) = text.split_once('/').unwrap_or((text, ""));
-    QueryBody { robot: robot.to_owned(), link: link.to_owned(), configuration: None }
+    QueryBody { robot: robot.to_owned(), link: link.to_owned(), ..QueryBody::default() }
 }
 
 /// Reads a shape that has an end.

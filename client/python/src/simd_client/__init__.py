@@ -89,7 +89,7 @@ from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, J
 from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
 from simd_client.parameter import Button, Parameter, ParameterList, Slider
-from simd_client.query import ClosestPoints, LinkBounds, Place, Shape
+from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
 from simd_client.recording import RecordingInfo
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
@@ -188,6 +188,7 @@ __all__ = [
     "PathNotAllowed",
     "Physics",
     "Place",
+    "PlacedShape",
     "Pose",
     "RayHits",
     "Refused",

@@ -9,7 +9,7 @@ from typing import Union
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.geometry import FloatArray, vector_from_proto, vector_to_proto
+from simd_client.geometry import FloatArray, Pose, pose_to_proto, vector_from_proto, vector_to_proto
 from simd_client.kinematics import Configuration, configuration_to_proto
 from simd_client.state import Named, name_of
 
@@ -25,15 +25,12 @@ class Place:
     """`None`: where it is."""
 
 
-Side = Union[str, Named, Place]
-"""A robot where it is, or a `Place`."""
-
-
 @dataclass(frozen=True, eq=False)
 class ClosestPoints:
     """Where two links are nearest to each other. World axes, metres."""
 
     robot_a: str
+    """Empty for a shape of no robot, as are its link's."""
     link_a: str
     robot_b: str
     link_b: str
@@ -84,8 +81,26 @@ class Shape:
         return Shape(proto.QueryShape(capsule=proto.CapsuleGeometry(radius=radius, length=length)))
 
 
+@dataclass(frozen=True)
+class PlacedShape:
+    """A shape that belongs to no robot, and where it is."""
+
+    shape: Shape
+    pose: Pose | None = None
+    """world_from_shape; `None` is the origin."""
+
+
+Side = Union[str, Named, Place, Shape, PlacedShape]
+"""A robot where it is, a `Place`, or a shape of no robot, which has no names in what is found."""
+
+
 def side_to_proto(side: Side) -> proto.QueryBody:
     """As a message."""
+    if isinstance(side, Shape):
+        return proto.QueryBody(shape=side.message)
+    if isinstance(side, PlacedShape):
+        pose = None if side.pose is None else pose_to_proto(side.pose)
+        return proto.QueryBody(shape=side.shape.message, pose=pose)
     if isinstance(side, Place):
         configuration = configuration_to_proto(side.configuration)
         return proto.QueryBody(robot=name_of(side.robot), link=side.link, configuration=configuration)

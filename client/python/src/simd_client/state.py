@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
+from simd_client.contact import Contact
 from simd_client.errors import AnswerError, JointNotFound, LayoutChanged, RobotNotFound, listed, not_found
 from simd_client.geometry import FloatArray
 from simd_client.layout import JointFlag, JointInfo, JointMode, Layout
@@ -239,6 +240,8 @@ class States(Mapping[str, RobotState]):
     """Targets of the call that were beyond a limit."""
     links: Mapping[str, LinkStates] = field(default_factory=dict[str, LinkStates])
     """Of the same robots, if a step was asked for them."""
+    contacts: tuple[Contact, ...] = ()
+    """In which these robots take part, if a step was asked for them."""
 
     def __getitem__(self, robot: str | Named) -> RobotState:
         name = name_of(robot)

@@ -72,6 +72,69 @@ def test_where_links_and_bases_are_comes_with_the_step_once_they_were_read(
     assert not connected(0).wants_links()
 
 
+def test_joints_that_are_put_elsewhere_one_by_one_are_one_round_trip(script: ModuleType, calls: Calls) -> None:
+    arms = [script.loadURDF(str(SEVEN_ARM), [x, 0, 0], useFixedBase=1) for x in (0, 2)]
+    turning = [joint for joint in range(script.getNumJoints(arms[0])) if script.getJointInfo(arms[0], joint)[2] == 0]
+    script.stepSimulation()
+    calls.clear()
+    for arm in arms:
+        for place, joint in enumerate(turning):
+            script.resetJointState(arm, joint, 0.1 * place, 0.5)
+            script.resetJointState(arm, joint, 0.05 * place, 0.25)
+    assert calls == {}
+    for arm in arms:
+        rows = [script.getJointState(arm, joint)[:2] for joint in turning]
+        assert rows == [pytest.approx((0.05 * place, 0.25)) for place in range(len(turning))]
+    assert calls == {"JointService/ResetJoints": 1, "JointService/GetJointStates": 1}
+    # Before the step, and before a robot goes.
+    script.resetJointState(arms[0], turning[0], 0.5)
+    script.stepSimulation()
+    assert script.getJointState(arms[0], turning[0])[0] == pytest.approx(0.5, abs=0.05)
+    script.resetJointState(arms[0], turning[0], 0.1)
+    script.removeBody(arms[0])
+    script.resetJointState(arms[1], turning[0], 0.3)
+    kept = script.saveState()
+    script.resetJointState(arms[1], turning[0], 0.9)
+    script.restoreState(kept)
+    assert script.getJointState(arms[1], turning[0])[0] == pytest.approx(0.3)
+
+
+def test_what_links_are_made_of_is_asked_once_a_step(script: ModuleType, calls: Calls) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    calls.clear()
+    rows = [script.getDynamicsInfo(arm, link) for link in range(-1, script.getNumJoints(arm))]
+    assert calls == {"EntityService/GetLinkProperties": 1} and rows[3][1] == 0.5
+    script.changeDynamics(arm, 2, lateralFriction=0.25)
+    assert script.getDynamicsInfo(arm, 2)[1] == 0.25
+
+
+def test_contacts_come_with_the_step_once_they_were_read(script: ModuleType, calls: Calls) -> None:
+    script.setGravity(0, 0, -10)
+    floor = script.createMultiBody(0, script.createCollisionShape(script.GEOM_PLANE))
+    box = script.createCollisionShape(script.GEOM_BOX, halfExtents=[0.1, 0.1, 0.1])
+    boxes = [script.createMultiBody(1, box, -1, [x, 0, 0.1]) for x in (0, 1)]
+    script.stepSimulation()
+    script.getContactPoints()
+    calls.clear()
+    of_all: Any = ()
+    of_one: Any = ()
+    for _ in range(20):
+        script.stepSimulation()
+        of_all = script.getContactPoints()
+        of_one = script.getContactPoints(boxes[0], floor)
+    assert calls == {"SimulationService/StepSimulation": 20}
+    assert {frozenset(row[1:3]) for row in of_all} == {frozenset((floor, each)) for each in boxes}
+    assert sum(row[9] for row in of_one) == pytest.approx(10.0, rel=1e-3)
+    # What is taken away touches nothing, and what was not read for a while comes no longer.
+    script.removeBody(boxes[1])
+    assert all(boxes[1] not in row[1:3] for row in script.getContactPoints())
+    for _ in range(20):
+        script.stepSimulation()
+    calls.clear()
+    assert sum(row[9] for row in script.getContactPoints()) == pytest.approx(10.0, rel=1e-3)
+    assert calls == {"ContactService/GetContacts": 1}
+
+
 def test_a_position_is_approached_as_pybullet_does(script: ModuleType) -> None:
     """A tenth of what is left in each step, where no limit of the joint slows it."""
     arm = script.loadURDF(str(BENCH_ARM), useFixedBase=1)

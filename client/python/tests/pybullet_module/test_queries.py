@@ -103,6 +103,43 @@ def test_closest_points_of_links_come_in_the_order_of_pybullet(script: Any, bull
         same(ours, theirs, points=0.01)
 
 
+def test_closest_points_of_shapes_of_no_body_have_the_fields_of_pybullet(
+    script: Any, bullet: Any, tmp_path: Path
+) -> None:
+    found: list[list[Any]] = []
+    for p in (script, bullet):
+        ball, box, _, _ = bodies(p)
+        p.stepSimulation()
+        turn = p.getQuaternionFromEuler([0.3, 0.2, 0.1])
+        marble = p.createCollisionShape(p.GEOM_SPHERE, radius=0.05, collisionFramePosition=[0.0, 0.0, 0.1])
+        pill = p.createCollisionShape(p.GEOM_CAPSULE, radius=0.1, height=0.5)
+        can = p.createCollisionShape(p.GEOM_CYLINDER, radius=0.1, height=0.5)
+        pair = p.createCollisionShapeArray(
+            [p.GEOM_SPHERE, p.GEOM_SPHERE], radii=[0.1, 0.1], collisionFramePositions=[[0, 0, 0], [-0.7, 0, 0]]
+        )
+        at = {"collisionShapePositionB": [2, 0.3, 1.2], "collisionShapeOrientationB": turn}
+        rows = [
+            p.getClosestPoints(ball, -1, 5.0, collisionShapeB=marble),
+            p.getClosestPoints(ball, -1, 5.0, collisionShapeB=pill, **at),
+            p.getClosestPoints(ball, -1, 5.0, -1, -1, collisionShapeB=can, **at),
+            p.getClosestPoints(ball, -1, 0.5, collisionShapeB=can, **at),
+            p.getClosestPoints(-1, ball, 5.0, collisionShapeA=pair, collisionShapePositionA=[2, 0.02, 1.03]),
+            p.getClosestPoints(-1, -1, 5.0, -1, -1, marble, marble, [0, 0, 0], [1, 0, 0]),
+            # Both of them: the body and the shape.
+            p.getClosestPoints(box, ball, 9.0, collisionShapeB=marble, collisionShapePositionB=[3, 0, 1]),
+            p.getClosestPoints(-1, ball, 5.0, collisionShapeA=77),
+        ]
+        found.append([tuple(sorted(each, key=lambda row: (*row[:5], row[8]))) for each in rows])
+    assert [len(rows) for rows in found[0]] == [1, 1, 1, 0, 2, 1, 2, 0]
+    for ours, theirs in zip(*found, strict=True):
+        same(ours, theirs, points=0.01)
+    mesh = tmp_path / "corner.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    shape = script.createCollisionShape(script.GEOM_MESH, fileName=str(mesh))
+    with pytest.raises(NotImplementedError, match="make one with createMultiBody"):
+        script.getClosestPoints(ball, -1, 5.0, collisionShapeB=shape)
+
+
 def test_rays_by_the_ten_thousand_hit_what_they_hit_in_pybullet(script: Any, bullet: Any) -> None:
     side = range(100)
     starts = [[x * 0.02 - 1.0, y * 0.02 - 1.0, 3.0] for x in side for y in side]
@@ -134,9 +171,3 @@ def test_masks_of_rays_are_as_in_pybullet(script: Any, bullet: Any) -> None:
         found.append([p.rayTestBatch(*down, collisionFilterMask=mask)[0][0] for mask in masks])
         found[-1] += [p.rayTest(down[0][0], down[1][0], collisionFilterMask=mask)[0][0] for mask in masks]
     assert found[0] == found[1]
-
-
-def test_shapes_of_no_body_are_refused(script: Any) -> None:
-    ball, box, *_ = bodies(script)
-    with pytest.raises(NotImplementedError, match="getClosestPoints"):
-        script.getClosestPoints(ball, box, 1.0, collisionShapeA=0)

@@ -27,10 +27,13 @@ impl QueryShape {
     }
 }
 
+/// The robot of a shape that is of none.
+pub const NO_ROBOT: usize = usize::MAX;
+
 /// A shape of a robot's link, in the world.
 #[derive(Clone)]
 pub struct PlacedShape {
-    /// As it was given to [`place`].
+    /// As it was given to [`place`], or [`NO_ROBOT`].
     pub robot: usize,
     /// Index of the link.
     pub link: usize,
@@ -46,6 +49,26 @@ pub struct PlacedShape {
 }
 
 impl PlacedShape {
+    /// A shape that is of no robot, at a pose.
+    pub fn of_no_robot(query: &QueryShape, pose: DPose3) -> Self {
+        let world_from_shape = pose * query.own_from_shape;
+        Self {
+            robot: NO_ROBOT,
+            link: 0,
+            body: None,
+            collider: 0,
+            bounds: query.shape.compute_aabb(&world_from_shape),
+            shape: query.shape.clone(),
+            world_from_shape,
+            neighbours: None,
+        }
+    }
+
+    /// Whether it is of none.
+    pub fn is_of_no_robot(&self) -> bool {
+        self.robot == NO_ROBOT
+    }
+
     /// What orders them.
     pub(super) fn key(&self) -> (usize, usize) {
         (self.robot, self.collider)

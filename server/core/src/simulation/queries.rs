@@ -9,7 +9,7 @@ use super::published_state::PublishedState;
 use super::rays::{RayReport, weigh};
 use crate::collision::distance::{Closest, TooMany, Wanted, closest_points};
 use crate::collision::filter::{Filter, is_joined};
-use crate::collision::scene::{PlacedShape, QueryShape, Scene, link_bounds, place};
+use crate::collision::scene::{NO_ROBOT, PlacedShape, QueryShape, Scene, link_bounds, place};
 use crate::dynamics::Configuration;
 
 /// Bytes of a distance without its names: ten numbers, and what is around them.
@@ -29,13 +29,28 @@ pub struct QueryBody {
     pub configuration: Option<Configuration>,
 }
 
+/// One side of a distance.
+#[derive(Clone, Debug)]
+pub enum QuerySide {
+    /// A robot or a link of it.
+    Body(QueryBody),
+    /// A shape of no robot, and world_from_shape.
+    Shape(Geometry, DPose3),
+}
+
+impl From<QueryBody> for QuerySide {
+    fn from(body: QueryBody) -> Self {
+        Self::Body(body)
+    }
+}
+
 /// What is asked of a distance.
 #[derive(Clone, Debug)]
 pub struct DistanceQuery {
     /// The first side.
-    pub a: QueryBody,
-    /// The second; `None` is every other robot, where it is.
-    pub b: Option<QueryBody>,
+    pub a: QuerySide,
+    /// The second; `None` is every robot but that of the first, where it is.
+    pub b: Option<QuerySide>,
     /// Pairs of links that are farther apart are left out, metres.
     pub within: f64,
     /// Only the nearest pair.
@@ -47,9 +62,9 @@ pub struct DistanceQuery {
 /// The nearest points of two links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceReport {
-    /// Names of the robots.
+    /// Names of the robots; empty for a shape of none.
     pub robots: [String; 2],
-    /// Names of the links.
+    /// Names of the links; empty for a shape of no robot.
     pub links: [String; 2],
     /// On each one's surface, world, metres.
     pub points: [DVec3; 2],
@@ -93,6 +108,19 @@ impl PublishedState {
         place(*robot, &entity.tree, &entity.shapes, &poses, *link)
     }
 
+    /// The shapes of a side of a distance, which is the field of this name of its request.
+    fn side(&self, field: &str, side: &QuerySide) -> Result<Vec<PlacedShape>, Error> {
+        match side {
+            QuerySide::Body(body) => Ok(self.placed_as(body)),
+            QuerySide::Shape(geometry, pose) => {
+                let within = |error: Error| error.within(|| field.to_owned());
+                let shape = shape(geometry).map_err(within)?;
+                check::pose("pose", pose).map_err(within)?;
+                Ok(vec![PlacedShape::of_no_robot(&shape, *pose)])
+            }
+        }
+    }
+
     /// All shapes of the world; empty once `is_cancelled`.
     pub(super) fn scene(&self, is_cancelled: impl Fn() -> bool) -> Scene {
         let robots = (0..self.world.entities.len()).take_while(|_| !is_cancelled());
@@ -103,7 +131,7 @@ impl PublishedState {
     /// nor is a link with itself.
     ///
     /// # Errors
-    /// Where the distance is NaN, where both sides are meshes of triangles or height fields, where there are too many
+    /// Where the distance is NaN, where a shape or its pose cannot be, where both sides are meshes of triangles or height fields, where there are too many
     /// pairs, and where their names make too many bytes.
     pub fn distances(
         &self,
@@ -114,11 +142,16 @@ impl PublishedState {
         if within.is_nan() {
             return Err(check::refuse("max_distance", within, "it must be a number"));
         }
-        let first = self.placed_as(a);
+        let body = |side: &QuerySide| match side {
+            QuerySide::Body(body) => Some(body.clone()),
+            QuerySide::Shape(..) => None,
+        };
+        let first = self.side("a", a)?;
         let second = match b {
-            Some(b) => self.placed_as(b),
+            Some(b) => self.side("b", b)?,
             None => {
-                let others = (0..self.world.entities.len()).filter(|robot| *robot != a.robot);
+                let own = body(a).map(|a| a.robot);
+                let others = (0..self.world.entities.len()).filter(|robot| Some(*robot) != own);
                 others.take_while(|_| !is_cancelled()).flat_map(|robot| self.placed(robot, None)).collect()
             }
         };
@@ -130,14 +163,17 @@ impl PublishedState {
             return Err(check::refuse("b", "a mesh of triangles", expected));
         }
         // Two places of one robot are as two robots; of one place each pair comes once.
-        let same_place = b.as_ref().is_some_and(|b| {
-            b.robot == a.robot && a.configuration.is_none() && b.configuration.is_none() && a.link == b.link
-        });
-        let one_state = b
+        let bodies = body(a).zip(b.as_ref().and_then(body)).filter(|(a, b)| a.robot == b.robot);
+        let same_place = bodies
             .as_ref()
-            .is_none_or(|b| b.robot != a.robot || (a.configuration.is_none() && b.configuration.is_none()));
+            .is_some_and(|(a, b)| a.configuration.is_none() && b.configuration.is_none() && a.link == b.link);
+        let one_state =
+            bodies.as_ref().is_none_or(|(a, b)| a.configuration.is_none() && b.configuration.is_none());
         let is_wanted = |x: &PlacedShape, y: &PlacedShape| {
-            let apart = x.robot != y.robot || !one_state || (x.body != y.body && x.link != y.link);
+            let apart = x.robot != y.robot
+                || !one_state
+                || x.is_of_no_robot()
+                || (x.body != y.body && x.link != y.link);
             apart && (!same_place || x.link < y.link) && (!filtered || self.may_touch(x, y))
         };
         let wanted = Wanted { within: *within, nearest_only: *nearest_only };
@@ -184,8 +220,11 @@ impl PublishedState {
 
     fn distance_report(&self, closest: Closest) -> Option<DistanceReport> {
         let Closest { robots, links, points, normal, distance } = closest;
-        let [(robot_a, link_a), (robot_b, link_b)] =
-            [self.link_name(robots[0], links[0])?, self.link_name(robots[1], links[1])?];
+        let name = |side: usize| match robots[side] {
+            NO_ROBOT => Some(Default::default()),
+            robot => self.link_name(robot, links[side]),
+        };
+        let [(robot_a, link_a), (robot_b, link_b)] = [name(0)?, name(1)?];
         Some(DistanceReport { robots: [robot_a, robot_b], links: [link_a, link_b], points, normal, distance })
     }
 

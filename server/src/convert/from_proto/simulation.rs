@@ -39,11 +39,16 @@ pub struct Steps {
     pub selection: Option<Selection>,
     /// Whether the answer also has the links of those robots.
     pub with_links: bool,
+    /// Whether the answer also has what those robots touch.
+    pub with_contacts: bool,
+    /// Whether those are all robots.
+    pub all: bool,
 }
 
 /// How many steps to do, and what comes with them.
 pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
     let targets = joint::set_targets(request.robots, request.limit_policy)?;
+    let all = request.selections.is_empty();
     let selections = state::selections(request.selections)?;
     Ok(Steps {
         steps: request.steps,
@@ -51,6 +56,8 @@ pub fn steps(request: v1::StepSimulationRequest) -> Result<Steps, BadField> {
         targets: (!targets.robots.is_empty()).then_some(targets),
         selection: request.return_states.then(|| Selection::new(selections)),
         with_links: request.return_link_states,
+        with_contacts: request.return_contacts,
+        all,
     })
 }
 

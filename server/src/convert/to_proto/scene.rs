@@ -1,7 +1,9 @@
 //! What is to be drawn of a robot: its shapes in one flat list, each with its link.
 
+use std::fmt::Write as _;
+
 use glamx::{DPose3, DVec3};
-use simd_core::collision::{Collider, ColliderGeometry};
+use simd_core::collision::{Collider, ColliderGeometry, ConvexMesh};
 use simd_core::simulation::published_state::EntityLayout;
 use simd_model::robot::Geometry;
 use simd_proto::v1;
@@ -27,6 +29,18 @@ pub fn robot_scene(entity: &EntityLayout) -> v1::RobotScene {
             .collect(),
         colliders: entity.shapes.colliders(&entity.tree).map(collider).collect(),
     }
+}
+
+/// A convex collider as Wavefront OBJ: metres, in the shape's own axes.
+pub fn obj(mesh: &ConvexMesh) -> Vec<u8> {
+    let mut text = String::new();
+    for vertex in &mesh.vertices {
+        let _ = writeln!(text, "v {} {} {}", vertex.x, vertex.y, vertex.z);
+    }
+    for [a, b, c] in &mesh.triangles {
+        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    text.into_bytes()
 }
 
 fn shape(link: usize, pose: DPose3, geometry: &Geometry, color: Option<v1::Color>) -> v1::Shape {

@@ -148,7 +148,7 @@ class Simulation(Primitives):
     ) -> tuple[ClosestPoints, ...]:
         """Where links of two robots are nearest to each other, and how far apart: one for each pair of links. `b` is
         every other robot if it is left out, and may be the same as `a`. A `Place` names one link, or a configuration
-        that the robot is not in. `filtered` leaves out links that may not touch each other."""
+        that the robot is not in; a `Shape` or `PlacedShape` is of no robot. `filtered` leaves out links that may not touch each other."""
         request = proto.GetClosestPointsRequest(
             a=side_to_proto(a),
             b=None if b is None else side_to_proto(b),
@@ -199,6 +199,7 @@ class Simulation(Primitives):
         *,
         states: bool | Selection = False,
         link_states: bool = False,
+        contacts: bool = False,
         beyond_limit: BeyondLimit = "clamp",
         timeout: float | None = None,
     ) -> States:
@@ -207,12 +208,12 @@ class Simulation(Primitives):
 
         `targets`, by robot, apply from the first of the steps on: see `Robot.set_targets` for their form.
         With `states` the answer has the states after the last step, of all robots or of a selection (a robot,
-        several, or joints by robot); with `link_states` it also has those of their links, in `links`. The default
-        `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
+        several, or joints by robot); with `link_states` it also has those of their links, in `links`, and with
+        `contacts` the contact points in which they take part. The default `timeout` is the connection's and 0.01 s per step. Raises `WrongState` while the world plays, and
         `Superseded` if a play, pause or reset interrupts the steps.
         """
         messages, claim = await self._encode_targets(targets or {})
-        wanted = link_states or (states is not False and states is not None)
+        wanted = link_states or contacts or (states is not False and states is not None)
         selected = [] if isinstance(states, bool) else selections_to_proto(states)
         request = proto.StepSimulationRequest(
             steps=steps,
@@ -222,6 +223,7 @@ class Simulation(Primitives):
             return_states=wanted,
             selections=selected,
             return_link_states=link_states,
+            return_contacts=contacts,
             lockstep_member=self._cache.lockstep_member,
         )
         wait = steps * STEP_SECONDS + self._others if timeout is None else timeout - self._timeout
@@ -234,7 +236,8 @@ class Simulation(Primitives):
             raise AnswerError("the daemon's answer cannot be understood: it did the steps and lacks `states`")
         found = await self.decode_states(answer.states, selected, clamped)
         links = {each.robot: link_states_from_proto(each, found.stamp) for each in answer.link_states}
-        return replace(found, links=links) if links else found
+        touching = contacts_from_proto(answer.contacts)
+        return replace(found, links=links, contacts=touching) if links or touching else found
 
     async def join_lockstep(self, timeout: float = 10.0) -> Lockstep:
         """Makes this client one of those that step the world together: from then on only they step it, `step` waits for

@@ -12,6 +12,7 @@ from . import (
     constants,
     constraints,
     contacts,
+    convex_parts,
     dynamics,
     files,
     filters,
@@ -39,6 +40,7 @@ from .connections import *
 from .constants import *
 from .constraints import *
 from .contacts import *
+from .convex_parts import *
 from .dynamics import *
 from .errors import error
 from .files import *
@@ -69,6 +71,7 @@ __all__ += connections.__all__
 __all__ += constants.__all__
 __all__ += constraints.__all__
 __all__ += contacts.__all__
+__all__ += convex_parts.__all__
 __all__ += dynamics.__all__
 __all__ += files.__all__
 __all__ += filters.__all__

@@ -6,21 +6,28 @@ import math
 from typing import Any
 
 from simd_client.proto import (
+    BoxGeometry,
+    CapsuleGeometry,
     CastRaysRequest,
     ClosestPoints,
     Contact,
+    CylinderGeometry,
     GetClosestPointsRequest,
-    GetContactsRequest,
     QueryBody,
+    QueryShape,
     RayHit,
+    SphereGeometry,
+    Vector3,
     methods,
 )
 
+from . import constants, shapes
 from .arguments import ORIGIN, Pose, Vector, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
 from .kinematics import link_pose
+from .primitives import Primitive
 from .rotations import compose, cross
 from .world import World
 
@@ -43,10 +50,9 @@ def getContactPoints(
     asked = max(bodyA, bodyB)
     if asked >= 0 and asked not in world.bodies:
         return ()
-    request = GetContactsRequest(robot=world.bodies[asked].robot if asked >= 0 else "")
     numbers = world.numbers()
     found: list[tuple[Any, ...]] = []
-    for contact in world.wire.call(methods.GetContacts, request).contacts:
+    for contact in world.contacts():
         a = numbers.get((contact.robot_a, contact.link_a))
         b = numbers.get((contact.robot_b, contact.link_b))
         if a is None or b is None:
@@ -107,32 +113,69 @@ def getClosestPoints(
     physicsClientId: int = 0,
 ) -> tuple[tuple[Any, ...], ...]:
     """The nearest points of each pair of links that are at most so far apart, as `getContactPoints` tells contacts, with
-    forces of zero."""
-    del collisionShapePositionA, collisionShapePositionB, collisionShapeOrientationA, collisionShapeOrientationB
-    if collisionShapeA != -1 or collisionShapeB != -1:
-        raise unsupported("getClosestPoints", "the daemon measures between bodies, not to shapes of no body")
+    forces of zero. A shape of createCollisionShape can be in the place of a body, and beside it: as in PyBullet it is link -2, and
+    one of several parts has a point for each."""
     world = connected(physicsClientId)
-    a, b = world.bodies.get(bodyA), world.bodies.get(bodyB)
-    if a is None or b is None:
-        return ()
-    request = GetClosestPointsRequest(a=QueryBody(robot=a.robot), b=QueryBody(robot=b.robot), max_distance=distance)
-    for side, body, link in ((request.a, a, linkIndexA), (request.b, b, linkIndexB)):
-        if link != _ANY:
-            name = body.link_name(link)
-            if name is None:
-                return ()
-            side.link = name
+    poses = [
+        shapes.pose(position, orientation)
+        for position, orientation in (
+            (collisionShapePositionA, collisionShapeOrientationA),
+            (collisionShapePositionB, collisionShapeOrientationB),
+        )
+    ]
+    first = [*_loose(world, collisionShapeA, poses[0]), *_side(world, bodyA, linkIndexA)]
+    second = [*_loose(world, collisionShapeB, poses[1]), *_side(world, bodyB, linkIndexB)]
     numbers = world.numbers()
+    # As in PyBullet, a shape has the number of the body beside it.
+    loose_a, loose_b = (bodyA, _ANY), (bodyB, _ANY)
     found: list[tuple[Any, ...]] = []
-    for pair in world.wire.call(methods.GetClosestPoints, request).pairs:
-        first, second = numbers.get((pair.robot_a, pair.link_a)), numbers.get((pair.robot_b, pair.link_b))
-        if first is None or second is None:
-            continue
-        found.append(_near(pair, first, second, swapped=False))
-        if a is b and request.a.link == request.b.link:
-            # As in PyBullet, each of the two is A once.
-            found.append(_near(pair, second, first, swapped=True))
+    for a, b in ((a, b) for a in first for b in second):
+        request = GetClosestPointsRequest(a=a, b=b, max_distance=distance)
+        for pair in world.wire.call(methods.GetClosestPoints, request).pairs:
+            on_a = numbers.get((pair.robot_a, pair.link_a)) if pair.robot_a else loose_a
+            on_b = numbers.get((pair.robot_b, pair.link_b)) if pair.robot_b else loose_b
+            if on_a is None or on_b is None:
+                continue
+            found.append(_near(pair, on_a, on_b, swapped=False))
+            if a.robot and a.robot == b.robot and a.link == b.link:
+                # As in PyBullet, each of the two is A once.
+                found.append(_near(pair, on_b, on_a, swapped=True))
     return tuple(sorted(found, key=lambda row: (row[3], row[4])))
+
+
+def _side(world: World, number: int, link: int) -> list[QueryBody]:
+    """A body or a link of it; nothing if it is not there."""
+    body = world.bodies.get(number)
+    if body is None:
+        return []
+    name = "" if link == _ANY else body.link_name(link)
+    return [] if name is None else [QueryBody(robot=body.robot, link=name)]
+
+
+def _loose(world: World, number: int, pose: Pose) -> list[QueryBody]:
+    """A shape that is of no body, a part for each of its parts."""
+    sides: list[QueryBody] = []
+    for part in world.collision_shapes.get(number):
+        side = QueryBody(shape=_query_shape(part))
+        (x, y, z), (i, j, k, w) = compose(pose, part.pose)
+        at, turn = side.pose.position, side.pose.orientation
+        at.x, at.y, at.z = x, y, z
+        turn.x, turn.y, turn.z, turn.w = i, j, k, w
+        sides.append(side)
+    return sides
+
+
+def _query_shape(part: Primitive) -> QueryShape:
+    if part.kind == constants.GEOM_BOX:
+        x, y, z = part.size
+        return QueryShape(box=BoxGeometry(size=Vector3(x=x, y=y, z=z)))
+    if part.kind == constants.GEOM_SPHERE:
+        return QueryShape(sphere=SphereGeometry(radius=part.size[0]))
+    if part.kind == constants.GEOM_CYLINDER:
+        return QueryShape(cylinder=CylinderGeometry(radius=part.size[0], length=part.size[1]))
+    if part.kind == constants.GEOM_CAPSULE:
+        return QueryShape(capsule=CapsuleGeometry(radius=part.size[0], length=part.size[1]))
+    raise unsupported("getClosestPoints", "the daemon measures to meshes of bodies, and not to those of no body: make one with createMultiBody")
 
 
 def _near(pair: ClosestPoints, a: tuple[int, int], b: tuple[int, int], swapped: bool) -> tuple[Any, ...]:

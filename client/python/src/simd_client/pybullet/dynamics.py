@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from simd_client.proto import (
-    GetLinkPropertiesRequest,
     LinkInfo,
     SetJointPropertiesRequest,
     methods,
@@ -83,8 +82,7 @@ def getDynamicsInfo(bodyUniqueId: int, linkIndex: int, physicsClientId: int = 0)
 def _surface(world: World, body: Body, link: str) -> dict[str, float]:
     """What a link's surface is like, as the daemon has it."""
     surface = dict(_SURFACE)
-    answer = world.wire.call(methods.GetLinkProperties, GetLinkPropertiesRequest(robot=body.robot))
-    for properties in answer.links:
+    for properties in world.link_properties(body).links:
         if properties.link == link:
             for name, field in _SURFACE_FIELDS.items():
                 if properties.HasField(field):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from simd_client.proto import ResetJointsRequest, RobotJointStates, methods
+from simd_client.proto import RobotJointStates
 
 from . import constants
 from .arguments import floats, formerly, indices
@@ -279,18 +280,19 @@ def _reset(
     world: World, body: Body, wanted: list[int], values: list[list[float]], velocities: list[list[float]]
 ) -> None:
     _in_range(body, wanted)
-    request = ResetJointsRequest()
-    robot = request.robots.add(robot=body.robot)
+    joints: dict[tuple[str, int], tuple[float, float]] = {}
     for index, value, velocity in zip(wanted, values, velocities, strict=True):
         joint = body.joints[index]
         if joint.width == 6:
             raise unsupported("resetJointStateMultiDof", "floating joints cannot be put elsewhere")
         for axis in range(min(joint.width, len(value))):
             speed = velocity[axis] if axis < len(velocity) else 0.0
-            robot.joints.add(joint=joint.name, position=value[axis], velocity=speed, axis=axis)
-    if robot.joints:
-        world.wire.call(methods.ResetJoints, request)
-    world.forget_states()
+            place = (float(value[axis]), float(speed))
+            if not all(map(math.isfinite, place)):
+                raise error("resetJointState: position and velocity must be numbers")
+            joints[joint.name, axis] = place
+    if joints:
+        world.put_joints(body, joints)
 
 
 def setJointMotorControlMultiDof(

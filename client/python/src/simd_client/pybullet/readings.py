@@ -5,10 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeVar
 
 from simd_client.proto import (
+    Contact,
+    GetContactsRequest,
     GetEntityStateRequest,
     GetJointReactionsRequest,
     GetJointReactionsResponse,
     GetJointStatesRequest,
+    GetLinkPropertiesRequest,
+    GetLinkPropertiesResponse,
     GetLinkPosesRequest,
     GetLinkStatesRequest,
     JointStates,
@@ -33,7 +37,7 @@ if TYPE_CHECKING:
 
 State = TypeVar("State")
 
-# How many steps include the states of links after a script has read any.
+# How many steps include the states of links, and contact points, after a script has read any.
 _LINKS_FOR = 16
 
 
@@ -53,8 +57,13 @@ class Readings:
         self._link_states: dict[str, RobotLinkStates] = {}
         self._roots: dict[str, Root] = {}
         self._reactions: dict[str, GetJointReactionsResponse] = {}
+        self._properties: dict[str, GetLinkPropertiesResponse] = {}
+        # Of all robots; None if they are to be asked for.
+        self._contacts: list[Contact] | None = None
         # How many more steps include the states of links, because the script has read some.
         self._links_for = 0
+        # The same for contact points.
+        self._contacts_for = 0
         # Joint states of a world that plays arrive by themselves.
         self._publishes = False
         self._watching = False
@@ -102,6 +111,25 @@ class Readings:
             raise error(f"the robot {body.robot} was deleted or reloaded")
         return found
 
+    def link_properties(self, body: Body) -> GetLinkPropertiesResponse:
+        """Surfaces of a body's links."""
+        found = self._properties.get(body.robot)
+        if found is None:
+            found = self.wire.call(methods.GetLinkProperties, GetLinkPropertiesRequest(robot=body.robot))
+            self._properties[body.robot] = found
+        return found
+
+    def forget_properties(self, body: Body) -> None:
+        """They were changed."""
+        self._properties.pop(body.robot, None)
+
+    def contacts(self) -> list[Contact]:
+        """All contact points of the newest step."""
+        self._contacts_for = _LINKS_FOR
+        if self.playing or self._contacts is None:
+            self._contacts = list(self.wire.call(methods.GetContacts, GetContactsRequest()).contacts)
+        return self._contacts
+
     def link_poses(self, body: Body) -> RobotLinkPoses | RobotLinkStates:
         """Poses of a body's links: of the newest step, as `joint_states`."""
         self._links_for = _LINKS_FOR
@@ -148,6 +176,10 @@ class Readings:
         """Whether the next step includes the states of links."""
         return self._links_for > 0
 
+    def wants_contacts(self) -> bool:
+        """Whether the next step includes contact points."""
+        return self._contacts_for > 0
+
     def forget_states(self) -> None:
         """Marks the states as old: something changed other than by a step."""
         self._joint_states = None
@@ -155,10 +187,15 @@ class Readings:
 
     def _forget_places(self) -> None:
         self._link_poses, self._link_states, self._roots, self._reactions = {}, {}, {}, {}
+        self._contacts = None
+        self._properties = {}
 
     def take_step(self, answer: StepSimulationResponse) -> None:
-        """A step's answer: joint states of all robots, and those of links if they were requested."""
+        """A step's answer: joint states of all robots, and those of links and contact points if they were requested."""
         self.take(answer.states)
+        if self._contacts_for > 0:
+            self._contacts = list(answer.contacts)
+            self._contacts_for -= 1
         self._link_states = {robot.robot: robot for robot in answer.link_states}
         self._links_for = max(self._links_for - 1, 0)
 

@@ -25,7 +25,6 @@ getTetraMeshData = _raises("getTetraMeshData", _SOFT)
 loadSoftBody = _raises("loadSoftBody", _SOFT)
 resetMeshData = _raises("resetMeshData", _SOFT)
 unsupportedChangeScaling = _raises("unsupportedChangeScaling", _SHAPES)
-vhacd = _raises("vhacd", "the daemon divides meshes itself: GEOM_FORCE_CONCAVE_TRIMESH of createCollisionShape")
 
 __all__ = [
     "createSoftBodyAnchor",
@@ -34,5 +33,4 @@ __all__ = [
     "loadSoftBody",
     "resetMeshData",
     "unsupportedChangeScaling",
-    "vhacd",
 ]

@@ -87,6 +87,8 @@ class Wire:
         self._subscribers: list[zenoh.Subscriber[None]] = []
         self._parameters: ParameterList | None = None
         self._parameters_until = 0.0
+        # Is called before each call, for what the script has asked for and that was not sent yet.
+        self.before: Callable[[], None] = lambda: None
         # Not read yet.
         self._parameters_bytes: bytes | None = None
         self._states_bytes: dict[str, bytes] = {}
@@ -147,6 +149,7 @@ class Wire:
         Raises:
             error: with the daemon's sentence and reason.
         """
+        self.before()
         try:
             return self._connection.call(method, request, wait=wait or _time_limit(request))
         except SimdError as problem:

@@ -20,6 +20,7 @@ from simd_client.proto import (
     ListEntitiesRequest,
     NextJointStatesRequest,
     Physics,
+    ResetJointsRequest,
     ResetSimulationRequest,
     RobotTargets,
     SetJointPropertiesRequest,
@@ -87,6 +88,10 @@ class World(Readings):
         self.substeps = 0
         self.bodies: dict[int, Body] = {}
         self._waiting: dict[tuple[int, int], None] = {}
+        # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
+        # of any kind.
+        self._resets: dict[str, dict[tuple[str, int], tuple[float, float]]] = {}
+        wire.before = self._send_resets
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
         self.constraints: dict[int, Constraint] = {}
@@ -194,6 +199,7 @@ class World(Readings):
         if known:
             request = SetLinkPropertiesRequest(robot=body.robot, links=surfaces_to_proto(known))
             self.wire.call(methods.SetLinkProperties, request)
+            self.forget_properties(body)
             body.surfaces.update(known)
 
     def _drop(self, number: int) -> None:
@@ -217,13 +223,31 @@ class World(Readings):
         """Marks a motor as changed: it is sent with the next step, or at once if the world plays."""
         self._waiting[(body.unique_id, index)] = None
 
+    def put_joints(self, body: Body, joints: Mapping[tuple[str, int], tuple[float, float]]) -> None:
+        """Puts joints elsewhere: position and velocity by name and axis."""
+        self._resets.setdefault(body.robot, {}).update(joints)
+        if self.playing:
+            self._send_resets()
+        self.forget_states()
+
+    def _send_resets(self) -> None:
+        if self._resets:
+            resets, self._resets = self._resets, {}
+            request = ResetJointsRequest()
+            for name, joints in resets.items():
+                robot = request.robots.add(robot=name)
+                for (joint, axis), (position, velocity) in joints.items():
+                    robot.joints.add(joint=joint, position=position, velocity=velocity, axis=axis)
+            self.wire.call(methods.ResetJoints, request)
+
     def sent_if_playing(self) -> None:
         """Sends the motors at once if the world plays."""
         if self.playing:
             self.flush()
 
     def flush(self) -> None:
-        """Sends the changed motors."""
+        """Sends the changed motors, and joints that are put elsewhere."""
+        self._send_resets()
         if self._waiting:
             request = SetJointTargetsRequest()
             self._put_targets(request.robots)
@@ -242,7 +266,10 @@ class World(Readings):
             self._follow()
         else:
             request = StepSimulationRequest(
-                steps=1, return_states=True, return_link_states=self.wants_links()
+                steps=1,
+                return_states=True,
+                return_link_states=self.wants_links(),
+                return_contacts=self.wants_contacts(),
             )
             self._put_targets(request.robots)
             try:
