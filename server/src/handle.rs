@@ -12,6 +12,7 @@
 
 mod accounts;
 mod audit;
+mod bindings;
 mod calls;
 mod claims;
 mod clients;
@@ -37,6 +38,7 @@ use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 pub(crate) use audit::RobotNote;
+pub use bindings::{BoundQuantity, JointBinding};
 pub(crate) use calls::{MethodCalls, RefusedUnanswered};
 pub use claims::Unproven;
 pub use clients::{Caller, Client, Disconnect, Peer, TargetSource, Transport};

@@ -3,9 +3,11 @@
 use std::time::Duration;
 
 use simd_client::proto::parameter::Kind;
-use simd_client::proto::{self, ErrorReason, NameTakenPolicy, Slider};
-use simd_client::{Client, press, slide};
+use simd_client::proto::{self, ErrorReason, JointBinding, JointMode, NameTakenPolicy, Slider};
+use simd_client::{Client, Error, Target, every_joint, press, slide};
 use simd_tests::daemon::{Daemon, Via};
+
+use crate::{arm, load_arm, set, shoulder};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -110,7 +112,90 @@ async fn a_watch_of_parameters_ends_with_ok_when_the_daemon_drains(via: Via) {
     drained.await.unwrap();
 }
 
+fn shoulder_of(robot: &str, mode: JointMode) -> JointBinding {
+    JointBinding { robot: robot.into(), joint: "shoulder".into(), mode: mode.into(), ..Default::default() }
+}
+
+/// A slider `lift` from -0.5 to 1, of the arm's shoulder.
+async fn bound(client: &Client, mode: JointMode) -> Result<proto::Parameter, Error> {
+    let joint = shoulder_of("arm", mode);
+    client.add_bound_slider("lift", (-0.5, 1.0), 0.25, joint, NameTakenPolicy::Replace).await
+}
+
+async fn a_bound_slider_sets_the_target_whoever_moves_it(via: Via) {
+    let daemon = arm(via).await;
+    let before = shoulder(&daemon).await;
+    let added = bound(&daemon.client, JointMode::Unspecified).await.unwrap();
+    assert_eq!(added.joint, Some(shoulder_of("arm", JointMode::Position)));
+    assert_eq!(shoulder(&daemon).await, before, "to put it up moves nothing");
+    let other = daemon.another_client().await;
+    other.set_parameters([slide("lift", 0.5)]).await.unwrap();
+    let moved = shoulder(&daemon).await;
+    assert_eq!((moved.mode, moved.target), (JointMode::Position, 0.5));
+    for (mode, value) in [(JointMode::Velocity, -0.25), (JointMode::Effort, 0.75)] {
+        bound(&daemon.client, mode).await.unwrap();
+        other.set_parameters([slide("lift", value)]).await.unwrap();
+        let moved = shoulder(&daemon).await;
+        assert_eq!((moved.mode, moved.target), (mode, value));
+    }
+    // Where the slider stands already is a target too: another one may have been set since.
+    set(&daemon, Target::Hold).await;
+    other.set_parameters([slide("lift", 0.75)]).await.unwrap();
+    assert_eq!(shoulder(&daemon).await.target, 0.75);
+}
+
+async fn a_target_that_is_refused_leaves_all_sliders_where_they_are(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    bound(client, JointMode::Position).await.unwrap();
+    client.add_slider("speed", (-1.0, 1.0), 0.5, NameTakenPolicy::Refuse).await.unwrap();
+    let before = client.parameters(Vec::new()).await.unwrap();
+    let (target, both) = (shoulder(&daemon).await.target, [slide("speed", 1.0), slide("lift", 0.5)]);
+    // A change that cannot be moves no robot.
+    let beyond = [slide("lift", 0.5), slide("speed", 2.0)];
+    assert_eq!(client.set_parameters(beyond).await.unwrap_err().reason(), Some(ErrorReason::InvalidValue));
+    assert_eq!(shoulder(&daemon).await.target, target);
+    // What others have claimed is theirs, and their claim moves the slider.
+    let selections = vec![every_joint("arm")];
+    let claim =
+        proto::ClaimJointsRequest { selections, holder: "planner".into(), lease: 60.0, ..Default::default() };
+    let secret = client.claim(claim).await.unwrap();
+    let refused = client.set_parameters(both.clone()).await.unwrap_err();
+    assert_eq!(refused.reason(), Some(ErrorReason::JointClaimed));
+    assert_eq!(client.parameters(Vec::new()).await.unwrap().parameters, before.parameters);
+    client.clone().with_claim(&secret).set_parameters(both.clone()).await.unwrap();
+    assert_eq!(shoulder(&daemon).await.target, 0.5);
+    client.release_joints(&secret).await.unwrap();
+    // By name: without the robot it is refused, and with another of that name it works again.
+    client.delete_robot("arm").await.unwrap();
+    let gone = client.set_parameters(both.clone()).await.unwrap_err();
+    assert_eq!(gone.reason(), Some(ErrorReason::RobotNotFound));
+    load_arm(client, "arm").await;
+    client.set_parameters(both).await.unwrap();
+    assert_eq!(shoulder(&daemon).await.target, 0.5);
+}
+
+async fn what_cannot_be_bound_is_refused(via: Via) {
+    let daemon = arm(via).await;
+    let client = &daemon.client;
+    let shoulder = shoulder_of("arm", JointMode::Position);
+    for (joint, reason) in [
+        (shoulder_of("moon", JointMode::Position), ErrorReason::RobotNotFound),
+        (JointBinding { joint: "knee".into(), ..shoulder.clone() }, ErrorReason::JointNotFound),
+        (JointBinding { axis: 1, ..shoulder.clone() }, ErrorReason::InvalidValue),
+        (shoulder_of("arm", JointMode::Hold), ErrorReason::InvalidValue),
+        (JointBinding::default(), ErrorReason::InvalidValue),
+    ] {
+        let refused = client.add_bound_slider("lift", (0.0, 1.0), 0.5, joint, NameTakenPolicy::Refuse).await;
+        assert_eq!(refused.unwrap_err().reason(), Some(reason));
+    }
+    assert!(client.parameters(Vec::new()).await.unwrap().parameters.is_empty());
+}
+
 crate::over_every_transport![
+    a_bound_slider_sets_the_target_whoever_moves_it,
+    a_target_that_is_refused_leaves_all_sliders_where_they_are,
+    what_cannot_be_bound_is_refused,
     what_one_client_moves_another_reads_and_a_third_is_told,
     who_comes_late_gets_the_newest_alone,
     a_reset_of_the_world_leaves_the_sliders_where_they_are,

@@ -4,10 +4,10 @@ mod view;
 
 use std::collections::BTreeSet;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use simd_client::{
     Client, press,
-    proto::{NameTakenPolicy, ParameterChange},
+    proto::{JointBinding, JointMode, NameTakenPolicy, ParameterChange},
     slide,
 };
 
@@ -75,6 +75,12 @@ pub(crate) struct Add {
     /// Where a slider stands; 0 or what is nearest to it, where it is left out
     #[arg(default_value_t = 0.0, hide_default_value = true, allow_hyphen_values = true)]
     value: f64,
+    /// The joint whose target the slider sets each time it is moved
+    #[arg(long, value_name = "ROBOT/JOINT", value_parser = joint, conflicts_with = "button")]
+    joint: Option<JointBinding>,
+    /// What the slider's value is of that joint
+    #[arg(long, value_enum, default_value_t = Mode::Position, requires = "joint")]
+    mode: Mode,
     /// A button, and no slider
     #[arg(long, conflicts_with_all = ["minimum", "maximum", "value"])]
     button: bool,
@@ -87,6 +93,17 @@ pub(crate) struct Add {
     /// Replaces also one that is another's: for admins
     #[arg(long, requires = "replace")]
     take_over: bool,
+}
+
+/// What a slider's value is of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Mode {
+    /// rad or m
+    Position,
+    /// rad/s or m/s
+    Velocity,
+    /// N m or N
+    Effort,
 }
 
 pub(crate) async fn run(command: Parameter, client: &Client, output: Output) -> anyhow::Result<()> {
@@ -116,7 +133,7 @@ async fn show(client: &Client, output: Output, names: Vec<String>) -> anyhow::Re
 }
 
 async fn add(arguments: Add, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Add { name, minimum, maximum, value, button, replace, rename, take_over } = arguments;
+    let Add { name, minimum, maximum, value, joint, mode, button, replace, rename, take_over } = arguments;
     let client = &taking_over(client, take_over);
     let name_taken = match (replace, rename) {
         (true, _) => NameTakenPolicy::Replace,
@@ -125,6 +142,14 @@ async fn add(arguments: Add, client: &Client, output: Output) -> anyhow::Result<
     };
     let added = if button {
         client.add_button(&name, name_taken).await?
+    } else if let Some(joint) = joint {
+        let mode = match mode {
+            Mode::Position => JointMode::Position,
+            Mode::Velocity => JointMode::Velocity,
+            Mode::Effort => JointMode::Effort,
+        };
+        let joint = JointBinding { mode: mode.into(), ..joint };
+        client.add_bound_slider(&name, (minimum, maximum), value, joint, name_taken).await?
     } else {
         client.add_slider(&name, (minimum, maximum), value, name_taken).await?
     };
@@ -154,6 +179,15 @@ async fn watch(client: &Client, output: Output, limit: Option<u64>) -> anyhow::R
         shown += 1;
     }
     Ok(())
+}
+
+/// Reads `ROBOT/JOINT`; the names of robots have no slash.
+fn joint(text: &str) -> Result<JointBinding, String> {
+    let (robot, joint) = text.split_once('/').ok_or("must be ROBOT/JOINT")?;
+    if robot.is_empty() || joint.is_empty() {
+        return Err("must be ROBOT/JOINT".to_owned());
+    }
+    Ok(JointBinding { robot: robot.to_owned(), joint: joint.to_owned(), ..JointBinding::default() })
 }
 
 /// Reads `NAME=VALUE`. The last `=` is meant: a name may hold one, a number cannot.

@@ -8,7 +8,7 @@ import pytest
 from daemon import Daemon, within
 
 import simd_client
-from simd_client import Button, Simulation, Slider
+from simd_client import Button, JointBinding, JointMode, Robot, Simulation, Slider
 
 
 def test_a_slider_is_put_up_moved_and_taken_down(sim: Simulation) -> None:
@@ -60,6 +60,29 @@ def test_another_client_moves_a_slider_and_a_loop_sees_it_without_asking(
         assert sim.parameters.next(listed.version, 0.05).version == listed.version
         other.parameters.remove("gain")
         assert "gain" not in watch.wait(20)
+
+
+def test_a_slider_that_is_bound_to_a_joint_moves_it_also_when_its_program_has_ended(
+    sim: Simulation, daemon: Daemon, arm: Robot
+) -> None:
+    with simd_client.connect(daemon.endpoint) as other:
+        elbow = other.robot("arm").joints["elbow joint"]
+        added = other.parameters.add_slider("elbow", -1.0, 1.0, 0.0, joint=elbow)
+        assert added.joint == JointBinding("arm", "elbow joint")
+        other.parameters.add_slider("swing", -1.0, 1.0, 0.0, joint=JointBinding("arm", "shoulder joint", "velocity"))
+    sim.parameters.set({"elbow": 0.4, "swing": -0.2})
+    state = arm.read()
+    assert (state["elbow joint"].mode, state["elbow joint"].target) == (JointMode.POSITION, 0.4)
+    assert (state["shoulder joint"].mode, state["shoulder joint"].target) == (JointMode.VELOCITY, -0.2)
+    assert "velocity of arm/shoulder joint" in repr(sim.parameters)
+    arm.delete()
+    with pytest.raises(simd_client.RobotNotFound):
+        sim.parameters["elbow"] = 0.1
+    assert sim.parameters["elbow"] == 0.4
+    with pytest.raises(simd_client.RobotNotFound):
+        sim.parameters.add_slider("none", 0, 1, 0, joint=JointBinding("arm", "elbow joint"))
+    with pytest.raises(ValueError, match="not 'hold'"):
+        sim.parameters.add_slider("none", 0, 1, 0, joint=JointBinding("arm", "elbow joint", "hold"))  # pyright: ignore[reportArgumentType]
 
 
 def test_a_parameter_is_a_number_wherever_it_is_looked_up(sim: Simulation) -> None:

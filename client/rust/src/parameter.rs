@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use simd_proto::v1::{
-    AddParameterRequest, Button, GetParametersRequest, NameTakenPolicy, NextParametersRequest, Parameter,
-    ParameterChange, ParameterList, RemoveParametersRequest, SetParametersRequest, Slider,
+    AddParameterRequest, Button, GetParametersRequest, JointBinding, NameTakenPolicy, NextParametersRequest,
+    Parameter, ParameterChange, ParameterList, RemoveParametersRequest, SetParametersRequest, Slider,
     WatchParametersRequest, WatchParametersResponse, parameter::Kind, parameter_change::Change,
 };
 use tonic::Streaming;
@@ -36,7 +36,23 @@ impl Client {
         value: f64,
         name_taken: NameTakenPolicy,
     ) -> Result<Parameter, Error> {
-        self.add_parameter(name, Kind::Slider(Slider { minimum, maximum, value }), name_taken).await
+        self.add_parameter(name, Kind::Slider(Slider { minimum, maximum, value }), None, name_taken).await
+    }
+
+    /// The same, of a slider that sets the target of a joint each time it is moved, with no program in between.
+    ///
+    /// # Errors
+    /// As [`add_slider`](Self::add_slider); `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `JOINT_NOT_ACTUATED`.
+    pub async fn add_bound_slider(
+        &self,
+        name: &str,
+        (minimum, maximum): (f64, f64),
+        value: f64,
+        joint: JointBinding,
+        name_taken: NameTakenPolicy,
+    ) -> Result<Parameter, Error> {
+        let slider = Kind::Slider(Slider { minimum, maximum, value });
+        self.add_parameter(name, slider, Some(joint), name_taken).await
     }
 
     /// Puts up a button that was never pressed. The answer is as it was added.
@@ -45,16 +61,17 @@ impl Client {
     /// `PARAMETER_EXISTS` where the name is taken and the policy is to refuse, `OWNED_BY_ANOTHER` where it is to
     /// replace, `INVALID_VALUE`, `LIMIT_EXCEEDED`.
     pub async fn add_button(&self, name: &str, name_taken: NameTakenPolicy) -> Result<Parameter, Error> {
-        self.add_parameter(name, Kind::Button(Button { presses: 0 }), name_taken).await
+        self.add_parameter(name, Kind::Button(Button { presses: 0 }), None, name_taken).await
     }
 
     async fn add_parameter(
         &self,
         name: &str,
         kind: Kind,
+        joint: Option<JointBinding>,
         name_taken: NameTakenPolicy,
     ) -> Result<Parameter, Error> {
-        let parameter = Parameter { name: name.to_owned(), kind: Some(kind), ..Default::default() };
+        let parameter = Parameter { name: name.to_owned(), kind: Some(kind), joint, ..Default::default() };
         let (parameter, name_taken, take_over) = (Some(parameter), name_taken.into(), self.takes_over);
         let request = AddParameterRequest { parameter, name_taken, take_over, ..Default::default() };
         let answer = self.unary(self.parameter().add_parameter(self.claimed(request))).await?;
@@ -65,14 +82,14 @@ impl Client {
     /// answer is what they are now.
     ///
     /// # Errors
-    /// `PARAMETER_NOT_FOUND`, `INVALID_VALUE`.
+    /// `PARAMETER_NOT_FOUND`, `INVALID_VALUE`; for sliders that are bound to joints what a target can be refused with.
     pub async fn set_parameters(
         &self,
         changes: impl IntoIterator<Item = ParameterChange>,
     ) -> Result<Vec<Parameter>, Error> {
         let changes = changes.into_iter().collect();
         let request = SetParametersRequest { changes, ..Default::default() };
-        Ok(self.unary(self.parameter().set_parameters(request)).await?.parameters)
+        Ok(self.unary(self.parameter().set_parameters(self.claimed(request))).await?.parameters)
     }
 
     /// The parameters of these names, or all of them in the order in which they were added.

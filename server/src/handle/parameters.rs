@@ -7,7 +7,7 @@ use std::time::Duration;
 use simd_proto::text::{is_printable, printable};
 use tokio::sync::Notify;
 
-use super::{CallError, Owner, SimHandle};
+use super::{CallError, JointBinding, Owner, SimHandle};
 
 /// Longest name, in bytes.
 const MAX_NAME: usize = 256;
@@ -23,6 +23,8 @@ pub struct Parameter {
     pub version: u64,
     /// Who put it up.
     pub owner: Owner,
+    /// Of a slider: the joint whose target it sets.
+    pub binding: Option<Arc<JointBinding>>,
 }
 
 /// What a parameter is, and where it stands.
@@ -175,12 +177,22 @@ impl SimHandle {
         kind: ParameterKind,
         taken: NameTaken,
     ) -> Result<Parameter, CallError> {
+        self.put_up(name, kind, None, taken)
+    }
+
+    pub(super) fn put_up(
+        &self,
+        name: &str,
+        kind: ParameterKind,
+        binding: Option<Arc<JointBinding>>,
+        taken: NameTaken,
+    ) -> Result<Parameter, CallError> {
         check_name(name)?;
         let kind = checked(name, kind)?;
         let limit = self.inner.parameters.limit;
         self.inner.parameters.change(|list| {
             let (version, owner) = (list.version, self.owner());
-            let added = |name: &str| Parameter { name: name.into(), kind, version, owner };
+            let added = |name: &str| Parameter { name: name.into(), kind, version, owner, binding };
             let added = match (list.place(name), taken) {
                 (Some(_), NameTaken::Refuse) => {
                     return Err(CallError::ParameterExists { name: name.to_owned() });
@@ -206,8 +218,8 @@ impl SimHandle {
         })
     }
 
-    /// Moves sliders and presses buttons: all or none. Answers with those that were
-    /// named, as they are now. To move a slider to where it is changes nothing.
+    /// Moves sliders and presses buttons: all or none, and without the joints that sliders are bound to. Answers with those that
+    /// were named, as they are now. To move a slider to where it is changes nothing.
     ///
     /// # Errors
     /// Where there is no such parameter, where it is of the other kind, and where a
@@ -220,7 +232,7 @@ impl SimHandle {
             for (index, change) in changes.iter().enumerate() {
                 let place = list.find_place(change.name())?;
                 let parameter = &mut list.parameters[place];
-                let kind = changed(parameter, change, index)?;
+                let kind = checked_change(parameter, change, index)?;
                 if kind != parameter.kind {
                     *parameter = Parameter { kind, version, ..parameter.clone() };
                     is_other = true;
@@ -294,7 +306,7 @@ impl ParameterList {
 }
 
 impl ParameterChange {
-    fn name(&self) -> &str {
+    pub(super) fn name(&self) -> &str {
         match self {
             Self::Move { name, value: _ } | Self::Press { name, times: _ } => name,
         }
@@ -336,7 +348,7 @@ fn checked(name: &str, kind: ParameterKind) -> Result<ParameterKind, CallError> 
 }
 
 /// What a parameter is after the change at this index of a request.
-fn changed(
+pub(super) fn checked_change(
     parameter: &Parameter,
     change: &ParameterChange,
     index: usize,

@@ -8,9 +8,9 @@ use super::BoxStream;
 use super::authorization::may_take_over;
 use super::once::once;
 use crate::SimHandle;
-use crate::convert::from_proto::parameter as from_proto;
+use crate::convert::from_proto::parameter::{self as from_proto, Added};
 use crate::convert::to_proto::{parameter as to_proto, stamp};
-use crate::handle::{CallError, ParameterList};
+use crate::handle::{CallError, Caller, ParameterList};
 
 /// Serves `simd.v1.ParameterService`.
 #[derive(Clone, Debug)]
@@ -42,8 +42,11 @@ impl ParameterService for Service {
         may_take_over(&request, request.get_ref().take_over, "AddParameter")?;
         once(&self.handle, request, |handle, request| async move {
             let handle = handle.taking_over(request.take_over);
-            let (name, kind, taken) = from_proto::add(request)?;
-            let added = handle.add_parameter(&name, kind, taken)?;
+            let Added { name, kind, binding, taken } = from_proto::add(request)?;
+            let added = match binding {
+                Some(binding) => handle.add_bound_slider(&name, kind, binding, taken)?,
+                None => handle.add_parameter(&name, kind, taken)?,
+            };
             let parameter = Some(to_proto::parameter(&added));
             Ok(v1::AddParameterResponse { parameter, stamp: now(&handle) })
         })
@@ -54,8 +57,10 @@ impl ParameterService for Service {
         &self,
         request: Request<v1::SetParametersRequest>,
     ) -> Result<Response<v1::SetParametersResponse>, Status> {
+        let caller = request.extensions().get::<Caller>().cloned();
         once(&self.handle, request, |handle, request| async move {
-            let set = handle.set_parameters(&from_proto::changes(request.changes)?)?;
+            let changes = from_proto::changes(request.changes)?;
+            let set = handle.move_parameters(&changes, caller.as_ref()).await?;
             let parameters = set.iter().map(to_proto::parameter).collect();
             Ok(v1::SetParametersResponse { parameters, stamp: now(&handle) })
         })

@@ -1,7 +1,7 @@
 //! Sliders and buttons as they are shown.
 
 use serde::Serialize;
-use simd_client::proto::{Parameter, ParameterList, parameter::Kind};
+use simd_client::proto::{JointMode, Parameter, ParameterList, parameter::Kind};
 
 use crate::{
     commands::present,
@@ -23,6 +23,9 @@ pub(super) struct ParameterView {
     minimum: Option<f64>,
     maximum: Option<f64>,
     value: Option<f64>,
+    /// Of a slider that is bound: `ROBOT/JOINT`, and what of it.
+    joint: Option<String>,
+    mode: Option<&'static str>,
     /// Of a button.
     presses: Option<u64>,
     version: u64,
@@ -32,13 +35,21 @@ pub(super) struct ParameterView {
 
 impl From<Parameter> for ParameterView {
     fn from(parameter: Parameter) -> Self {
-        let Parameter { name, kind, version, owner } = parameter;
+        let Parameter { name, kind, version, owner, joint } = parameter;
+        let mode = joint.as_ref().map(|joint| match joint.mode() {
+            JointMode::Velocity => "velocity",
+            JointMode::Effort => "effort",
+            _ => "position",
+        });
+        let joint = joint.map(|joint| format!("{}/{}", joint.robot, joint.joint));
         let empty = Self {
             name,
             kind: "unknown",
             minimum: None,
             maximum: None,
             value: None,
+            joint,
+            mode,
             presses: None,
             version,
             owner,
@@ -71,13 +82,17 @@ impl ParameterView {
 
 impl View for ParameterView {
     fn page(&self) -> Page {
+        let bound = match (&self.joint, self.mode) {
+            (Some(joint), Some(mode)) => format!(", the {mode} of {joint}"),
+            _ => String::new(),
+        };
         let range = match (self.minimum, self.maximum) {
             (Some(minimum), Some(maximum)) => {
                 format!(" from {} to {}, at {}", exact(minimum), exact(maximum), self.state())
             }
             _ => String::new(),
         };
-        Page::of_line(format!("added {} {}{range}", self.kind, self.name))
+        Page::of_line(format!("added {} {}{range}{bound}", self.kind, self.name))
     }
 }
 
@@ -90,6 +105,7 @@ pub(super) fn list(parameters: &[ParameterView]) -> Page {
         Column::right("MINIMUM"),
         Column::right("MAXIMUM"),
         Column::right("PRESSES"),
+        Column::left("JOINT"),
         Column::left("OWNER"),
     ];
     let number = |value: Option<f64>| value.map_or_else(|| ABSENT.to_owned(), exact);
@@ -101,6 +117,7 @@ pub(super) fn list(parameters: &[ParameterView]) -> Page {
             number(parameter.minimum),
             number(parameter.maximum),
             parameter.presses.map_or_else(|| ABSENT.to_owned(), |presses| presses.to_string()),
+            parameter.joint.clone().unwrap_or_else(|| ABSENT.to_owned()),
             parameter.owner.clone(),
         ]
     };

@@ -88,7 +88,7 @@ from simd_client.geometry import Pose, Twist
 from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
 from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
-from simd_client.parameter import Button, Parameter, ParameterList, Slider
+from simd_client.parameter import Button, JointBinding, Parameter, ParameterList, Slider
 from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
 from simd_client.recording import RecordingInfo
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
@@ -153,6 +153,7 @@ __all__ = [
     "InverseKinematics",
     "Jacobian",
     "Joint",
+    "JointBinding",
     "JointClaimed",
     "JointFlag",
     "JointInfo",

@@ -21,6 +21,27 @@ _POLICIES = {
 }
 
 
+BoundMode = Literal["position", "velocity", "effort"]
+"""What a slider's value is of a joint: rad or m, rad/s or m/s, N m or N."""
+
+_MODES: dict[BoundMode, proto.JointMode] = {
+    "position": proto.JointMode.JOINT_MODE_POSITION,
+    "velocity": proto.JointMode.JOINT_MODE_VELOCITY,
+    "effort": proto.JointMode.JOINT_MODE_EFFORT,
+}
+
+
+@dataclass(frozen=True)
+class JointBinding:
+    """A joint whose target a slider sets each time it is moved. The daemon does that, and no program has to run."""
+
+    robot: str
+    joint: str
+    mode: BoundMode = "position"
+    axis: int = 0
+    """Of a planar joint: 0 x, 1 y, 2 angle."""
+
+
 @dataclass(frozen=True)
 class Slider:
     """A number with a range."""
@@ -33,6 +54,8 @@ class Slider:
     """The list's version when it last changed."""
     owner: str = ""
     """Who added it, for people: the name of a token, or of the client and where it comes from."""
+    joint: JointBinding | None = None
+    """The joint whose target it sets."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +104,7 @@ class ParameterList(Mapping[str, float]):
     def table(self) -> Table:
         """One row per parameter."""
         rows = [
-            (each.name, f"{each.value:g}", f"{each.minimum:g} to {each.maximum:g}")
+            (each.name, f"{each.value:g}", f"{each.minimum:g} to {each.maximum:g}{_bound(each.joint)}")
             if isinstance(each, Slider)
             else (each.name, f"{each.presses}", "button")
             for each in self.by_name.values()
@@ -95,12 +118,30 @@ class ParameterList(Mapping[str, float]):
         return self.table().html("Parameters")
 
 
+def _bound(joint: JointBinding | None) -> str:
+    return "" if joint is None else f", {joint.mode} of {joint.robot}/{joint.joint}"
+
+
 def parameter_from_proto(message: proto.Parameter) -> Parameter:
     """A parameter from its message."""
     if message.HasField("button"):
         return Button(message.name, message.button.presses, message.version, message.owner)
     slider = message.slider
-    return Slider(message.name, slider.minimum, slider.maximum, slider.value, message.version, message.owner)
+    joint = _binding_from_proto(message.joint) if message.HasField("joint") else None
+    return Slider(message.name, slider.minimum, slider.maximum, slider.value, message.version, message.owner, joint)
+
+
+def _binding_from_proto(message: proto.JointBinding) -> JointBinding:
+    found: dict[proto.JointMode, BoundMode] = {number: mode for mode, number in _MODES.items()}
+    mode = found.get(message.mode, "position")
+    return JointBinding(message.robot, message.joint, mode, message.axis)
+
+
+def binding_to_proto(binding: JointBinding) -> proto.JointBinding:
+    """As a message. Raises `ValueError` for another `mode`."""
+    if binding.mode not in _MODES:
+        raise ValueError(f"mode is 'position', 'velocity' or 'effort', not {binding.mode!r}")
+    return proto.JointBinding(robot=binding.robot, joint=binding.joint, mode=_MODES[binding.mode], axis=binding.axis)
 
 
 def list_from_proto(message: proto.ParameterList) -> ParameterList:
@@ -118,6 +159,8 @@ def add_request(parameter: Parameter, if_taken: IfTaken, take_over: bool) -> pro
     if isinstance(parameter, Slider):
         slider = proto.Slider(minimum=parameter.minimum, maximum=parameter.maximum, value=parameter.value)
         message.slider.CopyFrom(slider)
+        if parameter.joint is not None:
+            message.joint.CopyFrom(binding_to_proto(parameter.joint))
     else:
         message.button.CopyFrom(proto.Button(presses=parameter.presses))
     return proto.AddParameterRequest(parameter=message, name_taken=_POLICIES[if_taken], take_over=take_over)

@@ -145,7 +145,9 @@ describe("frames", () => {
 test("sliders have a range, and buttons count", () => {
   const slider = create(ParameterSchema, { name: "speed", kind: { case: "slider", value: { minimum: 1, maximum: 5, value: 3 } } });
   const button = create(ParameterSchema, { name: "go", kind: { case: "button", value: { presses: 2n } } });
-  expect(parameterOf(slider)).toEqual({ name: "speed", kind: "slider", minimum: 1, maximum: 5, value: 3, presses: 0n });
+  expect(parameterOf(slider)).toEqual({ name: "speed", kind: "slider", minimum: 1, maximum: 5, value: 3, presses: 0n, joint: "" });
+  const bound = create(ParameterSchema, { ...slider, joint: { robot: "arm", joint: "elbow" } });
+  expect(parameterOf(bound).joint).toBe("arm/elbow");
   expect(parameterOf(button)).toMatchObject({ kind: "button", presses: 2n });
 });
 

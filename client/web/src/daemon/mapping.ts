@@ -239,7 +239,8 @@ export function physicsOf(physics: WirePhysics): Physics {
 }
 
 export function parameterOf(parameter: WireParameter): Parameter {
-  const none = { name: parameter.name, minimum: 0, maximum: 0, value: 0, presses: 0n };
+  const joint = parameter.joint === undefined ? "" : `${parameter.joint.robot}/${parameter.joint.joint}`;
+  const none = { name: parameter.name, minimum: 0, maximum: 0, value: 0, presses: 0n, joint };
   if (parameter.kind.case !== "slider") {
     return { ...none, kind: "button", presses: parameter.kind.value?.presses ?? 0n };
   }

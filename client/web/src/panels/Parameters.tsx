@@ -77,8 +77,9 @@ function ParameterSlider({ parameter }: { parameter: Parameter }): JSX.Element {
   };
   return (
     <div class="parameter" data-testid={`parameter-${name}`}>
-      <span class="joint-name" title={name}>
+      <span class="joint-name" title={parameter.joint === "" ? name : `${name}: sets the target of ${parameter.joint}`}>
         {name}
+        {parameter.joint !== "" && <span class="parameter-joint"> → {parameter.joint}</span>}
       </span>
       <div class="joint-line">
         <span class="bound">{shortened(minimum)}</span>

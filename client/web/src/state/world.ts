@@ -138,6 +138,8 @@ export interface Parameter {
   maximum: number;
   value: number;
   presses: bigint;
+  /** "robot/joint" of the joint whose target a slider sets; empty for none. */
+  joint: string;
 }
 
 /** A client of this daemon, which may be this page. */

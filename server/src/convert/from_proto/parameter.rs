@@ -5,10 +5,23 @@ use std::time::Duration;
 use simd_proto::v1;
 
 use crate::convert::field::{BadField, Path};
-use crate::handle::{NameTaken, ParameterChange, ParameterKind};
+use crate::handle::{BoundQuantity, JointBinding, NameTaken, ParameterChange, ParameterKind};
 
-/// A parameter to put up: its name, what it is, and what to do where the name is taken.
-pub fn add(request: v1::AddParameterRequest) -> Result<(String, ParameterKind, NameTaken), BadField> {
+/// A parameter to put up.
+#[derive(Debug)]
+pub struct Added {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: ParameterKind,
+    /// The joint that it is bound to.
+    pub binding: Option<JointBinding>,
+    /// What to do where the name is taken.
+    pub taken: NameTaken,
+}
+
+/// A parameter to put up.
+pub fn add(request: v1::AddParameterRequest) -> Result<Added, BadField> {
     let at = Path::ROOT.field("parameter");
     let parameter = at.given(request.parameter)?;
     let name = parameter.name;
@@ -19,12 +32,28 @@ pub fn add(request: v1::AddParameterRequest) -> Result<(String, ParameterKind, N
         }
         v1::parameter::Kind::Button(button) => ParameterKind::Button { presses: button.presses },
     };
+    let binding = parameter.joint.map(|joint| binding(&at.field("joint"), joint)).transpose()?;
     let taken = match Path::ROOT.field("name_taken").known(request.name_taken)? {
         v1::NameTakenPolicy::Unspecified | v1::NameTakenPolicy::Refuse => NameTaken::Refuse,
         v1::NameTakenPolicy::Replace => NameTaken::Replace,
         v1::NameTakenPolicy::Rename => NameTaken::Rename,
     };
-    Ok((name, kind, taken))
+    Ok(Added { name, kind, binding, taken })
+}
+
+fn binding(at: &Path<'_>, given: v1::JointBinding) -> Result<JointBinding, BadField> {
+    let v1::JointBinding { robot, joint, axis, mode } = given;
+    let mode_at = at.field("mode");
+    let quantity = match mode_at.known(mode)? {
+        v1::JointMode::Unspecified | v1::JointMode::Position => BoundQuantity::Position,
+        v1::JointMode::Velocity => BoundQuantity::Velocity,
+        v1::JointMode::Effort => BoundQuantity::Effort,
+        mode @ (v1::JointMode::Passive | v1::JointMode::Hold | v1::JointMode::None) => {
+            return Err(mode_at.refuse(mode.as_str_name(), "it must be POSITION, VELOCITY or EFFORT"));
+        }
+    };
+    let (robot, joint) = (at.field("robot").name(robot)?, at.field("joint").name(joint)?);
+    Ok(JointBinding { robot, joint, axis, quantity })
 }
 
 /// Sliders to move and buttons to press.

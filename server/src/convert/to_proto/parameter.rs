@@ -3,7 +3,7 @@
 use simd_proto::v1;
 
 use super::stamp;
-use crate::handle::{Parameter, ParameterKind, Published};
+use crate::handle::{BoundQuantity, JointBinding, Parameter, ParameterKind, Published};
 
 /// A slider or a button.
 pub fn parameter(parameter: &Parameter) -> v1::Parameter {
@@ -13,8 +13,24 @@ pub fn parameter(parameter: &Parameter) -> v1::Parameter {
         }
         ParameterKind::Button { presses } => v1::parameter::Kind::Button(v1::Button { presses }),
     };
-    let Parameter { name, version, owner, kind: _ } = parameter;
-    v1::Parameter { name: name.to_string(), kind: Some(kind), version: *version, owner: owner.to_string() }
+    let Parameter { name, version, owner, binding, kind: _ } = parameter;
+    v1::Parameter {
+        name: name.to_string(),
+        kind: Some(kind),
+        version: *version,
+        owner: owner.to_string(),
+        joint: binding.as_deref().map(joint),
+    }
+}
+
+fn joint(binding: &JointBinding) -> v1::JointBinding {
+    let mode = match binding.quantity {
+        BoundQuantity::Position => v1::JointMode::Position,
+        BoundQuantity::Velocity => v1::JointMode::Velocity,
+        BoundQuantity::Effort => v1::JointMode::Effort,
+    };
+    let JointBinding { robot, joint, axis, quantity: _ } = binding;
+    v1::JointBinding { robot: robot.clone(), joint: joint.clone(), axis: *axis, mode: mode.into() }
 }
 
 /// Some of a list, as it was beside this state of the world.

@@ -31,6 +31,11 @@ class Joint:
         return self._info.name
 
     @property
+    def robot_name(self) -> str:
+        """The name of its robot."""
+        return self._robot.name
+
+    @property
     def info(self) -> JointInfo:
         """All properties of the joint, as they were fetched; see `Robot.refresh`."""
         return self._info

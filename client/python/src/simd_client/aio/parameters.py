@@ -8,12 +8,15 @@ from typing import cast
 from simd_client import keys, proto
 from simd_client.aio.callbacks import Callbacks
 from simd_client.aio.connection import Connection
+from simd_client.aio.joint import Joint
 from simd_client.aio.watch import Watch
 from simd_client.errors import AnswerError
 from simd_client.method import decoded
 from simd_client.parameter import (
+    BoundMode,
     Button,
     IfTaken,
+    JointBinding,
     Parameter,
     ParameterList,
     Slider,
@@ -37,11 +40,19 @@ class Parameters:
         maximum: float,
         value: float,
         *,
+        joint: Joint | JointBinding | None = None,
+        mode: BoundMode = "position",
         if_taken: IfTaken = "refuse",
         take_over: bool = False,
     ) -> Slider:
-        """Adds a slider. A value outside the range is moved to the nearest end."""
-        return cast(Slider, await self._add(Slider(name, minimum, maximum, value), if_taken, take_over))
+        """Adds a slider. A value outside the range is moved to the nearest end.
+
+        With `joint`, one of a robot's `joints`, each time that the slider is moved, by any client or in the page, the daemon sets the joint's
+        target: its position, velocity or effort, as `mode` says. That goes on when this program has ended. Nothing is set
+        when the slider is added. Raises `RobotNotFound`, `JointNotFound`, `JointNotActuated`."""
+        bound = joint if joint is None or isinstance(joint, JointBinding) else JointBinding(joint.robot_name, joint.name, mode)
+        slider = Slider(name, minimum, maximum, value, joint=bound)
+        return cast(Slider, await self._add(slider, if_taken, take_over))
 
     async def add_button(
         self, name: str, *, if_taken: IfTaken = "refuse", take_over: bool = False
@@ -72,7 +83,8 @@ class Parameters:
         return found[name]
 
     async def set(self, values: Mapping[str, float]) -> list[Parameter]:
-        """Moves all of these sliders or none. Raises `ParameterNotFound`, `InvalidValue`."""
+        """Moves all of these sliders or none. Raises `ParameterNotFound`, `InvalidValue`; for sliders that are bound to joints also what
+        a target is refused with, and then none is moved."""
         return await self._change(
             [proto.ParameterChange(name=name, value=float(value)) for name, value in values.items()]
         )
