@@ -199,3 +199,24 @@ fn a_step_with_a_large_slab_on_a_large_field_can_be_interrupted() {
     assert!(seen.distances(&between(1, 0), cancelled).unwrap().is_empty());
     assert_eq!(asked.get(), 3);
 }
+
+/// Straight down through each corner of the grid and the middle of each edge, where rounding decides whether a triangle is met.
+#[test]
+fn no_ray_passes_between_the_triangles_of_a_slope() {
+    let (cells, slope, size) = (7, 0.3, 20.0);
+    for floor in slopes(cells, slope) {
+        let mut world = world(1e-3);
+        spawn(&mut world, floor);
+        let seen = look(&world);
+        let places = (1..2 * cells).map(|i| (i as f64 / (2 * cells) as f64 - 0.5) * size);
+        let across: Vec<(f64, f64)> =
+            places.clone().flat_map(|x| places.clone().map(move |y| (x, y))).collect();
+        let down = |(x, y): &(f64, f64)| [DVec3::new(*x, *y, 50.0), DVec3::new(*x, *y, -50.0)];
+        let rays: Vec<[DVec3; 2]> = across.iter().map(down).collect();
+        let hits = seen.cast_rays(&rays, None, || false).unwrap();
+        for ((x, y), hit) in across.iter().zip(&hits) {
+            let hit = hit.as_ref().unwrap_or_else(|| panic!("nothing at {x} {y}"));
+            assert!((hit.point.z - slope * x).abs() < 1e-7, "{hit:?}");
+        }
+    }
+}

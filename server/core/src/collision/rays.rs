@@ -38,7 +38,8 @@ impl Scene {
         let first: Cell<Option<HitOrder>> = Cell::new(None);
         let meets = |index: usize, most: f64| {
             let placed = self.shapes.get(index).filter(|placed| is_wanted(placed))?;
-            let fraction = placed.shape.cast_ray(&placed.world_from_shape, &ray, most.min(1.0), true)?;
+            let meets = |ray: &Ray| placed.shape.cast_ray(&placed.world_from_shape, ray, most.min(1.0), true);
+            let fraction = beside(placed, &ray, meets)?;
             let this = (fraction, placed.key(), index);
             if first.get().is_none_or(|known| this < known) {
                 first.set(Some(this));
@@ -53,7 +54,9 @@ impl Scene {
         self.tree.cast_ray(&ray, most, |leaf, most| meets(leaf as usize, most));
         let (_, _, index) = first.get()?;
         let placed = self.shapes.get(index)?;
-        let hit = placed.shape.cast_ray_and_get_normal(&placed.world_from_shape, &ray, 1.0, true)?;
+        let meets =
+            |ray: &Ray| placed.shape.cast_ray_and_get_normal(&placed.world_from_shape, ray, 1.0, true);
+        let hit = beside(placed, &ray, meets)?;
         Some(RayHit {
             robot: placed.robot,
             link: placed.link,
@@ -62,6 +65,23 @@ impl Scene {
             normal: outward(hit.normal, way),
         })
     }
+}
+
+/// How far beside a ray it is cast once more, as a part of the coordinates of where it starts.
+const BESIDE: f64 = 1e-10;
+
+/// What a ray meets. Through a corner or along an edge of triangles it can pass between them by rounding: then what the first of
+/// three rays close around it meets.
+fn beside<T>(placed: &PlacedShape, ray: &Ray, meets: impl Fn(&Ray) -> Option<T>) -> Option<T> {
+    let met = meets(ray);
+    let along = ray.dir.normalize_or_zero();
+    if met.is_some() || !placed.is_surface() || along == DVec3::ZERO {
+        return met;
+    }
+    let (first, second) = (along.any_orthonormal_vector(), along.cross(along.any_orthonormal_vector()));
+    let far = BESIDE * (1.0 + ray.origin.abs().max_element());
+    let around = [(1.0, 0.0), (-0.5, 0.75), (-0.5, -0.75)];
+    around.iter().find_map(|(a, b)| meets(&Ray::new(ray.origin + far * (*a * first + *b * second), ray.dir)))
 }
 
 /// The normal of a hit. Of a ray that is so long that its hit rounds to a ball's centre there is none: then
