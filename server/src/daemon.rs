@@ -174,6 +174,7 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         contact_settings: Default::default(),
         srdf: Default::default(),
         collision_pairs: Vec::new(),
+        model: String::new(),
     };
     let loaded = handle.spawn_at_start(path.clone(), request).await;
     let loaded = loaded.map_err(|source| Error::Robot { path, source })?;

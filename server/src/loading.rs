@@ -34,7 +34,7 @@ use tokio::time::Instant;
 
 pub(crate) use progress::Reporter;
 pub use progress::{Phase, Progress};
-pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, summary};
+pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, Which, summary};
 pub(crate) use saved_states::Files;
 pub use source::{AssetState, Prepared, Source, Validated};
 

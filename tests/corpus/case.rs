@@ -212,7 +212,8 @@ impl Assets for Disk {
     }
 
     fn note(&self, uri: &str) -> Option<String> {
-        simd_model::other_case(uri, self.0.find(uri).ok()?.to_str()?)
+        let other_case = || simd_model::other_case(uri, self.0.find(uri).ok()?.to_str()?);
+        self.0.note(uri).or_else(other_case)
     }
 }
 

@@ -3,12 +3,14 @@
 //! * `cases/*.toml`: small broken files, each with the whole report that is expected.
 //! * `case`: how such a file is written down; `meshes`: the mesh files that they name.
 //! * `table`: `docs/urdf.md` and the cases name the same things.
+//! * `descriptions`: the same of SDF and MJCF.
 //! * `limits`: each limit at its value and one past it; `hostile`: files made to harm.
 //! * `mutations`: nothing that is done to a good file makes the reader panic.
 //! * `pybullet`: robots that others made, beside PyBullet and an independent reader.
 #![cfg(test)]
 
 mod case;
+mod descriptions;
 mod hostile;
 mod limits;
 mod meshes;

@@ -17,6 +17,11 @@ pub(crate) fn made(what: &str) -> Vec<u8> {
             file[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
             file
         }
+        "more than it says" => {
+            let mut file = binary(b"made here", &TETRAHEDRON);
+            file[80..84].copy_from_slice(&3_u32.to_le_bytes());
+            file
+        }
         "ascii triangle" => "solid made here\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
             vertex 0 1 0\nendloop\nendfacet\nendsolid made here\n"
             .into(),

@@ -39,5 +39,6 @@ pub(crate) fn chain(count: usize) -> RobotModel {
         name: "chain".into(),
         links: (0..=count).map(link).collect(),
         joints: (1..=count).map(joint).collect(),
+        ..RobotModel::default()
     }
 }

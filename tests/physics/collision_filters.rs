@@ -146,6 +146,7 @@ fn chain(links: usize, spacing: f64) -> Arc<RobotModel> {
         name: "chain".into(),
         links: (0..links).map(link).collect(),
         joints: (0..links - 1).map(joint).collect(),
+        ..RobotModel::default()
     })
 }
 

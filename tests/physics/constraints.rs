@@ -43,7 +43,7 @@ pub(crate) fn tree(rng: &mut Rng) -> Arc<RobotModel> {
         mimic: None,
     });
     let joints: Vec<Joint> = joints.collect();
-    Arc::new(RobotModel { name: "tree".into(), links, joints })
+    Arc::new(RobotModel { name: "tree".into(), links, joints, ..RobotModel::default() })
 }
 
 fn kind(rng: &mut Rng) -> RequestedConstraint {

@@ -64,8 +64,12 @@ fn delta_arms() -> Arc<RobotModel> {
         (link.name, link.inertial.center_of_mass) = (name.into(), center);
         link
     };
-    let mut model =
-        RobotModel { name: "delta".into(), links: vec![bare("base", DVec3::ZERO, 1.0)], joints: Vec::new() };
+    let mut model = RobotModel {
+        name: "delta".into(),
+        links: vec![bare("base", DVec3::ZERO, 1.0)],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    };
     for number in 0..3 {
         model.links.push(bare(&format!("arm-{number}"), DVec3::X * (ARM / 2.0), 0.3));
         model.joints.push(Joint {
@@ -299,7 +303,7 @@ fn door() -> Arc<RobotModel> {
         joint("handle", JointKind::Revolute, [1, 2], DVec3::X * 0.7, DVec3::Y, [-1.0, 1.0]),
         joint("latch", JointKind::Prismatic, [1, 3], DVec3::X * 0.8, DVec3::X, [-0.05, 0.01]),
     ];
-    Arc::new(RobotModel { name: "door".into(), links, joints })
+    Arc::new(RobotModel { name: "door".into(), links, joints, ..RobotModel::default() })
 }
 
 /// Pushed with 5 N m, the latch's 1 cm of play at its 0.8 m is all that the door opens; the handle draws the latch by a gear, and

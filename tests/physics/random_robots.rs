@@ -34,7 +34,12 @@ pub(crate) fn robot(rng: &mut Rng) -> RobotModel {
         JointKind::Floating,
         JointKind::Planar,
     ];
-    let mut model = RobotModel { name: "random".into(), links: vec![link(rng, 0)], joints: Vec::new() };
+    let mut model = RobotModel {
+        name: "random".into(),
+        links: vec![link(rng, 0)],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    };
     for child in 1..count {
         let kind = kinds[rng.usize(0..kinds.len())];
         // Mostly chains, sometimes a branch. The order of the model is depth-first, so a branch

@@ -18,7 +18,12 @@ const ROUNDING: f64 = 1e-11;
 
 fn free_body(inertial: Inertial) -> Arc<RobotModel> {
     let link = Link { name: "body".into(), inertial, visuals: Vec::new(), collisions: Vec::new() };
-    Arc::new(RobotModel { name: "body".into(), links: vec![link], joints: Vec::new() })
+    Arc::new(RobotModel {
+        name: "body".into(),
+        links: vec![link],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    })
 }
 
 fn placed(model: &RobotModel, fixed: bool, pose: DPose3) -> Articulation {

@@ -85,7 +85,7 @@ fn walker() -> Arc<RobotModel> {
         let limits = [-0.02, 0.08, 200.0, 2.0];
         joints.push(joint(format!("{name}_leg"), JointKind::Prismatic, [thigh, thigh + 1], knee, limits));
     }
-    Arc::new(RobotModel { name: "walker".into(), links, joints })
+    Arc::new(RobotModel { name: "walker".into(), links, joints, ..RobotModel::default() })
 }
 
 fn targets(time: f64) -> SetTargets {

@@ -45,7 +45,12 @@ pub fn solid(shapes: &[(DPose3, Geometry)], mass: f64) -> Arc<RobotModel> {
         visuals: Vec::new(),
         collisions: shapes.iter().map(collision).collect(),
     };
-    Arc::new(RobotModel { name: "solid".into(), links: vec![link], joints: Vec::new() })
+    Arc::new(RobotModel {
+        name: "solid".into(),
+        links: vec![link],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    })
 }
 
 /// A box of these full lengths.
@@ -232,7 +237,12 @@ pub fn pendulum(length: f64, mass: f64) -> Arc<RobotModel> {
     let base = Link { collisions: Vec::new(), ..boxed("base", DVec3::ZERO, DVec3::splat(0.1), 1.0) };
     let rod = boxed("rod", DVec3::Z * (-length / 2.0), DVec3::new(0.04, 0.04, length), mass);
     let hinge = joint("hinge", JointKind::Continuous, (0, 1), DVec3::ZERO, DVec3::Y);
-    Arc::new(RobotModel { name: "pendulum".into(), links: vec![base, rod], joints: vec![hinge] })
+    Arc::new(RobotModel {
+        name: "pendulum".into(),
+        links: vec![base, rod],
+        joints: vec![hinge],
+        ..RobotModel::default()
+    })
 }
 
 /// A hand that goes up and down on a rail, with two fingers that close along y. With the lift at 0
@@ -255,6 +265,7 @@ pub fn gripper() -> Arc<RobotModel> {
         name: "gripper".into(),
         links: vec![base, hand, finger("left"), finger("right")],
         joints: vec![lift, slide("left", 2, 0.11), slide("right", 3, -0.11)],
+        ..RobotModel::default()
     })
 }
 
@@ -304,7 +315,7 @@ pub fn quadruped() -> Arc<RobotModel> {
             joints.push(joint(&format!("{leg}_{part}"), JointKind::Continuous, (parent, link), at, axis));
         }
     }
-    Arc::new(RobotModel { name: "quadruped".into(), links, joints })
+    Arc::new(RobotModel { name: "quadruped".into(), links, joints, ..RobotModel::default() })
 }
 
 /// Sends joints of a robot to positions.

@@ -5,6 +5,7 @@ mod info;
 mod play;
 mod properties;
 mod reading;
+mod states;
 mod trajectories;
 
 use anyhow::bail;
@@ -30,13 +31,17 @@ use crate::{
         table::Page,
     },
     quantity::Motion,
-    target::{Assignment, Placement, assignment, placement},
+    target::{Placement, placement},
 };
 use info::InfoView;
 use play::Play;
 use reading::{ReadingView, Sample};
+use states::{Wanted, wanted};
 
 const TARGETS: &str = "\
+@home has the joints of a named state go there: of the robot's SRDF, or of its description; @arm/home is
+that of the group arm alone. A joint that is typed after it goes where that says.
+
 A target is one of
   0.5              a position, in rad or m; also pos:0.5
   90deg  12mm      a position with a unit: rad, deg, m, cm, mm
@@ -103,8 +108,8 @@ pub(crate) struct Set {
     #[arg(add = complete::robots())]
     robot: String,
     /// What each joint is to do
-    #[arg(value_name = "JOINT=TARGET", value_parser = assignment, required = true, add = complete::assignments())]
-    targets: Vec<Assignment>,
+    #[arg(value_name = "JOINT=TARGET|@STATE", value_parser = wanted, required = true, add = complete::assignments())]
+    targets: Vec<Wanted>,
     /// Refuses a target beyond a limit; else the limit is used
     #[arg(long)]
     refuse_beyond_limits: bool,
@@ -158,6 +163,7 @@ fn selection(robot: &str, joints: Vec<String>) -> JointSelection {
 
 async fn set(arguments: Set, client: &Client, output: Output) -> anyhow::Result<()> {
     let Set { robot, targets, refuse_beyond_limits } = arguments;
+    let targets = states::resolved(targets, &robot, client).await?;
     let units = targets.iter().filter_map(|target| Some((target.joint.as_str(), target.motion?)));
     check_units(client, &robot, units).await?;
     let number = targets.len();

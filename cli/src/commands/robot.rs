@@ -1,5 +1,6 @@
 //! `simctl robot`: robots in the world, in and out.
 
+mod convert;
 mod filter;
 mod kinematics;
 mod progress;
@@ -41,6 +42,8 @@ pub(crate) enum Robot {
     Reload(Reload),
     /// Says what the daemon would make of a description, without a daemon
     Validate(validate::Validate),
+    /// Writes a description of any format as URDF, without a daemon
+    Convert(convert::Convert),
     /// Shows the robots in the world
     List,
     /// Shows one robot: base, mass, pose, links
@@ -69,8 +72,11 @@ pub(crate) enum Robot {
 
 #[derive(Args, Debug)]
 pub(crate) struct Load {
-    /// A URDF or xacro file, or the folder of a ROS package that holds one
+    /// A URDF, xacro, SDF or MJCF file, or the folder of a ROS package that holds one
     path: PathBuf,
+    /// Which robot of an SDF or MJCF; all of them where it is left out
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
     /// The robot's name; the one in the URDF where it is left out
     #[arg(long)]
     name: Option<String>,
@@ -159,6 +165,7 @@ pub(crate) async fn run(command: Robot, client: &Client, output: Output) -> anyh
         Robot::Shape(arguments) => shape::run(arguments, client, output).await,
         Robot::Reload(arguments) => reload(arguments, client, output).await,
         Robot::Validate(arguments) => validate::run(&arguments, output),
+        Robot::Convert(arguments) => convert::run(&arguments, output),
         Robot::List => {
             let robots: Vec<RobotView> = client.robots().await?.into_iter().map(RobotView::from).collect();
             output.list(&robots, view::list)
@@ -194,6 +201,7 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
     let request = SpawnEntityRequest {
         source: Some(source),
         name: arguments.name.unwrap_or_default(),
+        model: arguments.model.unwrap_or_default(),
         allow_renaming: arguments.rename,
         pose: arguments.pose,
         base: match (arguments.fixed, arguments.free) {
@@ -295,12 +303,26 @@ fn naming(path: &Path, error: Error) -> anyhow::Error {
 /// xacro's own files.
 fn warn_of(report: &LoadReport, package: Option<&Package>) {
     let source = |line| package.and_then(|package| package.xacro_source(line));
-    for finding in report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning) {
-        let line = match source(finding.line) {
+    let findings =
+        report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning).map(|finding| {
+            simd_model::Finding {
+                severity: simd_model::Severity::Warning,
+                // It only keeps apart what is counted together, and what was taken is told one by one.
+                disposition: simd_model::Disposition::Repaired,
+                element: finding.element.clone(),
+                file: None,
+                line: Some(finding.line).filter(|line| *line > 0),
+                message: finding.message.clone(),
+            }
+        });
+    let findings = simd_model::LoadReport { findings: findings.collect() }.condensed().findings;
+    for finding in &findings {
+        let at = finding.line.unwrap_or(0);
+        let line = match source(at) {
             Some((file, line)) => format!("{}:{line}", file.display()),
-            None => format!("line {}", finding.line),
+            None => format!("line {at}"),
         };
-        let location = match (finding.element.as_str(), finding.line) {
+        let location = match (finding.element.as_str(), at) {
             ("", 0) => String::new(),
             ("", _) => format!("{line}: "),
             (element, 0) => format!("{element}: "),

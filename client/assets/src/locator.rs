@@ -18,6 +18,9 @@ const EXTENSIONS: &[&str] = &[
     "tiff", "gif", "webp", "dds", "hdr",
 ];
 
+/// Extensions of what an SDF or MJCF may include: such text becomes a part of a robot that is sent.
+const DESCRIPTIONS: &[&str] = &["sdf", "world", "xml", "mjcf", "config"];
+
 /// Extensions of what a xacro file may name: its text ends up in a URDF that is sent.
 const SOURCES: &[&str] = &["xacro", "urdf", "xml", "gazebo", "yaml", "yml"];
 
@@ -39,6 +42,8 @@ pub struct Locator {
     ros: RosPaths,
     /// Nothing outside of it is found.
     root: Option<PathBuf>,
+    /// It is an SDF or MJCF, which may include others.
+    includes: bool,
 }
 
 impl Locator {
@@ -49,7 +54,13 @@ impl Locator {
             Some(folder) => folder.to_path_buf(),
             None => urdf.to_path_buf(),
         };
-        Self { folder, packages: Vec::new(), ros: RosPaths::default(), root: None }
+        Self {
+            folder,
+            packages: Vec::new(),
+            ros: RosPaths::default(),
+            root: None,
+            includes: is_including(urdf),
+        }
     }
 
     /// Says where a package is, before any search.
@@ -93,7 +104,18 @@ impl Locator {
     /// [`NotFound`] where there is no such file, where it lies outside of its
     /// package or of the root, or where it is not a mesh or an image by its name.
     pub fn find(&self, uri: &str) -> Result<PathBuf, NotFound> {
-        self.search(uri, Kind::Mesh)
+        self.search(uri, self.kind()).map(|(path, _aside)| path)
+    }
+
+    fn kind(&self) -> Kind {
+        if self.includes { Kind::MeshOrDescription } else { Kind::Mesh }
+    }
+
+    /// Where the file was found that `uri` names, as a fragment of a sentence, if that is not where `uri` says; `None`
+    /// also where there is none.
+    pub fn note(&self, uri: &str) -> Option<String> {
+        let (_, aside) = self.search(uri, self.kind()).ok()?;
+        aside.map(|folder| format!("it is found from the package's folder {}", folder.display()))
     }
 
     /// The real path of a xacro file or of a YAML file that a xacro file names, below the
@@ -102,7 +124,7 @@ impl Locator {
     /// # Errors
     /// As [`find`](Self::find).
     pub fn find_source(&self, uri: &str) -> Result<PathBuf, NotFound> {
-        self.search(uri, Kind::Source)
+        self.search(uri, Kind::Source).map(|(path, _aside)| path)
     }
 
     /// The folder of a package.
@@ -114,7 +136,8 @@ impl Locator {
         named.into_iter().chain(others).next().map(|folder| folder.path)
     }
 
-    fn search(&self, uri: &str, kind: Kind) -> Result<PathBuf, NotFound> {
+    /// The file, and the folder that it was found from where `uri` names another one or none.
+    fn search(&self, uri: &str, kind: Kind) -> Result<(PathBuf, Option<PathBuf>), NotFound> {
         let not_found = |why, places| NotFound { uri: uri.to_owned(), why, places };
         let readings = uri::readings(uri).map_err(|why| not_found(why, Vec::new()))?;
         let ancestors = package::ancestors(&self.folder, self.root.as_deref());
@@ -130,7 +153,17 @@ impl Locator {
                     Uri::Absolute(path) => self.absolute(&mut search, &ancestors, path),
                 };
                 if let Some(found) = found {
-                    return Ok(found);
+                    return Ok((found, None));
+                }
+                let rest = match reading {
+                    Uri::Package { name, rest } if name.is_empty() => rest,
+                    Uri::Relative(path) => path,
+                    Uri::Package { .. } | Uri::Absolute(_) => continue,
+                };
+                for folder in Self::roots(&ancestors) {
+                    if let Some(found) = search.look(&folder, &folder, rest, None) {
+                        return Ok((found, Some(folder)));
+                    }
                 }
             }
         }
@@ -165,6 +198,9 @@ impl Locator {
                 }
                 all.push(folder(above.join(name)));
             }
+        }
+        if name.is_empty() {
+            return all;
         }
         // The folder of an export is often renamed, and the URDF in it is not.
         let renamed = ancestors.iter().filter(|above| package::looks_like_one(above));
@@ -212,6 +248,14 @@ impl Locator {
         None
     }
 
+    /// Folders above the URDF that are a package's: exports name files from there, also where the URDF lies deeper.
+    fn roots(ancestors: &[PathBuf]) -> Vec<PathBuf> {
+        let mut roots: Vec<PathBuf> =
+            ancestors.iter().filter(|above| package::looks_like_one(above)).cloned().collect();
+        roots.extend(package::home(ancestors).filter(|home| !roots.contains(home)));
+        roots
+    }
+
     /// What relative and absolute paths must stay in.
     fn boundary(&self, ancestors: &[PathBuf]) -> Option<PathBuf> {
         match &self.root {
@@ -234,6 +278,8 @@ struct Folder {
 #[derive(Clone, Copy)]
 enum Kind {
     Mesh,
+    /// Of an SDF or MJCF.
+    MeshOrDescription,
     Source,
 }
 
@@ -296,7 +342,7 @@ impl Search<'_> {
         }
         if !self.kind.has(&real) {
             self.pass_by(match self.kind {
-                Kind::Mesh => Why::NotAMesh,
+                Kind::Mesh | Kind::MeshOrDescription => Why::NotAMesh,
                 Kind::Source => Why::NotASource,
             });
             return None;
@@ -330,12 +376,19 @@ impl Search<'_> {
 impl Kind {
     fn has(self, file: &Path) -> bool {
         let extension = file.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-        let known = match self {
-            Self::Mesh => EXTENSIONS,
-            Self::Source => SOURCES,
+        let known: &[&[&str]] = match self {
+            Self::Mesh => &[EXTENSIONS],
+            Self::MeshOrDescription => &[EXTENSIONS, DESCRIPTIONS],
+            Self::Source => &[SOURCES],
         };
-        extension.is_some_and(|extension| known.contains(&extension.as_str()))
+        extension.is_some_and(|extension| known.iter().any(|known| known.contains(&extension.as_str())))
     }
+}
+
+/// Whether a file is an SDF or MJCF by its name.
+fn is_including(file: &Path) -> bool {
+    let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    extension.is_some_and(|extension| DESCRIPTIONS.contains(&extension.as_str()))
 }
 
 /// The one path that differs from `rest` in capital letters alone.

@@ -78,7 +78,7 @@ fn find(path: &Path, root: Option<&Path>) -> Result<PathBuf, NoUrdf> {
 fn only_urdf(folder: &Path, root: Option<&Path>) -> Result<PathBuf, NoUrdf> {
     let inner = folder.join("urdf");
     let is_inside = root.is_none_or(|root| crate::below(root, &inner).is_some());
-    for ending in [".urdf", ".urdf.xacro"] {
+    for ending in [".urdf", ".urdf.xacro", "model.sdf"] {
         let mut found = files_in(folder, ending)?;
         if found.is_empty() && is_inside && inner.is_dir() {
             found = files_in(&inner, ending)?;

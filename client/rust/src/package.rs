@@ -73,6 +73,14 @@ impl Package {
         self
     }
 
+    /// Whether it is an SDF or MJCF, which may include others.
+    pub fn includes(&self) -> bool {
+        let extension = self.path.extension().and_then(|extension| extension.to_str());
+        extension.is_some_and(|extension| {
+            ["sdf", "world", "xml", "mjcf"].contains(&extension.to_ascii_lowercase().as_str())
+        })
+    }
+
     /// Where a line of the URDF is written: the xacro file and the line there, for what a
     /// load report says. `None` where the URDF was none.
     pub fn xacro_source(&self, line: u32) -> Option<(&Path, u32)> {

@@ -52,20 +52,32 @@ impl Client {
     /// `INVALID_DESCRIPTION` where the URDF cannot be read at all, `LIMIT_EXCEEDED`,
     /// [`Error::File`] where a file of the robot cannot be read.
     pub async fn upload(&self, package: &Package) -> Result<DescriptionSource, Error> {
-        let prepared = self.prepare(package, BTreeMap::new()).await?;
         let mut files = Files::default();
-        for requirement in &prepared.assets {
-            files.find(package, &requirement.uri).await?;
-        }
-        if !files.hashes.is_empty() {
-            let prepared = self.prepare(package, files.hashes.clone()).await?;
-            let mut sent = BTreeSet::new();
+        let mut sent = BTreeSet::new();
+        let mut prepared = self.prepare(package, BTreeMap::new()).await?;
+        // What an SDF or MJCF includes names more. A file is looked for once, so that this ends.
+        loop {
+            let named: Vec<String> = prepared.assets.iter().map(|asset| asset.uri.clone()).collect();
+            let new: Vec<String> = named.into_iter().filter(|uri| !files.knows(uri)).collect();
+            for uri in &new {
+                files.find(package, uri).await?;
+            }
+            let is_done = new.is_empty() || files.hashes.is_empty();
+            if is_done || new.iter().all(|uri| !files.hashes.contains_key(uri)) {
+                break;
+            }
+            prepared = self.prepare(package, files.hashes.clone()).await?;
+            let mut was_sent = false;
             for requirement in prepared.assets.iter().filter(|asset| asset.state() == AssetState::Lacking) {
                 let Some(hash) = files.hashes.get(&requirement.uri) else { continue };
                 let Some(path) = files.paths.get(hash) else { continue };
-                if sent.insert(hash) {
+                if sent.insert(hash.clone()) {
                     self.send(path, hash).await?;
+                    was_sent = true;
                 }
+            }
+            if package.includes() && was_sent {
+                prepared = self.prepare(package, files.hashes.clone()).await?;
             }
         }
         Ok(DescriptionSource {
@@ -138,6 +150,11 @@ struct Files {
 }
 
 impl Files {
+    /// Whether a URI was looked for.
+    fn knows(&self, uri: &str) -> bool {
+        self.hashes.contains_key(uri) || self.missing.contains_key(uri)
+    }
+
     async fn find(&mut self, package: &Package, uri: &str) -> Result<(), Error> {
         let path = match package.locator.find(uri) {
             Ok(path) => path,

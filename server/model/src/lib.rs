@@ -1,19 +1,24 @@
 //! URDF text and asset bytes to an immutable [`RobotModel`] and its
 //! [`LoadReport`]. Does no IO of any kind: the caller brings the bytes.
 //!
-//! * [`robot`]: what a robot is.
+//! * [`robot`]: what a robot is; [`setup`]: how it begins.
 //! * [`limits`]: how much a description may be.
 //! * [`report`]: what was done to a description on the way in.
 //! * [`urdf`]: from text to robot.
+//! * [`translation`]: SDF and MJCF, as URDF.
 //! * [`primitive`]: single shapes, as text.
 
 mod inertia;
 pub mod limits;
 mod mesh;
+mod mjcf;
 mod name;
 pub mod primitive;
 pub mod report;
 pub mod robot;
+mod sdf;
+pub mod setup;
+pub mod translation;
 pub mod urdf;
 
 pub use limits::{LoadLimits, MOST_LINKS};
@@ -21,6 +26,7 @@ pub use name::wire_name;
 pub use primitive::Primitive;
 pub use report::{Disposition, Finding, LoadReport, Severity};
 pub use robot::RobotModel;
+pub use translation::{Format, TranslatedModel, Translation, describe_with, translate};
 pub use urdf::{
     Asset, Assets, Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case,
     read, read_srdf, readdress,

@@ -1,5 +1,7 @@
 //! What was done to a description on the way into the world.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::robot::RobotModel;
 
 /// The findings of one load, in the order of the file.
@@ -21,7 +23,7 @@ pub enum Severity {
 }
 
 /// What became of an element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Disposition {
     /// Taken as it is.
     Used,
@@ -86,6 +88,44 @@ impl LoadReport {
         self.findings.iter().filter(move |finding| finding.severity >= severity)
     }
 
+    /// The same with one finding for those of a kind, where there are more than a few: the first of them, which says
+    /// how many there are and where the next ones stand. Of a kind is what says the same, names and numbers apart, of
+    /// elements of the same names.
+    pub fn condensed(&self) -> Self {
+        /// So many of a kind are listed one by one.
+        const FEW: usize = 3;
+        let kind = |finding: &Finding| {
+            let key = (finding.severity, finding.disposition, bare(&finding.element), bare(&finding.message));
+            // What was taken is of its element alone.
+            (finding.disposition != Disposition::Used && finding.disposition != Disposition::Refused)
+                .then_some(key)
+        };
+        let mut kinds: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for (index, finding) in self.findings.iter().enumerate() {
+            if let Some(kind) = kind(finding) {
+                kinds.entry(kind).or_default().push(index);
+            }
+        }
+        let mut counted: BTreeMap<usize, String> = BTreeMap::new();
+        let mut left_out: BTreeSet<usize> = BTreeSet::new();
+        for alike in kinds.into_values().filter(|alike| alike.len() > FEW) {
+            let Some((first, others)) = alike.split_first() else { continue };
+            let places = others.iter().take(FEW).filter_map(|index| self.findings.get(*index)).map(place);
+            let mut named: Vec<String> = places.collect();
+            if others.len() > FEW {
+                named.push("...".to_owned());
+            }
+            counted.insert(*first, format!(" ({} more like it: {})", others.len(), named.join(", ")));
+            left_out.extend(others);
+        }
+        let all = self.findings.iter().enumerate().filter(|(index, _)| !left_out.contains(index));
+        let condensed = all.map(|(index, finding)| {
+            let more = counted.get(&index).map_or("", String::as_str);
+            Finding { message: format!("{}{more}", finding.message), ..finding.clone() }
+        });
+        Self { findings: condensed.collect() }
+    }
+
     /// What became of how many: `12 used, 3 defaulted, 1 ignored`.
     pub fn counts(&self) -> String {
         let count = |what| self.findings.iter().filter(|finding| finding.disposition == what).count();
@@ -105,6 +145,18 @@ impl LoadReport {
         let links = counted(model.links.len(), "link");
         format!("{}: {links}, {}; {warnings}", model.name, counted(moving, "moving joint"))
     }
+}
+
+/// Where a finding stands: `link "arm" (line 4)`.
+fn place(finding: &Finding) -> String {
+    let line = finding.line.map_or_else(String::new, |line| format!(" (line {line})"));
+    format!("{}{line}", finding.element)
+}
+
+/// A text without what stands in quotes, and without digits.
+fn bare(text: &str) -> String {
+    let outside = text.split('"').step_by(2);
+    outside.flat_map(str::chars).filter(|c| !c.is_ascii_digit()).collect()
 }
 
 /// `1 link`, `2 links`.

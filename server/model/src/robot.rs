@@ -5,9 +5,11 @@ use std::sync::Arc;
 use glamx::{DMat3, DPose3, DVec3};
 use serde::{Deserialize, Serialize};
 
+use crate::setup::Setup;
+
 /// A robot as its description gives it, checked: a tree of links with finite
 /// numbers, unit axes and ordered limits. SI units, radians.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotModel {
     /// `name` of the `<robot>`.
     pub name: String,
@@ -15,6 +17,8 @@ pub struct RobotModel {
     pub links: Vec<Link>,
     /// Depth-first: joint `i` ends at link `i + 1`. Fixed joints are here too.
     pub joints: Vec<Joint>,
+    /// How it begins.
+    pub setup: Setup,
 }
 
 /// A rigid part of a robot, in the frame of the joint that it hangs on.

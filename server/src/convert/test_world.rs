@@ -24,6 +24,7 @@ pub(crate) fn model() -> RobotModel {
         name: "test arm".to_owned(),
         links: (0..=joints.len()).map(link).collect(),
         joints: joints.into_iter().enumerate().map(joint).collect(),
+        ..RobotModel::default()
     }
 }
 

@@ -79,6 +79,7 @@ impl LongSteps {
 fn may_make_steps_long(command: &Command) -> bool {
     match command {
         Command::Spawn(_)
+        | Command::SpawnAll(_)
         | Command::Reload(_)
         | Command::Delete { .. }
         | Command::ResetJoints { .. }

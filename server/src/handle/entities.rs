@@ -11,14 +11,14 @@ use simd_core::simulation::command::{CollisionPair, ContactSettings, Reload, Spa
 use simd_core::simulation::queries::Sunk;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, wire_name};
+use simd_model::{Disposition, Finding, LoadReport, RobotModel, Severity, SrdfPair, wire_name};
 use tokio::sync::watch;
 
 use super::heavy::Cancelled;
 use super::{CallError, SimHandle};
 use crate::driver::{Done, Entry, Published, ReportEntry};
 use crate::loading::{
-    LoadOptions, LoadedRobot, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, summary,
+    LoadedRobot, Origin, Phase, Prepared, Progress, Reporter, Source, Validated, Which, summary,
 };
 
 /// Links below the surface of terrain that a report names.
@@ -53,6 +53,19 @@ pub struct SpawnRequest {
     pub srdf: Bytes,
     /// Pairs of its own links that are switched off or on, after those of the SRDF.
     pub collision_pairs: Vec<CollisionPair>,
+    /// Which robot of a file with several; empty is all of them.
+    pub model: String,
+}
+
+impl SpawnRequest {
+    /// Whether it says what only one robot can be meant by.
+    fn is_of_one(&self) -> bool {
+        let Self { srdf, joint_positions, collision_pairs, contact_settings, .. } = self;
+        !srdf.is_empty()
+            || !joint_positions.is_empty()
+            || !collision_pairs.is_empty()
+            || contact_settings.links.iter().any(|link| !link.link.is_empty())
+    }
 }
 
 /// A robot that is in the world now.
@@ -62,6 +75,8 @@ pub struct Loaded {
     pub done: Done,
     /// Under this name.
     pub name: String,
+    /// Names of those that came with it, of a file with several robots.
+    pub others: Vec<String>,
     /// What was found.
     pub report: LoadReport,
     /// The report in one line.
@@ -162,50 +177,83 @@ impl SimHandle {
         // Here too, since what cannot be read never becomes a command.
         self.note_robots([name.as_str()].into_iter().filter(|name| !name.is_empty()));
         let options = self.loader().load_options(*scale, *strict, *mesh_shapes, *fixed_base);
-        let LoadedRobot { model, shapes, mut report } = self.load(origin, options, reporter.clone()).await?;
-        let mut collision_pairs = Vec::new();
-        if !request.srdf.is_empty() {
-            let found = self.loader().read_srdf(request.srdf.clone(), Arc::clone(&model), *strict).await?;
-            collision_pairs.extend(found.pairs.into_iter().map(|pair| CollisionPair {
-                link: pair.links[0].clone(),
-                other_link: pair.links[1].clone(),
-                enabled: Some(pair.enabled),
-                ..CollisionPair::default()
-            }));
-            report.findings.extend(found.report.findings);
-        }
-        collision_pairs.extend_from_slice(&request.collision_pairs);
-        let read = Arc::clone(&model);
-        let name = wire_name(if name.is_empty() { &model.name } else { name });
-        let spawn = Spawn {
-            contact_settings: request.contact_settings,
-            collision_pairs,
-            name,
-            allow_renaming: request.allow_renaming,
-            model,
-            shapes,
-            pose: request.pose,
-            fixed_base: request.fixed_base,
-            passive: request.passive,
-            joint_positions: request.joint_positions,
-            loaded_at_start,
+        let srdf = request.srdf.clone();
+        let which = match request.model.as_str() {
+            "" if request.is_of_one() => Which::One(String::new()),
+            "" => Which::All,
+            model => Which::One(model.to_owned()),
         };
-        let mut name = spawn.name.clone();
-        reporter.say(Phase::Spawning);
-        let done = self.command(Command::Spawn(Box::new(spawn))).await?;
-        if let Reply::Spawned { name: given } = &done.applied.reply {
-            name.clone_from(given);
+        let all = self.loader().load_with_srdf(origin, which, srdf, options, reporter.clone()).await?;
+        let is_alone = all.len() == 1;
+        let mut spawns = Vec::with_capacity(all.len());
+        let mut report = LoadReport::default();
+        let mut read = Vec::with_capacity(all.len());
+        for (made, found) in all {
+            report.findings.extend(made.report.findings);
+            report.findings.extend(found.report.findings);
+            read.push(Arc::clone(&made.model));
+            let pair = |SrdfPair { links: [link, other_link], enabled }| CollisionPair {
+                link,
+                other_link,
+                enabled: Some(enabled),
+                ..CollisionPair::default()
+            };
+            let mut collision_pairs: Vec<CollisionPair> = found.pairs.into_iter().map(pair).collect();
+            collision_pairs.extend_from_slice(&request.collision_pairs);
+            let name = match (name.as_str(), is_alone) {
+                ("", _) => made.model.name.clone(),
+                (name, true) => name.to_owned(),
+                (name, false) => format!("{name}_{}", made.model.name),
+            };
+            let placement = made.placement;
+            spawns.push(Spawn {
+                contact_settings: request.contact_settings.clone(),
+                collision_pairs,
+                name: wire_name(&name),
+                allow_renaming: request.allow_renaming,
+                model: made.model,
+                shapes: made.shapes,
+                pose: placement.map_or(request.pose, |placement| request.pose * placement.pose),
+                fixed_base: placement.map(|placement| placement.fixed).or(request.fixed_base),
+                passive: request.passive,
+                joint_positions: request.joint_positions.clone(),
+                loaded_at_start,
+            });
         }
-        self.note_robots([name.as_str()]);
-        self.report_sunk(&name, &mut report).await;
-        let summary = summary(&read, &report);
+        let mut names: Vec<String> = spawns.iter().map(|spawn| spawn.name.clone()).collect();
+        reporter.say(Phase::Spawning);
+        let command = match (is_alone, spawns.pop()) {
+            (true, Some(spawn)) => Command::Spawn(Box::new(spawn)),
+            (_, last) => Command::SpawnAll(spawns.into_iter().chain(last).collect()),
+        };
+        let done = self.command(command).await?;
+        match &done.applied.reply {
+            Reply::Spawned { name } => names = vec![name.clone()],
+            Reply::SpawnedAll { names: given } => names.clone_from(given),
+            _ => {}
+        }
+        self.note_robots(names.iter().map(String::as_str));
+        for name in &names {
+            self.report_sunk(name, &mut report).await;
+        }
+        let summaries: Vec<String> = read
+            .iter()
+            .enumerate()
+            .map(|(place, model)| {
+                // Warnings are counted once.
+                if place == 0 { summary(model, &report) } else { summary(model, &LoadReport::default()) }
+            })
+            .collect();
+        let summary = summaries.join(". ");
+        let name = names.first().cloned().unwrap_or_default();
+        let others: Vec<String> = names.into_iter().skip(1).collect();
         tracing::info!(robot = name, "spawned {summary}");
         if let Some(recording) = self.inner.recordings.running() {
             let entry = ReportEntry { robot: name.clone(), report: report.clone(), summary: summary.clone() };
             // What ends the recording is said where it shows first.
             let _ = recording.tap.push(Entry::Report(Box::new(entry)));
         }
-        Ok(Loaded { done, name, report, summary })
+        Ok(Loaded { done, name, others, report, summary })
     }
 
     /// Adds what now is below the surface of terrain: the robot that came, or others where it is the terrain. Adds nothing where
@@ -246,7 +294,7 @@ impl SimHandle {
         strict: bool,
     ) -> Result<Reloaded, CallError> {
         self.note_robots([robot.as_str()]);
-        let (origin, scale, mesh_shapes, fixed_base) = {
+        let (origin, model, scale, mesh_shapes, fixed_base) = {
             let newest = self.newest();
             let Some((_, entity)) = newest.state.entity(&robot) else {
                 let entities = newest.state.world.entities.iter();
@@ -267,10 +315,11 @@ impl SimHandle {
                     return Err(CallError::Internal { message });
                 }
             };
-            (origin, scale, mesh_shapes, entity.fixed_base)
+            (origin, entity.model.name.clone(), scale, mesh_shapes, entity.fixed_base)
         };
         let options = self.loader().load_options(scale, strict, mesh_shapes, Some(fixed_base));
-        let LoadedRobot { model, shapes, report } = self.load(origin, options, Reporter::default()).await?;
+        let LoadedRobot { model, shapes, report, .. } =
+            self.loader().load(origin, &model, options, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;
@@ -343,15 +392,5 @@ impl SimHandle {
             return Ok(None);
         };
         self.loader().readdress(urdf, address).await.map(Some)
-    }
-
-    /// See [`Loader::make`](crate::loading::Loader::make).
-    pub(crate) async fn load(
-        &self,
-        origin: Origin,
-        options: LoadOptions,
-        reporter: Reporter,
-    ) -> Result<LoadedRobot, CallError> {
-        self.loader().load(origin, options, reporter).await
     }
 }

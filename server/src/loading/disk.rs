@@ -163,7 +163,8 @@ impl Assets for DiskAssets {
     }
 
     fn note(&self, uri: &str) -> Option<String> {
-        simd_model::other_case(uri, self.locator.find(uri).ok()?.to_str()?)
+        let other_case = || simd_model::other_case(uri, self.locator.find(uri).ok()?.to_str()?);
+        self.locator.note(uri).or_else(other_case)
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
+use glamx::DPose3;
 use simd_core::collision::{MeshShapes, Shapes, StandIn, StandInShape};
 use simd_core::simulation::command::Spawn;
 use simd_model::robot::{JointKind, Sha256};
@@ -71,6 +72,26 @@ pub(crate) struct LoadedRobot {
     /// Made here, because hulls of large meshes take long.
     pub(crate) shapes: Arc<Shapes>,
     pub(crate) report: LoadReport,
+    /// Where its description puts it, where that is one of a world.
+    pub(crate) placement: Option<Placement>,
+}
+
+/// Where an SDF or MJCF puts a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Placement {
+    /// `world_from_root`.
+    pub(crate) pose: DPose3,
+    /// Its root link cannot move.
+    pub(crate) fixed: bool,
+}
+
+/// Which robots of a description are read.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Which {
+    /// The one of this name, or the only one.
+    One(String),
+    /// All of them.
+    All,
 }
 
 /// The bytes that a robot was made from.
@@ -115,16 +136,17 @@ impl Assets for SentAssets {
 }
 
 impl Loader {
-    /// Reads a robot.
+    /// Reads the robots of a description; there is at least one.
     ///
     /// # Errors
-    /// Where its bytes cannot be had; what is wrong with them is in the reading's outcome.
+    /// Where its bytes cannot be had; what is wrong with them is in a reading's outcome.
     pub(super) async fn read(
         &self,
         origin: &Origin,
+        which: Which,
         options: LoadOptions,
         reporter: Reporter,
-    ) -> Result<Reading, CallError> {
+    ) -> Result<Vec<Reading>, CallError> {
         // Not written as two comparisons: NaN is outside too.
         if !(f64::MIN_POSITIVE..=1000.0).contains(&options.read.scale) {
             return Err(CallError::InvalidValue {
@@ -165,15 +187,19 @@ impl Loader {
             };
             match material {
                 Material::Sent { urdf, files } => {
-                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
+                    let parts = read_parts(urdf, &files, &which, &options, &decoded, &reporter)?;
                     let (files, uris) = files.into_used();
-                    Ok(Reading::new(urdf, files, uris, outcome))
+                    let reading = |(urdf, outcome)| Reading::new(urdf, files.clone(), uris.clone(), outcome);
+                    Ok(parts.into_iter().map(reading).collect())
                 }
                 Material::Disk(place) => {
                     let urdf = read_file(&place.urdf, limits.description_bytes)?;
                     let files = DiskAssets::new(&place, limits.asset_bytes);
-                    let outcome = read(&urdf, &files, &options, &decoded, &reporter)?;
-                    Ok(Reading::new(urdf, files.into_files(), BTreeSet::new(), outcome))
+                    let parts = read_parts(urdf, &files, &which, &options, &decoded, &reporter)?;
+                    let files = files.into_files();
+                    let reading =
+                        |(urdf, outcome)| Reading::new(urdf, files.clone(), BTreeSet::new(), outcome);
+                    Ok(parts.into_iter().map(reading).collect())
                 }
             }
         })
@@ -231,6 +257,67 @@ impl Reading {
     }
 }
 
+/// The URDF of a robot, and the robot or why there is none.
+type Part = (Arc<[u8]>, Result<LoadedRobot, Refused>);
+
+/// Reads the robots of a description. What is SDF or MJCF becomes URDF here, and is URDF from here on.
+///
+/// # Errors
+/// As [`read`].
+fn read_parts(
+    bytes: Arc<[u8]>,
+    files: &dyn Assets,
+    which: &Which,
+    options: &LoadOptions,
+    decoded: &Decoded,
+    reporter: &Reporter,
+) -> Result<Vec<Part>, CallError> {
+    let translation = match simd_model::translate(&bytes, files, &options.read.limits) {
+        Ok(None) => {
+            let outcome = read(&bytes, files, options, decoded, reporter)?;
+            return Ok(vec![(bytes, outcome)]);
+        }
+        Ok(Some(translation)) => translation,
+        Err(refused) => return Ok(vec![(bytes, Err(refused))]),
+    };
+    let models = match which {
+        Which::All => translation.models.iter().collect(),
+        Which::One(name) => match translation.model(name) {
+            Ok(model) => vec![model],
+            Err(refused) => return Ok(vec![(bytes, Err(refused))]),
+        },
+    };
+    let mut parts = Vec::with_capacity(models.len());
+    for model in models {
+        let urdf: Arc<[u8]> = Arc::from(model.urdf.as_bytes());
+        let fixed = options.fixed_base.unwrap_or(model.fixed);
+        let options = LoadOptions { fixed_base: Some(fixed), ..*options };
+        let mut outcome = read(&urdf, files, &options, decoded, reporter)?;
+        // What was found in the file itself is said once.
+        let of_file = if parts.is_empty() { translation.report.findings.clone() } else { Vec::new() };
+        let whole = |own: LoadReport| LoadReport {
+            findings: of_file.into_iter().chain(model.report(own).findings).collect(),
+        };
+        match &mut outcome {
+            Ok(made) => {
+                made.report = whole(std::mem::take(&mut made.report));
+                made.placement = Some(Placement { pose: model.pose, fixed });
+            }
+            Err(refused) => {
+                refused.report = whole(std::mem::take(&mut refused.report));
+                // Its line is one of the URDF that nobody has seen.
+                if let Some(last) = refused.report.findings.last() {
+                    let line = last.line.map_or_else(String::new, |line| format!(" (line {line})"));
+                    refused.message =
+                        format!("robot {:?}: {}{line}: {}", model.name, last.element, last.message);
+                }
+            }
+        }
+        parts.push((urdf, outcome));
+    }
+    Ok(parts)
+}
+
 /// Reads a description and makes its shapes, with what other robots have of the same files.
 ///
 /// # Errors
@@ -257,7 +344,7 @@ fn read(
     let shapes = Arc::new(Shapes::reusing(&model, fixed_base, options.mesh_shapes, &decoded.shapes()));
     decoded.admit_shapes(&shapes)?;
     report_stand_ins(&shapes, options.read.limits.findings, &mut report);
-    Ok(Ok(LoadedRobot { model: Arc::new(model), shapes, report }))
+    Ok(Ok(LoadedRobot { model: Arc::new(model), shapes, report, placement: None }))
 }
 
 /// Adds what the collision meshes became, with at most `most` findings of a severity.

@@ -146,9 +146,9 @@ impl Loader {
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
         let Recipe { scale, mesh_shapes, fixed_base, .. } = *recipe;
         let options = self.load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
-        let made = self.load(origin, options, Reporter::default()).await;
+        let made = self.load(origin, robot, options, Reporter::default()).await;
         match made {
-            Ok(LoadedRobot { model, shapes, report: _ }) => Ok((model, shapes)),
+            Ok(LoadedRobot { model, shapes, .. }) => Ok((model, shapes)),
             Err(error @ (CallError::InvalidDescription { .. } | CallError::InvalidValue { .. })) => {
                 Err(invalid(format!("{} cannot be read: {error}", of_robot())))
             }

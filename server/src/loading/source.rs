@@ -52,6 +52,8 @@ pub struct Prepared {
     pub name: String,
     /// Each URI that it names, in the order of first use.
     pub assets: Vec<(String, AssetState)>,
+    /// Names of the robots of an SDF or MJCF.
+    pub models: Vec<String>,
 }
 
 /// A description that was read and not used.

@@ -55,6 +55,7 @@ fn request(source: Source) -> SpawnRequest {
     SpawnRequest {
         srdf: Bytes::new(),
         collision_pairs: Vec::new(),
+        model: String::new(),
         source,
         name: String::new(),
         allow_renaming: false,

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use bytes::Bytes;
 use simd_core::collision::MeshShapes;
 use simd_model::robot::{MeshAsset, Sha256};
-use simd_model::{RobotModel, Srdf, wire_name};
+use simd_model::{Asset, Assets, RobotModel, Srdf, wire_name};
 use tokio::time::Instant;
 
 use super::Loader;
 use super::partial;
 use super::progress::Reporter;
-use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, summary};
+use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Which, summary};
 use super::source::{AssetState, Prepared, Source, Validated};
 use crate::call_error::CallError;
 
@@ -28,10 +28,19 @@ impl Loader {
     ) -> Result<Prepared, CallError> {
         self.check_description(urdf.len())?;
         let reading = self.limits.reading;
+        // Included files that are here say what else is named.
+        let known = {
+            let mut cache = self.lock();
+            let known = assets.iter().filter_map(|(uri, sha256)| {
+                let bytes = cache.store.get(sha256)?;
+                Some((uri.clone(), Asset { sha256: *sha256, bytes }))
+            });
+            Known(known.collect())
+        };
         let (described, description, urdf) = self
             .off_thread(move || {
                 let urdf: Arc<[u8]> = Arc::from(&urdf[..]);
-                (simd_model::describe(&urdf, &reading), Sha256::of(&urdf), urdf)
+                (simd_model::describe_with(&urdf, &known, &reading), Sha256::of(&urdf), urdf)
             })
             .await?;
         let described = described.map_err(refused)?;
@@ -46,7 +55,7 @@ impl Loader {
             (uri, state)
         };
         let assets = described.asset_uris.into_iter().map(state).collect();
-        Ok(Prepared { description, name: wire_name(&described.name), assets })
+        Ok(Prepared { description, name: wire_name(&described.name), assets, models: described.models })
     }
 
     /// Takes a part of a file; gives how much of it is here.
@@ -113,7 +122,9 @@ impl Loader {
     /// Where its bytes cannot be had.
     pub(crate) async fn validate(&self, source: Source, scale: f64) -> Result<Validated, CallError> {
         let options = self.load_options(scale, false, MeshShapes::default(), None);
-        let reading = self.read(&source.into(), options, Reporter::default()).await?;
+        let which = Which::One(String::new());
+        let mut readings = self.read(&source.into(), which, options, Reporter::default()).await?;
+        let reading = readings.pop().ok_or_else(nothing_read)?;
         let description = reading.used.description;
         Ok(match reading.outcome {
             Ok(LoadedRobot { model, report, .. }) => {
@@ -164,31 +175,68 @@ impl Loader {
     ///
     /// # Errors
     /// Where it is none, and where `strict` refuses what it was found to have.
-    pub(crate) async fn read_srdf(
-        &self,
-        srdf: Bytes,
-        model: Arc<RobotModel>,
-        strict: bool,
-    ) -> Result<Srdf, CallError> {
+    async fn read_srdf(&self, srdf: Bytes, model: Arc<RobotModel>, strict: bool) -> Result<Srdf, CallError> {
         let limits = self.limits.reading;
         let read = move || simd_model::read_srdf(&srdf, &model, strict, &limits);
         self.off_thread(read).await?.map_err(refused)
     }
 
-    /// Reads a robot, and keeps what it was made from for as long as its model lives.
+    /// Reads a robot, and keeps what it was made from for as long as its model lives. Of a file with several robots it is
+    /// the one of the name that the robot had.
     ///
     /// # Errors
     /// Where its bytes cannot be had, and where they are no robot.
     pub(crate) async fn load(
         &self,
         origin: Origin,
+        name: &str,
         options: LoadOptions,
         reporter: Reporter,
     ) -> Result<LoadedRobot, CallError> {
-        let Reading { used, outcome } = self.read(&origin, options, reporter).await?;
-        let made = outcome.map_err(refused)?;
-        self.keep(&made.model, used, origin, options)?;
-        Ok(made)
+        let which = Which::One(name.to_owned());
+        let mut made = self.load_with_srdf(origin, which, Bytes::new(), options, reporter).await?;
+        made.pop().map(|(made, _srdf)| made).ok_or_else(nothing_read)
+    }
+
+    /// The same of several robots, with an SRDF, of which the named states become the model's; empty is none.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load), and where the SRDF is none or is refused.
+    pub(crate) async fn load_with_srdf(
+        &self,
+        origin: Origin,
+        which: Which,
+        srdf: Bytes,
+        options: LoadOptions,
+        reporter: Reporter,
+    ) -> Result<Vec<(LoadedRobot, Srdf)>, CallError> {
+        let mut all = Vec::new();
+        for Reading { used, outcome } in self.read(&origin, which, options, reporter).await? {
+            let mut made = outcome.map_err(refused)?;
+            let mut found = Srdf::default();
+            if !srdf.is_empty() {
+                found = self.read_srdf(srdf.clone(), Arc::clone(&made.model), options.read.strict).await?;
+                let states = std::mem::take(&mut found.states);
+                Arc::make_mut(&mut made.model).setup.add_states(states);
+            }
+            let fixed_base = made.placement.map(|placement| placement.fixed).or(options.fixed_base);
+            self.keep(&made.model, used, origin.clone(), LoadOptions { fixed_base, ..options })?;
+            all.push((made, found));
+        }
+        Ok(all)
+    }
+}
+
+fn nothing_read() -> CallError {
+    CallError::Internal { message: "a description was read as no robot".into() }
+}
+
+/// Files by URI.
+struct Known(BTreeMap<String, Asset>);
+
+impl Assets for Known {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        self.0.get(uri).cloned().ok_or_else(Vec::new)
     }
 }
 

@@ -34,12 +34,15 @@ pub(super) fn encode<K: KeepFile>(
     files: &mut K,
 ) -> Result<v1::RecordedCommand, K::Error> {
     let AppliedCommand { at: _, command, claim, sender } = applied;
-    let recipe = match command {
-        Command::Spawn(spawn) => Some(loader.recipe(&spawn.model)?),
-        Command::Reload(reload) => Some(loader.recipe(&reload.model)?),
-        _ => None,
+    let recipes = match command {
+        Command::Spawn(spawn) => vec![loader.recipe(&spawn.model)?],
+        Command::SpawnAll(spawns) => {
+            spawns.iter().map(|spawn| loader.recipe(&spawn.model)).collect::<Result<_, CallError>>()?
+        }
+        Command::Reload(reload) => vec![loader.recipe(&reload.model)?],
+        _ => Vec::new(),
     };
-    if let Some(recipe) = &recipe {
+    for recipe in &recipes {
         keep_robot(recipe, loader, files)?;
     }
     let state_sha256 = match command {
@@ -58,7 +61,8 @@ pub(super) fn encode<K: KeepFile>(
         kind: kind(&json).to_owned(),
         data: encoded(command)?,
         json,
-        recipe: recipe.map(|recipe| encoded(&recipe)).transpose()?.unwrap_or_default(),
+        // Of several robots one after another: a recipe knows its own end.
+        recipe: recipes.iter().map(encoded).collect::<Result<Vec<_>, CallError>>()?.concat(),
         state_sha256,
         ..v1::RecordedCommand::default()
     })
@@ -125,6 +129,20 @@ impl Decoder {
         match &mut command {
             Command::Spawn(spawn) => {
                 (spawn.model, spawn.shapes) = self.robot(&recorded.recipe, &spawn.name, files).await?;
+            }
+            Command::SpawnAll(spawns) => {
+                let mut rest: &[u8] = &recorded.recipe;
+                for spawn in spawns {
+                    let (recipe, after) = postcard::take_from_bytes::<Recipe>(rest).map_err(|error| {
+                        invalid(&format!("what a robot is made from cannot be read: {error}"))
+                    })?;
+                    let made = self.loader.made_again(&recipe, files, &spawn.name, &mut self.known).await?;
+                    (spawn.model, spawn.shapes) = made;
+                    rest = after;
+                }
+                if !rest.is_empty() {
+                    return Err(invalid("there is more after the end of what robots are made from"));
+                }
             }
             Command::Reload(reload) => {
                 (reload.model, reload.shapes) = self.robot(&recorded.recipe, &reload.robot, files).await?;

@@ -56,6 +56,7 @@ async fn spawn(handle: &SimHandle, urdf: &str, name: &str, xyz: [f64; 3]) {
     let request = SpawnRequest {
         srdf: Bytes::new(),
         collision_pairs: Vec::new(),
+        model: String::new(),
         source: Source::Inline {
             urdf: urdf.to_owned().into(),
             assets: BTreeMap::new(),

@@ -296,6 +296,7 @@ async fn spawn(handle: SimHandle, request: SpawnEntityRequest) -> Answer<String>
         contact_settings: Default::default(),
         srdf: Bytes::new(),
         collision_pairs: Vec::new(),
+        model: String::new(),
     };
     let loaded = handle.spawn(request).await.map_err(|error| {
         let result = match &error {

@@ -55,9 +55,10 @@ impl Service {
     }
 
     fn spawned(&self, loaded: Loaded) -> v1::SpawnEntityResponse {
-        let Loaded { done, name, report, summary } = loaded;
+        let Loaded { done, name, others, report, summary } = loaded;
         v1::SpawnEntityResponse {
             entity: self.info_of(&name),
+            others: others.iter().filter_map(|other| self.info_of(other)).collect(),
             report: Some(to_proto::entity::report(report, summary)),
             stamp: Some(stamp::done(&done)),
         }

@@ -32,9 +32,12 @@ pub type Target = (&'static str, fn(&[u8]));
 /// All of them.
 pub const TARGETS: &[Target] = &[
     ("urdf", urdf),
+    ("sdf", sdf),
+    ("mjcf", mjcf),
     ("stl", stl),
     ("obj", obj),
     ("collada", collada),
+    ("msh", msh),
     ("heights_png", heights_png),
     ("heights_csv", heights_csv),
     ("paths", paths),
@@ -79,6 +82,47 @@ pub fn urdf(bytes: &[u8]) {
         assert!(again.is_ok_and(|(again, _)| again == *model), "the same bytes are the same robot");
     }
     check(read);
+}
+
+/// An SDF is refused in a sentence, or is URDF that is read or refused as any other.
+pub fn sdf(bytes: &[u8]) {
+    translated(bytes, b"<sdf", b"<sdf version='1.9'>");
+}
+
+/// The same of an MJCF.
+pub fn mjcf(bytes: &[u8]) {
+    translated(bytes, b"<mujoco", b"<mujoco>");
+}
+
+fn translated(bytes: &[u8], begin: &[u8], root: &[u8]) {
+    // Bytes of another format would not reach the reader.
+    let bytes =
+        if bytes.trim_ascii_start().starts_with(begin) { bytes.to_vec() } else { [root, bytes].concat() };
+    let limits = LoadLimits::default();
+    // What it includes, if it does, is this, and so is each mesh.
+    let included = b"<sdf version='1.9'><model name='i'><link name='l'/></model></sdf>";
+    for files in [only(included), only(b"<mujoco/>"), Only(None)] {
+        // Whatever is missing can be described, or is refused.
+        let described = simd_model::describe_with(&bytes, &files, &limits);
+        let translation = match simd_model::translate(&bytes, &files, &limits) {
+            Ok(Some(translation)) => translation,
+            Ok(None) => return,
+            Err(refused) => {
+                assert!(!refused.message.is_empty(), "a refusal says why");
+                assert!(!refused.report.findings.is_empty(), "and its report does");
+                continue;
+            }
+        };
+        assert!(described.is_ok(), "what is translated is described");
+        assert!(!translation.models.is_empty(), "what is translated has a robot");
+        for model in &translation.models {
+            assert!(model.pose.translation.is_finite() && model.pose.rotation.is_finite(), "it is somewhere");
+            assert!(translation.model(&model.name).is_ok(), "a robot is found by its name");
+            check(simd_model::read(model.urdf.as_bytes(), &files, &ReadOptions::default()));
+        }
+        let again = simd_model::translate(&bytes, &files, &limits);
+        assert!(again.is_ok_and(|again| again == Some(translation)), "the same bytes are the same robots");
+    }
 }
 
 fn check(read: Result<(RobotModel, LoadReport), Refused>) {
@@ -145,6 +189,11 @@ pub fn obj(bytes: &[u8]) {
 /// COLLADA.
 pub fn collada(bytes: &[u8]) {
     mesh("dae", bytes);
+}
+
+/// MuJoCo's meshes.
+pub fn msh(bytes: &[u8]) {
+    mesh("msh", bytes);
 }
 
 /// The picture of a height field.

@@ -122,7 +122,8 @@ fn a_thrown_box_falls_as_the_discrete_formula_says() {
     let inertia = DMat3::from_diagonal(DVec3::new(0.005, 0.010, 0.013));
     let inertial = Inertial { mass: 1.2, center_of_mass: DVec3::ZERO, inertia };
     let link = Link { name: "box".into(), inertial, visuals: Vec::new(), collisions: Vec::new() };
-    let model = RobotModel { name: "box".into(), links: vec![link], joints: Vec::new() };
+    let model =
+        RobotModel { name: "box".into(), links: vec![link], joints: Vec::new(), ..RobotModel::default() };
     for time_step in [1e-4, 1e-3, 4e-3] {
         let integrators = [(Integrator::Leapfrog, 0.0), (Integrator::Euler, 1.0)];
         for (integrator, early) in integrators {

@@ -15,7 +15,8 @@ fn body(moments: DVec3, rate: DVec3, time_step: f64) -> Simulation {
     let inertial =
         Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moments) };
     let link = Link { name: "body".into(), inertial, visuals: Vec::new(), collisions: Vec::new() };
-    let model = RobotModel { name: "body".into(), links: vec![link], joints: Vec::new() };
+    let model =
+        RobotModel { name: "body".into(), links: vec![link], joints: Vec::new(), ..RobotModel::default() };
     let mut world = with(model, true, 0.0, time_step);
     let twist = Some((DVec3::ZERO, rate));
     apply(&mut world, Command::SetEntityState { robot: "robot".into(), pose: None, twist });

@@ -18,7 +18,7 @@ use crate::{
 
 #[derive(Args, Debug)]
 pub(crate) struct Validate {
-    /// A URDF or xacro file, or the folder of a ROS package that holds one
+    /// A URDF, xacro, SDF or MJCF file, or the folder of a ROS package that holds one
     path: PathBuf,
     /// Makes each warning an error, as every repair is one
     #[arg(long)]
@@ -43,20 +43,62 @@ pub(crate) fn run(arguments: &Validate, output: Output) -> anyhow::Result<()> {
         Package::open_with(&arguments.path, &options(&arguments.packages, &arguments.xacro_arguments))?;
     package.xacro_messages().iter().for_each(|message| hint(message));
     let options = ReadOptions { scale: arguments.scale, strict: arguments.strict, ..ReadOptions::default() };
-    let read = simd_model::read(&package.urdf, &Files(&package.locator), &options);
-    let (refusal, model, report) = match read {
-        Ok((model, report)) => (None, Some(model), report),
-        Err(refused) => (Some(refused.message), None, refused.report),
-    };
-    output.one(&Validated::new(&package, arguments.all, model.as_ref(), report))?;
+    let Read { refusal, models, report } = read(&package, &options);
+    output.one(&Validated::new(&package, arguments.all, &models, report))?;
     match refusal {
         None => Ok(()),
         Some(message) => anyhow::bail!("{}: refused: {message}", package.path.display()),
     }
 }
 
+/// What a description is.
+struct Read {
+    refusal: Option<String>,
+    /// One, or as many as an SDF or MJCF has; none where one of them is refused.
+    models: Vec<RobotModel>,
+    report: LoadReport,
+}
+
+fn read(package: &Package, options: &ReadOptions) -> Read {
+    let files = Files(&package.locator);
+    let refused = |refused: simd_model::Refused| Read {
+        refusal: Some(refused.message),
+        models: Vec::new(),
+        report: refused.report,
+    };
+    let translation = match simd_model::translate(&package.urdf, &files, &options.limits) {
+        Err(why) => return refused(why),
+        Ok(Some(translation)) => translation,
+        Ok(None) => {
+            return match simd_model::read(&package.urdf, &files, options) {
+                Ok((model, report)) => Read { refusal: None, models: vec![model], report },
+                Err(why) => refused(why),
+            };
+        }
+    };
+    let mut all = Read { refusal: None, models: Vec::new(), report: translation.report.clone() };
+    for model in &translation.models {
+        match simd_model::read(model.urdf.as_bytes(), &files, options) {
+            Ok((read, report)) => {
+                all.models.push(read);
+                all.report.findings.extend(model.report(report).findings);
+            }
+            Err(why) => {
+                let report = model.report(why.report);
+                let reason = report.findings.last().map(|last| last.message.clone()).unwrap_or(why.message);
+                all.refusal.get_or_insert(format!("robot {:?}: {reason}", model.name));
+                all.report.findings.extend(report.findings);
+            }
+        }
+    }
+    if all.refusal.is_some() {
+        all.models.clear();
+    }
+    all
+}
+
 /// The files that the description names, where clients look for them.
-struct Files<'p>(&'p Locator);
+pub(super) struct Files<'p>(pub(super) &'p Locator);
 
 impl Assets for Files<'_> {
     fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
@@ -71,7 +113,8 @@ impl Assets for Files<'_> {
     }
 
     fn note(&self, uri: &str) -> Option<String> {
-        simd_model::other_case(uri, self.0.find(uri).ok()?.to_str()?)
+        let other_case = || simd_model::other_case(uri, self.0.find(uri).ok()?.to_str()?);
+        self.0.note(uri).or_else(other_case)
     }
 }
 
@@ -91,7 +134,7 @@ struct Validated {
 }
 
 impl Validated {
-    fn new(package: &Package, all: bool, model: Option<&RobotModel>, report: LoadReport) -> Self {
+    fn new(package: &Package, all: bool, models: &[RobotModel], report: LoadReport) -> Self {
         let path = package.path.display().to_string();
         let location = |line: Option<u32>| match line {
             Some(line) => match package.xacro_source(line) {
@@ -108,14 +151,15 @@ impl Validated {
             let element = if element == "file" { String::new() } else { format!("{element}: ") };
             format!("{}: {}: {element}{message} ({})", location(*line), severity.word(), disposition.word())
         };
-        let findings = || report.findings.iter().filter(counted);
-        let lines: Vec<String> = findings().filter(shown).map(line).collect();
-        let summary = model.map_or_else(|| "refused".to_owned(), |model| report.summary(model));
+        let condensed = report.condensed();
+        let lines: Vec<String> = condensed.findings.iter().filter(counted).filter(shown).map(line).collect();
+        let summaries: Vec<String> = models.iter().map(|model| report.summary(model)).collect();
+        let summary = if models.is_empty() { "refused".to_owned() } else { summaries.join(". ") };
         Self {
-            loads: model.is_some(),
+            loads: !models.is_empty(),
             summary,
             counts: report.counts(),
-            left_out: findings().count() - lines.len(),
+            left_out: report.findings.iter().filter(counted).filter(|finding| !shown(finding)).count(),
             lines,
             path,
             findings: report.findings.into_iter().map(view).collect(),

@@ -76,6 +76,7 @@ fn robot() -> RobotModel {
             joint("bolt", JointKind::Fixed, 1, 2),
             joint("wrist", JointKind::Continuous, 2, 3),
         ],
+        ..RobotModel::default()
     }
 }
 

@@ -132,6 +132,8 @@ pub enum Command {
         #[serde(skip, default = "Saved::nothing")]
         saved: Saved,
     },
+    /// Brings several robots into the world at one moment: all of them, or none.
+    SpawnAll(Vec<Spawn>),
 }
 
 impl Command {
@@ -141,6 +143,8 @@ impl Command {
             // It may become a robot of any name.
             Self::Spawn(spawn) if spawn.allow_renaming => return None,
             Self::Spawn(spawn) => vec![&spawn.name],
+            Self::SpawnAll(spawns) if spawns.iter().any(|spawn| spawn.allow_renaming) => return None,
+            Self::SpawnAll(spawns) => spawns.iter().map(|spawn| spawn.name.as_str()).collect(),
             Self::Reload(reload) => vec![&reload.robot],
             Self::SetTargets(targets) => targets.robots.iter().map(|robot| robot.robot.as_str()).collect(),
             Self::ResetJoints { robots } => robots.iter().map(|reset| reset.robot.as_str()).collect(),
@@ -210,7 +214,7 @@ pub struct Spawn {
 
 /// In the place of a model that a recording has as files.
 fn no_model() -> Arc<RobotModel> {
-    Arc::new(RobotModel { name: String::new(), links: Vec::new(), joints: Vec::new() })
+    Arc::new(RobotModel::default())
 }
 
 impl Spawn {
@@ -368,6 +372,11 @@ pub enum Reply {
     Spawned {
         /// Under this name.
         name: String,
+    },
+    /// Several robots are in the world.
+    SpawnedAll {
+        /// Their names, in the order of the command.
+        names: Vec<String>,
     },
     /// The constraint holds from the next step on.
     ConstraintCreated {

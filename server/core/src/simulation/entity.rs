@@ -2,6 +2,7 @@
 
 mod colliders;
 mod joints;
+mod setup;
 mod sleep;
 mod wrenches;
 
@@ -12,10 +13,11 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
 
 use self::joints::is_actuated;
+pub(super) use self::setup::pairs as described_pairs;
 use super::claim::RobotClaims;
 use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};
-use crate::collision::{Groups, RobotColliders, Shapes, Surface};
+use crate::collision::{RobotColliders, Shapes, Surface};
 use crate::dynamics::tree::JointType;
 use crate::dynamics::{Articulation, Axis, Mode, Tree};
 
@@ -57,7 +59,7 @@ impl Entity {
     ) -> Self {
         let tree = Arc::new(Tree::new(&model, fixed_base));
         let axes = axes(&model, &tree);
-        let start = start_positions(&tree, &axes);
+        let start = start_positions(&model, &tree, &axes);
         let mut body = Articulation::new(tree, pose, axes, &start);
         for index in 0..body.tree().bodies.len() {
             if is_actuated(&model, body.tree(), index) {
@@ -76,7 +78,7 @@ impl Entity {
             fixed_base,
             contact_settings: ContactSettings::default(),
             surfaces: Vec::new(),
-            groups: vec![Groups::default(); model.links.len()],
+            groups: setup::groups(&model),
             collision_pairs: Arc::default(),
             asleep: false,
             rest_poses: Vec::new(),
@@ -89,7 +91,10 @@ impl Entity {
             expired_wrenches: Vec::new(),
             trajectories: Vec::new(),
         };
-        Self { version, model, state, body, colliders: RobotColliders::default(), claims }
+        let mut entity = Self { version, model, state, body, colliders: RobotColliders::default(), claims };
+        entity.begin_as_described(passive);
+        entity.state.spawned = Arc::new(entity.body.state().clone());
+        entity
     }
 
     /// A robot in a state that was saved of one with this description.
@@ -242,17 +247,24 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
             _ => joint.limits,
         };
     }
+    for (velocity, armature) in setup::armatures(model, tree) {
+        axes[velocity].settings.armature = armature;
+    }
     axes
 }
 
-/// Zero, or the nearest limit where zero lies outside; a follower where its leader puts it.
-fn start_positions(tree: &Tree, axes: &[Axis]) -> Vec<f64> {
+/// What the description says, else zero, or the nearest limit where zero lies outside; a follower where its leader
+/// puts it.
+fn start_positions(model: &RobotModel, tree: &Tree, axes: &[Axis]) -> Vec<f64> {
     let mut q = vec![0.0; tree.position_count];
     for body in &tree.bodies {
         match body.joint_type {
             JointType::Free { .. } => q[body.position + 6] = 1.0,
             _ => q[body.position] = axes[body.velocity].settings.limits.nearest(0.0),
         }
+    }
+    for (position, value) in setup::positions(model, tree) {
+        q[position] = value;
     }
     apply_mimics(tree, &mut q);
     q.split_off(tree.root_positions())

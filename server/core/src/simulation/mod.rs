@@ -164,6 +164,7 @@ impl Simulation {
         }
         let reply = match command {
             Command::Spawn(spawn) => self.spawn(spawn),
+            Command::SpawnAll(spawns) => self.spawn_all(spawns),
             Command::Reload(reload) => self.reload(reload),
             Command::Delete { robot } => self.delete(robot),
             Command::CreateConstraint(create) => self.create_constraint(create),

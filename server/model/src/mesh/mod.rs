@@ -3,6 +3,7 @@
 mod builder;
 mod collada;
 mod heights;
+mod msh;
 mod obj;
 mod stl;
 #[cfg(test)]
@@ -39,12 +40,21 @@ pub(crate) fn read(uri: &str, bytes: &[u8]) -> Result<Content, String> {
         "stl" => Ok((stl::parse(bytes)?, Vec::new()).into()),
         // Its colours are in another file, which is never opened.
         "obj" => Ok((obj::parse(bytes)?, Vec::new()).into()),
+        "msh" => Ok((msh::parse(bytes)?, Vec::new()).into()),
         "dae" => Ok(collada::parse(bytes)?.into()),
         "png" => heights::png(bytes),
         "csv" => heights::text(bytes),
-        "" => Err("only .stl, .obj and .dae files are read, and height fields in .png and .csv".to_owned()),
+        "" => {
+            Err("only .stl, .obj, .dae and .msh files are read, and height fields in .png and .csv"
+                .to_owned())
+        }
         other => Err(format!(".{other} files are not read; convert it to STL, OBJ or COLLADA")),
     }
+}
+
+/// What a mesh file says of itself that is not so, as a fragment of a sentence, where it can be read all the same.
+pub(crate) fn note(uri: &str, bytes: &[u8]) -> Option<String> {
+    if format(uri) == "stl" { stl::note(bytes) } else { None }
 }
 
 /// A mesh file without its colours.

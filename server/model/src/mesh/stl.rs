@@ -68,6 +68,16 @@ fn is_binary(bytes: &[u8]) -> bool {
     exact || !bytes.trim_ascii_start().starts_with(b"solid")
 }
 
+/// Where a binary file holds more than it says, which is then left out.
+pub(super) fn note(bytes: &[u8]) -> Option<String> {
+    let count = declared(bytes).filter(|_| is_binary(bytes))?;
+    let rest = bytes.len().checked_sub(START + TRIANGLE.checked_mul(count)?)?;
+    (rest >= TRIANGLE).then(|| {
+        let held = (bytes.len() - START) / TRIANGLE;
+        format!("it says it has {count} triangles, and holds {held}: {count} are read")
+    })
+}
+
 /// How many triangles a binary file says it has.
 fn declared(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(HEADER..START)?;

@@ -105,7 +105,7 @@ fn other_formats_are_named_in_the_refusal() {
     );
     assert_eq!(
         parse("x.y/a", b"").unwrap_err(),
-        "only .stl, .obj and .dae files are read, and height fields in .png and .csv"
+        "only .stl, .obj, .dae and .msh files are read, and height fields in .png and .csv"
     );
 }
 

@@ -4,10 +4,10 @@
 
 use std::borrow::Cow;
 
-use roxmltree::{Error, Node};
+use roxmltree::{Document, Error, Node};
 
 use super::findings::{Findings, Refusal, quoted};
-use super::prescan::{check_counts, check_depth, parse_xml, robot_element, syntax};
+use super::prescan::{check_counts, check_depth, is, parse_xml, robot_element, syntax};
 use super::text;
 use crate::limits::LoadLimits;
 use crate::report::{Disposition, Severity, counted};
@@ -33,6 +33,14 @@ pub(super) fn open<T>(
     };
     let document = document.map_err(|error| syntax(error, limits))?;
     check_depth(&document, limits.xml_depth)?;
+    let with_world;
+    let document = match declare_world(&document, findings) {
+        Some(text) => {
+            with_world = text;
+            parse_xml(&with_world, limits).map_err(|error| syntax(error, limits))?
+        }
+        None => document,
+    };
     findings.set_text(document.input_text());
     then(robot_element(&document, findings)?, findings)
 }
@@ -105,6 +113,29 @@ fn without_declarations<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<
     }
     Cow::Owned(text)
 }
+
+/// Files hang their robot on a link `world` that they leave out: Gazebo and PyBullet know it without. The text
+/// with it, on the robot's last line, where a joint names it.
+fn declare_world(document: &Document, findings: &mut Findings) -> Option<String> {
+    let robot = document.descendants().find(|node| is(*node, "robot"))?;
+    let is_world =
+        |node: &Node, attribute| node.attribute(attribute).is_some_and(|name| name.trim() == WORLD);
+    if robot.children().any(|node| is(node, "link") && is_world(&node, "name")) {
+        return None;
+    }
+    let parents = robot.children().filter(|node| is(*node, "joint")).flat_map(|joint| joint.children());
+    let named = parents.into_iter().find(|node| is(*node, "parent") && is_world(node, "link"))?;
+    let text = document.input_text();
+    let end = text.get(..robot.range().end)?.rfind("</")?;
+    let line = document.text_pos_at(named.range().start).row;
+    let message = "its parent link \"world\" is not defined: a link of this name without mass is taken";
+    findings.of_text(Severity::Info, Disposition::Defaulted, Some(line), message.to_owned());
+    let (before, after) = (text.get(..end)?, text.get(end..)?);
+    Some(format!("{before}<link name=\"{WORLD}\"/>{after}"))
+}
+
+/// What a robot hangs on that cannot move.
+const WORLD: &str = "world";
 
 /// Nothing after the last end tag can belong to a document: some end in a NUL byte.
 fn without_tail<'a>(text: Cow<'a, str>, findings: &mut Findings) -> Cow<'a, str> {

@@ -7,7 +7,7 @@ use crate::report::{Disposition, Finding, LoadReport, Severity};
 
 /// Why reading stops.
 #[derive(Debug)]
-pub(super) struct Refusal {
+pub(crate) struct Refusal {
     element: String,
     line: Option<u32>,
     message: String,
@@ -15,18 +15,18 @@ pub(super) struct Refusal {
 
 impl Refusal {
     /// Of the file as a whole.
-    pub(super) fn of_file(message: String) -> Self {
+    pub(crate) fn of_file(message: String) -> Self {
         Self { element: "file".to_owned(), line: None, message }
     }
 
     /// Of a place where there is no element yet.
-    pub(super) fn at(line: u32, message: String) -> Self {
+    pub(crate) fn at(line: u32, message: String) -> Self {
         Self { element: "file".to_owned(), line: Some(line), message }
     }
 }
 
 /// What was found so far.
-pub(super) struct Findings {
+pub(crate) struct Findings {
     /// Offsets at which the lines begin, without the first.
     line_starts: Vec<usize>,
     list: Vec<Finding>,
@@ -68,7 +68,7 @@ struct Place<'n, 'a, 'i> {
 
 impl Findings {
     /// Nothing yet; at most so many of each kind.
-    pub(super) fn new(most: usize) -> Self {
+    pub(crate) fn new(most: usize) -> Self {
         Self {
             line_starts: Vec::new(),
             list: Vec::new(),
@@ -80,45 +80,45 @@ impl Findings {
     }
 
     /// The text that lines are counted in.
-    pub(super) fn set_text(&mut self, text: &str) {
+    pub(crate) fn set_text(&mut self, text: &str) {
         self.line_starts =
             text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1).collect();
     }
 
     /// From 1.
-    pub(super) fn line(&self, node: Node) -> u32 {
+    pub(crate) fn line(&self, node: Node) -> u32 {
         let start = node.range().start;
         u32::try_from(self.line_starts.partition_point(|line| *line <= start) + 1).unwrap_or(u32::MAX)
     }
 
     /// Whether there is no more room for trifles.
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         let [_, infos, _] = &self.rooms;
         infos.is_full(self.most)
     }
 
     /// What was taken from an element as it is.
-    pub(super) fn used(&mut self, node: Node, message: impl FnOnce() -> String) {
+    pub(crate) fn used(&mut self, node: Node, message: impl FnOnce() -> String) {
         self.push(Severity::Info, Disposition::Used, Place { node, file: None }, false, message);
     }
 
     /// What was taken from a file that an element names.
-    pub(super) fn used_file(&mut self, node: Node, file: &str, message: impl FnOnce() -> String) {
+    pub(crate) fn used_file(&mut self, node: Node, file: &str, message: impl FnOnce() -> String) {
         self.push(Severity::Info, Disposition::Used, Place { node, file: Some(file) }, false, message);
     }
 
     /// Something that needs no attention.
-    pub(super) fn info(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
+    pub(crate) fn info(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Info, disposition, Place { node, file: None }, false, || message.into());
     }
 
     /// Something that the author may not have meant.
-    pub(super) fn warn(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
+    pub(crate) fn warn(&mut self, node: Node, disposition: Disposition, message: impl Into<String>) {
         self.push(Severity::Warning, disposition, Place { node, file: None }, true, || message.into());
     }
 
     /// The same of a file that an element names; a strict load may forgive it.
-    pub(super) fn warn_of_file(
+    pub(crate) fn warn_of_file(
         &mut self,
         node: Node,
         file: &str,
@@ -131,7 +131,7 @@ impl Findings {
     }
 
     /// Something about the text, before there are elements.
-    pub(super) fn of_text(
+    pub(crate) fn of_text(
         &mut self,
         severity: Severity,
         disposition: Disposition,
@@ -147,12 +147,12 @@ impl Findings {
     }
 
     /// The reason why the robot is refused.
-    pub(super) fn refuse(&self, node: Node, message: impl Into<String>) -> Refusal {
+    pub(crate) fn refuse(&self, node: Node, message: impl Into<String>) -> Refusal {
         Refusal { element: label(node), line: Some(self.line(node)), message: message.into() }
     }
 
     /// Where there was a warning, makes it and those like it errors, and refuses.
-    pub(super) fn refuse_warnings(&mut self) -> Result<(), Refusal> {
+    pub(crate) fn refuse_warnings(&mut self) -> Result<(), Refusal> {
         let Some(first) = self.serious.first().and_then(|first| self.list.get(*first)) else { return Ok(()) };
         let more = match self.serious.len() + self.serious_left_out - 1 {
             0 => String::new(),
@@ -199,7 +199,7 @@ impl Findings {
     }
 
     /// The report of a robot that was read, in the order of the file.
-    pub(super) fn into_report(mut self) -> LoadReport {
+    pub(crate) fn into_report(mut self) -> LoadReport {
         self.list.sort_by_key(|finding| finding.line);
         let [used, infos, warnings] = self.rooms;
         let left_out = [
@@ -216,7 +216,7 @@ impl Findings {
     }
 
     /// The report of a robot that was refused.
-    pub(super) fn refused(self, refusal: Refusal) -> Refused {
+    pub(crate) fn refused(self, refusal: Refusal) -> Refused {
         let Refusal { element, line, message } = refusal;
         let (element, message) = (cut(element, ELEMENT), cut(message, SENTENCE));
         let sentence = match (element.as_str(), line) {
@@ -233,7 +233,7 @@ impl Findings {
 }
 
 /// What an element is called in a report: `joint "elbow" limit`.
-pub(super) fn label(node: Node) -> String {
+pub(crate) fn label(node: Node) -> String {
     let mut words: Vec<String> = node
         .ancestors()
         .filter(|node| node.is_element() && node.parent_element().is_some())
@@ -254,7 +254,7 @@ pub(super) fn label(node: Node) -> String {
 }
 
 /// Text of at most so many bytes, with an ellipsis where it was longer.
-pub(super) fn cut(mut text: String, bytes: usize) -> String {
+pub(crate) fn cut(mut text: String, bytes: usize) -> String {
     if text.len() > bytes {
         text.truncate(text.floor_char_boundary(bytes));
         text.push_str("...");
@@ -264,7 +264,7 @@ pub(super) fn cut(mut text: String, bytes: usize) -> String {
 }
 
 /// A value of the file in quotes, cut where it is long.
-pub(super) fn quoted(value: &str) -> String {
+pub(crate) fn quoted(value: &str) -> String {
     format!("\"{}\"", shortened(value))
 }
 

@@ -37,7 +37,7 @@ pub(super) fn pose(origin: &urdf_rs::Pose, node: Option<Node>, findings: &mut Fi
 
 /// Roll, pitch and yaw about fixed axes: yaw after pitch after roll, as URDF
 /// defines them.
-pub(super) fn rotation([roll, pitch, yaw]: [f64; 3]) -> DQuat {
+pub(crate) fn rotation([roll, pitch, yaw]: [f64; 3]) -> DQuat {
     (DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll)).normalize()
 }
 
@@ -101,7 +101,7 @@ fn normal(plane: Node, findings: &mut Findings) -> DVec3 {
 }
 
 /// How far the length of a unit vector may be off: files print three digits and more.
-pub(super) const ROUNDING: f64 = 1e-3;
+pub(crate) const ROUNDING: f64 = 1e-3;
 
 fn has_extent(geometry: &Geometry) -> bool {
     match geometry {

@@ -5,6 +5,7 @@ use roxmltree::Node;
 use super::Assets;
 use super::deadline::Deadline;
 use super::findings::{Findings, Refusal};
+use super::gazebo::Gazebo;
 use super::geometry::{geometry, pose};
 use super::material::Palette;
 use super::mend::Mended;
@@ -20,13 +21,14 @@ pub(super) fn read_all<'a, 'i>(
     mended: &Mended<'a, 'i>,
     tree: &Tree<'a, 'i>,
     assets: &dyn Assets,
+    gazebo: &Gazebo,
     (limits, deadline): (&LoadLimits, &Deadline),
     findings: &mut Findings,
 ) -> Result<Vec<Link>, Refusal> {
     let mut reader = Reader {
         mended,
         palette: Palette::of(mended, findings),
-        surfaces: Surfaces::of(mended, findings),
+        surfaces: Surfaces::of(gazebo),
         meshes: Meshes::new(assets, limits),
         deadline,
         findings,
@@ -42,7 +44,7 @@ pub(super) fn read_all<'a, 'i>(
 struct Reader<'r, 'a, 'i> {
     mended: &'r Mended<'a, 'i>,
     palette: Palette<'r>,
-    surfaces: Surfaces,
+    surfaces: Surfaces<'r>,
     meshes: Meshes<'r>,
     deadline: &'r Deadline,
     findings: &'r mut Findings,

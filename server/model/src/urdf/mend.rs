@@ -178,7 +178,7 @@ impl Mender<'_> {
     fn children(&mut self, node: Node, element: &Element) -> Result<bool, Refusal> {
         let known = |child: &Node| element.children.iter().any(|known| is(*child, known.tag));
         for child in node.children().filter(|child| child.is_element() && !known(child)) {
-            if !is_surfaces(&child, element) {
+            if !is_of_setup(&child, element) {
                 unknown::element(child, element, self.findings);
             }
         }
@@ -319,9 +319,17 @@ impl Mender<'_> {
 
 const ONE_TOO_MANY: &str = "one too many: the one before it is used";
 
-/// Whether an element is read by [`surface`](super::surface), from the robot's own node.
-fn is_surfaces(child: &Node, parent: &Element) -> bool {
-    parent.tag == ROBOT.tag && is(*child, "gazebo")
+/// Whether an element is read by [`setup`](super::setup), from the robot's own node.
+fn is_of_setup(child: &Node, parent: &Element) -> bool {
+    const TAGS: [&str; 6] = [
+        "gazebo",
+        "ros2_control",
+        "group_state",
+        "disable_collisions",
+        "enable_collisions",
+        "disable_default_collisions",
+    ];
+    parent.tag == ROBOT.tag && TAGS.iter().any(|tag| is(*child, tag))
 }
 
 fn no_such_word(name: &str, value: &str, words: &[&str]) -> String {

@@ -25,13 +25,16 @@ pub(super) enum Use {
 /// A mesh, or why there is none.
 type Found = Result<Arc<MeshAsset>, String>;
 
+/// A mesh, and what its file says of itself that is not so.
+type Noted = (Found, Option<String>);
+
 /// The meshes of one load.
 pub(super) struct Meshes<'s> {
     assets: &'s dyn Assets,
     limits: &'s LoadLimits,
-    by_uri: HashMap<String, Found>,
+    by_uri: HashMap<String, Noted>,
     /// By what is in the file and by its format.
-    by_content: HashMap<(Sha256, String), Found>,
+    by_content: HashMap<(Sha256, String), Noted>,
     reported: HashSet<(String, Use)>,
     triangles: usize,
 }
@@ -57,7 +60,7 @@ impl<'s> Meshes<'s> {
         usage: Use,
         findings: &mut Findings,
     ) -> Option<Arc<MeshAsset>> {
-        let found = match self.by_uri.get(uri) {
+        let (found, lie) = match self.by_uri.get(uri) {
             Some(found) => found.clone(),
             None => {
                 let found = self.find(uri);
@@ -75,7 +78,7 @@ impl<'s> Meshes<'s> {
                     });
                     let backslashes =
                         uri.contains('\\').then(|| "backslashes are read as slashes".to_owned());
-                    for repair in backslashes.into_iter().chain(self.assets.note(uri)) {
+                    for repair in backslashes.into_iter().chain(self.assets.note(uri)).chain(lie) {
                         let message = format!("mesh {}: {repair}", quoted(uri));
                         findings.warn_of_file(node, uri, Repaired, true, message);
                     }
@@ -95,16 +98,16 @@ impl<'s> Meshes<'s> {
         }
     }
 
-    fn find(&mut self, uri: &str) -> Found {
-        let asset = self
-            .assets
-            .find(uri)
-            .map_err(|places| format!("mesh {} {}", quoted(uri), absent(uri, places)))?;
+    fn find(&mut self, uri: &str) -> Noted {
+        let asset = match self.assets.find(uri) {
+            Ok(asset) => asset,
+            Err(places) => return (Err(format!("mesh {} {}", quoted(uri), absent(uri, places))), None),
+        };
         let content = (asset.sha256, mesh::format(uri));
         if let Some(found) = self.by_content.get(&content) {
             return found.clone();
         }
-        let found = self.parse(uri, &asset);
+        let found = (self.parse(uri, &asset), mesh::note(uri, &asset.bytes));
         self.by_content.insert(content, found.clone());
         found
     }

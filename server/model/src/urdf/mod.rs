@@ -6,10 +6,12 @@
 //! urdf-rs, `tree` (one root, no loops), `link`, `joint` and `inertial` (what the
 //! numbers mean), `scale`. `findings` is the report on the way.
 
+mod control;
 mod deadline;
 mod document;
-mod findings;
-mod geometry;
+pub(crate) mod findings;
+mod gazebo;
+pub(crate) mod geometry;
 mod inertial;
 mod joint;
 mod link;
@@ -17,15 +19,17 @@ mod material;
 mod mend;
 mod meshes;
 mod mimic;
-mod numbers;
-mod prescan;
+pub(crate) mod numbers;
+pub(crate) mod prescan;
 mod rewrite;
 mod scale;
+mod setup;
 mod srdf;
+mod states;
 mod surface;
 #[cfg(test)]
 mod tests;
-mod text;
+pub(crate) mod text;
 mod tree;
 mod unknown;
 mod used;
@@ -38,6 +42,7 @@ use crate::report::LoadReport;
 use crate::robot::{MeshAsset, RobotModel, Sha256};
 use deadline::Deadline;
 use findings::{Findings, Refusal};
+use gazebo::Gazebo;
 
 pub use meshes::{first_places, other_case};
 pub use rewrite::readdress;
@@ -114,8 +119,11 @@ pub struct Refused {
 pub struct Description {
     /// `name` of the `<robot>`.
     pub name: String,
-    /// Mesh URIs as written, in the order of first use, each once.
+    /// Mesh URIs as written, in the order of first use, each once. Of an SDF or MJCF those of the files that it includes
+    /// come first.
     pub asset_uris: Vec<String>,
+    /// Names of the robots of an SDF or MJCF, where all that it includes is there.
+    pub models: Vec<String>,
 }
 
 /// The robot's name and the files that it needs.
@@ -174,10 +182,12 @@ fn from_element(
     tree::rename_twins(&mut mended, findings);
     let tree = tree::build(&mended, findings)?;
 
-    let mut links = link::read_all(&mended, &tree, assets, (limits, deadline), findings)?;
-    let joints = joint::read_all(&mended, &tree, findings)?;
+    let gazebo = Gazebo::of(&mended, findings);
+    let mut links = link::read_all(&mended, &tree, assets, &gazebo, (limits, deadline), findings)?;
+    let mut joints = joint::read_all(&mended, &tree, findings)?;
     inertial::resolve(&mended, &tree, &joints, &mut links, findings);
-    let mut model = RobotModel { name: mended.robot.name.clone(), links, joints };
+    let setup = setup::read(&mended, &tree, &gazebo, &mut links, &mut joints, findings);
+    let mut model = RobotModel { name: mended.robot.name.clone(), links, joints, setup };
     scale::apply(&mut model, options.scale);
     used::report(&model, &tree, findings);
     if options.strict {

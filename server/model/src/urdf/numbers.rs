@@ -7,7 +7,7 @@ use crate::limits;
 
 /// How many numbers an attribute holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     /// So many.
     Exactly(usize),
     /// One, which may be infinite: no bound.
@@ -20,11 +20,11 @@ pub(super) enum Shape {
 
 /// What an attribute says.
 #[derive(Debug, PartialEq)]
-pub(super) struct Numbers {
+pub(crate) struct Numbers {
     /// As many as the shape says.
-    pub(super) values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// What was done to them, a sentence's end after the attribute and its value.
-    pub(super) repair: Option<String>,
+    pub(crate) repair: Option<String>,
 }
 
 impl Shape {
@@ -39,12 +39,12 @@ impl Shape {
 }
 
 /// The numbers of an attribute that the mending has let pass.
-pub(super) fn of<const N: usize>(node: Node, name: &str, shape: Shape) -> Option<[f64; N]> {
+pub(crate) fn of<const N: usize>(node: Node, name: &str, shape: Shape) -> Option<[f64; N]> {
     read(node.attribute(name)?, shape).ok()?.values.try_into().ok()
 }
 
 /// Reads a value. The error is the end of a sentence after the attribute and its value.
-pub(super) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
+pub(crate) fn read(value: &str, shape: Shape) -> Result<Numbers, String> {
     let (text, xacro) = match default_of_optenv(value) {
         Some(default) => (default, Some("is a left-over of xacro: its default is taken".to_owned())),
         None => (value, None),

@@ -11,13 +11,13 @@ use crate::limits::LoadLimits;
 use crate::report::Disposition::Repaired;
 
 /// Parses within the cap on nodes. Neither roxmltree nor what is here recurses.
-pub(super) fn parse_xml<'t>(text: &'t str, limits: &LoadLimits) -> Result<Document<'t>, Error> {
+pub(crate) fn parse_xml<'t>(text: &'t str, limits: &LoadLimits) -> Result<Document<'t>, Error> {
     let options = ParsingOptions { allow_dtd: false, nodes_limit: limits.xml_nodes, ..Default::default() };
     Document::parse_with_options(text, options)
 }
 
 /// Counts that make roxmltree slow, before it sees them.
-pub(super) fn check_counts(text: &str, limits: &LoadLimits) -> Result<(), Refusal> {
+pub(crate) fn check_counts(text: &str, limits: &LoadLimits) -> Result<(), Refusal> {
     let namespaces = text.matches("xmlns").count();
     if namespaces > limits.xml_namespaces {
         let cap = limits.xml_namespaces;
@@ -64,7 +64,7 @@ fn newlines(text: &str) -> u32 {
 }
 
 /// No element may be deeper than the cap.
-pub(super) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
+pub(crate) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal> {
     // Document order: a parent comes before its children.
     let mut depths: HashMap<NodeId, usize> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
@@ -80,7 +80,7 @@ pub(super) fn check_depth(document: &Document, cap: usize) -> Result<(), Refusal
 }
 
 /// What is wrong with the text, as a sentence.
-pub(super) fn syntax(error: Error, limits: &LoadLimits) -> Refusal {
+pub(crate) fn syntax(error: Error, limits: &LoadLimits) -> Refusal {
     match error {
         Error::NodesLimitReached => too_many_nodes(limits),
         Error::DtdDetected => {
@@ -109,14 +109,13 @@ pub(super) fn syntax(error: Error, limits: &LoadLimits) -> Refusal {
 }
 
 /// The `<robot>`, if the document is a URDF.
-pub(super) fn robot_element<'a, 'i>(
+pub(crate) fn robot_element<'a, 'i>(
     document: &'a Document<'i>,
     findings: &mut Findings,
 ) -> Result<Node<'a, 'i>, Refusal> {
     let root = document.root_element();
-    let xacro = |node: &Node| node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"));
     let robot = if is(root, "robot") { root } else { inner_robot(root, findings)? };
-    if let Some(node) = document.descendants().find(xacro) {
+    if let Some(node) = document.descendants().find(|node| is_directive(*node)) {
         let message = "this is a xacro file; run xacro on it and send what that prints";
         return Err(Refusal::at(findings.line(node), message.to_owned()));
     }
@@ -126,14 +125,37 @@ pub(super) fn robot_element<'a, 'i>(
     Ok(robot)
 }
 
+/// Whether an element is of xacro's namespace, declared or not.
+pub(crate) fn is_of_xacro(node: Node) -> bool {
+    node.tag_name().namespace().is_some_and(|uri| uri.contains("xacro"))
+}
+
+/// Whether xacro itself knows an element: it leaves none of these in what it expands. Others call
+/// macros; where xacro knows no macro of the name, it leaves the call as it is.
+fn is_directive(node: Node) -> bool {
+    const DIRECTIVES: [&str; 11] = [
+        "arg",
+        "attribute",
+        "call",
+        "element",
+        "if",
+        "include",
+        "insert_block",
+        "macro",
+        "property",
+        "unless",
+        "tag",
+    ];
+    is_of_xacro(node) && DIRECTIVES.contains(&node.tag_name().name())
+}
+
 /// Some exporters write `<urdf><robot>...</robot></urdf>`.
 fn inner_robot<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<Node<'a, 'i>, Refusal> {
     let tag = quoted(root.tag_name().name()).replace('"', "");
     let mut robots = root.children().filter(|node| is(*node, "robot"));
     let (Some(robot), None) = (robots.next(), robots.next()) else {
         let advice = match tag.as_str() {
-            "sdf" => "; convert SDF to URDF first",
-            "mujoco" => "; this is MuJoCo's own format: send a URDF",
+            "sdf" | "mujoco" => "; `simctl robot convert` writes it as URDF",
             "COLLADA" => "; this is a mesh: send the URDF that names it",
             _ if tag.eq_ignore_ascii_case("robot") => "; write it <robot>",
             _ => "",
@@ -146,7 +168,7 @@ fn inner_robot<'a, 'i>(root: Node<'a, 'i>, findings: &mut Findings) -> Result<No
 }
 
 /// Whether a node is an element of URDF with this name.
-pub(super) fn is(node: Node, name: &str) -> bool {
+pub(crate) fn is(node: Node, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name && node.tag_name().namespace() == node_default(node)
 }
 
@@ -156,7 +178,7 @@ fn node_default<'a>(node: Node<'a, '_>) -> Option<&'a str> {
 }
 
 /// What names mesh files, in the order of the text.
-pub(super) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a, 'input>> {
+pub(crate) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item = Node<'a, 'input>> {
     root.children()
         .filter(|node| is(*node, "link"))
         .flat_map(|link| link.children().filter(|node| is(*node, "visual") || is(*node, "collision")))
@@ -165,7 +187,7 @@ pub(super) fn meshes<'a, 'input>(root: Node<'a, 'input>) -> impl Iterator<Item =
 }
 
 /// The name and the mesh URIs.
-pub(super) fn description(root: Node) -> Description {
+pub(crate) fn description(root: Node) -> Description {
     let mut seen = HashSet::new();
     let asset_uris = meshes(root)
         .filter_map(|mesh| mesh.attribute("filename"))
@@ -173,5 +195,5 @@ pub(super) fn description(root: Node) -> Description {
         .map(str::to_owned)
         .collect();
     let name = root.attribute("name").filter(|name| !name.trim().is_empty()).unwrap_or(NAMELESS);
-    Description { name: name.to_owned(), asset_uris }
+    Description { name: name.to_owned(), asset_uris, models: Vec::new() }
 }

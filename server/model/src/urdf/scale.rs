@@ -5,6 +5,7 @@ use glamx::DPose3;
 use super::findings::Refusal;
 use crate::limits;
 use crate::robot::{Geometry, JointKind, RobotModel};
+use crate::setup::DriveMode;
 
 /// Whether a scale can be asked for.
 pub(super) fn check(scale: f64) -> Result<(), Refusal> {
@@ -34,6 +35,16 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
         }
     }
     let slides: Vec<bool> = model.joints.iter().map(|joint| joint.kind == JointKind::Prismatic).collect();
+    let factor = |joint: usize| if slides.get(joint) == Some(&true) { scale } else { 1.0 };
+    for joint in &mut model.setup.joints {
+        joint.position = joint.position.map(|position| position * factor(joint.joint));
+        if let Some(DriveMode::Spring(rest)) = &mut joint.mode {
+            *rest *= factor(joint.joint);
+        }
+    }
+    for (joint, position) in model.setup.states.iter_mut().flat_map(|state| &mut state.positions) {
+        *position *= factor(*joint);
+    }
     for (joint, slides_itself) in model.joints.iter_mut().zip(&slides) {
         pose(&mut joint.parent_from_joint, scale);
         let own = if *slides_itself { scale } else { 1.0 };

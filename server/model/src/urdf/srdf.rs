@@ -1,4 +1,4 @@
-//! What an SRDF says of which links of a robot touch each other: the part of it that is about physics.
+//! What an SRDF says of which links of a robot touch each other, and its named states: what of it is about physics.
 //!
 //! MoveIt's format: `disable_collisions link1 link2 reason` switches a pair off, `disable_default_collisions link`
 //! switches a link off with every other one, and `enable_collisions link1 link2` switches a pair on again.
@@ -10,20 +10,23 @@ use roxmltree::Node;
 use super::Refused;
 use super::findings::{Findings, Refusal, quoted};
 use super::prescan::{check_counts, check_depth, parse_xml, syntax};
-use super::text;
+use super::{states, text};
 use crate::limits::LoadLimits;
 use crate::report::Disposition::Ignored;
 use crate::report::{LoadReport, counted};
-use crate::robot::RobotModel;
+use crate::robot::{Link, RobotModel};
+use crate::setup::{LinkPair, NamedState};
 
 /// Pairs that one file may switch.
-const MOST_PAIRS: usize = 65_536;
+pub(super) const MOST_PAIRS: usize = 65_536;
 
 /// What an SRDF says of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Srdf {
     /// In the order of the robot's links.
     pub pairs: Vec<SrdfPair>,
+    /// In the order of the file.
+    pub states: Vec<NamedState>,
     /// What was done to it.
     pub report: LoadReport,
 }
@@ -48,14 +51,14 @@ pub fn read_srdf(
     limits: &LoadLimits,
 ) -> Result<Srdf, Refused> {
     let mut findings = Findings::new(limits.findings);
-    let read = pairs(srdf, model, limits, &mut findings).and_then(|pairs| {
+    let read = contents(srdf, model, limits, &mut findings).and_then(|contents| {
         if strict {
             findings.refuse_warnings()?;
         }
-        Ok(pairs)
+        Ok(contents)
     });
     match read {
-        Ok(pairs) => Ok(Srdf { pairs, report: named(findings.into_report()) }),
+        Ok((pairs, states)) => Ok(Srdf { pairs, states, report: named(findings.into_report()) }),
         Err(refusal) => {
             let Refused { message, report } = findings.refused(refusal);
             Err(Refused { message: format!("SRDF: {}", of_srdf(&message)), report: named(report) })
@@ -77,12 +80,12 @@ fn named(mut report: LoadReport) -> LoadReport {
     report
 }
 
-fn pairs(
+fn contents(
     srdf: &[u8],
     model: &RobotModel,
     limits: &LoadLimits,
     findings: &mut Findings,
-) -> Result<Vec<SrdfPair>, Refusal> {
+) -> Result<(Vec<SrdfPair>, Vec<NamedState>), Refusal> {
     let text = text::decode(srdf, limits, findings)?;
     check_counts(&text, limits)?;
     let document = parse_xml(&text, limits).map_err(|error| syntax(error, limits))?;
@@ -92,8 +95,35 @@ fn pairs(
     if root.tag_name().name() != "robot" {
         return Err(findings.refuse(root, "this is not an SRDF: its root element is not <robot>"));
     }
+    let switched = switched(root, &model.links, findings)?;
+    let off = switched.values().filter(|enabled| !**enabled).count();
+    findings.used(root, || format!("{} of links switched off", counted(off, "pair")));
+    let name = |link: usize| model.links[link].name.clone();
+    let pairs =
+        switched.into_iter().map(|(links, enabled)| SrdfPair { links: links.map(name), enabled }).collect();
+    Ok((pairs, states::read(root, &model.joints, findings)))
+}
+
+/// The pairs that a `<robot>` switches itself, without an SRDF beside it.
+pub(super) fn of_robot(robot: Node, links: &[Link], findings: &mut Findings) -> Vec<LinkPair> {
+    match switched(robot, links, findings) {
+        Ok(switched) => switched.into_iter().map(|(links, enabled)| LinkPair { links, enabled }).collect(),
+        Err(_too_many) => {
+            let message = format!("it switches more than {MOST_PAIRS} pairs of links: none is");
+            findings.warn(robot, Ignored, message);
+            Vec::new()
+        }
+    }
+}
+
+/// Pairs of links by their indices, and whether they touch.
+fn switched(
+    root: Node,
+    links: &[Link],
+    findings: &mut Findings,
+) -> Result<BTreeMap<[usize; 2], bool>, Refusal> {
     let indices: BTreeMap<&str, usize> =
-        model.links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index)).collect();
+        links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index)).collect();
     let mut switched: BTreeMap<[usize; 2], bool> = BTreeMap::new();
     let elements = |name: &'static str| root.children().filter(move |node| node.tag_name().name() == name);
     let mut off_by_default = BTreeSet::new();
@@ -102,7 +132,7 @@ fn pairs(
         else {
             continue;
         };
-        for other in (0..model.links.len()).filter(|other| *other != link) {
+        for other in (0..links.len()).filter(|other| *other != link) {
             switch(&mut switched, [link, other], false, node, findings)?;
         }
     }
@@ -117,10 +147,7 @@ fn pairs(
             switch(&mut switched, [a, b], enabled, node, findings)?;
         }
     }
-    let off = switched.values().filter(|enabled| !**enabled).count();
-    findings.used(root, || format!("{} of links switched off", counted(off, "pair")));
-    let name = |link: usize| model.links[link].name.clone();
-    Ok(switched.into_iter().map(|(links, enabled)| SrdfPair { links: links.map(name), enabled }).collect())
+    Ok(switched)
 }
 
 /// The link that an attribute names; warns where the robot has none.

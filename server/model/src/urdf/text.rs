@@ -8,7 +8,7 @@ use crate::report::{Disposition, Severity};
 
 /// The text without its byte order mark. What is not UTF-8 is read as what it
 /// says or seems to be, and reported.
-pub(super) fn decode<'a>(
+pub(crate) fn decode<'a>(
     urdf: &'a [u8],
     limits: &LoadLimits,
     findings: &mut Findings,

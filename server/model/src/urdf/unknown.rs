@@ -3,14 +3,13 @@
 use roxmltree::Node;
 
 use super::findings::{Findings, quoted};
-use super::prescan::is;
+use super::prescan::{is, is_of_xacro};
 use super::vocabulary::{Element, ROBOT};
 use crate::report::Disposition::Ignored;
 
 /// Elements that real files have and simd has no use for.
 const REASONS: &[(&str, &str)] = &[
     ("transmission", "simd drives joints directly"),
-    ("ros2_control", "simd has its own controllers, and its joints are set over the network"),
     ("safety_controller", "its soft limits are a controller's matter; <limit> is read"),
     ("calibration", "simulated joints know where they are"),
     ("texture", "simd has colours only"),
@@ -25,6 +24,10 @@ const REASONS: &[(&str, &str)] = &[
 pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
     let tag = child.tag_name().name();
     let known = parent.children.iter().map(|known| known.tag);
+    if is_of_xacro(child) {
+        let message = "not read by simd: a call of a macro that xacro has not expanded";
+        return findings.warn(child, Ignored, message);
+    }
     if !is(child, tag) {
         return findings.info(child, Ignored, "not read by simd: it is of another namespace");
     }
@@ -40,6 +43,9 @@ pub(super) fn element(child: Node, parent: &Element, findings: &mut Findings) {
         let message =
             "not read by simd: a surface has friction, also against rolling and spinning, and restitution";
         return findings.info(child, Ignored, message);
+    }
+    if (parent.tag, tag) == ("collision", "material") {
+        return findings.info(child, Ignored, "not read by simd: a shape that touches is not drawn");
     }
     if let Some(reason) = REASONS.iter().find(|(known, _)| *known == tag).map(|(_, reason)| reason) {
         return findings.info(child, Ignored, format!("not read by simd: {reason}"));

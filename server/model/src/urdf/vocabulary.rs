@@ -149,7 +149,7 @@ const INERTIAL: Element = element(
     ],
 );
 
-/// PyBullet's words for what a link's surface is like.
+/// PyBullet's words for what a link's surface is like, and MuJoCo's for what it touches.
 const CONTACT: Element = ours(
     element(
         "contact",
@@ -159,6 +159,8 @@ const CONTACT: Element = ours(
             element("restitution", &[attribute("value", Numbers(1), Drop)], &[]),
             element("rolling_friction", &[attribute("value", Numbers(1), Drop)], &[]),
             element("spinning_friction", &[attribute("value", Numbers(1), Drop)], &[]),
+            element("contype", &[attribute("value", Numbers(1), Drop)], &[]),
+            element("conaffinity", &[attribute("value", Numbers(1), Drop)], &[]),
         ],
     ),
     "",
@@ -195,7 +197,11 @@ const JOINT: Element = element(
         ),
         element(
             "dynamics",
-            &[attribute("damping", Numbers(1), Leave), attribute("friction", Numbers(1), Leave)],
+            &[
+                attribute("damping", Numbers(1), Leave),
+                attribute("friction", Numbers(1), Leave),
+                attribute("armature", OursNumbers(1), Leave),
+            ],
             &[],
         ),
         element(
@@ -214,8 +220,8 @@ const JOINT: Element = element(
 pub(super) const NAMELESS: &str = "robot";
 
 /// The root. `version` is kept from urdf-rs, which would refuse what versions
-/// after 1.1 forbid; simd says what it thinks of a number itself. `<gazebo>` is
-/// [`surface`](super::surface)'s.
+/// after 1.1 forbid; simd says what it thinks of a number itself. What is not about
+/// one link or joint is [`setup`](super::setup)'s.
 pub(super) const ROBOT: Element = element(
     "robot",
     &[attribute("name", Name, Write(NAMELESS)), attribute("version", Unused, Leave)],

@@ -133,6 +133,7 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         },
         srdf: request.srdf.into(),
         collision_pairs: own_pairs(request.collision_pairs)?,
+        model: Path::ROOT.field("model").short(request.model)?,
         contact_settings: ContactSettings {
             self_collision: request.self_collision,
             links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,

@@ -2,6 +2,7 @@
 
 use simd_core::simulation::published_state::{EntityLayout, PublishedState, RootState};
 use simd_model::robot::{JointKind, Link, Sha256};
+use simd_model::setup::NamedState;
 use simd_model::{Disposition, LoadReport, RobotModel, Severity};
 use simd_proto::v1;
 
@@ -54,7 +55,18 @@ fn of_model(model: &RobotModel) -> v1::EntityInfo {
         links: model.links.iter().zip(parents).map(|(link, parent)| link_info(link, parent)).collect(),
         joints: count(model.joints.len()),
         moving_joints: count(model.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).count()),
+        states: model.setup.states.iter().map(|state| named_state(state, model)).collect(),
         ..v1::EntityInfo::default()
+    }
+}
+
+fn named_state(state: &NamedState, model: &RobotModel) -> v1::NamedState {
+    let position =
+        |(joint, position): &(usize, f64)| Some((model.joints.get(*joint)?.name.clone(), *position));
+    v1::NamedState {
+        name: state.name.clone(),
+        group: state.group.clone(),
+        positions: state.positions.iter().filter_map(position).collect(),
     }
 }
 
@@ -148,6 +160,7 @@ pub fn prepared(prepared: Prepared) -> v1::PrepareDescriptionResponse {
         description: prepared.description.to_string(),
         name: prepared.name,
         assets,
+        models: prepared.models,
     }
 }
 

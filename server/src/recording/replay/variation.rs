@@ -129,7 +129,11 @@ impl SecondRun {
         }
         let goes_back = matches!(
             command,
-            Command::Spawn(_) | Command::Reload(_) | Command::Reset(_) | Command::RestoreState { .. }
+            Command::Spawn(_)
+                | Command::SpawnAll(_)
+                | Command::Reload(_)
+                | Command::Reset(_)
+                | Command::RestoreState { .. }
         );
         if goes_back { self.change() } else { Ok(()) }
     }

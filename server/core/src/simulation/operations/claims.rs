@@ -70,6 +70,7 @@ impl Simulation {
                 self.allow_world(claim)
             }
             Command::Spawn(_)
+            | Command::SpawnAll(_)
             | Command::Claim(_)
             | Command::Release { .. }
             | Command::SaveState { .. }

@@ -8,7 +8,7 @@ use crate::dynamics::{Actuator, Mode};
 use crate::simulation::command::{
     ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration,
 };
-use crate::simulation::entity::{Entity, apply_mimics, is_robot_name};
+use crate::simulation::entity::{Entity, apply_mimics, described_pairs, is_robot_name};
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::wrench::ActiveWrench;
@@ -16,20 +16,35 @@ use crate::simulation::{EventKind, Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
+        let entity = self.prepared(spawn, &[])?;
+        Ok(Reply::Spawned { name: self.admit(entity) })
+    }
+
+    /// All of them or none.
+    pub(in crate::simulation) fn spawn_all(&mut self, spawns: &[Spawn]) -> Result<Reply, Error> {
+        let mut entities: Vec<Entity> = Vec::with_capacity(spawns.len());
+        for spawn in spawns {
+            let entity = self.prepared(spawn, &entities)?;
+            entities.push(entity);
+        }
+        Ok(Reply::SpawnedAll { names: entities.into_iter().map(|entity| self.admit(entity)).collect() })
+    }
+
+    /// A robot that can come into the world, where these come with it.
+    fn prepared(&self, spawn: &Spawn, with: &[Entity]) -> Result<Entity, Error> {
         let limit = self.limits.robots;
-        if self.entities.len() >= limit {
+        if self.entities.len() + with.len() >= limit {
             return Err(Error::LimitExceeded {
                 what: "the number of robots".into(),
                 value: limit as u64 + 1,
                 limit: limit as u64,
             });
         }
-        let name = self.free_name(&spawn.name, spawn.allow_renaming)?;
+        let name = self.free_name(&spawn.name, spawn.allow_renaming, with)?;
         check::pose("pose", &spawn.pose)?;
         let fixed = Spawn::is_base_fixed(&spawn.model, spawn.fixed_base);
         let model = std::sync::Arc::clone(&spawn.model);
-        let mut entity =
-            Entity::new(name.clone(), self.next_version, model, fixed, spawn.pose, spawn.passive);
+        let mut entity = Entity::new(name, self.next_version, model, fixed, spawn.pose, spawn.passive);
         entity.state.loaded_at_start = spawn.loaded_at_start;
         for (joint, position) in &spawn.joint_positions {
             let value = check::moderate(&format!("joint_positions[{joint:?}]"), *position)?;
@@ -46,19 +61,28 @@ impl Simulation {
         let tree = std::sync::Arc::clone(entity.body.tree());
         apply_mimics(&tree, entity.body.positions_mut());
         entity.body.set_default_gains();
+        entity.use_described_gains();
         entity.state.spawned = std::sync::Arc::new(entity.body.state().clone());
         entity.state.contact_settings = spawn.contact_settings.clone();
+        entity.state.contact_settings.self_collision |= spawn.model.setup.self_collision;
+        entity.switch_pairs(&described_pairs(&spawn.model), "collision_pairs")?;
         entity.switch_pairs(&spawn.collision_pairs, "collision_pairs")?;
         entity.make_colliders(&spawn.shapes)?;
+        Ok(entity)
+    }
+
+    /// Brings a robot in that was prepared; gives its name.
+    fn admit(&mut self, mut entity: Entity) -> String {
         // What sleeps is not looked for by what cannot move.
-        if tree.fixed_base {
+        if entity.body.tree().fixed_base {
             self.entities.iter_mut().for_each(Entity::wake);
         }
-        self.take_version();
+        entity.version = self.take_version();
+        let name = entity.state.name.clone();
         self.entities.push(entity);
         self.lay_out();
         self.happened(EventKind::EntitySpawned { robot: name.clone() });
-        Ok(Reply::Spawned { name })
+        name
     }
 
     pub(in crate::simulation) fn reload(&mut self, reload: &Reload) -> Result<Reply, Error> {
@@ -213,12 +237,12 @@ impl Simulation {
     }
 
     /// The name, or with `allow_renaming` the first free one of the name with a number.
-    fn free_name(&self, name: &str, allow_renaming: bool) -> Result<String, Error> {
+    fn free_name(&self, name: &str, allow_renaming: bool, with: &[Entity]) -> Result<String, Error> {
         if !is_robot_name(name) {
             let expected = "it must be letters, digits, `_` and `-`, at least one";
             return Err(check::refuse("name", format!("{name:?}"), expected));
         }
-        let taken = |name: &str| self.entities.iter().any(|entity| entity.state.name == name);
+        let taken = |name: &str| self.entities.iter().chain(with).any(|entity| entity.state.name == name);
         if !taken(name) {
             return Ok(name.to_owned());
         }

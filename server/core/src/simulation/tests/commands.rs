@@ -145,7 +145,12 @@ fn a_robot_whose_state_is_not_finite_is_put_back_and_the_others_go_on() {
 #[test]
 fn a_free_root_falls_as_the_formula_says() {
     let body = Inertial { mass: 2.0, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(DVec3::ONE) };
-    let model = RobotModel { name: "box".into(), links: vec![link("box", body)], joints: Vec::new() };
+    let model = RobotModel {
+        name: "box".into(),
+        links: vec![link("box", body)],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    };
     let start = Spawn { fixed_base: None, ..spawn("box", Arc::new(model)) };
     for (integrator, early) in [(Integrator::Leapfrog, 0.0), (Integrator::Euler, 1.0)] {
         let mut world = world_with(1e-3, start.clone());

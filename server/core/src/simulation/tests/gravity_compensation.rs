@@ -28,7 +28,7 @@ fn slide_and_two_links(change: impl FnOnce(&mut [Joint])) -> Arc<RobotModel> {
     ];
     change(&mut joints);
     let links = std::iter::once(one.links[0].clone()).chain(links).collect();
-    Arc::new(RobotModel { name: "arm".into(), links, joints })
+    Arc::new(RobotModel { name: "arm".into(), links, joints, ..RobotModel::default() })
 }
 
 /// On its side, with springs that hold nothing.

@@ -57,6 +57,7 @@ fn arm_with(change: impl FnOnce(&mut Joint)) -> Arc<RobotModel> {
         name: "arm".into(),
         links: vec![link("base_link", Inertial::ZERO), link("arm", arm)],
         joints: vec![joint],
+        ..RobotModel::default()
     })
 }
 

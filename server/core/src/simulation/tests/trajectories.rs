@@ -15,7 +15,7 @@ fn two_links() -> Arc<RobotModel> {
         parent_from_joint: DPose3::from_translation(DVec3::new(0.3, 0.0, 0.0)),
         ..arm_joint()
     });
-    Arc::new(RobotModel { name: "arm".into(), links, joints })
+    Arc::new(RobotModel { name: "arm".into(), links, joints, ..RobotModel::default() })
 }
 
 fn armed() -> Simulation {

@@ -6,7 +6,7 @@ use super::*;
 fn a_root_element_other_than_robot_is_named_in_the_refusal() {
     assert_eq!(
         refusal("<?xml version='1.0'?>\n<sdf/>"),
-        "line 2: this is not a URDF: the root element is <sdf>; convert SDF to URDF first"
+        "line 2: this is not a URDF: the root element is <sdf>; `simctl robot convert` writes it as URDF"
     );
     assert!(describe(b"<COLLADA/>").unwrap_err().message.contains("the root element is <COLLADA>"));
 }

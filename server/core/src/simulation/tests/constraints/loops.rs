@@ -22,6 +22,7 @@ fn four_bar() -> Arc<RobotModel> {
             hinge_at("coupler_joint", (1, 2), DVec3::X * CRANK, DVec3::Y),
             hinge_at("rocker_joint", (0, 3), DVec3::X * GROUND, DVec3::Y),
         ],
+        ..RobotModel::default()
     })
 }
 

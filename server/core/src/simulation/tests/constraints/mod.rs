@@ -22,7 +22,12 @@ fn body(mass: f64, size: DVec3) -> Arc<RobotModel> {
     let square = size * size;
     let moment = DVec3::new(square.y + square.z, square.x + square.z, square.x + square.y) * (mass / 12.0);
     let inertial = Inertial { mass, center_of_mass: DVec3::ZERO, inertia: DMat3::from_diagonal(moment) };
-    Arc::new(RobotModel { name: "body".into(), links: vec![link("body", inertial)], joints: Vec::new() })
+    Arc::new(RobotModel {
+        name: "body".into(),
+        links: vec![link("body", inertial)],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    })
 }
 
 fn hinge_at(name: &str, (parent, child): (usize, usize), at: DVec3, axis: DVec3) -> Joint {

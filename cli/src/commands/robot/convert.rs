@@ -1,0 +1,129 @@
+//! `simctl robot convert`: a description as URDF.
+
+use std::{fs, path::PathBuf};
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use serde::Serialize;
+use simd_client::Package;
+use simd_model::{Finding, LoadLimits, Severity, TranslatedModel};
+
+use super::{options, validate::Files, xacro_argument};
+use crate::{
+    args::{PackageFolder, package_folder},
+    failure::{hint, warn},
+    output::{Output, View, table::Page},
+};
+
+#[derive(Args, Debug)]
+pub(crate) struct Convert {
+    /// An SDF, MJCF, xacro or URDF file, or the folder of a ROS package that holds one
+    path: PathBuf,
+    /// Where the URDF goes: a file, or for all robots of an SDF or MJCF a folder; it is printed where this is left out
+    #[arg(long, value_name = "PATH")]
+    to: Option<PathBuf>,
+    /// Which robot of an SDF or MJCF
+    #[arg(long, value_name = "NAME")]
+    model: Option<String>,
+    /// Where a ROS package is that the description names; may be given again
+    #[arg(long = "package", value_name = "NAME=FOLDER", value_parser = package_folder)]
+    packages: Vec<PackageFolder>,
+    /// An argument of a xacro file; may be given again
+    #[arg(long = "xacro-arg", value_name = "NAME=VALUE", value_parser = xacro_argument)]
+    xacro_arguments: Vec<(String, String)>,
+}
+
+/// Reads the description with the readers that the daemon uses.
+pub(crate) fn run(arguments: &Convert, output: Output) -> anyhow::Result<()> {
+    let package =
+        Package::open_with(&arguments.path, &options(&arguments.packages, &arguments.xacro_arguments))?;
+    package.xacro_messages().iter().for_each(|message| hint(message));
+    let path = package.path.display();
+    let translation = simd_model::translate(&package.urdf, &Files(&package.locator), &LoadLimits::default())
+        .map_err(|refused| anyhow::anyhow!("{path}: refused: {refused}"))?;
+    let Some(translation) = translation else {
+        let text = String::from_utf8_lossy(&package.urdf).into_owned();
+        let robot = Converted { model: String::new(), path: None, pose: None, fixed: None, urdf: Some(text) };
+        return output.one(&Conversion { robots: vec![robot.written(arguments.to.as_ref())?] });
+    };
+    for finding in translation.report.condensed().at_least(Severity::Warning) {
+        warn(&said(finding));
+    }
+    let models: Vec<&TranslatedModel> = match &arguments.model {
+        Some(name) => vec![translation.model(name)?],
+        None => translation.models.iter().collect(),
+    };
+    if let ([_, _, ..], None) = (&models[..], &arguments.to) {
+        let names: Vec<&str> = models.iter().map(|model| model.name.as_str()).collect();
+        bail!(
+            "{path} holds several robots: say which by --model, or a folder for all by --to: {}",
+            names.join(", ")
+        );
+    }
+    let is_alone = models.len() == 1;
+    let mut robots = Vec::new();
+    for model in models {
+        let to = match &arguments.to {
+            Some(folder) if !is_alone || folder.is_dir() => {
+                fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+                Some(folder.join(format!("{}.urdf", simd_model::wire_name(&model.name))))
+            }
+            to => to.clone(),
+        };
+        let [x, y, z] = model.pose.translation.to_array();
+        let [qx, qy, qz, qw] = model.pose.rotation.to_array();
+        let robot = Converted {
+            model: model.name.clone(),
+            path: None,
+            pose: Some([x, y, z, qx, qy, qz, qw]),
+            fixed: Some(model.fixed),
+            urdf: Some(model.urdf.clone()),
+        };
+        robots.push(robot.written(to.as_ref())?);
+    }
+    output.one(&Conversion { robots })
+}
+
+fn said(finding: &Finding) -> String {
+    let line = finding.line.map_or_else(String::new, |line| format!(", line {line}"));
+    let file = finding.file.as_ref().map_or_else(String::new, |file| format!(" of {file}"));
+    format!("{}{line}{file}: {}", finding.element, finding.message)
+}
+
+#[derive(Serialize)]
+struct Conversion {
+    robots: Vec<Converted>,
+}
+
+#[derive(Serialize)]
+struct Converted {
+    model: String,
+    path: Option<String>,
+    /// Where the file puts its root link: x y z, and the quaternion x y z w.
+    pose: Option<[f64; 7]>,
+    /// Its root link does not move there.
+    fixed: Option<bool>,
+    /// Where it was not written to a file.
+    urdf: Option<String>,
+}
+
+impl Converted {
+    /// Writes it to a file, if there is one to be.
+    fn written(mut self, to: Option<&PathBuf>) -> anyhow::Result<Self> {
+        if let Some(path) = to {
+            let text = self.urdf.take().unwrap_or_default();
+            fs::write(path, text).with_context(|| path.display().to_string())?;
+            self.path = Some(path.display().to_string());
+        }
+        Ok(self)
+    }
+}
+
+impl View for Conversion {
+    fn page(&self) -> Page {
+        self.robots.iter().fold(Page::new(), |page, robot| match (&robot.urdf, &robot.path) {
+            (Some(urdf), _) => page.line(urdf.trim_end().to_owned()),
+            (None, path) => page.line(format!("{}: {}", robot.model, path.as_deref().unwrap_or_default())),
+        })
+    }
+}

@@ -1,0 +1,98 @@
+//! A robot as its description says that it begins: see [`simd_model::setup`].
+
+use simd_model::RobotModel;
+use simd_model::setup::{DriveMode, JointSetup};
+
+use super::Entity;
+use super::joints::is_actuated;
+use crate::collision::Groups;
+use crate::dynamics::{Actuator, Mode, Tree};
+use crate::simulation::command::CollisionPair;
+
+/// The body of each joint of one axis of which something is said.
+fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> impl Iterator<Item = (&'m JointSetup, usize)> {
+    let body = |setup: &'m JointSetup| {
+        let mut bodies = tree.joints.get(setup.joint)?.clone();
+        let body = bodies.next().filter(|_| bodies.next().is_none())?;
+        is_actuated(model, tree, body).then_some((setup, body))
+    };
+    model.setup.joints.iter().filter_map(body).collect::<Vec<_>>().into_iter()
+}
+
+/// Rotor inertias by index of the velocity, and first positions by index of the position.
+pub(super) fn armatures(model: &RobotModel, tree: &Tree) -> Vec<(usize, f64)> {
+    bodies(model, tree).map(|(setup, body)| (tree.bodies[body].velocity, setup.armature)).collect()
+}
+
+/// First positions by index of the position.
+pub(super) fn positions(model: &RobotModel, tree: &Tree) -> Vec<(usize, f64)> {
+    let position = |(setup, body): (&JointSetup, usize)| Some((tree.bodies[body].position, setup.position?));
+    bodies(model, tree).filter_map(position).collect()
+}
+
+/// The groups of each link.
+pub(super) fn groups(model: &RobotModel) -> Vec<Groups> {
+    let mut groups = vec![Groups::default(); model.links.len()];
+    for said in &model.setup.groups {
+        if let Some(slot) = groups.get_mut(said.link) {
+            *slot = Groups { group: said.group, mask: said.mask };
+        }
+    }
+    groups
+}
+
+/// Pairs of links that it switches, as a command has them.
+pub(in crate::simulation) fn pairs(model: &RobotModel) -> Vec<CollisionPair> {
+    let name = |link: usize| model.links.get(link).map(|link| link.name.clone());
+    let pair = |pair: &simd_model::setup::LinkPair| {
+        let [link, other_link] = pair.links.map(name);
+        let (link, other_link) = (link?, other_link?);
+        Some(CollisionPair { link, other_link, enabled: Some(pair.enabled), ..CollisionPair::default() })
+    };
+    model.setup.pairs.iter().filter_map(pair).collect()
+}
+
+impl Entity {
+    /// Has actuators do what the description says. Springs are no actuators: they are there also in a robot that is
+    /// not driven.
+    pub(super) fn begin_as_described(&mut self, passive: bool) {
+        let model = std::sync::Arc::clone(&self.model);
+        let tree = std::sync::Arc::clone(self.body.tree());
+        for (setup, body) in bodies(&model, &tree) {
+            let actuator = &mut self.body.axes_mut()[tree.bodies[body].velocity].actuator;
+            *actuator = match setup.mode {
+                Some(DriveMode::Spring(rest)) => Actuator {
+                    mode: Mode::Position,
+                    target: rest,
+                    setpoint: rest,
+                    stiffness: setup.stiffness,
+                    damping: setup.damping,
+                    ..Actuator::default()
+                },
+                _ if passive => continue,
+                None => continue,
+                Some(DriveMode::Passive) => Actuator { mode: Mode::Passive, ..Actuator::default() },
+                Some(DriveMode::Velocity) => {
+                    Actuator { mode: Mode::Velocity, damping: setup.damping, ..Actuator::default() }
+                }
+                Some(DriveMode::Effort) => Actuator { mode: Mode::Effort, ..Actuator::default() },
+            };
+        }
+        self.use_described_gains();
+    }
+
+    /// Puts the description's gains in the place of those that follow from inertia.
+    pub(in crate::simulation) fn use_described_gains(&mut self) {
+        let model = std::sync::Arc::clone(&self.model);
+        let tree = std::sync::Arc::clone(self.body.tree());
+        for (setup, body) in bodies(&model, &tree) {
+            if matches!(setup.mode, Some(DriveMode::Spring(_))) {
+                continue;
+            }
+            let settings = &mut self.body.axes_mut()[tree.bodies[body].velocity].settings;
+            let Some(stiffness) = setup.stiffness else { continue };
+            settings.default_stiffness = stiffness;
+            settings.default_damping = setup.damping.unwrap_or(0.0);
+        }
+    }
+}

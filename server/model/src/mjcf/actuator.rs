@@ -1,0 +1,146 @@
+//! `<actuator>`: motors, and position and velocity servos of joints, also where they are written as `general`.
+
+use super::Reader;
+use super::defaults::Classed;
+use super::joint::{Joints, Kind, is_limited};
+use crate::report::Disposition::{Ignored, Used};
+use crate::report::short;
+use crate::translation::draft::DraftDrive;
+use crate::translation::element::Element;
+use crate::translation::notes::Stop;
+use crate::urdf::findings::quoted;
+
+/// What drives a joint, before the gear.
+enum Law {
+    /// Force by control.
+    Motor(f64),
+    /// Stiffness, damping.
+    Position(f64, Option<f64>),
+    /// Damping.
+    Velocity(f64),
+}
+
+/// What actuators say of joints.
+pub(super) fn read<'a>(
+    elements: &[Element<'a>],
+    reader: &mut Reader<'a>,
+    joints: &mut Joints,
+) -> Result<(), Stop> {
+    for element in elements.iter().copied() {
+        let tags = match element.tag() {
+            "motor" => ["motor", "general"],
+            "position" => ["position", "general"],
+            "velocity" => ["velocity", "general"],
+            "general" => ["general", "general"],
+            other => {
+                let message = format!("simd has no actuator {other:.40}: the joint is without it");
+                reader.notes.warn(element, Ignored, message);
+                continue;
+            }
+        };
+        let Some(joint) = element.word("joint").or_else(|| element.word("jointinparent")) else {
+            reader.notes.warn(element, Ignored, "only joints have actuators in simd: left out");
+            continue;
+        };
+        let Some((kind, _)) = joints.known.get(joint).copied() else {
+            let message = format!("there is no joint {} that could have it: left out", quoted(joint));
+            reader.notes.warn(element, Ignored, message);
+            continue;
+        };
+        if kind == Kind::Ball {
+            reader.notes.warn(element, Ignored, "ball joints have no actuators in simd: left out");
+            continue;
+        }
+        let actuator = reader.classes.of(element, None, tags);
+        let Some(law) = law(&actuator)? else {
+            let message =
+                "it is neither a motor nor a servo of position or velocity: the joint is without it";
+            reader.notes.warn(element, Ignored, message);
+            continue;
+        };
+        if joints.drives.contains_key(joint) {
+            let message = format!("the joint {} has an actuator already, which is used", quoted(joint));
+            reader.notes.warn(element, Ignored, message);
+            continue;
+        }
+        let gear = actuator.list("gear", 6)?.and_then(|gear| gear.first().copied()).unwrap_or(1.0);
+        let most = |name: &str, limited: &str| -> Result<Option<f64>, Stop> {
+            let Some(range) = actuator.list(name, 2)? else { return Ok(None) };
+            let holds = is_limited(&actuator, limited, true, &reader.compiler);
+            let most = range.iter().fold(0.0_f64, |most, end| most.max(end.abs()));
+            Ok(Some(most).filter(|most| holds && *most > 0.0))
+        };
+        let force = most("forcerange", "forcelimited")?.map(|force| force * gear.abs());
+        let (drive, effort) = match law {
+            Law::Motor(gain) => {
+                let control = most("ctrlrange", "ctrllimited")?.map(|control| (control * gain * gear).abs());
+                let effort = match (force, control) {
+                    (Some(force), Some(control)) => Some(force.min(control)),
+                    (force, control) => force.or(control),
+                };
+                (DraftDrive { command: Some("effort"), ..DraftDrive::default() }, effort)
+            }
+            Law::Position(stiffness, damping) => {
+                let by = gear * gear;
+                let (stiffness, damping) = (Some(stiffness * by), damping.map(|damping| damping * by));
+                (DraftDrive { command: Some("position"), stiffness, damping }, force)
+            }
+            Law::Velocity(damping) => {
+                let damping = Some(damping * gear * gear);
+                (DraftDrive { command: Some("velocity"), stiffness: None, damping }, force)
+            }
+        };
+        let effort_said = effort.map_or_else(String::new, |most| format!(", at most {}", short(most)));
+        let command = drive.command.unwrap_or_default();
+        let message = format!("joint {}: driven by {command}{effort_said}", quoted(joint));
+        reader.notes.info(element, Used, message);
+        joints.drives.insert(joint.to_owned(), drive);
+        if let Some(effort) = effort {
+            joints.efforts.insert(joint.to_owned(), effort);
+        }
+    }
+    Ok(())
+}
+
+fn law(actuator: &Classed) -> Result<Option<Law>, Stop> {
+    let number = |name: &str| actuator.number(name);
+    Ok(Some(match actuator.element.tag() {
+        "motor" => Law::Motor(1.0),
+        "position" => {
+            let stiffness = number("kp")?.unwrap_or(1.0);
+            // A ratio of damping needs the inertia: critical damping is the core's default.
+            let damping = match (number("kv")?, number("dampratio")?) {
+                (Some(damping), _) => Some(damping),
+                (None, Some(ratio)) if ratio > 0.0 => None,
+                (None, _) => Some(0.0),
+            };
+            Law::Position(stiffness, damping)
+        }
+        "velocity" => Law::Velocity(number("kv")?.unwrap_or(1.0)),
+        _ => return general(actuator),
+    }))
+}
+
+/// force = gain * control + bias, where the gain is fixed and the bias none or b0 + b1 q + b2 qd.
+fn general(actuator: &Classed) -> Result<Option<Law>, Stop> {
+    if actuator.word("dyntype").is_some_and(|word| word != "none")
+        || actuator.word("gaintype").is_some_and(|word| word != "fixed")
+    {
+        return Ok(None);
+    }
+    let gain = actuator.list("gainprm", 10)?.and_then(|gain| gain.first().copied()).unwrap_or(1.0);
+    let bias = actuator.list("biasprm", 10)?.unwrap_or_default();
+    let bias = |place: usize| bias.get(place).copied().unwrap_or(0.0);
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
+    Ok(match actuator.word("biastype").unwrap_or("none") {
+        "none" => Some(Law::Motor(gain)),
+        "affine" if bias(0) == 0.0 && near(bias(1), -gain) && gain > 0.0 => {
+            // A positive one is a ratio of damping, which needs the inertia.
+            Some(Law::Position(gain, if bias(2) > 0.0 { None } else { Some(-bias(2)) }))
+        }
+        "affine" if bias(0) == 0.0 && bias(1) == 0.0 && near(bias(2), -gain) && gain > 0.0 => {
+            Some(Law::Velocity(gain))
+        }
+        _ => None,
+    })
+}

@@ -1,0 +1,131 @@
+//! `<asset>`: meshes, height fields and materials, by name.
+
+use std::collections::BTreeMap;
+
+use glamx::{DPose3, DQuat, DVec3};
+
+use super::compiler::Compiler;
+use super::defaults::Classes;
+use super::value;
+use crate::report::Disposition::{Ignored, Repaired};
+use crate::translation::element::Element;
+use crate::translation::notes::{Notes, Stop};
+
+/// What geoms name.
+#[derive(Default)]
+pub(super) struct Library {
+    pub(super) meshes: BTreeMap<String, Mesh>,
+    /// URI, and size: along x, y, and up.
+    pub(super) heights: BTreeMap<String, (String, DVec3)>,
+    pub(super) colors: BTreeMap<String, [f64; 4]>,
+}
+
+/// A mesh file, and how it is put into a geom.
+#[derive(Clone, Debug)]
+pub(super) struct Mesh {
+    pub(super) uri: String,
+    pub(super) scale: DVec3,
+    /// `geom_from_mesh`, of the scaled mesh.
+    pub(super) geom_from_mesh: DPose3,
+    pub(super) inertia: MeshInertia,
+}
+
+/// How the inertia of a mesh follows from its triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MeshInertia {
+    /// Of volumes that count as positive, or with their sign.
+    Volume { signed: bool },
+    /// As in a URDF.
+    Other,
+}
+
+impl Library {
+    pub(super) fn read<'a>(
+        &mut self,
+        elements: &[Element<'a>],
+        compiler: &Compiler,
+        classes: &Classes<'a>,
+        notes: &mut Notes,
+    ) -> Result<(), Stop> {
+        for element in elements.iter().copied() {
+            match element.tag() {
+                "mesh" => self.mesh(element, compiler, classes, notes)?,
+                "hfield" => self.height_field(element, compiler, notes)?,
+                "material" => {
+                    let material = classes.of(element, None, ["material", "material"]);
+                    if let (Some(name), Some(color)) =
+                        (element.word("name"), material.numbers("rgba", notes)?)
+                    {
+                        self.colors.insert(name.to_owned(), color);
+                    }
+                }
+                "texture" => {}
+                "model" => {
+                    notes.warn(element, Ignored, "not read by simd: models that are attached are left out")
+                }
+                "skin" => notes.warn(element, Ignored, "not read by simd: it is not drawn"),
+                _ => notes.info(element, Ignored, "not read by simd"),
+            }
+        }
+        Ok(())
+    }
+
+    fn mesh<'a>(
+        &mut self,
+        element: Element<'a>,
+        compiler: &Compiler,
+        classes: &Classes<'a>,
+        notes: &mut Notes,
+    ) -> Result<(), Stop> {
+        let mesh = classes.of(element, None, ["mesh", "mesh"]);
+        let Some(file) = mesh.word("file") else {
+            let message = "simd reads meshes from files alone: geoms of this one are left out";
+            notes.warn(element, Ignored, message);
+            return Ok(());
+        };
+        let scale = mesh.numbers("scale", notes)?.map_or(DVec3::ONE, DVec3::from_array);
+        let at = mesh.numbers("refpos", notes)?.map_or(DVec3::ZERO, DVec3::from_array);
+        let [w, x, y, z] = mesh.numbers("refquat", notes)?.unwrap_or([1.0, 0.0, 0.0, 0.0]);
+        let turn = DQuat::from_xyzw(x, y, z, w);
+        if turn.length() < 1e-9 {
+            return Err(Stop::at(element, "its refquat is 0"));
+        }
+        let reference = DPose3::from_parts(at * scale, turn.normalize());
+        let uneven = scale.max_element() != scale.min_element();
+        if uneven && reference.rotation.to_scaled_axis().length() > 1e-9 {
+            notes.warn(element, Repaired, "it is scaled before it is turned by its refquat");
+        }
+        // A mesh without a name has that of its file.
+        let stem = || {
+            let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+            name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+        };
+        let name = element.word("name").unwrap_or_else(stem).to_owned();
+        let inertia = match mesh.word("inertia").unwrap_or("legacy") {
+            "legacy" => MeshInertia::Volume { signed: false },
+            "exact" => MeshInertia::Volume { signed: true },
+            other => {
+                let message = format!("its inertia is taken of its volume, and not as {other:.20}");
+                notes.warn(element, Repaired, message);
+                MeshInertia::Other
+            }
+        };
+        let uri = compiler.mesh_uri(file);
+        self.meshes.insert(name, Mesh { uri, scale, geom_from_mesh: reference.inverse(), inertia });
+        Ok(())
+    }
+
+    fn height_field(&mut self, element: Element, compiler: &Compiler, notes: &mut Notes) -> Result<(), Stop> {
+        let (Some(name), Some(file)) =
+            (element.word("name").or_else(|| element.word("file")), element.word("file"))
+        else {
+            let message = "simd reads height fields from pictures alone: geoms of this one are left out";
+            notes.warn(element, Ignored, message);
+            return Ok(());
+        };
+        let [x, y, up, _below] = value::numbers::<4>(element, "size", notes)?
+            .ok_or_else(|| Stop::at(element, "it has no size"))?;
+        self.heights.insert(name.to_owned(), (compiler.mesh_uri(file), DVec3::new(2.0 * x, 2.0 * y, up)));
+        Ok(())
+    }
+}

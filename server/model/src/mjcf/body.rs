@@ -1,0 +1,270 @@
+//! Bodies: what each holds, and where it is in the one above it.
+
+use glamx::{DMat3, DPose3, DVec3};
+
+use super::geom::Geom;
+use super::joint::BodyJoint;
+use super::{Reader, files, geom, joint};
+use crate::inertia;
+use crate::report::Disposition::{Ignored, Repaired, Used};
+use crate::robot::Inertial;
+use crate::translation::draft::At;
+use crate::translation::element::Element;
+use crate::translation::notes::Stop;
+
+/// A body, or the world, which is the first.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) at: At,
+    /// Index of the body that it hangs on; that of the world is its own.
+    pub(super) parent: usize,
+    pub(super) parent_from_body: DPose3,
+    /// Mass and inertia, whichever it comes from.
+    pub(super) inertial: Inertial,
+    /// In their order.
+    pub(super) joints: Vec<BodyJoint>,
+    /// It hangs on nothing.
+    pub(super) is_free: bool,
+    pub(super) geoms: Vec<Geom>,
+    /// Where its own inertial says so.
+    given: Option<Inertial>,
+}
+
+/// What is around the content of a body.
+#[derive(Clone, Copy)]
+pub(super) struct Inside {
+    /// The class of elements that give none.
+    class: Option<usize>,
+    /// `body_from_frame`, where a `<frame>` is around it.
+    frame: DPose3,
+    depth: usize,
+}
+
+/// Bodies inside one another.
+const MOST_NESTED: usize = 100;
+
+impl Inside {
+    pub(super) fn world() -> Self {
+        Self { class: None, frame: DPose3::IDENTITY, depth: 0 }
+    }
+}
+
+impl Body {
+    pub(super) fn world(root: Element) -> Self {
+        Self {
+            name: "world".to_owned(),
+            at: (root.file, root.line()),
+            parent: 0,
+            parent_from_body: DPose3::IDENTITY,
+            inertial: Inertial::ZERO,
+            joints: Vec::new(),
+            is_free: false,
+            geoms: Vec::new(),
+            given: None,
+        }
+    }
+}
+
+impl<'a> Reader<'a> {
+    /// What is in a body, a frame or the world.
+    pub(super) fn content(&mut self, section: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+        if inside.depth > MOST_NESTED {
+            let message = format!("bodies stand inside one another, deeper than {MOST_NESTED} levels");
+            return Err(Stop::at(section, message));
+        }
+        for element in files::expanded(section, self.sources, self.places)? {
+            match element.tag() {
+                "body" => self.body(element, body, inside)?,
+                "frame" => {
+                    let frame = self.classes.of(element, None, ["frame", "frame"]);
+                    let pose = frame.pose(&self.compiler, &mut self.notes)?;
+                    let class =
+                        element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
+                    let inner = Inside { class, frame: inside.frame * pose, depth: inside.depth + 1 };
+                    self.content(element, body, inner)?;
+                }
+                "geom" => self.geom(element, body, inside)?,
+                "joint" | "freejoint" => self.joint(element, body, inside)?,
+                "inertial" => {
+                    let given = self.inertial(element, inside)?;
+                    if let Some(slot) = self.bodies.get_mut(body) {
+                        slot.given = Some(given);
+                    }
+                }
+                "site" | "camera" | "light" => {}
+                "composite" | "flexcomp" | "replicate" | "attach" | "plugin" => {
+                    let message = "not read by simd: the robot is without it";
+                    self.notes.warn(element, Ignored, message);
+                }
+                _ => self.notes.info(element, Ignored, "not read by simd"),
+            }
+        }
+        Ok(())
+    }
+
+    fn body(&mut self, element: Element<'a>, parent: usize, inside: Inside) -> Result<(), Stop> {
+        let index = self.bodies.len();
+        if index > crate::MOST_LINKS {
+            let message = format!("it has more than {} bodies", crate::MOST_LINKS);
+            return Err(Stop::at(element, message));
+        }
+        let pose = self.classes.of(element, None, ["body", "body"]).pose(&self.compiler, &mut self.notes)?;
+        let name = element.word("name").map_or_else(|| format!("body_{index}"), str::to_owned);
+        // Names of all bodies differ, or the file is refused by MuJoCo too.
+        if element.word("name").is_some() && !self.names.take(&name) {
+            return Err(Stop::at(element, "another body has this name"));
+        }
+        let name = if element.word("name").is_some() { name } else { self.names.unique(&name) };
+        if element.word("mocap") == Some("true") {
+            let message = "simd has no mocap bodies: it stands still";
+            self.notes.warn(element, Ignored, message);
+        }
+        if element.word("gravcomp").is_some_and(|word| word.parse() != Ok(0.0)) {
+            let message = "gravcomp is not read: joints have gravity compensation in simd";
+            self.notes.warn(element, Ignored, message);
+        }
+        self.bodies.push(Body {
+            name,
+            at: (element.file, element.line()),
+            parent,
+            parent_from_body: inside.frame * pose,
+            ..Body::world(element)
+        });
+        let class = element.word("childclass").and_then(|name| self.classes.find(name)).or(inside.class);
+        let inner = Inside { class, frame: DPose3::IDENTITY, depth: inside.depth + 1 };
+        self.content(element, index, inner)
+    }
+
+    fn geom(&mut self, element: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+        self.geoms += 1;
+        let most = self.limits.shapes;
+        if self.geoms > most {
+            return Err(Stop::at(element, format!("it has more than {most} geoms")));
+        }
+        let geom = self.classes.of(element, inside.class, ["geom", "geom"]);
+        let context = geom::Context {
+            compiler: &self.compiler,
+            library: &self.library,
+            assets: self.assets,
+            limits: self.limits,
+        };
+        let read = geom::read(&geom, &inside.frame, &context, &mut self.notes)?;
+        if let Some(slot) = self.bodies.get_mut(body) {
+            slot.geoms.extend(read);
+        }
+        Ok(())
+    }
+
+    fn joint(&mut self, element: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+        if body == 0 {
+            return Err(Stop::at(element, "the world has no joints"));
+        }
+        let joint = self.classes.of(element, inside.class, ["joint", "joint"]);
+        let is_free = element.tag() == "freejoint" || joint.word("type") == Some("free");
+        if joint.word("type") == Some("fixed") {
+            self.notes.info(
+                element,
+                Used,
+                "no joint of MuJoCo, but PyBullet's way to say that the body has none",
+            );
+            return Ok(());
+        }
+        let Some(slot) = self.bodies.get_mut(body) else { return Ok(()) };
+        if is_free {
+            if slot.parent != 0 || !slot.joints.is_empty() {
+                return Err(Stop::at(element, "a free joint is for a body of the world that has no other"));
+            }
+            slot.is_free = true;
+            return Ok(());
+        }
+        if slot.is_free {
+            return Err(Stop::at(element, "the body has a free joint, and no other"));
+        }
+        let count = slot.joints.len();
+        if count >= 6 {
+            return Err(Stop::at(element, "a body has at most 6 joints"));
+        }
+        let name = element.word("name").map_or_else(
+            || {
+                if count == 0 {
+                    format!("{}_joint", slot.name)
+                } else {
+                    format!("{}_joint_{}", slot.name, count + 1)
+                }
+            },
+            str::to_owned,
+        );
+        let read = joint::read(&joint, name, &inside.frame, &self.compiler, &mut self.notes)?;
+        slot.joints.push(read);
+        Ok(())
+    }
+
+    fn inertial(&mut self, element: Element<'a>, inside: Inside) -> Result<Inertial, Stop> {
+        let inertial = self.classes.of(element, None, ["inertial", "inertial"]);
+        let pose = inside.frame * inertial.pose(&self.compiler, &mut self.notes)?;
+        let mass = inertial.number("mass")?.ok_or_else(|| Stop::at(element, "it has no mass"))?;
+        let full: Option<[f64; 6]> = inertial.numbers("fullinertia", &mut self.notes)?;
+        let diagonal: Option<[f64; 3]> = inertial.numbers("diaginertia", &mut self.notes)?;
+        let tensor = match (full, diagonal) {
+            (Some([xx, yy, zz, xy, xz, yz]), _) => {
+                DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
+            }
+            (None, Some(diagonal)) => DMat3::from_diagonal(DVec3::from_array(diagonal)),
+            (None, None) => {
+                let message = "it has neither diaginertia nor fullinertia: the moments of its geoms are taken, of its mass";
+                self.notes.warn(element, Repaired, message);
+                DMat3::ZERO
+            }
+        };
+        let inertia = inertia::rotated(tensor, pose.rotation);
+        Ok(Inertial { mass, center_of_mass: pose.translation, inertia })
+    }
+
+    /// Masses of all bodies: their own or those of their geoms, within the compiler's bounds.
+    pub(super) fn finish_masses(&mut self) {
+        let compiler = &self.compiler;
+        for body in self.bodies.iter_mut().skip(1) {
+            let given = body.given.filter(|_| compiler.inertia_from_geoms != Some(true));
+            let from_geoms = || geom::together(&body.geoms, compiler.inertia_groups);
+            body.inertial = match (given, compiler.inertia_from_geoms) {
+                (Some(given), _) if given.inertia == DMat3::ZERO && given.mass > 0.0 => {
+                    let geoms = from_geoms();
+                    let factor = if geoms.mass > 0.0 { given.mass / geoms.mass } else { 0.0 };
+                    Inertial { inertia: geoms.inertia * factor, ..given }
+                }
+                (Some(given), _) => given,
+                (None, Some(false)) => Inertial::ZERO,
+                (None, _) => from_geoms(),
+            };
+            let inertial = &mut body.inertial;
+            inertial.mass = inertial.mass.max(compiler.bound_mass);
+            if compiler.bound_inertia > 0.0 {
+                inertial.inertia = at_least(inertial.inertia, compiler.bound_inertia);
+            }
+            if compiler.balance_inertia && inertia::checked(inertial.inertia).is_err() {
+                let mean =
+                    (inertial.inertia.x_axis.x + inertial.inertia.y_axis.y + inertial.inertia.z_axis.z) / 3.0;
+                inertial.inertia = DMat3::from_diagonal(DVec3::splat(mean));
+                let message = format!("the inertia of {:?} is none that a body has: balanced", body.name);
+                self.notes.of_place(Repaired, body.at, message);
+            }
+        }
+        let all: f64 = self.bodies.iter().map(|body| body.inertial.mass).sum();
+        if let Some(total) = compiler.total_mass.filter(|_| all > 0.0) {
+            let factor = total / all;
+            for body in &mut self.bodies {
+                body.inertial.mass *= factor;
+                body.inertial.inertia *= factor;
+            }
+        }
+    }
+}
+
+/// A tensor of which no principal moment is less.
+fn at_least(tensor: DMat3, least: f64) -> DMat3 {
+    let eigen = glamx::DSymmetricEigen3::new(tensor);
+    let moments = eigen.eigenvalues.max(DVec3::splat(least));
+    let axes = eigen.eigenvectors;
+    axes * DMat3::from_diagonal(moments) * axes.transpose()
+}

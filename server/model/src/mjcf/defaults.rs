@@ -1,0 +1,114 @@
+//! `<default>`: attributes of elements that give none, by class.
+
+use std::collections::BTreeMap;
+
+use crate::report::Disposition::Ignored;
+use crate::translation::element::Element;
+use crate::translation::notes::{Notes, Stop};
+
+/// Classes that a file may have.
+const MOST: usize = 10_000;
+/// Classes inside one another.
+const MOST_NESTED: usize = 100;
+
+/// All classes. The first is the main one, which all others come from.
+#[derive(Default)]
+pub(super) struct Classes<'a> {
+    list: Vec<Class<'a>>,
+    by_name: BTreeMap<&'a str, usize>,
+}
+
+#[derive(Default)]
+struct Class<'a> {
+    parent: Option<usize>,
+    /// By tag.
+    elements: BTreeMap<&'a str, Element<'a>>,
+}
+
+/// An element with what its class gives it.
+#[derive(Clone, Copy)]
+pub(super) struct Classed<'c, 'a> {
+    pub(super) element: Element<'a>,
+    classes: &'c Classes<'a>,
+    class: Option<usize>,
+    /// The tags under which classes have it.
+    tags: [&'static str; 2],
+}
+
+impl<'a> Classes<'a> {
+    /// Reads a `<default>` of the top.
+    pub(super) fn read(&mut self, element: Element<'a>, notes: &mut Notes) -> Result<(), Stop> {
+        if self.list.is_empty() {
+            self.list.push(Class::default());
+        }
+        if let Some(name) = element.word("class") {
+            self.by_name.insert(name, 0);
+        }
+        let mut open = vec![(element, 0, 0)];
+        while let Some((element, class, depth)) = open.pop() {
+            for child in element.elements() {
+                if child.tag() != "default" {
+                    if let Some(class) = self.list.get_mut(class) {
+                        class.elements.insert(child.tag(), child);
+                    }
+                    continue;
+                }
+                let Some(name) = child.word("class") else {
+                    notes.warn(child, Ignored, "it has no class; left out");
+                    continue;
+                };
+                if self.list.len() >= MOST || depth >= MOST_NESTED {
+                    let message =
+                        format!("there are more than {MOST} classes, or deeper ones than {MOST_NESTED}");
+                    return Err(Stop::at(child, message));
+                }
+                let index = self.list.len();
+                self.list.push(Class { parent: Some(class), elements: BTreeMap::new() });
+                self.by_name.insert(name, index);
+                open.push((child, index, depth + 1));
+            }
+        }
+        Ok(())
+    }
+
+    /// The class of a name. `None` where there is none of it.
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// An element, in its own class, that of the bodies around it, or the main one.
+    pub(super) fn of<'c>(
+        &'c self,
+        element: Element<'a>,
+        child_class: Option<usize>,
+        tags: [&'static str; 2],
+    ) -> Classed<'c, 'a> {
+        let own = element.word("class").and_then(|name| self.find(name));
+        let main = (!self.list.is_empty()).then_some(0);
+        Classed { element, classes: self, class: own.or(child_class).or(main), tags }
+    }
+}
+
+impl<'a> Classed<'_, 'a> {
+    /// A value, and the element that gives it.
+    pub(super) fn get(&self, name: &str) -> Option<(Element<'a>, &'a str)> {
+        let given = |element: Element<'a>| Some((element, element.word(name)?));
+        given(self.element).or_else(|| {
+            let mut at = self.class;
+            // A class comes from one that was there before it.
+            while let Some(class) = at.and_then(|class| self.classes.list.get(class)) {
+                let found = self.tags.iter().find_map(|tag| given(*class.elements.get(tag)?));
+                if found.is_some() {
+                    return found;
+                }
+                at = class.parent;
+            }
+            None
+        })
+    }
+
+    /// A word.
+    pub(super) fn word(&self, name: &str) -> Option<&'a str> {
+        self.get(name).map(|(_, word)| word)
+    }
+}

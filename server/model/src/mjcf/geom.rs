@@ -1,0 +1,314 @@
+//! Geoms: shapes that are seen, touched and weighed.
+
+use glamx::{DMat3, DPose3, DQuat, DVec3};
+
+use super::assets::{Library, MeshInertia};
+use super::compiler::Compiler;
+use super::defaults::Classed;
+use super::value;
+use crate::inertia;
+use crate::limits::LoadLimits;
+use crate::mesh;
+use crate::report::Disposition::{Ignored, Repaired};
+use crate::robot::{Geometry, Inertial, Material, MeshAsset};
+use crate::sdf::ellipsoid;
+use crate::translation::draft::{At, DraftGeometry, DraftShape};
+use crate::translation::notes::{Notes, Stop};
+use crate::urdf::Assets;
+use crate::urdf::findings::quoted;
+
+/// What a geom is read with.
+pub(super) struct Context<'r> {
+    pub(super) compiler: &'r Compiler,
+    pub(super) library: &'r Library,
+    pub(super) assets: &'r dyn Assets,
+    pub(super) limits: &'r LoadLimits,
+}
+
+/// A geom, in its body's frame.
+#[derive(Clone, Debug)]
+pub(super) struct Geom {
+    pub(super) shape: DraftShape,
+    pub(super) is_visual: bool,
+    pub(super) is_collision: bool,
+    pub(super) contype: u32,
+    pub(super) conaffinity: u32,
+    pub(super) material: Material,
+    group: f64,
+    /// In the body's frame.
+    inertial: Inertial,
+}
+
+/// Groups that MuJoCo's viewer shows.
+const SHOWN: f64 = 2.0;
+
+pub(super) fn read(
+    geom: &Classed,
+    body_from_frame: &DPose3,
+    context: &Context,
+    notes: &mut Notes,
+) -> Result<Option<Geom>, Stop> {
+    let element = geom.element;
+    let kind = geom.word("type").unwrap_or(if geom.word("mesh").is_some() { "mesh" } else { "sphere" });
+    let size = geom.list("size", 3)?.unwrap_or_default();
+    let size = |place: usize| size.get(place).copied().unwrap_or(0.0);
+    let mut pose = geom.pose(context.compiler, notes)?;
+    let mut half = size(1);
+    if let Some([a, b, c, d, e, f]) = geom.numbers("fromto", notes)? {
+        let (from, to) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
+        let along = value::direction(element, from - to)?;
+        pose = DPose3::from_parts((from + to) * 0.5, DQuat::from_rotation_arc(DVec3::Z, along));
+        half = 0.5 * (from - to).length();
+    }
+    let has_ends = geom.word("fromto").is_some();
+    pose = *body_from_frame * pose;
+    let plain = |geometry: DraftGeometry, solid: Geometry| (pose, geometry, inertia_of(&solid));
+    let (pose, geometry, of_water) = match kind {
+        "plane" => (pose, DraftGeometry::Plane { normal: DVec3::Z }, None),
+        "sphere" => plain(DraftGeometry::Sphere { radius: size(0) }, Geometry::Sphere { radius: size(0) }),
+        "capsule" => {
+            let (radius, length) = (size(0), 2.0 * half);
+            plain(DraftGeometry::Capsule { radius, length }, Geometry::Capsule { radius, length })
+        }
+        "cylinder" => {
+            let (radius, length) = (size(0), 2.0 * half);
+            plain(DraftGeometry::Cylinder { radius, length }, Geometry::Cylinder { radius, length })
+        }
+        "box" => {
+            let halves = if has_ends {
+                DVec3::new(size(0), size(0), half)
+            } else {
+                DVec3::new(size(0), size(1), size(2))
+            };
+            plain(DraftGeometry::Box { size: 2.0 * halves }, Geometry::Box { size: 2.0 * halves })
+        }
+        "ellipsoid" => {
+            let radii = if has_ends {
+                DVec3::new(size(0), size(0), half)
+            } else {
+                DVec3::new(size(0), size(1), size(2))
+            };
+            notes.warn(
+                element,
+                Repaired,
+                "simd has no ellipsoids: a capsule along its longest axis stands for it",
+            );
+            let (turn, geometry) = ellipsoid(radii);
+            // A scaled ball: volume and moments as its own.
+            let mass = inertia::DENSITY * std::f64::consts::PI * 4.0 / 3.0 * radii.x * radii.y * radii.z;
+            let [x, y, z] = (radii * radii).to_array();
+            let tensor = DMat3::from_diagonal(DVec3::new(y + z, x + z, x + y)) * (0.2 * mass);
+            (
+                pose * turn,
+                geometry,
+                Some(Inertial { mass, center_of_mass: DVec3::ZERO, inertia: rotated_back(tensor, turn) }),
+            )
+        }
+        "mesh" | "sdf" => match mesh_geom(geom, &pose, context, notes)? {
+            Some(found) => found,
+            None => return Ok(None),
+        },
+        "hfield" => {
+            let name = geom.word("hfield").unwrap_or_default();
+            let Some((uri, scale)) = context.library.heights.get(name) else {
+                notes.warn(
+                    element,
+                    Ignored,
+                    format!("there is no height field {} that could be read; left out", quoted(name)),
+                );
+                return Ok(None);
+            };
+            (pose, DraftGeometry::Mesh { uri: uri.clone(), scale: *scale }, None)
+        }
+        other => return Err(Stop::at(element, format!("simd knows no geom of type {}", quoted(other)))),
+    };
+    let bits = |name: &str, notes: &mut Notes| -> Result<u32, Stop> {
+        let Some(value) = geom.number(name)? else { return Ok(1) };
+        if value.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&value) {
+            notes.warn(element, Ignored, format!("{name} {value} is no mask of 32 bits: 1 is taken"));
+            return Ok(1);
+        }
+        Ok(value as u32)
+    };
+    let (contype, conaffinity) = (bits("contype", notes)?, bits("conaffinity", notes)?);
+    let group = geom.number("group")?.unwrap_or(0.0);
+    let own = geom.numbers("rgba", notes)?;
+    let color = own.or_else(|| context.library.colors.get(geom.word("material")?).copied());
+    let color = color.map(|color: [f64; 4]| color.map(|part| part.clamp(0.0, 1.0)));
+    let is_collision = contype != 0 || conaffinity != 0;
+    if !is_collision && context.compiler.discard_visual {
+        return Ok(None);
+    }
+    let weighed =
+        of_water.map_or(Ok(Inertial::ZERO), |of_water| weighed(geom, of_water, &pose, kind, notes))?;
+    let at: At = (element.file, element.line());
+    Ok(Some(Geom {
+        shape: DraftShape { at, link_from_shape: pose, geometry, color },
+        is_visual: !is_collision || group <= SHOWN,
+        is_collision,
+        contype,
+        conaffinity,
+        material: material(geom)?,
+        group,
+        inertial: weighed,
+    }))
+}
+
+/// Its mass where it gives one, else of its density.
+fn weighed(
+    geom: &Classed,
+    of_water: Inertial,
+    body_from_geom: &DPose3,
+    kind: &str,
+    notes: &mut Notes,
+) -> Result<Inertial, Stop> {
+    let density = geom.number("density")?.unwrap_or(inertia::DENSITY);
+    let mass = match geom.number("mass")? {
+        Some(mass) => mass,
+        None => of_water.mass * density / inertia::DENSITY,
+    };
+    if geom.word("shellinertia") == Some("true") && kind != "mesh" {
+        notes.warn(geom.element, Ignored, "shellinertia is not read: the shape is filled");
+    }
+    if !(mass >= 0.0) || of_water.mass <= 0.0 {
+        return Ok(Inertial::ZERO);
+    }
+    let inertia = inertia::rotated(of_water.inertia * (mass / of_water.mass), body_from_geom.rotation);
+    let center_of_mass = body_from_geom.transform_point(of_water.center_of_mass);
+    Ok(Inertial { mass, center_of_mass, inertia })
+}
+
+/// Filled with water, in its own frame.
+fn inertia_of(solid: &Geometry) -> Option<Inertial> {
+    inertia::of_shapes(std::iter::once((&DPose3::IDENTITY, solid)))
+}
+
+fn rotated_back(tensor: DMat3, turn: DPose3) -> DMat3 {
+    inertia::rotated(tensor, turn.rotation.inverse())
+}
+
+type Placed = (DPose3, DraftGeometry, Option<Inertial>);
+
+fn mesh_geom(
+    geom: &Classed,
+    pose: &DPose3,
+    context: &Context,
+    notes: &mut Notes,
+) -> Result<Option<Placed>, Stop> {
+    let element = geom.element;
+    let name = geom.word("mesh").unwrap_or_default();
+    let Some(asset) = context.library.meshes.get(name) else {
+        notes.warn(
+            element,
+            Ignored,
+            format!("there is no mesh {} that could be read; left out", quoted(name)),
+        );
+        return Ok(None);
+    };
+    let pose = *pose * asset.geom_from_mesh;
+    let geometry = DraftGeometry::Mesh { uri: asset.uri.clone(), scale: asset.scale };
+    // Only where its mass may count.
+    let weighs = context.compiler.inertia_from_geoms != Some(false) && geom.number("mass")? != Some(0.0);
+    let read = if weighs { read_mesh(&asset.uri, context) } else { None };
+    let inertial = read.and_then(|read| match asset.inertia {
+        MeshInertia::Volume { signed } => mesh_inertia(&read, asset.scale, signed),
+        MeshInertia::Other => {
+            inertia_of(&Geometry::Mesh { uri: asset.uri.clone(), scale: asset.scale, asset: Some(read) })
+        }
+    });
+    Ok(Some((pose, geometry, inertial)))
+}
+
+/// As MuJoCo computes it, of water: tetrahedra from the centroid of the surface to each triangle, and then from the centre
+/// of mass. By default each volume counts as positive, whichever way its triangle looks.
+fn mesh_inertia(mesh: &MeshAsset, scale: DVec3, signed: bool) -> Option<Inertial> {
+    let corner = |index: u32| mesh.vertices.get(index as usize).map(|corner| *corner * scale);
+    let triangles =
+        || mesh.triangles.iter().filter_map(|[a, b, c]| Some([corner(*a)?, corner(*b)?, corner(*c)?]));
+    let (mut area, mut centroid) = (0.0, DVec3::ZERO);
+    for [a, b, c] in triangles() {
+        let own = (b - a).cross(c - a).length() * 0.5;
+        area += own;
+        centroid += (a + b + c) / 3.0 * own;
+    }
+    if !(area > 0.0) {
+        return None;
+    }
+    centroid /= area;
+    let volume_of = |[a, b, c]: [DVec3; 3]| {
+        let volume = a.dot(b.cross(c)) / 6.0;
+        if signed { volume } else { volume.abs() }
+    };
+    let (mut volume, mut center) = (0.0, DVec3::ZERO);
+    for triangle in triangles() {
+        let [a, b, c] = triangle.map(|corner| corner - centroid);
+        let own = volume_of([a, b, c]);
+        volume += own;
+        center += ((a + b + c) * 0.25 + centroid) * own;
+    }
+    if !(volume > 0.0) {
+        return None;
+    }
+    center /= volume;
+    let mut products = DMat3::ZERO;
+    for triangle in triangles() {
+        let [a, b, c] = triangle.map(|corner| corner - center);
+        let outer = |u: DVec3, v: DVec3| DMat3::from_cols(u * v.x, u * v.y, u * v.z);
+        let sum = a + b + c;
+        // Integral of r r' over a tetrahedron with one corner in the origin.
+        let own = outer(a, a) + outer(b, b) + outer(c, c) + outer(sum, sum);
+        products += own * (volume_of([a, b, c]) / 20.0);
+    }
+    let trace = products.x_axis.x + products.y_axis.y + products.z_axis.z;
+    let tensor = (DMat3::from_diagonal(DVec3::splat(trace)) - products) * inertia::DENSITY;
+    let found = Inertial { mass: volume * inertia::DENSITY, center_of_mass: center, inertia: tensor };
+    (found.mass.is_finite() && center.is_finite() && tensor.is_finite()).then_some(found)
+}
+
+/// What cannot be read the reader of URDF reports.
+fn read_mesh(uri: &str, context: &Context) -> Option<std::sync::Arc<MeshAsset>> {
+    let file = context.assets.find(uri).ok()?;
+    if file.bytes.len() > context.limits.mesh_bytes {
+        return None;
+    }
+    let mut read = || {
+        let mesh::Content { triangles: (vertices, triangles), paints, grid } = mesh::read(uri, &file.bytes)?;
+        Ok(MeshAsset { sha256: file.sha256, vertices, triangles, paints, grid })
+    };
+    context.assets.mesh(file.sha256, &mesh::format(uri), &mut read).ok()
+}
+
+/// MuJoCo's friction: sliding, turning, rolling, of which `condim` says which there are.
+fn material(geom: &Classed) -> Result<Material, Stop> {
+    let friction = geom.list("friction", 3)?.unwrap_or_default();
+    let of = |place: usize, default: f64| friction.get(place).copied().unwrap_or(default).max(0.0);
+    let condim = geom.number("condim")?.unwrap_or(3.0);
+    let mut material =
+        Material { friction: Some(if condim >= 3.0 { of(0, 1.0) } else { 0.0 }), ..Material::default() };
+    if condim >= 4.0 {
+        material.spinning_friction = Some(of(1, 0.005));
+    }
+    if condim >= 6.0 {
+        material.rolling_friction = Some(of(2, 0.0001));
+    }
+    Ok(material)
+}
+
+/// Mass and inertia of geoms of these groups.
+pub(super) fn together(geoms: &[Geom], [first, last]: [f64; 2]) -> Inertial {
+    let counted =
+        || geoms.iter().filter(|geom| (first..=last).contains(&geom.group)).map(|geom| geom.inertial);
+    let mass: f64 = counted().map(|part| part.mass).sum();
+    if mass <= 0.0 {
+        return Inertial::ZERO;
+    }
+    let center_of_mass =
+        counted().fold(DVec3::ZERO, |sum, part| sum + part.center_of_mass * part.mass) / mass;
+    let inertia = counted().fold(DMat3::ZERO, |sum, part| {
+        // Steiner: m (r^2 1 - r r').
+        let r = part.center_of_mass - center_of_mass;
+        let outer = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+        sum + part.inertia + (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - outer) * part.mass
+    });
+    Inertial { mass, center_of_mass, inertia }
+}

@@ -1,0 +1,127 @@
+//! Joints of bodies, and what actuators and equalities say of them.
+
+use std::collections::BTreeMap;
+
+use glamx::{DPose3, DVec3};
+
+use super::body::Body;
+use super::compiler::Compiler;
+use super::defaults::Classed;
+use super::value;
+use crate::report::Disposition::{Ignored, Repaired};
+use crate::robot::JointLimits;
+use crate::translation::draft::{At, DraftDrive};
+use crate::translation::notes::{Notes, Stop};
+use crate::urdf::findings::quoted;
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Hinge,
+    Slide,
+    Ball,
+}
+
+/// A joint of a body, in the body's frame.
+#[derive(Clone, Debug)]
+pub(super) struct BodyJoint {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) kind: Kind,
+    pub(super) anchor: DVec3,
+    pub(super) axis: DVec3,
+    pub(super) limits: JointLimits,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+    pub(super) armature: f64,
+    /// The position at which the body is where the file puts it.
+    pub(super) reference: f64,
+    /// Stiffness, and the position at rest.
+    pub(super) spring: Option<[f64; 2]>,
+}
+
+/// What is said of joints outside of bodies, by name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Joints {
+    pub(super) known: BTreeMap<String, (Kind, f64)>,
+    pub(super) drives: BTreeMap<String, DraftDrive>,
+    /// The most effort of their actuators.
+    pub(super) efforts: BTreeMap<String, f64>,
+    /// The joint that one follows, how many times, plus what.
+    pub(super) mimics: BTreeMap<String, (String, f64, f64)>,
+}
+
+impl Joints {
+    /// Nothing yet.
+    pub(super) fn of(bodies: &[Body]) -> Self {
+        let joints = bodies.iter().flat_map(|body| &body.joints);
+        let known = joints.map(|joint| (joint.name.clone(), (joint.kind, joint.reference))).collect();
+        Self { known, ..Self::default() }
+    }
+}
+
+pub(super) fn read(
+    joint: &Classed,
+    name: String,
+    body_from_frame: &DPose3,
+    compiler: &Compiler,
+    notes: &mut Notes,
+) -> Result<BodyJoint, Stop> {
+    let at = joint.element;
+    let kind = match joint.word("type").unwrap_or("hinge") {
+        "hinge" => Kind::Hinge,
+        "slide" => Kind::Slide,
+        "ball" => Kind::Ball,
+        other => return Err(Stop::at(at, format!("simd knows no joint of type {}", quoted(other)))),
+    };
+    let length = |value: f64| if kind == Kind::Slide { value } else { compiler.angle(value) };
+    let anchor = joint.numbers("pos", notes)?.map_or(DVec3::ZERO, DVec3::from_array);
+    let axis = joint.numbers("axis", notes)?.map_or(DVec3::Z, DVec3::from_array);
+    let least = |value: Option<f64>| value.unwrap_or(0.0).max(0.0);
+    let reference = length(joint.number("ref")?.unwrap_or(0.0));
+    let stiffness = least(joint.number("stiffness")?);
+    let rest = length(joint.number("springref")?.unwrap_or(0.0));
+    let mut limits = JointLimits::default();
+    if let (Some([lower, upper]), true) = (joint.numbers::<2>("range", notes)?, kind != Kind::Ball)
+        && is_limited(joint, "limited", true, compiler)
+    {
+        let (lower, upper) = (length(lower), length(upper));
+        if lower < upper {
+            (limits.lower, limits.upper) = (Some(lower), Some(upper));
+        } else {
+            notes.warn(at, Repaired, "its range is empty: it has no limits");
+        }
+    } else if kind == Kind::Ball && joint.word("range").is_some() {
+        notes.warn(at, Ignored, "the range of a ball joint is not read");
+    }
+    if let Some([lower, upper]) = joint.numbers::<2>("actuatorfrcrange", notes)?
+        && is_limited(joint, "actuatorfrclimited", true, compiler)
+    {
+        limits.effort = Some(lower.abs().max(upper.abs())).filter(|most| *most > 0.0);
+    }
+    if joint.number("margin")?.is_some_and(|margin| margin != 0.0) {
+        notes.info(at, Ignored, "margin is not read");
+    }
+    Ok(BodyJoint {
+        name,
+        at: (at.file, at.line()),
+        kind,
+        anchor: body_from_frame.transform_point(anchor),
+        axis: body_from_frame.rotation * value::direction(at, axis)?,
+        limits,
+        damping: least(joint.number("damping")?),
+        friction: least(joint.number("frictionloss")?),
+        armature: least(joint.number("armature")?),
+        reference,
+        spring: (stiffness > 0.0).then_some([stiffness, rest]),
+    })
+}
+
+/// Whether a range holds, by the attribute that says so.
+pub(super) fn is_limited(of: &Classed, name: &str, has_range: bool, compiler: &Compiler) -> bool {
+    match of.word(name) {
+        Some("true") => true,
+        Some("false") => false,
+        _ => compiler.auto_limits && has_range,
+    }
+}

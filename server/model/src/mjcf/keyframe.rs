@@ -1,0 +1,70 @@
+//! `<key>`: positions of all joints under a name.
+
+use super::body::Body;
+use super::joint::Kind;
+use super::value;
+use crate::report::Disposition::Ignored;
+use crate::translation::draft::DraftState;
+use crate::translation::element::Element;
+use crate::translation::notes::{Notes, Stop};
+
+/// Keyframes that one file may have.
+const MOST: usize = 256;
+/// Numbers of one of them.
+const MOST_NUMBERS: usize = 70_000;
+/// Positions of all of them.
+const MOST_POSITIONS: usize = 65_536;
+
+/// Positions of joints of one axis; poses of free bodies and turns of balls are none.
+pub(super) fn read(
+    elements: &[Element],
+    bodies: &[Body],
+    notes: &mut Notes,
+) -> Result<Vec<DraftState>, Stop> {
+    let mut states = Vec::new();
+    let mut left = MOST_POSITIONS;
+    for (index, element) in elements.iter().copied().enumerate() {
+        if element.tag() != "key" {
+            continue;
+        }
+        if index >= MOST {
+            notes.warn(element, Ignored, format!("there are more than {MOST} keyframes: left out"));
+            break;
+        }
+        let name = element.word("name").map_or_else(|| format!("key_{index}"), str::to_owned);
+        let Some(text) = element.word("qpos") else {
+            notes.info(element, Ignored, "it has no qpos: left out");
+            continue;
+        };
+        let values = value::list(element, "qpos", text, MOST_NUMBERS)?;
+        let mut positions = Vec::new();
+        let mut at = 0;
+        for body in bodies {
+            at += if body.is_free { 7 } else { 0 };
+            for joint in &body.joints {
+                if joint.kind == Kind::Ball {
+                    at += 4;
+                    continue;
+                }
+                positions.extend(values.get(at).map(|value| (joint.name.clone(), *value)));
+                at += 1;
+            }
+        }
+        if at != values.len() {
+            let message = format!("qpos has {} numbers where the joints have {at}: left out", values.len());
+            notes.warn(element, Ignored, message);
+            continue;
+        }
+        left = left.saturating_sub(positions.len());
+        if left == 0 {
+            notes.warn(
+                element,
+                Ignored,
+                format!("keyframes have more than {MOST_POSITIONS} positions: left out"),
+            );
+            break;
+        }
+        states.push(DraftState { name, at: (element.file, element.line()), positions });
+    }
+    Ok(states)
+}

@@ -1,0 +1,184 @@
+//! MJCF, MuJoCo's own format, to drafts of robots, as far as its bodies go.
+//!
+//! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
+//! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`: what moves. `actuator`, `equality`
+//! and `keyframe`: what belongs to joints. `split`: as robots.
+//!
+//! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
+//! world is one with what hangs on it. What is not read (tendons, muscles, skins, flexible bodies) is in the report.
+
+mod actuator;
+mod assets;
+mod body;
+mod compiler;
+mod defaults;
+mod equality;
+mod files;
+mod geom;
+mod joint;
+mod keyframe;
+mod split;
+mod value;
+
+use std::collections::BTreeMap;
+
+use crate::limits::LoadLimits;
+use crate::report::Disposition::Ignored;
+use crate::translation::draft::{Draft, Names};
+use crate::translation::element::Element;
+use crate::translation::notes::{Notes, Stop};
+use crate::translation::sources::{Source, Texts};
+use crate::translation::{Format, Translation, write};
+use crate::urdf::{Assets, Refused};
+use assets::Library;
+use body::Body;
+use compiler::Compiler;
+use defaults::Classes;
+
+/// What reading an MJCF needs.
+struct Reader<'a> {
+    sources: &'a [Source<'a>],
+    /// The place of each included file, by its name.
+    places: &'a BTreeMap<String, usize>,
+    limits: &'a LoadLimits,
+    assets: &'a dyn Assets,
+    compiler: Compiler,
+    classes: Classes<'a>,
+    library: Library,
+    notes: Notes,
+    /// The world, and all bodies depth first.
+    bodies: Vec<Body>,
+    /// Of bodies.
+    names: Names,
+    geoms: usize,
+}
+
+/// As URDF.
+///
+/// # Errors
+/// What cannot be read, is too large, or holds no body.
+pub(crate) fn translate(
+    bytes: &[u8],
+    assets: &dyn Assets,
+    limits: &LoadLimits,
+) -> Result<Translation, Refused> {
+    let empty = || Notes::new(limits.findings);
+    let mut texts = Texts::new(bytes, "MJCF", limits).map_err(|stop| empty().refused(stop))?;
+    let places = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
+    let sources = texts.parse(limits).map_err(|stop| empty().refused(stop))?;
+    let mut reader = Reader {
+        sources: &sources,
+        places: &places,
+        limits,
+        assets,
+        compiler: Compiler::default(),
+        classes: Classes::default(),
+        library: Library::default(),
+        notes: empty(),
+        bodies: Vec::new(),
+        names: Names::default(),
+        geoms: 0,
+    };
+    let drafts = match reader.all() {
+        Ok(drafts) => drafts,
+        Err(stop) => return Err(reader.notes.refused(stop)),
+    };
+    let names: Vec<String> = sources.iter().map(|source| source.uri.clone()).collect();
+    Ok(Translation {
+        format: Format::Mjcf,
+        models: drafts.iter().map(|draft| write::urdf(draft, names.clone())).collect(),
+        included: texts.asked.clone(),
+        report: reader.notes.into_report(),
+    })
+}
+
+impl<'a> Reader<'a> {
+    /// All robots of the file.
+    fn all(&mut self) -> Result<Vec<Draft>, Stop> {
+        let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
+        let sections = files::expanded(root, self.sources, self.places)?;
+        let of = |tag: &'static str| sections.iter().copied().filter(move |section| section.tag() == tag);
+        for section in of("compiler") {
+            self.compiler.read(section, &mut self.notes)?;
+        }
+        for section in of("default") {
+            self.classes.read(section, &mut self.notes)?;
+        }
+        for section in of("asset") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            self.library.read(&elements, &self.compiler, &self.classes, &mut self.notes)?;
+        }
+        self.report_sections(&sections);
+        self.bodies.push(Body::world(root));
+        for section in of("worldbody") {
+            self.content(section, 0, body::Inside::world())?;
+        }
+        self.finish_masses();
+        let mut joints = joint::Joints::of(&self.bodies);
+        for section in of("actuator") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            actuator::read(&elements, self, &mut joints)?;
+        }
+        for section in of("equality") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            equality::read(&elements, self, &mut joints)?;
+        }
+        let mut keys = Vec::new();
+        for section in of("keyframe") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            keys.extend(keyframe::read(&elements, &self.bodies, &mut self.notes)?);
+        }
+        let mut apart = Vec::new();
+        for section in of("contact") {
+            let elements = files::expanded(section, self.sources, self.places)?;
+            apart.extend(self.excludes(&elements));
+        }
+        let name = root.word("model").unwrap_or_default();
+        let drafts = split::robots(root, name, &self.bodies, &joints, &keys, &apart, &mut self.notes);
+        if drafts.is_empty() {
+            return Err(Stop::at(root, "it has no body that simd could have in its world"));
+        }
+        Ok(drafts)
+    }
+
+    /// Sections that are not read.
+    fn report_sections(&mut self, sections: &[Element<'a>]) {
+        for section in sections {
+            match section.tag() {
+                "compiler" | "default" | "asset" | "worldbody" | "actuator" | "equality" | "keyframe"
+                | "contact" | "size" | "visual" | "statistic" | "custom" => {}
+                "option" => {
+                    let message = "settings of the physics are the world's, and stay as they are there";
+                    self.notes.info(*section, Ignored, message);
+                }
+                "sensor" => self.notes.info(*section, Ignored, "not read by simd"),
+                "tendon" | "deformable" | "extension" => {
+                    for element in section.elements() {
+                        self.notes.warn(element, Ignored, "not read by simd: the robot is without it");
+                    }
+                }
+                _ => self.notes.info(*section, Ignored, "not read by simd"),
+            }
+        }
+    }
+
+    /// Pairs of bodies that do not touch.
+    fn excludes(&mut self, elements: &[Element<'a>]) -> Vec<([String; 2], (usize, u32))> {
+        let mut apart = Vec::new();
+        for element in elements {
+            match (element.tag(), element.word("body1"), element.word("body2")) {
+                ("exclude", Some(one), Some(other)) => {
+                    apart.push(([one.to_owned(), other.to_owned()], (element.file, element.line())));
+                }
+                ("exclude", _, _) => {
+                    self.notes.warn(*element, Ignored, "it does not name two bodies; left out")
+                }
+                _ => {
+                    let message = "not read by simd: what touches follows from contype and conaffinity";
+                    self.notes.warn(*element, Ignored, message);
+                }
+            }
+        }
+        apart
+    }
+}

@@ -1,0 +1,280 @@
+//! Bodies as robots: what stands still is one, and each other child of the world is one with what hangs on it.
+
+use std::collections::BTreeMap;
+
+use glamx::{DPose3, DVec3};
+
+use super::body::Body;
+use super::joint::{BodyJoint, Joints, Kind};
+use crate::report::Disposition::Ignored;
+use crate::robot::Inertial;
+use crate::translation::draft::{At, Draft, DraftDrive, DraftJoint, DraftLink, DraftState, Names};
+use crate::translation::element::Element;
+use crate::translation::notes::Notes;
+use crate::urdf::findings::quoted;
+
+/// What a robot hangs on that cannot move.
+const WORLD: &str = "world";
+
+pub(super) fn robots(
+    root: Element,
+    name: &str,
+    bodies: &[Body],
+    joints: &Joints,
+    keys: &[DraftState],
+    apart: &[([String; 2], At)],
+    notes: &mut Notes,
+) -> Vec<Draft> {
+    let moves = moving(bodies);
+    // The child of the world that a body is below; of what stands still the world.
+    let mut tops: Vec<usize> = Vec::with_capacity(bodies.len());
+    for (index, body) in bodies.iter().enumerate() {
+        let top = match tops.get(body.parent).copied() {
+            Some(0) | None if moves.get(index) == Some(&true) && body.parent == 0 => index,
+            Some(top) => top,
+            None => 0,
+        };
+        tops.push(top);
+    }
+    let has_groups = bodies
+        .iter()
+        .flat_map(|body| &body.geoms)
+        .any(|geom| geom.is_collision && (geom.contype, geom.conaffinity) != (1, 1));
+    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (index, top) in tops.iter().enumerate() {
+        members.entry(*top).or_default().push(index);
+    }
+    let still = members.remove(&0).unwrap_or_default();
+    let mut drafts: Vec<Draft> = Vec::new();
+    let mut names = Names::default();
+    for (top, members_of) in &members {
+        let Some(body) = bodies.get(*top) else { continue };
+        let own = if members.len() == 1 && !name.is_empty() { name } else { &body.name };
+        let draft = robot(own, *top, members_of, bodies, joints, has_groups);
+        drafts.push(Draft { name: names.unique(&draft.name), ..draft });
+    }
+    give_states(keys, &mut drafts);
+    let has_content =
+        |index: &usize| bodies.get(*index).is_some_and(|body| *index > 0 || !body.geoms.is_empty());
+    if still.iter().any(has_content) {
+        let own = match (drafts.is_empty(), name) {
+            (true, "") => "mujoco".to_owned(),
+            (true, name) => name.to_owned(),
+            (false, "") => "ground".to_owned(),
+            (false, name) => format!("{name}_ground"),
+        };
+        let mut draft = robot(&own, 0, &still, bodies, joints, has_groups);
+        draft.fixed = true;
+        draft.name = names.unique(&draft.name);
+        drafts.push(draft);
+    }
+    exclude(apart, &mut drafts, root, notes);
+    drafts
+}
+
+/// Gives each robot the positions of its own joints.
+fn give_states(keys: &[DraftState], drafts: &mut [Draft]) {
+    let mut places: BTreeMap<String, usize> = BTreeMap::new();
+    for (place, draft) in drafts.iter().enumerate() {
+        places.extend(draft.joints.iter().map(|joint| (joint.name.clone(), place)));
+    }
+    for key in keys {
+        let mut of: BTreeMap<usize, Vec<(String, f64)>> = BTreeMap::new();
+        for position in &key.positions {
+            if let Some(place) = places.get(&position.0) {
+                of.entry(*place).or_default().push(position.clone());
+            }
+        }
+        for (place, positions) in of {
+            if let Some(draft) = drafts.get_mut(place) {
+                draft.states.push(DraftState { name: key.name.clone(), at: key.at, positions });
+            }
+        }
+    }
+}
+
+/// Whether a body or anything below it moves.
+fn moving(bodies: &[Body]) -> Vec<bool> {
+    let mut moves = vec![false; bodies.len()];
+    for (index, body) in bodies.iter().enumerate().rev() {
+        let own = body.is_free || !body.joints.is_empty() || moves.get(index) == Some(&true);
+        for place in [index, body.parent] {
+            if let Some(slot) = moves.get_mut(place).filter(|_| own && place > 0) {
+                *slot = true;
+            }
+        }
+    }
+    moves
+}
+
+/// A robot of these bodies, of which the first is the one that the others hang on.
+fn robot(
+    name: &str,
+    top: usize,
+    members: &[usize],
+    bodies: &[Body],
+    joints: &Joints,
+    has_groups: bool,
+) -> Draft {
+    let mut draft = Draft { name: name.to_owned(), self_collision: true, ..Draft::default() };
+    let (mut taken, mut names) = (Names::default(), Names::default());
+    for body in members.iter().filter_map(|index| bodies.get(*index)) {
+        taken.take(&body.name);
+        for joint in &body.joints {
+            names.take(&joint.name);
+        }
+    }
+    let mut world = WORLD.to_owned();
+    for index in members {
+        let Some(body) = bodies.get(*index) else { continue };
+        if *index == top {
+            draft.at = body.at;
+            if top != 0 {
+                draft.pose = body.parent_from_body;
+                draft.fixed = !body.is_free;
+            }
+            // What joints hold on the world needs a link that is the world.
+            if !body.joints.is_empty() {
+                draft.pose = DPose3::IDENTITY;
+                world = taken.unique(WORLD);
+                draft.links.push(DraftLink::bare(world.clone(), body.at));
+            } else {
+                draft.links.push(link(body, has_groups));
+                continue;
+            }
+        } else {
+            draft.links.push(link(body, has_groups));
+        }
+        if *index == top {
+            draft.links.push(link(body, has_groups));
+        }
+        let parent = match bodies.get(body.parent) {
+            Some(_) if *index == top => world.clone(),
+            Some(parent) => parent.name.clone(),
+            None => continue,
+        };
+        hang(&mut draft, body, parent, joints, &mut taken, &mut names);
+    }
+    let touching = draft.links.iter().filter(|link| !link.collisions.is_empty()).count();
+    draft.self_collision = touching > 1;
+    draft
+}
+
+fn link(body: &Body, has_groups: bool) -> DraftLink {
+    let mut link = DraftLink::bare(body.name.clone(), body.at);
+    link.inertial = Some(body.inertial);
+    let mut bits = [0, 0];
+    for geom in &body.geoms {
+        if geom.is_visual {
+            link.visuals.push(geom.shape.clone());
+        }
+        if geom.is_collision {
+            if link.collisions.is_empty() {
+                link.material = geom.material;
+            }
+            link.collisions.push(geom.shape.clone());
+            bits = [bits[0] | geom.contype, bits[1] | geom.conaffinity];
+        }
+    }
+    if has_groups && !link.collisions.is_empty() {
+        link.groups = Some(bits);
+    }
+    link
+}
+
+/// The body's joints, after one another, with links without mass between them.
+fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &mut Names, names: &mut Names) {
+    let mut between = |draft: &mut Draft, joint: &BodyJoint| {
+        let name = taken.unique(&format!("{}_{}", body.name, joint.name));
+        draft
+            .links
+            .push(DraftLink { inertial: Some(Inertial::ZERO), ..DraftLink::bare(name.clone(), joint.at) });
+        name
+    };
+    let top_parent = parent.clone();
+    let mut parent = parent;
+    // The frame of the next joint in that of the last link, but for the anchors.
+    let mut pose = body.parent_from_body;
+    let mut anchor = DVec3::ZERO;
+    let is_chain = body.joints.len() > 1 || body.joints.iter().any(|joint| joint.anchor != DVec3::ZERO);
+    for (place, joint) in body.joints.iter().enumerate() {
+        let is_last = place + 1 == body.joints.len();
+        let child =
+            if is_last && joint.anchor == DVec3::ZERO { body.name.clone() } else { between(draft, joint) };
+        // At the reference position the body is where the file puts it.
+        let back = match joint.kind {
+            Kind::Hinge => DPose3::from_rotation(glamx::DQuat::from_axis_angle(joint.axis, -joint.reference)),
+            Kind::Slide => DPose3::from_translation(joint.axis * -joint.reference),
+            Kind::Ball => DPose3::IDENTITY,
+        };
+        let back = if joint.reference == 0.0 { DPose3::IDENTITY } else { back };
+        let parent_from_joint = pose * DPose3::from_translation(joint.anchor - anchor) * back;
+        let ends = [std::mem::replace(&mut parent, child.clone()), child];
+        let mut written = DraftJoint::fixed(joint.name.clone(), joint.at, ends, parent_from_joint);
+        written.kind = match joint.kind {
+            Kind::Hinge if joint.limits.lower.is_none() && joint.limits.upper.is_none() => "continuous",
+            Kind::Hinge => "revolute",
+            Kind::Slide => "prismatic",
+            Kind::Ball => "spherical",
+        };
+        written.axis = joint.axis;
+        written.limits = joint.limits;
+        if let Some(effort) = said.efforts.get(&joint.name) {
+            written.limits.effort = Some(written.limits.effort.map_or(*effort, |most| most.min(*effort)));
+        }
+        (written.damping, written.friction, written.armature) =
+            (joint.damping, joint.friction, joint.armature);
+        written.mimic = said.mimics.get(&joint.name).cloned();
+        if joint.kind != Kind::Ball && written.mimic.is_none() {
+            written.position = (joint.reference != 0.0).then_some(joint.reference);
+            written.drive = said.drives.get(&joint.name).cloned();
+            if written.drive.is_none() {
+                written.spring = joint.spring;
+            }
+            // What has no actuator is not driven; a spring alone is in its place.
+            if written.drive.is_none() && written.spring.is_none() {
+                written.drive = Some(DraftDrive::default());
+            }
+        }
+        draft.joints.push(written);
+        (pose, anchor) = (DPose3::IDENTITY, joint.anchor);
+    }
+    if body.joints.is_empty() || anchor != DVec3::ZERO {
+        let name = names.unique(&format!("{}_fixed", body.name));
+        let pose = pose * DPose3::from_translation(-anchor);
+        draft.joints.push(DraftJoint::fixed(name, body.at, [parent, body.name.clone()], pose));
+    }
+    // As in MuJoCo: a body and the one that it hangs on do not touch, also where links are between them.
+    if is_chain {
+        draft.apart.push(([top_parent, body.name.clone()], body.at));
+    }
+}
+
+/// Puts pairs of bodies where they belong.
+fn exclude(apart: &[([String; 2], At)], drafts: &mut [Draft], root: Element, notes: &mut Notes) {
+    if apart.is_empty() {
+        return;
+    }
+    // Names of bodies differ, those of links between joints are not named in the file.
+    let mut places: BTreeMap<String, usize> = BTreeMap::new();
+    for (place, draft) in drafts.iter().enumerate() {
+        places.extend(draft.links.iter().map(|link| (link.name.clone(), place)));
+    }
+    for (pair, at) in apart {
+        let [one, other] = pair.each_ref().map(|name| places.get(name).copied());
+        let draft =
+            one.filter(|_| one == other && pair[0] != pair[1]).and_then(|place| drafts.get_mut(place));
+        match draft {
+            Some(draft) => draft.apart.push((pair.clone(), *at)),
+            None => {
+                let [one, other] = pair;
+                let message = format!(
+                    "{} and {} are not two bodies of one robot: they touch all the same",
+                    quoted(one),
+                    quoted(other)
+                );
+                notes.warn(root, Ignored, message);
+            }
+        }
+    }
+}

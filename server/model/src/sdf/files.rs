@@ -1,0 +1,102 @@
+//! What an SDF includes: which file a URI means, and all of them gathered.
+
+use std::collections::BTreeMap;
+
+use roxmltree::Node;
+
+use crate::limits::LoadLimits;
+use crate::translation::notes::Stop;
+use crate::translation::sources::Texts;
+use crate::urdf::Assets;
+
+/// The place among the files of what each include means, by the folder of the file that it stands in and its URI.
+#[derive(Default)]
+pub(super) struct Places {
+    by_uri: BTreeMap<(String, String), usize>,
+}
+
+impl Places {
+    /// The file that an include of a file means, if it is there.
+    pub(super) fn get(&self, folder: &str, uri: &str) -> Option<usize> {
+        self.by_uri.get(&(folder.to_owned(), uri.to_owned())).copied()
+    }
+}
+
+/// Asks for what the file and what it includes include.
+pub(super) fn gather(texts: &mut Texts, assets: &dyn Assets, limits: &LoadLimits) -> Result<Places, Stop> {
+    let mut places = Places::default();
+    let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
+    let mut count = 1;
+    let mut place = 0;
+    while place < count {
+        let (folder, uris) = {
+            let source = texts.parse_one(place, limits)?;
+            let end = source.uri.rfind('/').map_or(0, |end| end + 1);
+            let folder = source.uri.get(..end).unwrap_or_default().to_owned();
+            let is_include = |node: &Node| node.is_element() && node.tag_name().name() == "include";
+            let includes = source.document.descendants().filter(is_include);
+            let uri = |include: Node| {
+                let uri =
+                    include.children().find(|node| node.is_element() && node.tag_name().name() == "uri")?;
+                Some(uri.text()?.trim().to_owned())
+            };
+            (folder, includes.filter_map(uri).collect::<Vec<String>>())
+        };
+        for uri in uris {
+            let key = (folder.clone(), uri);
+            if places.by_uri.contains_key(&key) || key.1.is_empty() {
+                continue;
+            }
+            let found = find(&joined(&folder, &key.1), texts, assets, limits)?;
+            let Some(name) = found else { continue };
+            let place = *by_name.entry(name).or_insert_with(|| {
+                count += 1;
+                count - 1
+            });
+            places.by_uri.insert(key, place);
+        }
+        place += 1;
+    }
+    Ok(places)
+}
+
+/// The name under which the file of a URI is there now.
+fn find(
+    uri: &str,
+    texts: &mut Texts,
+    assets: &dyn Assets,
+    limits: &LoadLimits,
+) -> Result<Option<String>, Stop> {
+    let lower = uri.to_ascii_lowercase();
+    if [".sdf", ".world", ".xml"].iter().any(|ending| lower.ends_with(ending)) {
+        return Ok(texts.include(uri, assets, limits)?.then(|| uri.to_owned()));
+    }
+    let folder = uri.trim_end_matches('/');
+    let usual = format!("{folder}/model.sdf");
+    if texts.include(&usual, assets, limits)? {
+        return Ok(Some(usual));
+    }
+    // The manifest names another one; the last of them is of the newest version.
+    let Ok(manifest) = assets.find(&format!("{folder}/model.config")) else { return Ok(None) };
+    let text =
+        String::from_utf8_lossy(manifest.bytes.get(..manifest.bytes.len().min(64 << 10)).unwrap_or_default())
+            .into_owned();
+    let named = text.split("<sdf").skip(1).filter_map(|rest| {
+        let (_, rest) = rest.split_once('>')?;
+        Some(rest.split_once('<')?.0.trim().to_owned())
+    });
+    let Some(file) = named.filter(|file| !file.is_empty() && !file.contains("..")).last() else {
+        return Ok(None);
+    };
+    let uri = format!("{folder}/{file}");
+    Ok(texts.include(&uri, assets, limits)?.then_some(uri))
+}
+
+/// A URI of a file in a folder: as it is where it says where it begins.
+pub(super) fn joined(folder: &str, uri: &str) -> String {
+    let uri = uri.trim();
+    if uri.contains("://") || uri.starts_with('/') || folder.is_empty() {
+        return uri.to_owned();
+    }
+    format!("{folder}{}", uri.trim_start_matches("./"))
+}

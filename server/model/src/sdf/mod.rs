@@ -1,0 +1,194 @@
+//! SDF, as Gazebo writes it (1.4 to 1.12), to drafts of robots.
+//!
+//! `files`: what is included. `model`: one model, nested ones flattened into it. `frames`: where everything stands.
+//! `link` and `joint`: what a model is made of. `split`: a model as robots, each of which is a tree.
+
+mod files;
+mod frames;
+mod joint;
+mod link;
+pub(crate) use link::ellipsoid;
+mod model;
+mod split;
+
+use glamx::DPose3;
+
+use crate::limits::LoadLimits;
+use crate::report::Disposition::{Ignored, Used};
+use crate::translation::draft::{Draft, Names};
+use crate::translation::element::{Element, report_unknown};
+use crate::translation::notes::{Notes, Stop};
+use crate::translation::sources::{Source, Texts};
+use crate::translation::{Format, Translation, write};
+use crate::urdf::{Assets, Refused};
+use files::Places;
+use model::{Model, Placement};
+
+/// Elements of all files that may be read, includes counted as often as they are used.
+const BUDGET: usize = 300_000;
+
+/// What reading an SDF needs.
+struct Reader<'a> {
+    sources: &'a [Source<'a>],
+    places: &'a Places,
+    limits: &'a LoadLimits,
+    notes: Notes,
+    /// Elements that may still be read.
+    left: usize,
+    /// Links that were read.
+    links: usize,
+}
+
+/// As URDF.
+///
+/// # Errors
+/// What cannot be read, is too large, or holds no model.
+pub(crate) fn translate(
+    bytes: &[u8],
+    assets: &dyn Assets,
+    limits: &LoadLimits,
+) -> Result<Translation, Refused> {
+    let empty = || Notes::new(limits.findings);
+    let mut texts = Texts::new(bytes, "SDF", limits).map_err(|stop| empty().refused(stop))?;
+    let places = files::gather(&mut texts, assets, limits).map_err(|stop| empty().refused(stop))?;
+    let sources = texts.parse(limits).map_err(|stop| empty().refused(stop))?;
+    let notes = empty();
+    let mut reader = Reader { sources: &sources, places: &places, limits, notes, left: BUDGET, links: 0 };
+    let drafts = match reader.all() {
+        Ok(drafts) => drafts,
+        Err(stop) => return Err(reader.notes.refused(stop)),
+    };
+    let names: Vec<String> = sources.iter().map(|source| source.uri.clone()).collect();
+    Ok(Translation {
+        format: Format::Sdf,
+        models: drafts.iter().map(|draft| write::urdf(draft, names.clone())).collect(),
+        included: texts.asked.clone(),
+        report: reader.notes.into_report(),
+    })
+}
+
+impl<'a> Reader<'a> {
+    /// All robots of the file.
+    fn all(&mut self) -> Result<Vec<Draft>, Stop> {
+        let Some(root) = Element::root(self.sources, 0) else { return Ok(Vec::new()) };
+        self.check_version(root);
+        let mut models: Vec<(Model, DPose3)> = Vec::new();
+        for element in root.elements() {
+            match element.tag() {
+                "world" => self.world(element, &mut models)?,
+                "model" => models.extend(self.placed(element)?),
+                "light" | "actor" => self.notes.info(element, Ignored, "not read by simd"),
+                _ => {
+                    let message = "not read by simd: it is neither a model nor a world";
+                    self.notes.info(element, Ignored, message);
+                }
+            }
+        }
+        let mut drafts: Vec<Draft> = Vec::new();
+        let mut names = Names::default();
+        let (mut links, mut shapes) = (0, 0);
+        for (model, pose) in models {
+            for mut draft in split::robots(model, pose, &mut self.notes) {
+                links += draft.links.len();
+                shapes +=
+                    draft.links.iter().map(|link| link.visuals.len() + link.collisions.len()).sum::<usize>();
+                // What one robot may be, the reader of URDF checks; of all of them the text is what grows.
+                if links > crate::MOST_LINKS || shapes > self.limits.shapes.max(crate::MOST_LINKS) {
+                    let (most, shapes) = (crate::MOST_LINKS, self.limits.shapes.max(crate::MOST_LINKS));
+                    let message =
+                        format!("all its models together have more than {most} links or {shapes} shapes");
+                    return Err(Stop::of_file(None, None, message));
+                }
+                draft.name = names.unique(&draft.name);
+                drafts.push(draft);
+            }
+        }
+        if drafts.is_empty() {
+            return Err(Stop::at(root, "it has no model that simd could have in its world"));
+        }
+        Ok(drafts)
+    }
+
+    fn check_version(&mut self, root: Element<'a>) {
+        let known = root.word("version").and_then(version);
+        match known {
+            Some((1, minor)) if minor <= 12 => {}
+            _ => {
+                let said = root.word("version").unwrap_or("none");
+                let message = format!("its version is {said:.20}: read as far as versions 1.4 to 1.12 go");
+                self.notes.info(root, Used, message);
+            }
+        }
+    }
+
+    fn world(&mut self, world: Element<'a>, models: &mut Vec<(Model, DPose3)>) -> Result<(), Stop> {
+        for element in world.elements() {
+            self.spend(element)?;
+            match element.tag() {
+                "model" => models.extend(self.placed(element)?),
+                "include" => models.extend(self.included(element)?.map(|(model, placement)| {
+                    let pose = placement.in_world(&model);
+                    (model, pose)
+                })),
+                "physics" => self.physics(element)?,
+                "gravity" => {
+                    let message =
+                        format!("gravity is the world's, and stays as it is there: {:.60}", element.text());
+                    self.notes.info(element, Ignored, message);
+                }
+                "joint" => {
+                    let message =
+                        "joints between models are not read: hold the robots together by a constraint";
+                    self.notes.warn(element, Ignored, message);
+                }
+                "frame" => self.notes.warn(element, Ignored, "frames of a world are not read"),
+                _ => {}
+            }
+        }
+        let known = ["model", "include", "physics", "gravity", "joint", "frame"];
+        report_unknown(world, &known, ": the world is the daemon's", &mut self.notes);
+        Ok(())
+    }
+
+    fn physics(&mut self, element: Element<'a>) -> Result<(), Stop> {
+        let step = element.number_of("max_step_size", &mut self.notes)?;
+        let step = step.map_or_else(String::new, |step| format!(" (a step of {step} s)"));
+        let message = format!("settings of the physics are the world's, and stay as they are there{step}");
+        self.notes.info(element, Ignored, message);
+        Ok(())
+    }
+
+    /// A model of a world or of the file, and where it is.
+    fn placed(&mut self, element: Element<'a>) -> Result<Option<(Model, DPose3)>, Stop> {
+        let (model, placement) = self.model(element, 0)?;
+        let pose = placement.in_world(&model);
+        Ok(Some((model, pose)))
+    }
+
+    /// Counts what is read, with all that is in it.
+    fn spend(&mut self, at: Element) -> Result<(), Stop> {
+        let count = match at.tag() {
+            // What is in it is counted by itself.
+            "model" | "include" | "world" => 1,
+            _ => at.node.descendants().take(BUDGET).count(),
+        };
+        self.left = self.left.saturating_sub(count);
+        if self.left > 0 {
+            return Ok(());
+        }
+        Err(Stop::at(at, format!("with what it includes it has more than {BUDGET} elements")))
+    }
+}
+
+impl Placement {
+    /// `world_from_model`.
+    fn in_world(&self, model: &Model) -> DPose3 {
+        self.parent_from_model(model)
+    }
+}
+
+/// Major and minor.
+fn version(text: &str) -> Option<(u32, u32)> {
+    let (major, minor) = text.split_once('.').unwrap_or((text, "0"));
+    Some((major.parse().ok()?, minor.parse().ok()?))
+}

@@ -1,0 +1,308 @@
+//! One model: its links and joints with their poses in its frame, those of nested models among them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glamx::DPose3;
+
+use super::frames::{self, Frames, MODEL, Raw};
+use super::joint::{self, Joint};
+use super::{Reader, files, link, version};
+use crate::report::Disposition::{Ignored, Repaired};
+use crate::translation::draft::{At, DraftLink, Names};
+use crate::translation::element::{Element, report_unknown};
+use crate::translation::notes::Stop;
+use crate::urdf::findings::quoted;
+
+/// A model, flattened.
+#[derive(Clone, Debug)]
+pub(super) struct Model {
+    pub(super) name: String,
+    pub(super) at: At,
+    /// None of its links moves.
+    pub(super) is_static: bool,
+    pub(super) self_collide: bool,
+    /// Each with `model_from_link`.
+    pub(super) links: Vec<(DraftLink, DPose3)>,
+    pub(super) joints: Vec<Joint>,
+    /// Its frames, for who includes it: `model_from_frame` by name.
+    pub(super) frames: BTreeMap<String, DPose3>,
+    /// The link that stands for it.
+    pub(super) canonical: Option<String>,
+    /// The link that a frame or a joint is fixed to, by its name.
+    pub(super) attached: BTreeMap<String, String>,
+}
+
+/// Where a model is, as far as its own element says.
+#[derive(Clone, Debug)]
+pub(super) struct Placement {
+    pose: DPose3,
+    /// The frame that the pose is of; none is the model's own.
+    frame: Option<String>,
+    /// The frame that the pose is in, of who holds the model.
+    pub(super) relative_to: Option<String>,
+}
+
+impl Placement {
+    /// The model's frame in that which the pose is in.
+    pub(super) fn parent_from_model(&self, model: &Model) -> DPose3 {
+        let frame = self.frame.as_ref().and_then(|frame| model.frames.get(frame));
+        self.pose * frame.copied().unwrap_or(DPose3::IDENTITY).inverse()
+    }
+}
+
+/// Models inside one another.
+const MOST_NESTED: usize = 20;
+
+const KNOWN: [&str; 14] = [
+    "pose",
+    "static",
+    "self_collide",
+    "link",
+    "joint",
+    "frame",
+    "model",
+    "include",
+    "plugin",
+    "allow_auto_disable",
+    "enable_wind",
+    "gripper",
+    "placement_frame",
+    "origin",
+];
+
+/// The link that each frame or joint is fixed to, over whatever it is attached to; none where that is nothing or itself.
+fn fixed_to(
+    attached_to: &BTreeMap<String, String>,
+    links: &BTreeMap<String, String>,
+    canonical: Option<&str>,
+) -> BTreeMap<String, String> {
+    let mut known: BTreeMap<&str, Option<&str>> = BTreeMap::new();
+    for name in attached_to.keys() {
+        // Each step is taken once: chains may be long.
+        let mut path: Vec<&str> = Vec::new();
+        let mut at = name.as_str();
+        let link = loop {
+            if let Some(link) = links.get(at) {
+                break Some(link.as_str());
+            }
+            if let Some(found) = known.get(at) {
+                break *found;
+            }
+            let Some(next) = attached_to.get(at) else {
+                break if at == MODEL { canonical } else { None };
+            };
+            // Until it is known otherwise a circle ends here.
+            known.insert(at, None);
+            path.push(at);
+            at = next;
+        };
+        known.extend(path.into_iter().map(|name| (name, link)));
+    }
+    let named = known.into_iter().filter_map(|(name, link)| Some((name.to_owned(), link?.to_owned())));
+    named.collect()
+}
+
+impl<'a> Reader<'a> {
+    /// A `<model>`, so deep inside of others.
+    pub(super) fn model(&mut self, element: Element<'a>, depth: usize) -> Result<(Model, Placement), Stop> {
+        if depth > MOST_NESTED {
+            let message = format!("models stand inside one another, deeper than {MOST_NESTED} levels");
+            return Err(Stop::at(element, message));
+        }
+        self.spend(element)?;
+        let name = element.word("name").unwrap_or("model").to_owned();
+        let version = Element::root(self.sources, element.file)
+            .and_then(|root| version(root.word("version")?))
+            .unwrap_or((1, 12));
+        let mut frames = Frames::default();
+        let mut nested: Vec<(String, Model)> = Vec::new();
+        let mut attached: BTreeMap<String, String> = BTreeMap::new();
+        let mut attached_to: BTreeMap<String, String> = BTreeMap::new();
+        let mut taken = Names::default();
+        let mut own_names: BTreeSet<String> = BTreeSet::new();
+
+        for child in element.elements() {
+            self.spend(child)?;
+            match child.tag() {
+                "model" | "include" => {
+                    let read = match child.tag() {
+                        "model" => Some(self.model(child, depth + 1)?),
+                        _ => self.included_at(child, depth + 1)?,
+                    };
+                    let Some((mut model, placement)) = read else { continue };
+                    model.name = taken.unique(&model.name);
+                    own_names.insert(model.name.clone());
+                    let pose = placement.parent_from_model(&model);
+                    let relative_to = placement.relative_to.unwrap_or_else(|| MODEL.to_owned());
+                    frames.raw.insert(model.name.clone(), Raw { pose, relative_to, at: child });
+                    nested.push((model.name.clone(), model));
+                }
+                "link" | "frame" | "joint" => {
+                    let Some(own) = child.word("name") else {
+                        return Err(Stop::at(child, "it has no name"));
+                    };
+                    if !taken.take(own) {
+                        // Old files have a link and a joint of one name; the link is the frame of that name.
+                        if child.tag() == "joint" {
+                            self.notes.info(child, Repaired, "a link or frame has this name too");
+                            continue;
+                        }
+                        return Err(Stop::at(
+                            child,
+                            format!("another element of the model is called {}", quoted(own)),
+                        ));
+                    }
+                    own_names.insert(own.to_owned());
+                    let (pose, relative_to) = frames::pose(child, &mut self.notes)?;
+                    let default = match child.tag() {
+                        "joint" => child.text_of("child").unwrap_or(MODEL),
+                        "frame" => child.word("attached_to").unwrap_or(MODEL),
+                        _ => MODEL,
+                    };
+                    let relative_to = relative_to.filter(|_| version >= (1, 7)).unwrap_or(default);
+                    let relative_to = relative_to.to_owned();
+                    match child.tag() {
+                        "link" => drop(attached.insert(own.to_owned(), own.to_owned())),
+                        _ => drop(attached_to.insert(own.to_owned(), default.to_owned())),
+                    }
+                    frames.raw.insert(own.to_owned(), Raw { pose, relative_to, at: child });
+                }
+                _ => {}
+            }
+        }
+        report_unknown(element, &KNOWN, "", &mut self.notes);
+        for child in element.elements().filter(|child| ["plugin", "gripper"].contains(&child.tag())) {
+            self.notes.info(child, Ignored, "not read by simd: it is for Gazebo");
+        }
+
+        let mut model = Model {
+            at: (element.file, element.line()),
+            is_static: element.says("static") == Some(true),
+            self_collide: element.says("self_collide") == Some(true),
+            links: Vec::new(),
+            joints: Vec::new(),
+            frames: BTreeMap::new(),
+            canonical: None,
+            attached: BTreeMap::new(),
+            name,
+        };
+        self.take_nested(nested, &mut frames, &mut model, element)?;
+        attached.extend(std::mem::take(&mut model.attached));
+        for child in element.children("link") {
+            let Some(own) = child.word("name") else { continue };
+            let pose = frames.resolve(own, child)?;
+            model.links.push((link::read(child, &mut self.notes)?, pose));
+            self.links += 1;
+            if self.links > crate::MOST_LINKS {
+                let message = format!("all its models together have more than {} links", crate::MOST_LINKS);
+                return Err(Stop::at(element, message));
+            }
+        }
+        model.canonical = element.word("canonical_link").map(str::to_owned).or_else(|| {
+            let own = element.child("link").and_then(|link| link.word("name")).map(str::to_owned);
+            own.or(model.canonical.take())
+        });
+        let fixed = fixed_to(&attached_to, &attached, model.canonical.as_deref());
+        model.attached.extend(fixed);
+        model.attached.extend(attached);
+        for child in element.children("joint") {
+            let read = joint::read(child, version, &mut frames, &model, &mut self.notes)?;
+            model.joints.extend(read);
+        }
+        for name in own_names {
+            let pose = frames.resolve(&name, element)?;
+            model.frames.insert(name, pose);
+        }
+        let (pose, relative_to) = frames::pose(element, &mut self.notes)?;
+        let frame = element.word("placement_frame").map(str::to_owned);
+        let relative_to = relative_to.filter(|to| version >= (1, 7) && *to != "world").map(str::to_owned);
+        Ok((model, Placement { pose, frame, relative_to }))
+    }
+
+    /// Links, joints and frames of nested models become the model's, with the nested one's name before theirs.
+    fn take_nested(
+        &mut self,
+        nested: Vec<(String, Model)>,
+        frames: &mut Frames<'a>,
+        model: &mut Model,
+        element: Element<'a>,
+    ) -> Result<(), Stop> {
+        for (name, inner) in nested {
+            let model_from_inner = frames.resolve(&name, element)?;
+            let full = |own: &str| format!("{name}::{own}");
+            for (mut link, pose) in inner.links {
+                link.name = full(&link.name);
+                model.links.push((link, model_from_inner * pose));
+            }
+            for mut joint in inner.joints {
+                joint.moved(&full, &model_from_inner);
+                model.joints.push(joint);
+            }
+            for (own, pose) in inner.frames {
+                let raw = Raw { pose, relative_to: name.clone(), at: element };
+                frames.raw.insert(full(&own), raw);
+            }
+            model.attached.extend(inner.attached.into_iter().map(|(own, link)| (full(&own), full(&link))));
+            if let Some(canonical) = inner.canonical {
+                model.attached.insert(name.clone(), full(&canonical));
+                model.canonical.get_or_insert(full(&canonical));
+            }
+            model.self_collide |= inner.self_collide;
+            if model.links.len() > crate::MOST_LINKS {
+                let message = format!("the model has more than {} links", crate::MOST_LINKS);
+                return Err(Stop::at(element, message));
+            }
+            if inner.is_static && !model.is_static {
+                let message =
+                    format!("the nested model {} is static: its links move all the same", quoted(&name));
+                self.notes.warn(element, Ignored, message);
+            }
+        }
+        Ok(())
+    }
+
+    /// An `<include>` of a world.
+    pub(super) fn included(&mut self, include: Element<'a>) -> Result<Option<(Model, Placement)>, Stop> {
+        self.included_at(include, 0)
+    }
+
+    fn included_at(
+        &mut self,
+        include: Element<'a>,
+        depth: usize,
+    ) -> Result<Option<(Model, Placement)>, Stop> {
+        let Some(uri) = include.text_of("uri") else {
+            return Err(Stop::at(include, "it has no uri"));
+        };
+        let root =
+            self.places.get(include.folder(), uri).and_then(|place| Element::root(self.sources, place));
+        let Some(root) = root else {
+            let message = format!("{} is not found", quoted(&files::joined(include.folder(), uri)));
+            if include.says("optional") == Some(true) {
+                self.notes.warn(include, Ignored, message);
+                return Ok(None);
+            }
+            return Err(Stop::at(include, message));
+        };
+        let Some(element) =
+            root.child("model").or_else(|| root.child("world").and_then(|it| it.child("model")))
+        else {
+            let message = format!("{} holds no model", quoted(uri));
+            return Err(Stop::at(include, message));
+        };
+        let (mut model, mut placement) = self.model(element, depth + 1)?;
+        if let Some(name) = include.text_of("name") {
+            model.name = name.to_owned();
+        }
+        if let Some(is_static) = include.says("static") {
+            model.is_static = is_static;
+        }
+        if include.child("pose").is_some() {
+            let (pose, relative_to) = frames::pose(include, &mut self.notes)?;
+            let frame = include.text_of("placement_frame").map(str::to_owned).or(placement.frame);
+            let relative_to = relative_to.filter(|to| *to != "world").map(str::to_owned);
+            placement = Placement { pose, frame, relative_to };
+        }
+        Ok(Some((model, placement)))
+    }
+}

@@ -1,0 +1,214 @@
+//! A model as robots: links that joints hold together are one, of which the root is on nothing or on the world.
+//!
+//! What URDF has not: a joint whose frame is not its child's gets a link without mass between the two, and so does a
+//! joint of two axes. A link of two parents keeps the first: simd's constraints close loops.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glamx::DPose3;
+
+use super::joint::{Joint, WORLD};
+use super::model::Model;
+use crate::report::Disposition::Ignored;
+use crate::translation::draft::{At, Draft, DraftJoint, DraftLink, Names};
+use crate::translation::notes::Notes;
+
+/// The robots of a model that is there in the world.
+pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) -> Vec<Draft> {
+    let Model { name, at, is_static, self_collide, links, mut joints, .. } = model;
+    if links.is_empty() {
+        notes.of_place(Ignored, at, format!("the model {name:?} has no links; left out"));
+        return Vec::new();
+    }
+    if is_static {
+        return vec![of_static(name, at, links, world_from_model)];
+    }
+    let index: BTreeMap<String, usize> =
+        links.iter().enumerate().map(|(index, (link, _))| (link.name.clone(), index)).collect();
+    keep_trees(&mut joints, &index, notes);
+
+    // The root of each link: of a link on the world that is the world, after all links.
+    let world = links.len();
+    let mut above: Vec<Option<usize>> = vec![None; links.len()];
+    for joint in &joints {
+        let parent = joint.parent.as_ref().map_or(Some(world), |parent| index.get(parent).copied());
+        if let (Some(parent), Some(child)) = (parent, index.get(&joint.child)) {
+            above[*child] = Some(parent);
+        }
+    }
+    let root_of = |link: usize| {
+        let mut at = link;
+        // Trees have no loops, and no path longer than there are links.
+        for _ in 0..=above.len() {
+            match above.get(at).copied().flatten() {
+                Some(up) => at = up,
+                None => break,
+            }
+        }
+        at
+    };
+    let roots: Vec<usize> = (0..links.len()).map(root_of).collect();
+    let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (link, root) in roots.iter().enumerate() {
+        groups.entry(*root).or_default().push(link);
+    }
+    let mut joints_of: BTreeMap<usize, Vec<&Joint>> = BTreeMap::new();
+    for joint in &joints {
+        if let Some(root) = index.get(&joint.child).and_then(|link| roots.get(*link)) {
+            joints_of.entry(*root).or_default().push(joint);
+        }
+    }
+    let count = groups.len();
+    // The robot of the first link has the model's name.
+    let first = roots.first().copied().unwrap_or(0);
+    let mut drafts = Vec::with_capacity(count);
+    for (root, members) in groups {
+        let root_name = links.get(root).map_or(WORLD, |(link, _)| link.name.as_str());
+        let draft_name = if root == first { name.clone() } else { format!("{name}_{root_name}") };
+        let model_from_root = links.get(root).map_or(DPose3::IDENTITY, |(_, pose)| *pose);
+        let mut draft = Draft {
+            name: draft_name,
+            at,
+            pose: world_from_model * model_from_root,
+            fixed: root == world || root_name == WORLD,
+            self_collision: self_collide,
+            ..Draft::default()
+        };
+        let mut taken = Names::default();
+        for (link, _) in members.iter().filter_map(|link| links.get(*link)) {
+            taken.take(&link.name);
+        }
+        let mut world_name = WORLD.to_owned();
+        if root == world {
+            world_name = taken.unique(WORLD);
+            draft.links.push(DraftLink::bare(world_name.clone(), at));
+        }
+        for member in &members {
+            draft.links.extend(links.get(*member).map(|(link, _)| link.clone()));
+        }
+        // The root comes first.
+        if let Some(place) = members.iter().position(|member| *member == root) {
+            draft.links.swap(0, place);
+        }
+        for joint in joints_of.get(&root).into_iter().flatten() {
+            let pose_of =
+                |name: &str| index.get(name).and_then(|link| links.get(*link)).map(|(_, pose)| *pose);
+            let model_from_parent = joint.parent.as_deref().and_then(pose_of).unwrap_or(DPose3::IDENTITY);
+            let model_from_child = pose_of(&joint.child).unwrap_or(DPose3::IDENTITY);
+            let parent = joint.parent.clone().unwrap_or_else(|| world_name.clone());
+            add_joint(&mut draft, joint, parent, [model_from_parent, model_from_child], &mut taken);
+        }
+        drafts.push(draft);
+    }
+    drafts
+}
+
+/// Leaves out joints whose child hangs on another one already, and those that close a circle.
+fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>, notes: &mut Notes) {
+    let mut above: Vec<Option<usize>> = vec![None; index.len()];
+    let mut held: BTreeSet<usize> = BTreeSet::new();
+    joints.retain(|joint| {
+        let Some(child) = index.get(&joint.child).copied() else { return false };
+        let parent = joint.parent.as_ref().and_then(|parent| index.get(parent).copied());
+        let mut is_circle = false;
+        let mut at = parent;
+        for _ in 0..=above.len() {
+            is_circle |= at == Some(child);
+            at = at.and_then(|at| above.get(at).copied().flatten());
+            if at.is_none() {
+                break;
+            }
+        }
+        if is_circle || !held.insert(child) {
+            let message = format!(
+                "the joint {:?} closes a loop: left out; a constraint holds its links together",
+                joint.name
+            );
+            notes.of_place(Ignored, joint.at, message);
+            return false;
+        }
+        if let Some(slot) = above.get_mut(child) {
+            *slot = parent;
+        }
+        true
+    });
+}
+
+/// None of its links moves, whatever its joints say.
+fn of_static(name: String, at: At, links: Vec<(DraftLink, DPose3)>, world_from_model: DPose3) -> Draft {
+    let root_pose = links.first().map_or(DPose3::IDENTITY, |(_, pose)| *pose);
+    let root_name = links.first().map(|(link, _)| link.name.clone()).unwrap_or_default();
+    let mut draft = Draft { name, at, pose: world_from_model * root_pose, fixed: true, ..Draft::default() };
+    for (link, pose) in links {
+        if !draft.links.is_empty() {
+            let ends = [root_name.clone(), link.name.clone()];
+            let joint =
+                DraftJoint::fixed(format!("{}_fixed", link.name), link.at, ends, root_pose.inverse() * pose);
+            draft.joints.push(joint);
+        }
+        draft.links.push(link);
+    }
+    draft
+}
+
+/// Whether two frames are one, but for rounding.
+fn is_identity(pose: &DPose3) -> bool {
+    pose.translation.length() < 1e-12 && pose.rotation.to_scaled_axis().length() < 1e-12
+}
+
+fn add_joint(
+    draft: &mut Draft,
+    joint: &Joint,
+    parent: String,
+    [model_from_parent, model_from_child]: [DPose3; 2],
+    taken: &mut Names,
+) {
+    let parent_from_joint = model_from_parent.inverse() * joint.model_from_joint;
+    let joint_from_child = joint.model_from_joint.inverse() * model_from_child;
+    let child = joint.child.clone();
+    if joint.axes.is_empty() && !joint.is_ball {
+        let parent_from_child = parent_from_joint * joint_from_child;
+        draft.joints.push(DraftJoint::fixed(
+            joint.name.clone(),
+            joint.at,
+            [parent, child],
+            parent_from_child,
+        ));
+        return;
+    }
+    // Links without mass: after each axis but the last one, and after that where the child's frame is another.
+    let is_apart = !is_identity(&joint_from_child);
+    let moving = joint.axes.len().max(1);
+    let mut between = |what: &str| {
+        let name = taken.unique(&format!("{}_{what}", joint.name));
+        draft.links.push(DraftLink::bare(name.clone(), joint.at));
+        name
+    };
+    let mut ends: Vec<String> = vec![parent];
+    for _ in 1..moving {
+        ends.push(between("cross"));
+    }
+    ends.push(if is_apart { between("frame") } else { child.clone() });
+    let mut poses = std::iter::once(parent_from_joint).chain(std::iter::repeat(DPose3::IDENTITY));
+    for (place, pair) in ends.windows(2).enumerate() {
+        let [from, to] = pair else { continue };
+        let name = if place == 0 { joint.name.clone() } else { format!("{}_axis2", joint.name) };
+        let pose = poses.next().unwrap_or(DPose3::IDENTITY);
+        let mut written = DraftJoint::fixed(name, joint.at, [from.clone(), to.clone()], pose);
+        written.kind = "spherical";
+        if let Some(axis) = joint.axes.get(place) {
+            written.kind = axis.kind;
+            written.axis = axis.direction;
+            written.limits = axis.limits;
+            (written.damping, written.friction, written.spring) = (axis.damping, axis.friction, axis.spring);
+        }
+        if place == 0 {
+            written.mimic.clone_from(&joint.mimic);
+        }
+        draft.joints.push(written);
+    }
+    if let (true, Some(frame)) = (is_apart, ends.pop()) {
+        let name = format!("{}_frame", joint.name);
+        draft.joints.push(DraftJoint::fixed(name, joint.at, [frame, child], joint_from_child));
+    }
+}

@@ -1,0 +1,112 @@
+//! How a robot begins, as far as its description says: drives and first positions of its joints, named
+//! states, and what of it touches what. A spawn may ask for something else.
+
+/// What a description says beside the links and joints themselves. Indices are those of the model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Setup {
+    /// Joints of which something is said, in the order of their indices, each once.
+    pub joints: Vec<JointSetup>,
+    /// In the order of the file; no two of a group have one name.
+    pub states: Vec<NamedState>,
+    /// Its links touch each other.
+    pub self_collision: bool,
+    /// Pairs of links that do not touch, or do whatever joints connect them.
+    pub pairs: Vec<LinkPair>,
+    /// Links of which groups are given.
+    pub groups: Vec<LinkGroups>,
+}
+
+/// How a joint of one axis begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JointSetup {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Rotor inertia seen at the joint, kg m^2 or kg, at least 0.
+    pub armature: f64,
+    /// rad or m.
+    pub position: Option<f64>,
+    /// What its actuator does first; `None`: it holds its position.
+    pub mode: Option<DriveMode>,
+    /// Stiffness of position targets that give none, N m/rad or N/m, at least 0.
+    pub stiffness: Option<f64>,
+    /// Damping of targets that give none, N m s/rad or N s/m, at least 0.
+    pub damping: Option<f64>,
+}
+
+/// What an actuator does first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DriveMode {
+    /// Nothing.
+    Passive,
+    /// Keeps the velocity 0.
+    Velocity,
+    /// Applies the effort 0.
+    Effort,
+    /// Is a spring that is at rest at this position, rad or m.
+    Spring(f64),
+}
+
+/// Positions of joints under a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedState {
+    /// Its name.
+    pub name: String,
+    /// The group of joints that it is of; empty where there is none.
+    pub group: String,
+    /// Index of the joint, and rad or m.
+    pub positions: Vec<(usize, f64)>,
+}
+
+/// Two links that are switched off or on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkPair {
+    /// Their indices.
+    pub links: [usize; 2],
+    /// They touch.
+    pub enabled: bool,
+}
+
+/// The groups of a link, a bit each. Two links may touch where one is in a group that the other touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkGroups {
+    /// Index of the link.
+    pub link: usize,
+    /// The groups that it is in.
+    pub group: u32,
+    /// The groups that it touches.
+    pub mask: u32,
+}
+
+impl Setup {
+    /// What is said of a joint, to be added to.
+    pub(crate) fn joint(&mut self, joint: usize) -> &mut JointSetup {
+        let at = match self.joints.binary_search_by_key(&joint, |setup| setup.joint) {
+            Ok(at) => at,
+            Err(at) => {
+                self.joints.insert(at, JointSetup { joint, ..JointSetup::default() });
+                at
+            }
+        };
+        &mut self.joints[at]
+    }
+
+    /// Adds states; of those of one name the first is kept. Gives the names of those that are left out.
+    pub fn add_states(&mut self, states: Vec<NamedState>) -> Vec<String> {
+        let mut left_out = Vec::new();
+        for state in states {
+            if self.states.iter().any(|known| known.name == state.name && known.group == state.group) {
+                left_out.push(state.name);
+            } else {
+                self.states.push(state);
+            }
+        }
+        left_out
+    }
+}
+
+impl JointSetup {
+    /// Whether nothing is said.
+    pub fn is_silent(&self) -> bool {
+        *self == Self { joint: self.joint, ..Self::default() }
+    }
+}

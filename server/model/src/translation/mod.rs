@@ -1,0 +1,220 @@
+//! Descriptions of other formats, on their way to URDF.
+//!
+//! What a description means is decided by one reader, that of URDF. SDF and MJCF are read into a [`Draft`], which is
+//! written as URDF; where URDF has no word, Gazebo's, ROS's, MoveIt's and MuJoCo's own extensions are used, all of which
+//! the reader knows. A line of that text knows the line that it comes from, so that reports name the file that was sent.
+//!
+//! * `sources`: the files of a description, parsed within limits. `element`: their elements.
+//! * `notes`: the report on the way. `draft`: what was read. `write`: as URDF.
+
+pub(crate) mod draft;
+pub(crate) mod element;
+pub(crate) mod notes;
+pub(crate) mod sources;
+#[cfg(test)]
+mod tests;
+pub(crate) mod write;
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
+use glamx::DPose3;
+
+use crate::limits::LoadLimits;
+use crate::report::LoadReport;
+use crate::urdf::{Asset, Assets, Description, Refused};
+use crate::{mjcf, sdf, urdf};
+
+/// What a file is, by its root element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// URDF, and whatever is nothing else.
+    Urdf,
+    /// Gazebo's.
+    Sdf,
+    /// MuJoCo's.
+    Mjcf,
+}
+
+/// What a file of another format is as URDF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Translation {
+    /// What the file is.
+    pub format: Format,
+    /// One for each robot, in the order of the file. No two have one name.
+    pub models: Vec<TranslatedModel>,
+    /// URIs of the descriptions that it includes, found or not, in the order of their use.
+    pub included: Vec<String>,
+    /// What was done to it, but for what the reader of URDF will find.
+    pub report: LoadReport,
+}
+
+/// A robot of a file of another format.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TranslatedModel {
+    /// Its name in the file.
+    pub name: String,
+    /// The robot.
+    pub urdf: String,
+    /// Where its root link is: `world_from_root`.
+    pub pose: DPose3,
+    /// Its root link does not move.
+    pub fixed: bool,
+    /// For each line of `urdf` the file, by its place among the files, and the line there. 0 is none.
+    pub(crate) lines: Vec<(usize, u32)>,
+    /// The names of the files: empty is the one that was sent.
+    pub(crate) files: Vec<String>,
+}
+
+impl Format {
+    /// Of a file, by what it begins with; costs nothing that grows with the file.
+    pub fn of(bytes: &[u8]) -> Self {
+        /// Comments stand before roots, licences among them.
+        const MOST: usize = 64 << 10;
+        let head: Vec<u8> = bytes.iter().take(MOST).copied().filter(|byte| *byte != 0).collect();
+        let head = String::from_utf8_lossy(&head);
+        let mut rest: &str = &head;
+        while let Some(open) = rest.find('<') {
+            rest = rest.get(open..).unwrap_or_default();
+            let end = match rest {
+                comment if comment.starts_with("<!--") => comment.find("-->"),
+                other if other.starts_with("<?") || other.starts_with("<!") => other.find('>'),
+                root => {
+                    let name = root.get(1..).unwrap_or_default();
+                    let end =
+                        name.find(|c: char| c.is_whitespace() || c == '>' || c == '/').unwrap_or(name.len());
+                    return match name.get(..end).unwrap_or_default() {
+                        "sdf" | "gazebo" => Self::Sdf,
+                        "mujoco" => Self::Mjcf,
+                        _ => Self::Urdf,
+                    };
+                }
+            };
+            let Some(end) = end else { break };
+            rest = rest.get(end + 1..).unwrap_or_default();
+        }
+        Self::Urdf
+    }
+
+    /// As reports write it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Urdf => "URDF",
+            Self::Sdf => "SDF",
+            Self::Mjcf => "MJCF",
+        }
+    }
+}
+
+/// A file of another format as URDF; `None` where it is none of those. Meshes are only asked for where masses follow
+/// from them.
+///
+/// # Errors
+///
+/// What cannot be read, is too large, or has nothing that simd could have in its world.
+pub fn translate(
+    bytes: &[u8],
+    assets: &dyn Assets,
+    limits: &LoadLimits,
+) -> Result<Option<Translation>, Refused> {
+    match Format::of(bytes) {
+        Format::Urdf => Ok(None),
+        Format::Sdf => sdf::translate(bytes, assets, limits).map(Some),
+        Format::Mjcf => mjcf::translate(bytes, assets, limits).map(Some),
+    }
+}
+
+/// What can be said of a description of any format. `assets` are those of the files that it includes which are there.
+///
+/// # Errors
+///
+/// What cannot be read at all, though all that it includes is there.
+pub fn describe_with(bytes: &[u8], assets: &dyn Assets, limits: &LoadLimits) -> Result<Description, Refused> {
+    if Format::of(bytes) == Format::Urdf {
+        return urdf::describe(bytes, limits);
+    }
+    let asked = Asked { assets, found: RefCell::default(), missing: RefCell::default() };
+    let translation = match translate(bytes, &asked, limits) {
+        Ok(Some(translation)) => translation,
+        Ok(None) => return urdf::describe(bytes, limits),
+        // Who sends what is missing learns of the rest.
+        Err(_) if !asked.missing.borrow().is_empty() => {
+            let found = asked.found.into_inner();
+            let asset_uris = found.into_iter().chain(asked.missing.into_inner()).collect();
+            return Ok(Description { name: String::new(), asset_uris, models: Vec::new() });
+        }
+        Err(refused) => return Err(refused),
+    };
+    let mut asset_uris = translation.included.clone();
+    let mut seen: BTreeSet<String> = asset_uris.iter().cloned().collect();
+    for model in &translation.models {
+        let described = urdf::describe(model.urdf.as_bytes(), limits)?;
+        asset_uris.extend(described.asset_uris.into_iter().filter(|uri| seen.insert(uri.clone())));
+    }
+    let models: Vec<String> = translation.models.iter().map(|model| model.name.clone()).collect();
+    Ok(Description { name: models.first().cloned().unwrap_or_default(), asset_uris, models })
+}
+
+/// Files, and which of them were asked for.
+struct Asked<'a> {
+    assets: &'a dyn Assets,
+    found: RefCell<Vec<String>>,
+    missing: RefCell<Vec<String>>,
+}
+
+impl Assets for Asked<'_> {
+    fn find(&self, uri: &str) -> Result<Asset, Vec<String>> {
+        let found = self.assets.find(uri);
+        let list = if found.is_ok() { &self.found } else { &self.missing };
+        let mut list = list.borrow_mut();
+        if list.len() < 10_000 && !list.iter().any(|known| known == uri) {
+            list.push(uri.to_owned());
+        }
+        found
+    }
+}
+
+impl Translation {
+    /// The robot of a name, or the only one.
+    ///
+    /// # Errors
+    ///
+    /// Where there is none of the name, or several and no name is given.
+    pub fn model(&self, name: &str) -> Result<&TranslatedModel, Refused> {
+        let found = match (&self.models[..], name) {
+            ([only], "") => Some(only),
+            (models, name) => models.iter().find(|model| model.name == name),
+        };
+        found.ok_or_else(|| {
+            let names: Vec<String> =
+                self.models.iter().take(20).map(|model| format!("{:?}", model.name)).collect();
+            let names = names.join(", ");
+            let count = self.models.len();
+            let message = match name {
+                "" => format!("the {} has {count} robots; say which of them: {names}", self.format.word()),
+                name => format!("the {} has no robot {name:?}; it has {names}", self.format.word()),
+            };
+            notes::refused(message, self.report.clone())
+        })
+    }
+}
+
+impl TranslatedModel {
+    /// A report on its URDF as one on the file that was sent.
+    pub fn report(&self, report: LoadReport) -> LoadReport {
+        let findings = report.findings.into_iter().map(|mut finding| {
+            let (file, line) = finding
+                .line
+                .and_then(|line| self.lines.get((line as usize).checked_sub(1)?))
+                .copied()
+                .unwrap_or_default();
+            finding.line = Some(line).filter(|line| *line > 0);
+            let file = self.files.get(file).filter(|file| !file.is_empty());
+            if finding.file.is_none() {
+                finding.file = file.cloned();
+            }
+            finding
+        });
+        LoadReport { findings: findings.collect() }
+    }
+}

@@ -1,0 +1,217 @@
+//! MJCF.
+
+use super::*;
+use crate::robot::{Geometry, JointKind};
+use crate::setup::DriveMode;
+
+fn mjcf(sections: &str, bodies: &str) -> String {
+    format!("<mujoco model='m'>\n{sections}\n<worldbody>\n{bodies}\n</worldbody></mujoco>")
+}
+
+#[test]
+fn degrees_are_the_default_and_classes_give_what_elements_leave_out() {
+    let text = mjcf(
+        "<default><joint damping='1'/><geom density='500'/><default class='arm'><joint damping='2' armature='0.3'/></default></default>",
+        "<body name='a' childclass='arm' euler='90 0 0'><joint name='j' axis='0 0 2' range='-90 180'/>\
+         <joint name='k' type='slide' class='main' axis='1 0 0' range='-0.5 0.5'/><geom type='box' size='0.1 0.2 0.3'/></body>",
+    )
+    .replace("<default><joint", "<default class='main'><joint");
+    let (model, report) = robot(&text);
+    assert_eq!(warnings(&report), []);
+    let j = joint(&model, "j");
+    assert!((j.limits.upper.unwrap() - std::f64::consts::PI).abs() < 1e-12 && j.kind == JointKind::Revolute);
+    assert_eq!((j.damping, joint(&model, "k").damping), (2.0, 1.0));
+    assert_eq!(model.setup.joints[0].armature, 0.3);
+    assert_eq!(joint(&model, "k").limits.upper, Some(0.5));
+    // 0.2 * 0.4 * 0.6 m^3 of 500 kg/m^3.
+    assert!((link(&model, "a").inertial.mass - 24.0).abs() < 1e-9);
+    assert!(near(root_from_link(&model, "a").rotation * glamx::DVec3::Y, [0.0, 0.0, 1.0]));
+    assert_eq!(model.links[0].name, "world");
+}
+
+#[test]
+fn several_joints_of_a_body_are_a_chain_of_links_without_mass_about_their_anchors() {
+    let text = mjcf(
+        "<compiler angle='radian'/>",
+        "<body name='a' pos='1 0 0'><joint name='x' axis='1 0 0' pos='0 0 0.5'/><joint name='y' axis='0 1 0' pos='0 0 0.5'/>\
+         <geom type='sphere' size='0.1'/></body>",
+    );
+    let (model, report) = robot(&text);
+    assert_eq!(warnings(&report), []);
+    assert!(near(joint(&model, "x").parent_from_joint.translation, [1.0, 0.0, 0.5]));
+    assert!(near(joint(&model, "y").parent_from_joint.translation, [0.0, 0.0, 0.0]));
+    assert!(near(root_from_link(&model, "a").translation, [1.0, 0.0, 0.0]));
+    let masses: Vec<f64> = model.links.iter().map(|link| link.inertial.mass).collect();
+    assert_eq!(masses.iter().filter(|mass| **mass > 0.0).count(), 1, "{masses:?}");
+}
+
+#[test]
+fn free_bodies_and_what_stands_still_are_robots_of_their_own() {
+    let text = mjcf(
+        "",
+        "<geom name='floor' type='plane' size='5 5 1'/><body name='table' pos='0 0 1'><geom type='box' size='1 1 0.1'/></body>\
+         <body name='ball' pos='0 0 2'><freejoint/><geom size='0.1'/></body>\
+         <body name='arm' pos='3 0 0'><geom size='0.1'/><body name='fore' pos='0 0 1'><joint name='j'/><geom size='0.1'/></body></body>",
+    );
+    let translation = translated(&text);
+    let models: Vec<(&str, bool, f64)> = translation
+        .models
+        .iter()
+        .map(|model| (model.name.as_str(), model.fixed, model.pose.translation.x + model.pose.translation.z))
+        .collect();
+    assert_eq!(models, [("ball", false, 2.0), ("arm", true, 3.0), ("m_ground", true, 0.0)]);
+    let ground = &translation.models[2];
+    let (ground, _) = read(ground.urdf.as_bytes(), &Files::default(), &ReadOptions::default()).unwrap();
+    assert_eq!(ground.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>(), ["world", "table"]);
+    assert!(matches!(ground.links[0].collisions[0].geometry, Geometry::Plane { .. }));
+}
+
+#[test]
+fn a_reference_is_where_the_joint_starts_and_the_file_puts_the_body() {
+    let text = mjcf(
+        "<compiler angle='radian'/>",
+        "<body name='a'><joint name='j' type='slide' axis='0 0 1' ref='1.25'/><geom size='1'/></body>",
+    );
+    let (model, _) = robot(&text);
+    assert!(near(joint(&model, "j").parent_from_joint.translation, [0.0, 0.0, -1.25]));
+    assert_eq!(model.setup.joints[0].position, Some(1.25));
+}
+
+#[test]
+fn actuators_are_modes_gains_and_limits() {
+    let text = mjcf(
+        "<default><position kp='100'/></default><actuator><position joint='p' kv='5' forcerange='-20 30'/><velocity joint='v' kv='3'/>\
+         <motor joint='t' gear='10' ctrlrange='-2 2'/><general joint='g' gainprm='50' biastype='affine' biasprm='0 -50 -4'/>\
+         <muscle joint='n'/><motor tendon='x'/></actuator>",
+        "<body name='a'><joint name='p'/><geom size='1'/><body name='b'><joint name='v'/><geom size='1'/><body name='c'><joint name='t'/>\
+         <geom size='1'/><body name='d'><joint name='g'/><geom size='1'/><body name='e'><joint name='n'/><geom size='1'/></body></body></body></body></body>",
+    );
+    let (model, report) = robot(&text);
+    let of = |name: &str| {
+        let index = model.joints.iter().position(|joint| joint.name == name).unwrap();
+        let setup = model.setup.joints.iter().find(|setup| setup.joint == index).copied().unwrap();
+        (setup.mode, setup.stiffness, setup.damping, model.joints[index].limits.effort)
+    };
+    assert_eq!(of("p"), (None, Some(100.0), Some(5.0), Some(30.0)));
+    assert_eq!(of("v"), (Some(DriveMode::Velocity), None, Some(3.0), None));
+    assert_eq!(of("t"), (Some(DriveMode::Effort), None, None, Some(20.0)));
+    assert_eq!(of("g"), (None, Some(50.0), Some(4.0), None));
+    assert_eq!(of("n").0, Some(DriveMode::Passive), "what has no actuator is not driven");
+    let said = warnings(&report);
+    assert!(
+        said.iter().any(|(line, message)| *line == Some(2) && message.contains("no actuator muscle")),
+        "{said:?}"
+    );
+    assert!(said.iter().any(|(_, message)| message.contains("only joints have actuators")), "{said:?}");
+}
+
+#[test]
+fn keyframes_are_named_states_and_equal_joints_follow_one_another() {
+    let text = mjcf(
+        "<compiler angle='radian'/><equality><joint joint1='b' joint2='a' polycoef='0.1 -2 0 0 0'/><weld body1='one'/></equality>\
+         <keyframe><key name='home' qpos='0.5 0.7'/><key qpos='1'/></keyframe>",
+        "<body name='one'><joint name='a'/><geom size='1'/><body name='two'><joint name='b'/><geom size='1'/></body></body>",
+    );
+    let (model, report) = robot(&text);
+    let mimic = joint(&model, "b").mimic.unwrap();
+    assert_eq!((mimic.multiplier, mimic.offset), (-2.0, 0.1));
+    assert_eq!(model.setup.states.len(), 1);
+    let state = &model.setup.states[0];
+    assert_eq!(state.name, "home");
+    let a = model.joints.iter().position(|joint| joint.name == "a").unwrap();
+    assert_eq!(state.positions, [(a, 0.5)], "a joint that follows has no position of its own");
+    let said = warnings(&report);
+    assert!(
+        said.iter().any(|(_, message)| message.contains("qpos has 1 numbers where the joints have 2")),
+        "{said:?}"
+    );
+    assert!(
+        said.iter().any(|(_, message)| message.contains("holds \"one\" and the world together")),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn bits_and_excludes_say_what_touches() {
+    let text = mjcf(
+        "<contact><exclude body1='a' body2='c'/></contact>",
+        "<body name='a'><freejoint/><geom size='1' contype='1' conaffinity='0'/><body name='b'><joint/><geom size='1' contype='0' conaffinity='0'/>\
+         <body name='c'><joint/><geom size='1' contype='4' conaffinity='2'/></body></body></body>",
+    );
+    let (model, _) = robot(&text);
+    let bits: Vec<(usize, u32, u32)> =
+        model.setup.groups.iter().map(|groups| (groups.link, groups.group, groups.mask)).collect();
+    assert_eq!(bits, [(0, 1, 0), (2, 4, 2)]);
+    assert_eq!(link(&model, "b").collisions.len(), 0, "what touches nothing is only seen");
+    assert_eq!(link(&model, "b").visuals.len(), 1);
+    assert!(model.setup.self_collision);
+    assert_eq!(model.setup.pairs[0].links, [0, 2]);
+}
+
+#[test]
+fn meshes_weigh_what_they_enclose_and_stand_where_their_reference_puts_them() {
+    let cube = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let text = mjcf(
+        "<compiler meshdir='assets'/><asset><mesh file='cube.obj' scale='0.5 0.5 0.5' refpos='1 1 1'/></asset>",
+        "<body name='a'><freejoint/><geom type='mesh' mesh='cube' density='100'/></body>",
+    );
+    let files = Files::default().with("assets/cube.obj", cube);
+    let (model, report) = robot_with(&text, &files);
+    assert_eq!(warnings(&report), []);
+    let a = link(&model, "a");
+    assert!((a.inertial.mass - 100.0).abs() < 1e-9, "{}", a.inertial.mass);
+    assert!(near(a.collisions[0].link_from_shape.translation, [-0.5, -0.5, -0.5]));
+    assert!(a.inertial.center_of_mass.length() < 1e-9, "{:?}", a.inertial.center_of_mass);
+}
+
+#[test]
+fn shapes_between_two_points_lie_along_the_line() {
+    let text =
+        mjcf("", "<body name='a'><freejoint/><geom type='capsule' fromto='0 0 0 2 0 0' size='0.1'/></body>");
+    let (model, _) = robot(&text);
+    let shape = &link(&model, "a").collisions[0];
+    assert_eq!(shape.geometry, Geometry::Capsule { radius: 0.1, length: 2.0 });
+    assert!(near(shape.link_from_shape.translation, [1.0, 0.0, 0.0]));
+    assert!((shape.link_from_shape.rotation * glamx::DVec3::Z).x.abs() > 1.0 - 1e-12);
+}
+
+#[test]
+fn what_is_not_read_is_named_by_line() {
+    let text = mjcf(
+        "<tendon>\n<fixed name='t'/></tendon>",
+        "<body name='a'><freejoint/><geom size='1'/>\n<composite/></body>",
+    );
+    let (_, report) = robot(&text);
+    assert_eq!(
+        warnings(&report),
+        [
+            (Some(3), "not read by simd: the robot is without it"),
+            (Some(6), "not read by simd: the robot is without it")
+        ]
+    );
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_with_the_line() {
+    let of = |bodies: &str| refusal(&mjcf("", bodies));
+    assert!(of("").contains("no body"));
+    assert!(
+        of("<body><joint type='screw'/></body>").contains("(line 4): simd knows no joint of type \"screw\""),
+        "{}",
+        of("<body><joint type='screw'/></body>")
+    );
+    assert!(of("<joint/>").contains("the world has no joints"));
+    assert!(of("<body pos='1 2'/>").contains("pos has 2 numbers where there must be 3"));
+    assert!(of("<body name='a'/><body name='a'/>").contains("another body has this name"));
+    assert!(of("<body><body><freejoint/></body></body>").contains("a free joint is for a body of the world"));
+    assert!(refusal("<mujoco><compiler coordinate='global'/></mujoco>").contains("2.3.3"));
+    assert!(refusal("<mujoco><include file='x.xml'/></mujoco>").contains("\"x.xml\" is not found"));
+}
+
+#[test]
+fn files_that_include_one_another_are_refused() {
+    let text = "<mujoco><include file='a.xml'/></mujoco>";
+    let files = Files::default().with("a.xml", "<mujoco><include file='a.xml'/></mujoco>");
+    let refused = translate(text.as_bytes(), &files, &LoadLimits::default()).unwrap_err().message;
+    assert!(refused.contains("included twice"), "{refused}");
+}

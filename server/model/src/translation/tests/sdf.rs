@@ -1,0 +1,211 @@
+//! SDF.
+
+use glamx::DVec3;
+
+use super::*;
+use crate::robot::{Geometry, JointKind};
+use crate::setup::DriveMode;
+
+fn sdf(content: &str) -> String {
+    format!("<sdf version='1.9'>\n<model name='m'>\n{content}\n</model></sdf>")
+}
+
+const INERTIAL: &str =
+    "<inertial><mass>2</mass><inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.25</izz></inertia></inertial>";
+
+#[test]
+fn links_stand_where_their_poses_say_whatever_they_are_relative_to() {
+    let text = sdf(&format!(
+        "<link name='a'><pose>0 0 1 0 0 0</pose>{INERTIAL}</link>\
+         <frame name='f' attached_to='a'><pose degrees='true'>1 0 0 0 0 90</pose></frame>\
+         <link name='b'><pose relative_to='f'>1 0 0 0 0 0</pose>{INERTIAL}</link>\
+         <joint name='j' type='revolute'><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz>\
+         <limit><lower>-1</lower><upper>2</upper><effort>-1</effort></limit></axis></joint>"
+    ));
+    let translation = translated(&text);
+    assert!(near(translation.models[0].pose.translation, [0.0, 0.0, 1.0]), "the root is the first link");
+    let (model, report) = robot(&text);
+    assert_eq!(warnings(&report), []);
+    assert!(
+        near(root_from_link(&model, "b").translation, [1.0, 1.0, 0.0]),
+        "{:?}",
+        root_from_link(&model, "b")
+    );
+    let j = joint(&model, "j");
+    assert_eq!(
+        (j.kind, j.limits.lower, j.limits.upper, j.limits.effort),
+        (JointKind::Revolute, Some(-1.0), Some(2.0), None)
+    );
+    assert!(near(j.axis, [0.0, 1.0, 0.0]), "an axis is in the joint's frame, which is the child's");
+    assert_eq!(link(&model, "b").inertial.mass, 2.0);
+}
+
+#[test]
+fn a_joint_apart_from_its_child_leaves_the_childs_frame_where_it_is() {
+    let text = sdf(&format!(
+        "<link name='a'>{INERTIAL}</link><link name='b'><pose>1 0 0 0 0 0</pose>{INERTIAL}</link>\
+         <joint name='j' type='prismatic'><pose>0 0 0.5 0 0 0</pose><parent>a</parent><child>b</child>\
+         <axis><xyz expressed_in='__model__'>1 0 0</xyz></axis></joint>"
+    ));
+    let (model, _) = robot(&text);
+    assert!(near(joint(&model, "j").parent_from_joint.translation, [1.0, 0.0, 0.5]));
+    assert!(near(root_from_link(&model, "b").translation, [1.0, 0.0, 0.0]));
+    assert_eq!(link(&model, "j_frame").inertial.mass, 0.0);
+}
+
+#[test]
+fn a_joint_on_the_world_makes_a_robot_that_stands_on_it() {
+    let text = sdf(&format!(
+        "<pose>1 2 3 0 0 0</pose><link name='a'><pose>0 0 1 0 0 0</pose>{INERTIAL}</link>\
+         <joint name='j' type='continuous'><parent>world</parent><child>a</child><axis><xyz>0 0 2</xyz>\
+         <dynamics><damping>0.5</damping><friction>0.1</friction><spring_stiffness>3</spring_stiffness>\
+         <spring_reference>0.2</spring_reference></dynamics></axis></joint>"
+    ));
+    let translation = translated(&text);
+    let only = &translation.models[0];
+    assert!(only.fixed && near(only.pose.translation, [1.0, 2.0, 3.0]));
+    let (model, _) = robot(&text);
+    assert_eq!(model.links[0].name, "world");
+    let j = joint(&model, "j");
+    assert_eq!((j.kind, j.damping, j.friction), (JointKind::Continuous, 0.5, 0.1));
+    assert!(near(j.axis, [0.0, 0.0, 1.0]));
+    let setup = model.setup.joints[0];
+    assert_eq!((setup.mode, setup.stiffness), (Some(DriveMode::Spring(0.2)), Some(3.0)));
+}
+
+#[test]
+fn several_models_and_links_that_nothing_joins_are_robots_with_names_of_their_own() {
+    let text = format!(
+        "<sdf version='1.6'><world name='w'><light name='l'/><physics type='ode'><max_step_size>0.001</max_step_size></physics>\
+         <model name='box'><static>true</static><link name='l'><collision name='c'><geometry><box><size>1 2 3</size></box>\
+         </geometry></collision></link></model>\
+         <model name='two'><pose>5 0 0 0 0 0</pose><link name='a'>{INERTIAL}</link><link name='b'>{INERTIAL}</link></model>\
+         <model name='box'><link name='l'>{INERTIAL}</link></model></world></sdf>"
+    );
+    let translation = translated(&text);
+    let names: Vec<(&str, bool)> =
+        translation.models.iter().map(|model| (model.name.as_str(), model.fixed)).collect();
+    assert_eq!(names, [("box", true), ("two", false), ("two_b", false), ("box_2", false)]);
+    assert!(near(translation.models[1].pose.translation, [5.0, 0.0, 0.0]));
+    let refused = translation.model("").unwrap_err().message;
+    assert!(refused.contains("4 robots") && refused.contains("\"two_b\""), "{refused}");
+    assert!(translation.model("box_2").is_ok());
+}
+
+#[test]
+fn included_and_nested_models_are_found_placed_and_named() {
+    let wheel = format!(
+        "<sdf version='1.7'><model name='wheel'><link name='rim'>{INERTIAL}<visual name='v'><geometry>\
+        <mesh><uri>meshes/rim.stl</uri></mesh></geometry></visual></link></model></sdf>"
+    );
+    let text = sdf(&format!(
+        "<link name='body'>{INERTIAL}</link><include><uri>model://wheel</uri><name>left</name><pose>0 1 0 0 0 0</pose></include>\
+         <include><uri>model://wheel</uri><name>right</name><pose>0 -1 0 0 0 0</pose></include>\
+         <joint name='l' type='revolute'><parent>body</parent><child>left::rim</child><axis><xyz>0 1 0</xyz></axis></joint>\
+         <joint name='r' type='revolute'><parent>body</parent><child>right</child><axis><xyz>0 1 0</xyz></axis></joint>"
+    ));
+    let files = Files::default().with("model://wheel/model.sdf", wheel);
+    let (model, _) = robot_with(&text, &files);
+    assert!(near(root_from_link(&model, "left::rim").translation, [0.0, 1.0, 0.0]));
+    assert!(near(root_from_link(&model, "right::rim").translation, [0.0, -1.0, 0.0]));
+    let Geometry::Mesh { uri, .. } = &link(&model, "left::rim").visuals[0].geometry else { panic!() };
+    assert_eq!(uri, "model://wheel/meshes/rim.stl");
+    let missing = refusal(&text);
+    assert!(missing.contains("\"model://wheel\" is not found") && missing.contains("line 3"), "{missing}");
+}
+
+#[test]
+fn a_model_that_includes_itself_is_refused() {
+    let text = "<sdf version='1.7'><model name='m'><include><uri>model://m</uri></include></model></sdf>";
+    let files = Files::default().with("model://m/model.sdf", text);
+    let refused = translate(text.as_bytes(), &files, &LoadLimits::default()).unwrap_err().message;
+    assert!(refused.contains("deeper than 20"), "{refused}");
+}
+
+#[test]
+fn surfaces_shapes_and_colours_are_the_files() {
+    let text = sdf(&format!(
+        "<link name='a'>{INERTIAL}<collision name='c'><pose>0 0 1 0 0 0</pose><geometry><capsule><radius>0.1</radius><length>0.5</length>\
+         </capsule></geometry><surface><friction><ode><mu>0.7</mu></ode></friction><bounce><restitution_coefficient>0.4\
+         </restitution_coefficient></bounce></surface></collision><visual name='v'><geometry><ellipsoid><radii>1 2 3</radii>\
+         </ellipsoid></geometry><material><diffuse>1 0 0 1</diffuse></material></visual><sensor name='s' type='camera'/></link>"
+    ));
+    let (model, report) = robot(&text);
+    let a = link(&model, "a");
+    assert_eq!(a.collisions[0].geometry, Geometry::Capsule { radius: 0.1, length: 0.5 });
+    assert_eq!(
+        (a.collisions[0].material.friction, a.collisions[0].material.restitution),
+        (Some(0.7), Some(0.4))
+    );
+    assert_eq!(a.visuals[0].color, Some([1.0, 0.0, 0.0, 1.0]));
+    assert_eq!(a.visuals[0].geometry, Geometry::Capsule { radius: 1.5, length: 3.0 });
+    assert_eq!(
+        warnings(&report),
+        [(Some(3), "simd has no ellipsoids: a capsule along its longest axis stands for it")]
+    );
+}
+
+#[test]
+fn a_joint_of_two_axes_is_two_joints_and_a_ball_one() {
+    let two = sdf(&format!(
+        "<link name='a'>{INERTIAL}</link><link name='b'>{INERTIAL}</link><joint name='j' type='universal'><parent>a</parent>\
+         <child>b</child><axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint>"
+    ));
+    let (model, _) = robot(&two);
+    assert!(
+        near(joint(&model, "j").axis, [1.0, 0.0, 0.0])
+            && near(joint(&model, "j_axis2").axis, [0.0, 1.0, 0.0])
+    );
+    assert_eq!(model.joints.len(), 2);
+    let ball = two.replace("universal", "ball");
+    assert!(translated(&ball).models[0].urdf.contains("type=\"spherical\""));
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_with_the_line() {
+    let of = |content: &str| refusal(&sdf(content));
+    assert!(of("").contains("no model"));
+    assert!(of("<link/>").starts_with("model \"m\" link (line 3): it has no name"), "{}", of("<link/>"));
+    let joined = |joint: &str| of(&format!("<link name='a'/><link name='b'/>\n{joint}"));
+    assert!(
+        joined("<joint name='j' type='fixed'><parent>a</parent><child>x</child></joint>")
+            .contains("(line 4): its child \"x\"")
+    );
+    assert!(
+        joined("<joint name='j' type='screw'><parent>a</parent><child>b</child></joint>")
+            .contains("no joint of type \"screw\"")
+    );
+    assert!(joined("<joint name='j' type='fixed'><parent>a</parent></joint>").contains("it has no child"));
+    let circle = "<frame name='f'><pose relative_to='g'/></frame><frame name='g'><pose relative_to='f'/></frame><link name='a'><pose relative_to='f'/></link>";
+    assert!(of(circle).contains("relative to itself"), "{}", of(circle));
+    assert!(of("<link name='a'><pose>1 2 x 0 0 0</pose></link>").contains("not a number"));
+    assert!(refusal("<sdf version='1.6'><model").contains("the XML is broken"));
+}
+
+#[test]
+fn a_loop_of_joints_is_opened_with_a_warning() {
+    let text = sdf(&format!(
+        "<link name='a'>{INERTIAL}</link><link name='b'>{INERTIAL}</link>\n\
+         <joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>\n\
+         <joint name='k' type='fixed'><parent>b</parent><child>a</child></joint>"
+    ));
+    let (model, report) = robot(&text);
+    assert_eq!(model.joints.len(), 1);
+    let [(line, message)] = warnings(&report)[..] else { panic!("{:?}", warnings(&report)) };
+    assert_eq!(line, Some(5));
+    assert!(message.contains("\"k\" closes a loop"), "{message}");
+}
+
+#[test]
+fn a_tensor_in_a_turned_frame_is_turned_into_the_links() {
+    let text = sdf(
+        "<link name='a'><inertial><pose degrees='true'>0.1 0 0 0 0 90</pose><mass>1</mass><inertia><ixx>1</ixx><iyy>2</iyy>\
+        <izz>2.5</izz></inertia></inertial></link>",
+    );
+    let (model, _) = robot(&text);
+    let inertial = link(&model, "a").inertial;
+    assert!(
+        (inertial.inertia.x_axis.x - 2.0).abs() < 1e-12 && (inertial.inertia.y_axis.y - 1.0).abs() < 1e-12
+    );
+    assert_eq!(inertial.center_of_mass, DVec3::new(0.1, 0.0, 0.0));
+}

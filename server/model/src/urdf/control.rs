@@ -1,0 +1,151 @@
+//! `<ros2_control>`: what a joint starts as and how it is driven.
+//!
+//! A joint with a position interface holds its position, one with a velocity interface alone keeps the velocity 0,
+//! and one with an effort interface alone applies the effort 0; one that is only measured is not driven. `initial_value` of its position is where it starts; `min`
+//! and `max` are limits where `<limit>` gives none. Gains are those of `gz_ros2_control`'s and
+//! `gazebo_ros2_control`'s position and velocity controllers.
+
+use std::collections::BTreeMap;
+
+use roxmltree::Node;
+
+use super::findings::{Findings, quoted};
+use super::numbers::{self, Shape};
+use super::prescan::is;
+use super::unknown;
+use crate::report::Disposition::{Defaulted, Ignored};
+use crate::report::short;
+use crate::robot::{Joint, JointKind};
+use crate::setup::{DriveMode, Setup};
+
+/// Reads every `<ros2_control>` of the robot. Limits are the joints' own.
+pub(super) fn read(root: Node, joints: &mut [Joint], setup: &mut Setup, findings: &mut Findings) {
+    let indices: BTreeMap<String, usize> =
+        joints.iter().enumerate().map(|(index, joint)| (joint.name.clone(), index)).collect();
+    for system in root.children().filter(|node| is(*node, "ros2_control")) {
+        let mut others: Vec<&str> = Vec::new();
+        for node in system.children().filter(Node::is_element) {
+            if is(node, "joint") {
+                let name = node.attribute("name").unwrap_or_default().trim();
+                match indices.get(name).copied() {
+                    Some(index) => of_joint(node, index, joints, setup, findings),
+                    None => unknown_joint(node, name, &indices, findings),
+                }
+            } else if !others.contains(&node.tag_name().name()) && others.len() < 8 {
+                others.push(node.tag_name().name());
+            }
+        }
+        if !system.children().any(|node| node.is_element()) {
+            findings.info(system, Ignored, "not read by simd: it holds no joint");
+        }
+        if !others.is_empty() {
+            let message = format!("not read by simd: {}", others.join(", "));
+            findings.info(system, Ignored, message);
+        }
+    }
+}
+
+fn unknown_joint(node: Node, name: &str, indices: &BTreeMap<String, usize>, findings: &mut Findings) {
+    let meant = unknown::nearest(name, indices.keys().map(String::as_str));
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean {}?", quoted(meant)));
+    findings.warn(node, Ignored, format!("the robot has no joint {}{meant}", quoted(name)));
+}
+
+fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, findings: &mut Findings) {
+    let Some(joint) = joints.get_mut(index) else { return };
+    if !matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
+        return findings.info(node, Ignored, "not read by simd: the joint has not one axis");
+    }
+    if joint.mimic.is_some() {
+        return findings.info(node, Ignored, "not read by simd: the joint follows another one");
+    }
+    let interfaces = |tag: &'static str, name: &'static str| {
+        node.children()
+            .find(move |child| is(*child, tag) && child.attribute("name").map(str::trim) == Some(name))
+    };
+    let command = |name| interfaces("command_interface", name);
+    let mut said = Vec::new();
+    let mode = match (command("position"), command("velocity"), command("effort")) {
+        (Some(_), _, _) => None,
+        (None, Some(_), _) => Some(DriveMode::Velocity),
+        (None, None, Some(_)) => Some(DriveMode::Effort),
+        (None, None, None) => interfaces("state_interface", "position").map(|_measured| DriveMode::Passive),
+    };
+    said.extend(mode.map(|mode| match mode {
+        DriveMode::Velocity => "keeps its velocity".to_owned(),
+        DriveMode::Effort => "applies an effort".to_owned(),
+        DriveMode::Passive | DriveMode::Spring(_) => "is measured and not driven".to_owned(),
+    }));
+    let bounds = |interface: Option<Node>, findings: &mut Findings| {
+        interface.map_or((None, None), |it| (param(it, &["min"], findings), param(it, &["max"], findings)))
+    };
+    let (lower, upper) = bounds(command("position"), findings);
+    let limits = &mut joint.limits;
+    if joint.kind != JointKind::Continuous
+        && (limits.lower, limits.upper) == (None, None)
+        && lower.unwrap_or(f64::NEG_INFINITY) < upper.unwrap_or(f64::INFINITY)
+        && (lower.is_some() || upper.is_some())
+    {
+        (limits.lower, limits.upper) = (lower, upper);
+        said.push("limits of its position".to_owned());
+    }
+    for (name, slot) in [("velocity", &mut limits.velocity), ("effort", &mut limits.effort)] {
+        let (_, upper) = bounds(command(name), findings);
+        if let (None, Some(upper)) = (*slot, upper.filter(|upper| *upper > 0.0)) {
+            *slot = Some(upper);
+            said.push(format!("at most {} of {name}", short(upper)));
+        }
+    }
+    let position = interfaces("state_interface", "position")
+        .and_then(|it| param(it, &["initial_value", "initial_position"], findings))
+        .or_else(|| param(node, &["initial_position"], findings));
+    let velocity_alone = mode == Some(DriveMode::Velocity);
+    let names: [&[&str]; 2] = if velocity_alone {
+        [&[], &["vel_kp", "velocity_proportional_gain", "kp"]]
+    } else {
+        [&["pos_kp", "position_proportional_gain", "kp"], &["pos_kd", "kd"]]
+    };
+    let [stiffness, damping] = names.map(|names| {
+        let gain = param(node, names, findings).or_else(|| param(command("position")?, names, findings));
+        gain.filter(|gain| *gain >= 0.0)
+    });
+    let armature = param(node, &["armature"], findings).filter(|armature| *armature >= 0.0);
+    let of_joint = setup.joint(index);
+    if let Some(position) = position {
+        let nearest = joint.limits.nearest(position);
+        if nearest != position {
+            let message = format!(
+                "it starts at {}, which is outside of its limits: {} is taken",
+                short(position),
+                short(nearest)
+            );
+            findings.info(node, Defaulted, message);
+        }
+        of_joint.position = Some(nearest);
+        said.push(format!("starts at {}", short(nearest)));
+    }
+    of_joint.mode = mode.or(of_joint.mode);
+    of_joint.stiffness = stiffness.or(of_joint.stiffness);
+    of_joint.damping = damping.or(of_joint.damping);
+    of_joint.armature = armature.unwrap_or(of_joint.armature);
+    said.extend(stiffness.map(|gain| format!("stiffness {}", short(gain))));
+    said.extend(damping.map(|gain| format!("damping {} of targets", short(gain))));
+    if said.is_empty() {
+        said.push("it holds its position".to_owned());
+    }
+    findings.used(node, || format!("joint {}: {}", quoted(&joint.name), said.join(", ")));
+}
+
+/// The number of the first parameter that has one of these names.
+fn param(node: Node, names: &[&str], findings: &mut Findings) -> Option<f64> {
+    let has_name = |child: &Node| child.attribute("name").is_some_and(|name| names.contains(&name.trim()));
+    let param = node.children().filter(|child| is(*child, "param")).find(has_name)?;
+    let text = param.text().unwrap_or_default().trim();
+    match numbers::read(text, Shape::Exactly(1)) {
+        Ok(read) => read.values.first().copied(),
+        Err(why) => {
+            findings.warn(param, Ignored, format!("{} {why}", quoted(text)));
+            None
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! `<gazebo>`: what is in it for links and joints, beside the plugins, which simd does not run.
+//!
+//! Of a link: friction, self-collision, bits of groups, a colour. Of a joint: damping, friction, a spring. Of the robot:
+//! self-collision. Gazebo's colours by name are those of its script `gazebo.material`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use roxmltree::Node;
+
+use super::findings::{Findings, quoted};
+use super::mend::Mended;
+use super::numbers::{self, Shape};
+use super::prescan::is;
+use super::unknown::nearest;
+use crate::report::Disposition::Ignored;
+use crate::report::{counted, short};
+
+/// What all `<gazebo>` elements say.
+#[derive(Default)]
+pub(super) struct Gazebo {
+    /// Of links, by name.
+    pub(super) frictions: BTreeMap<String, f64>,
+    /// Of links without a colour, by name.
+    pub(super) colors: BTreeMap<String, [f64; 4]>,
+    /// Links that touch others of the robot which do too.
+    pub(super) self_collide: BTreeSet<String>,
+    /// All of them do.
+    pub(super) all_collide: bool,
+    /// Of joints, by name.
+    pub(super) joints: BTreeMap<String, OfJoint>,
+}
+
+/// What is said of a joint.
+#[derive(Clone, Copy, Default)]
+pub(super) struct OfJoint {
+    pub(super) damping: Option<f64>,
+    pub(super) friction: Option<f64>,
+    pub(super) stiffness: Option<f64>,
+    pub(super) reference: Option<f64>,
+}
+
+impl Gazebo {
+    /// Reads every `<gazebo>` of the robot, and names what is left aside in it.
+    pub(super) fn of(mended: &Mended, findings: &mut Findings) -> Self {
+        let links: BTreeSet<&str> = mended.robot.links.iter().map(|link| link.name.as_str()).collect();
+        let joints: BTreeSet<&str> = mended.robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let mut gazebo = Self::default();
+        for node in mended.root.children().filter(|node| is(*node, "gazebo")) {
+            match node.attribute("reference") {
+                None => gazebo.read_robot(node, findings),
+                Some(link) if links.contains(link) => gazebo.read_link(node, link, findings),
+                Some(joint) if joints.contains(joint) => gazebo.read_joint(node, joint, findings),
+                Some(other) => unknown_reference(node, other, &links, findings),
+            }
+        }
+        gazebo
+    }
+
+    fn read_robot(&mut self, node: Node, findings: &mut Findings) {
+        let mut children = node.children().filter(Node::is_element);
+        let own = children.find(|child| is_self_collide(*child) && says_yes(*child));
+        if let Some(own) = own {
+            self.all_collide = true;
+            findings.used(own, || "links of the robot touch each other".to_owned());
+        }
+        if node.children().filter(Node::is_element).any(|child| !is_self_collide(child)) || own.is_none() {
+            findings.info(node, Ignored, "not read by simd: it is for Gazebo and its plugins");
+        }
+    }
+
+    fn read_link(&mut self, node: Node, link: &str, findings: &mut Findings) {
+        let mut others = Others::default();
+        // `mu1` along the first direction is what counts.
+        let friction = ["mu1", "mu"].iter().find_map(|tag| node.children().find(|child| is(*child, tag)));
+        for child in node.children().filter(Node::is_element) {
+            let tag = child.tag_name().name();
+            if Some(child) == friction {
+                if let Some(friction) =
+                    number(child, findings).and_then(|it| checked_friction(child, it, findings))
+                {
+                    self.frictions.insert(link.to_owned(), friction);
+                    findings.used(child, || format!("friction {friction} of link {}", quoted(link)));
+                }
+            } else if is_self_collide(child) {
+                if says_yes(child) {
+                    self.self_collide.insert(link.to_owned());
+                    findings.used(child, || {
+                        format!("link {} touches others of the robot that do so", quoted(link))
+                    });
+                }
+            } else if tag == "material" {
+                match color(child) {
+                    Some(color) => {
+                        self.colors.insert(link.to_owned(), color);
+                        findings.used(child, || {
+                            format!("the colour of visuals of link {} without one", quoted(link))
+                        });
+                    }
+                    None => others.add(tag),
+                }
+            } else {
+                others.add(tag);
+            }
+        }
+        others.report(node, findings);
+    }
+
+    fn read_joint(&mut self, node: Node, joint: &str, findings: &mut Findings) {
+        let mut others = Others::default();
+        let mut of = OfJoint::default();
+        for child in node.children().filter(Node::is_element) {
+            let tag = child.tag_name().name();
+            let slot = match tag {
+                "damping" | "dampingFactor" => &mut of.damping,
+                "friction" => &mut of.friction,
+                "springStiffness" => &mut of.stiffness,
+                "springReference" => &mut of.reference,
+                _ => {
+                    others.add(tag);
+                    continue;
+                }
+            };
+            *slot = number(child, findings).filter(|value| tag == "springReference" || *value >= 0.0);
+            if let Some(value) = *slot {
+                findings.used(child, || format!("{tag} {} of joint {}", short(value), quoted(joint)));
+            }
+        }
+        self.joints.insert(joint.to_owned(), of);
+        if others.is_all(node) {
+            let message = format!("not read by simd: it is for Gazebo, of joint {}", quoted(joint));
+            return findings.info(node, Ignored, message);
+        }
+        others.report(node, findings);
+    }
+}
+
+/// Elements that are not read: the first of them by name.
+#[derive(Default)]
+struct Others {
+    named: Vec<String>,
+    count: usize,
+}
+
+impl Others {
+    fn add(&mut self, tag: &str) {
+        self.count += 1;
+        if self.named.len() < 8 && !self.named.iter().any(|known| known == tag) {
+            self.named.push(tag.to_owned());
+        }
+    }
+
+    fn is_all(&self, node: Node) -> bool {
+        self.count == node.children().filter(Node::is_element).count()
+    }
+
+    fn report(&self, node: Node, findings: &mut Findings) {
+        if !self.named.is_empty() {
+            findings.info(node, Ignored, format!("not read by simd: {}", self.named.join(", ")));
+        }
+    }
+}
+
+fn is_self_collide(node: Node) -> bool {
+    is(node, "selfCollide") || is(node, "self_collide")
+}
+
+fn says_yes(node: Node) -> bool {
+    let text = node.attribute("value").or_else(|| node.text()).unwrap_or_default().trim();
+    text == "1" || text.eq_ignore_ascii_case("true")
+}
+
+fn number(node: Node, findings: &mut Findings) -> Option<f64> {
+    let text = node.attribute("value").or_else(|| node.text()).unwrap_or_default();
+    match numbers::read(text, Shape::Exactly(1)) {
+        Ok(read) => read.values.first().copied(),
+        Err(_not_a_number) => {
+            findings.warn(node, Ignored, format!("{} is not a number", quoted(text.trim())));
+            None
+        }
+    }
+}
+
+/// A friction, if it can be one.
+pub(super) fn checked_friction(node: Node, value: f64, findings: &mut Findings) -> Option<f64> {
+    if value < 0.0 {
+        findings.warn(node, Ignored, format!("a friction of {value} is negative: the world's is used"));
+        return None;
+    }
+    Some(value)
+}
+
+fn unknown_reference(node: Node, reference: &str, links: &BTreeSet<&str>, findings: &mut Findings) {
+    let meant = match nearest(reference, links.iter().copied()) {
+        Some(meant) => format!("; did you mean {}?", quoted(meant)),
+        None => String::new(),
+    };
+    let message = format!("{} is not a link or joint of this robot{meant}", quoted(reference));
+    findings.warn(node, Ignored, message);
+}
+
+/// `Gazebo/Red`, or `<material><diffuse>1 0 0 1</diffuse></material>`.
+fn color(node: Node) -> Option<[f64; 4]> {
+    if let Some(diffuse) = node.descendants().find(|child| is(*child, "diffuse")) {
+        let read = numbers::read(diffuse.text().unwrap_or_default(), Shape::Color).ok()?;
+        let color: [f64; 4] = read.values.try_into().ok()?;
+        return Some(color.map(|part| part.clamp(0.0, 1.0)));
+    }
+    let name = node.text().unwrap_or_default().trim().strip_prefix("Gazebo/")?;
+    let (_, [red, green, blue]) = COLORS.iter().find(|(known, _)| *known == name)?;
+    Some([*red, *green, *blue, 1.0])
+}
+
+/// The diffuse colours of Gazebo's materials.
+const COLORS: [(&str, [f64; 3]); 22] = [
+    ("Black", [0.0, 0.0, 0.0]),
+    ("Blue", [0.0, 0.0, 1.0]),
+    ("BlueTransparent", [0.0, 0.0, 1.0]),
+    ("DarkGray", [0.175, 0.175, 0.175]),
+    ("DarkGrey", [0.175, 0.175, 0.175]),
+    ("DarkYellow", [0.7, 0.7, 0.0]),
+    ("FlatBlack", [0.1, 0.1, 0.1]),
+    ("Gold", [0.8, 0.648_936_17, 0.120_759_3]),
+    ("Gray", [0.7, 0.7, 0.7]),
+    ("Grey", [0.7, 0.7, 0.7]),
+    ("Green", [0.0, 1.0, 0.0]),
+    ("Indigo", [0.33, 0.0, 0.5]),
+    ("Orange", [1.0, 0.508_823_5, 0.043_137_2]),
+    ("Purple", [1.0, 0.0, 1.0]),
+    ("Red", [1.0, 0.0, 0.0]),
+    ("RedBright", [0.87, 0.26, 0.07]),
+    ("SkyBlue", [0.13, 0.44, 0.70]),
+    ("Turquoise", [0.0, 1.0, 1.0]),
+    ("White", [1.0, 1.0, 1.0]),
+    ("Yellow", [1.0, 1.0, 0.0]),
+    ("ZincYellow", [0.972_5, 0.952_9, 0.207_8]),
+    ("WoodPallet", [0.6, 0.4, 0.2]),
+];
+
+/// How many links of a robot collide with one another, as a report says it.
+pub(super) fn colliding(count: usize) -> String {
+    format!("{} of the robot touch each other", counted(count, "link"))
+}

@@ -1,0 +1,128 @@
+//! How the robot begins: what `<gazebo>`, `<ros2_control>`, `<group_state>` and `<disable_collisions>` say, put together.
+
+use super::control;
+use super::findings::Findings;
+use super::gazebo::Gazebo;
+use super::mend::Mended;
+use super::numbers::{self, Shape};
+use super::srdf;
+use super::states;
+use super::tree::Tree;
+use crate::report::Disposition::Ignored;
+use crate::robot::{Joint, JointKind, Link};
+use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup};
+
+/// Reads it all. Limits, damping and friction of joints are the joints' own; colours those of visuals.
+pub(super) fn read(
+    mended: &Mended,
+    tree: &Tree,
+    gazebo: &Gazebo,
+    links: &mut [Link],
+    joints: &mut [Joint],
+    findings: &mut Findings,
+) -> Setup {
+    let mut setup = Setup::default();
+    for link in links.iter_mut() {
+        let Some(color) = gazebo.colors.get(&link.name) else { continue };
+        link.visuals.iter_mut().for_each(|visual| visual.color = visual.color.or(Some(*color)));
+    }
+    of_joints(mended, tree, gazebo, joints, &mut setup, findings);
+    control::read(mended.root, joints, &mut setup, findings);
+    setup.states = states::read(mended.root, joints, findings);
+    self_collisions(gazebo, links, &mut setup, mended, findings);
+    setup.pairs.extend(srdf::of_robot(mended.root, links, findings));
+    groups(mended, tree, &mut setup, findings);
+    setup.joints.retain(|joint| !joint.is_silent());
+    setup
+}
+
+/// Damping, friction and springs of `<gazebo>`, and the armature of `<dynamics>`.
+fn of_joints(
+    mended: &Mended,
+    tree: &Tree,
+    gazebo: &Gazebo,
+    joints: &mut [Joint],
+    setup: &mut Setup,
+    findings: &mut Findings,
+) {
+    for (index, (joint, node)) in joints.iter_mut().zip(&tree.joint_nodes).enumerate() {
+        let dynamics = mended.child(*node, "dynamics");
+        let armature = dynamics.and_then(|node| numbers::of::<1>(node, "armature", Shape::Exactly(1)));
+        if let (Some([armature]), Some(node)) = (armature, dynamics) {
+            if armature < 0.0 {
+                findings.warn(node, Ignored, format!("armature {armature} is negative: left out"));
+            } else if armature > 0.0 {
+                setup.joint(index).armature = armature;
+            }
+        }
+        let Some(of) = gazebo.joints.get(&joint.name) else { continue };
+        // What `<dynamics>` says comes first.
+        if joint.damping == 0.0 {
+            joint.damping = of.damping.unwrap_or(0.0);
+        }
+        if joint.friction == 0.0 {
+            joint.friction = of.friction.unwrap_or(0.0);
+        }
+        let Some(stiffness) = of.stiffness.filter(|stiffness| *stiffness > 0.0) else { continue };
+        if !matches!(joint.kind, JointKind::Revolute | JointKind::Continuous | JointKind::Prismatic) {
+            findings.warn(*node, Ignored, "only joints of one axis have a spring in simd: left out");
+            continue;
+        }
+        let of_joint = setup.joint(index);
+        of_joint.mode = Some(DriveMode::Spring(of.reference.unwrap_or(0.0)));
+        of_joint.stiffness = Some(stiffness);
+        of_joint.damping = Some(0.0);
+    }
+}
+
+/// As Gazebo does it: two links touch where both say so.
+fn self_collisions(
+    gazebo: &Gazebo,
+    links: &[Link],
+    setup: &mut Setup,
+    mended: &Mended,
+    findings: &mut Findings,
+) {
+    let says = |link: &Link| gazebo.self_collide.contains(&link.name);
+    let count = links.iter().filter(|link| says(link)).count();
+    setup.self_collision = gazebo.all_collide || count > 1;
+    if gazebo.all_collide || count < 2 || count == links.len() {
+        return;
+    }
+    for (index, link) in links.iter().enumerate() {
+        for (before, other) in links.iter().enumerate().take(index) {
+            if says(link) && says(other) {
+                continue;
+            }
+            if setup.pairs.len() >= srdf::MOST_PAIRS {
+                let message = "too many links touch each other or not: all of them do";
+                findings.warn(mended.root, Ignored, message);
+                setup.pairs.clear();
+                return;
+            }
+            setup.pairs.push(LinkPair { links: [before, index], enabled: false });
+        }
+    }
+    findings.used(mended.root, || super::gazebo::colliding(count));
+}
+
+/// Bits of `<contact>`: MuJoCo's words, of which a bit of one that is in the other lets two touch.
+fn groups(mended: &Mended, tree: &Tree, setup: &mut Setup, findings: &mut Findings) {
+    for (index, node) in tree.link_nodes.iter().enumerate() {
+        let Some(contact) = mended.child(*node, "contact") else { continue };
+        let mut bits = |tag: &'static str| {
+            let node = mended.child(contact, tag)?;
+            let [value] = numbers::of::<1>(node, "value", Shape::Exactly(1))?;
+            let is_fit = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
+            if !is_fit {
+                findings.warn(node, Ignored, format!("{value} is no mask of 32 bits: left out"));
+            }
+            is_fit.then_some(value as u32)
+        };
+        let (group, mask) = (bits("contype"), bits("conaffinity"));
+        if group.is_some() || mask.is_some() {
+            let (group, mask) = (group.unwrap_or(1), mask.unwrap_or(1));
+            setup.groups.push(LinkGroups { link: index, group, mask });
+        }
+    }
+}
