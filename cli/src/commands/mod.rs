@@ -37,6 +37,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Sim(command) => sim::run(command, &connect(options).await?, output).await,
         // Needs no daemon.
         Command::Robot(robot::Robot::Validate(arguments)) => robot::validate::run(&arguments, output),
+        Command::Robot(robot::Robot::Convert(arguments)) => robot::convert::run(&arguments, output),
         Command::Robot(command) => robot::run(command, &connect(options).await?, output).await,
         Command::Joint(command) => joint::run(command, &connect(options).await?, output).await,
         Command::Claim(command) => claim::run(command, &connect(options).await?, output).await,

@@ -1,6 +1,6 @@
 //! `simctl robot`: robots in the world, in and out.
 
-mod convert;
+pub(crate) mod convert;
 mod filter;
 mod kinematics;
 mod progress;

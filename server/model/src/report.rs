@@ -174,3 +174,35 @@ pub(crate) fn short(value: f64) -> String {
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finding(element: &str, line: u32, message: &str) -> Finding {
+        Finding {
+            severity: Severity::Warning,
+            disposition: Disposition::Repaired,
+            element: element.to_owned(),
+            file: None,
+            line: Some(line),
+            message: message.to_owned(),
+        }
+    }
+
+    #[test]
+    fn findings_of_a_kind_are_one_with_the_first_places_and_a_few_stay_apart() {
+        let many =
+            (0..6).map(|n| finding(&format!("joint \"j{n}\""), n + 1, &format!("lower {n} is above upper")));
+        let few = (0..3).map(|n| finding("link \"a\"", n + 10, "another thing"));
+        let used =
+            (0..5).map(|n| Finding { disposition: Disposition::Used, ..finding("link \"a\"", n, "taken") });
+        let report = LoadReport { findings: many.chain(few).chain(used).collect() };
+        let condensed = report.condensed();
+        assert_eq!(condensed.findings.len(), 1 + 3 + 5);
+        let expected = "lower 0 is above upper (5 more like it: joint \"j1\" (line 2), joint \"j2\" (line 3), joint \"j3\" (line 4), ...)";
+        assert_eq!(condensed.findings[0].message, expected);
+        assert_eq!(condensed.findings[0].line, Some(1));
+        assert_eq!(condensed.condensed(), condensed, "once is enough");
+    }
+}

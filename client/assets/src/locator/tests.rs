@@ -153,3 +153,29 @@ fn a_folder_or_an_empty_name_is_no_file() {
     assert!(locator.find("package://arm/meshes.stl").is_err());
     assert_eq!(locator.find("package:///meshes.stl/a.stl"), Ok(real(&dir, "arm/meshes.stl/a.stl")));
 }
+
+#[test]
+fn a_file_is_found_from_the_packages_folder_too_and_that_is_said() {
+    let dir =
+        tree(&["arm/urdf/robots/arm.urdf", "arm/package.xml", "arm/meshes/a.stl", "arm/urdf/robots/b.stl"]);
+    let locator = Locator::new(&dir.path().join("arm/urdf/robots/arm.urdf"));
+    for uri in ["meshes/a.stl", "package:///meshes/a.stl"] {
+        assert_eq!(locator.find(uri), Ok(real(&dir, "arm/meshes/a.stl")), "{uri}");
+        let note = locator.note(uri).unwrap();
+        assert!(
+            note.starts_with("it is found from the package's folder ") && note.ends_with("arm"),
+            "{note}"
+        );
+    }
+    assert_eq!(locator.note("b.stl"), None);
+    assert_eq!(locator.note("nothing.stl"), None);
+}
+
+#[test]
+fn only_an_sdf_or_mjcf_names_other_descriptions() {
+    let dir = tree(&["arm/arm.urdf", "arm/arm.sdf", "arm/arm.xml", "arm/part.xml"]);
+    let of = |name: &str| Locator::new(&dir.path().join("arm").join(name)).find("part.xml");
+    assert_eq!(of("arm.urdf").unwrap_err().why, Why::NotAMesh);
+    assert_eq!(of("arm.sdf"), Ok(real(&dir, "arm/part.xml")));
+    assert_eq!(of("arm.xml"), Ok(real(&dir, "arm/part.xml")));
+}

@@ -170,7 +170,7 @@ fn weighed(
     if geom.word("shellinertia") == Some("true") && kind != "mesh" {
         notes.warn(geom.element, Ignored, "shellinertia is not read: the shape is filled");
     }
-    if !(mass >= 0.0) || of_water.mass <= 0.0 {
+    if mass < 0.0 || of_water.mass <= 0.0 {
         return Ok(Inertial::ZERO);
     }
     let inertia = inertia::rotated(of_water.inertia * (mass / of_water.mass), body_from_geom.rotation);
@@ -231,7 +231,7 @@ fn mesh_inertia(mesh: &MeshAsset, scale: DVec3, signed: bool) -> Option<Inertial
         area += own;
         centroid += (a + b + c) / 3.0 * own;
     }
-    if !(area > 0.0) {
+    if area.is_nan() || area <= 0.0 {
         return None;
     }
     centroid /= area;
@@ -246,7 +246,7 @@ fn mesh_inertia(mesh: &MeshAsset, scale: DVec3, signed: bool) -> Option<Inertial
         volume += own;
         center += ((a + b + c) * 0.25 + centroid) * own;
     }
-    if !(volume > 0.0) {
+    if volume.is_nan() || volume <= 0.0 {
         return None;
     }
     center /= volume;

@@ -5,6 +5,7 @@ mod claims;
 mod commands;
 mod constraints;
 mod gravity_compensation;
+mod setup;
 mod trajectories;
 mod wrenches;
 
