@@ -177,6 +177,7 @@ dist-test: dist
 # Makes the reference figures of the physics suite again.
 reference: target/reference-venv/installed
 	target/reference-venv/bin/python tests/reference/make_reference.py
+	target/reference-venv/bin/python tests/reference/make_ball_joints.py
 	target/reference-venv/bin/python tests/reference/make_truth.py
 	target/reference-venv/bin/python tests/reference/make_kinematics.py
 	target/reference-venv/bin/python tests/reference/make_scenes.py

@@ -265,7 +265,8 @@ fn friction_brakes_what_can_move_along_one_direction_alone() {
         ..crate::world::passive(&model, false, &[])
     };
     spawn(&mut world, arm);
-    let joint = JointReset { joint: "joint-2".into(), axis: 0, position: 0.0, velocity: 10.0 };
+    let joint =
+        JointReset { joint: "joint-2".into(), axis: 0, position: 0.0, velocity: 10.0, ..Default::default() };
     apply(
         &mut world,
         Command::ResetJoints { robots: vec![RobotReset { robot: "robot".into(), joints: vec![joint] }] },

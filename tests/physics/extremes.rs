@@ -59,7 +59,13 @@ fn a_fast_spin_stays_finite() {
     model.links[2].inertial = Inertial { center_of_mass: glamx::DVec3::ZERO, ..rod(0.2) };
     let mut world = world(1e-3);
     apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(model), false, &[]))));
-    let joint = JointReset { joint: "joint-2".into(), axis: 0, position: 0.0, velocity: 3000.0 };
+    let joint = JointReset {
+        joint: "joint-2".into(),
+        axis: 0,
+        position: 0.0,
+        velocity: 3000.0,
+        ..Default::default()
+    };
     let robots = vec![RobotReset { robot: "robot".into(), joints: vec![joint] }];
     apply(&mut world, Command::ResetJoints { robots });
     let seen = run(&mut world, 5.0);

@@ -29,7 +29,13 @@ fn a_link_on_a_floating_joint_is_thrown_by_a_turning_arm() {
     for time_step in [1e-3, 1e-4] {
         let mut world = world(time_step);
         apply(&mut world, Command::Spawn(Box::new(passive(&model, false, &[]))));
-        let joint = JointReset { joint: "joint-1".into(), axis: 0, position: 0.0, velocity: 2.0 };
+        let joint = JointReset {
+            joint: "joint-1".into(),
+            axis: 0,
+            position: 0.0,
+            velocity: 2.0,
+            ..Default::default()
+        };
         let robots = vec![RobotReset { robot: "robot".into(), joints: vec![joint] }];
         apply(&mut world, Command::ResetJoints { robots });
         let start = centre(&look(&world));

@@ -40,6 +40,9 @@ fn moving(rng: &mut Rng) -> Articulation {
                 q[..3].copy_from_slice(&vector(rng).to_array());
                 q[3..7].copy_from_slice(&DQuat::from_scaled_axis(vector(rng) * 3.0).to_array());
             }
+            4 => q[..4].copy_from_slice(&DQuat::from_scaled_axis(vector(rng) * 3.0).to_array()),
+            // The first axis of a ball joint has the position of all.
+            0 => {}
             _ => q[0] = 2.0 * rng.f64() - 1.0,
         }
     }

@@ -2,6 +2,7 @@
 //! tolerance and why.
 #![cfg(test)]
 
+mod ball_joints;
 mod chains;
 mod closed_forms;
 mod collision_filters;

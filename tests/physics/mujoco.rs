@@ -89,6 +89,7 @@ fn largest_error(case: &Case) -> f64 {
         axis: *axis,
         position,
         velocity,
+        ..Default::default()
     });
     let robots = vec![RobotReset { robot: "robot".into(), joints: joints.collect() }];
     apply(&mut world, Command::ResetJoints { robots });

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use fastrand::Rng;
+use glamx::{DQuat, DVec3};
 use simd_core::dynamics::mass_matrix::mass_matrix;
 use simd_core::dynamics::{Articulation, Axis, Tree};
 use simd_core::simulation::EventKind;
@@ -71,6 +72,12 @@ fn the_response_to_an_impulse_is_that_of_the_dense_mass_matrix() {
         for body in &tree.bodies {
             match body.joint_type.positions() {
                 7 => q[body.position + 6] = 1.0,
+                4 => {
+                    let turn = DVec3::new(rng.f64(), rng.f64(), rng.f64()) * 3.0;
+                    let orientation = DQuat::from_scaled_axis(turn).to_array();
+                    q[body.position..body.position + 4].copy_from_slice(&orientation);
+                }
+                0 => {}
                 _ => q[body.position] = rng.f64() - 0.5,
             }
         }

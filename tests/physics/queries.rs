@@ -122,6 +122,7 @@ fn a_configuration_that_a_robot_is_not_in_is_measured_as_if_it_were_there() {
         axis: 0,
         position: *position,
         velocity: 0.0,
+        ..Default::default()
     });
     let robots =
         vec![simd_core::simulation::command::RobotReset { robot: "arm".into(), joints: joints.collect() }];

@@ -33,6 +33,7 @@ pub(crate) fn robot(rng: &mut Rng) -> RobotModel {
         JointKind::Fixed,
         JointKind::Floating,
         JointKind::Planar,
+        JointKind::Spherical,
     ];
     let mut model = RobotModel {
         name: "random".into(),
@@ -124,7 +125,7 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
     };
     let robot = if rng.u8(0..12) == 0 { "missing" } else { robot }.to_owned();
     let gain = |rng: &mut Rng| rng.bool().then(|| wild(rng, 1e-2, 1e6).abs());
-    let target = match rng.u8(0..5) {
+    let target = match rng.u8(0..8) {
         0 => Target::Position {
             position: value,
             velocity: 0.0,
@@ -139,13 +140,38 @@ pub(crate) fn command(rng: &mut Rng, robot: &str, model: &RobotModel) -> Command
         }
         2 => Target::Effort(value),
         3 => Target::Passive,
+        4 => Target::Orientation {
+            orientation: rotation(rng) * if value > 50.0 { 2.0 } else { 1.0 },
+            velocity: DVec3::ZERO,
+            stiffness: gain(rng),
+            damping: gain(rng),
+            feed_forward: vector(rng, 1.0),
+            max_effort: gain(rng),
+            max_velocity: gain(rng),
+        },
+        5 => Target::AngularVelocity {
+            velocity: vector(rng, 1.0) * value,
+            damping: gain(rng),
+            feed_forward: DVec3::ZERO,
+            max_effort: gain(rng),
+        },
+        6 => Target::Torque(vector(rng, 1.0) * value),
         _ => Target::Hold,
     };
+    let spherical = rng
+        .bool()
+        .then(|| SphericalReset { orientation: rotation(rng), angular_velocity: vector(rng, 1.0) * value });
     match rng.u8(0..8) {
         0 => Command::ResetJoints {
             robots: vec![RobotReset {
                 robot,
-                joints: vec![JointReset { joint, axis: rng.u32(0..3), position: value, velocity: value }],
+                joints: vec![JointReset {
+                    joint,
+                    axis: rng.u32(0..3),
+                    position: value,
+                    velocity: value,
+                    spherical,
+                }],
             }],
         },
         1 => Command::ApplyWrench(LinkWrench {

@@ -99,6 +99,12 @@ fn passive_joints_carry_nothing_along_their_axes() {
                     body.positions_mut()[part.position + 6] = 1.0
                 }
                 JointType::Free { .. } => {}
+                JointType::Spherical { axis: 0 } => {
+                    let orientation = DQuat::from_rotation_y(rng.f64()) * DQuat::from_rotation_z(rng.f64());
+                    body.positions_mut()[part.position..part.position + 4]
+                        .copy_from_slice(&orientation.to_array());
+                }
+                JointType::Spherical { .. } => {}
                 _ => body.positions_mut()[part.position] = rng.f64() - 0.5,
             }
         }
@@ -114,6 +120,7 @@ fn passive_joints_carry_nothing_along_their_axes() {
             let along = match joint.kind {
                 JointKind::Revolute | JointKind::Continuous => carried.angular.dot(joint.axis),
                 JointKind::Prismatic => carried.linear.dot(joint.axis),
+                JointKind::Spherical => carried.angular.length(),
                 JointKind::Floating => carried.linear.length() + carried.angular.length(),
                 JointKind::Planar | JointKind::Fixed => continue,
             };

@@ -102,7 +102,8 @@ fn a_mimic_joint_gets_the_velocity_of_its_leader_times_the_multiplier() {
     model.joints[1].mimic = Some(Mimic { joint: 0, multiplier: -2.0, offset: 0.1 });
     let mut world = world(1e-3);
     apply(&mut world, Command::Spawn(Box::new(passive(&Arc::new(model), false, &[]))));
-    let joint = JointReset { joint: "joint-1".into(), axis: 0, position: 0.3, velocity: 1.5 };
+    let joint =
+        JointReset { joint: "joint-1".into(), axis: 0, position: 0.3, velocity: 1.5, ..Default::default() };
     let robots = vec![RobotReset { robot: "robot".into(), joints: vec![joint] }];
     apply(&mut world, Command::ResetJoints { robots });
     let seen = look(&world);

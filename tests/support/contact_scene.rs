@@ -210,7 +210,7 @@ impl Robot {
         scenes::apply(world, Command::SetJointProperties { robot: self.name.clone(), joints });
         let reset = |(name, &velocity): (&String, &f64)| {
             let position = self.joints.get(name).copied().unwrap_or_default();
-            JointReset { joint: name.clone(), axis: 0, position, velocity }
+            JointReset { joint: name.clone(), axis: 0, position, velocity, ..Default::default() }
         };
         let joints: Vec<_> = self.velocities.iter().map(reset).collect();
         if !joints.is_empty() {

@@ -133,6 +133,7 @@ impl Case {
             axis: start.axis,
             position: start.position,
             velocity: start.velocity,
+            ..Default::default()
         });
         let reset = RobotReset { robot: robot(), joints: joints.collect() };
         if !reset.joints.is_empty() {

@@ -43,6 +43,20 @@ pub(crate) mod pose3 {
     }
 }
 
+/// `x y z w`.
+pub(crate) mod quaternion {
+    use glamx::DQuat;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(quaternion: &DQuat, serializer: S) -> Result<S::Ok, S::Error> {
+        quaternion.to_array().serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<DQuat, D::Error> {
+        <[f64; 4]>::deserialize(deserializer).map(DQuat::from_array)
+    }
+}
+
 /// `x y z`, or nothing.
 pub(crate) mod optional_vector3 {
     use glamx::DVec3;

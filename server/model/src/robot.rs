@@ -177,7 +177,7 @@ pub struct Joint {
     pub child: usize,
     /// The child's frame at position zero: `parent_from_joint`.
     pub parent_from_joint: DPose3,
-    /// Unit vector in the joint's frame; meaningless for fixed and floating joints.
+    /// Unit vector in the joint's frame; meaningless for fixed, floating and spherical joints.
     pub axis: DVec3,
     /// Limits of position, effort and velocity.
     pub limits: JointLimits,
@@ -204,6 +204,8 @@ pub enum JointKind {
     Floating,
     /// Slides in the plane across its axis, and turns about it.
     Planar,
+    /// Turns about any axis through its origin: a ball in a socket.
+    Spherical,
 }
 
 impl JointKind {

@@ -102,6 +102,7 @@ fn kind(kind: JointKind) -> &'static str {
         JointKind::Fixed => "fixed",
         JointKind::Floating => "floating",
         JointKind::Planar => "planar",
+        JointKind::Spherical => "spherical",
     }
 }
 

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glamx::{DPose3, DVec3};
+use glamx::{DPose3, DQuat, DVec3};
 use simd_core::collision::{MeshShapes, Shapes};
 use simd_core::simulation::WorldLimits;
 use simd_core::simulation::command::{
@@ -39,6 +39,7 @@ const KINDS: &[(&str, &str)] = &[
     ("planar", ""),
     ("floating", ""),
     ("fixed", ""),
+    ("spherical", "<dynamics friction='.1' damping='.1'/>"),
 ];
 
 fn every_kind() -> String {
@@ -147,6 +148,7 @@ fn scenes() -> Vec<(&'static str, Vec<u8>)> {
     kinds.add("kinds", &every_kind(), 1.0, true);
     kinds.target("j0", Target::position(0.8));
     kinds.target("j2", Target::velocity(0.2));
+    kinds.target("j6", Target::orientation(DQuat::from_rotation_z(2.0)));
     for (link, duration) in [
         ("l5", WrenchDuration::UntilCleared),
         ("l5", WrenchDuration::For(0.5)),

@@ -46,7 +46,7 @@ fn by(integrator: Integrator, mut world: Simulation) -> Simulation {
 }
 
 fn put(world: &mut Simulation, joint: &str, position: f64, velocity: f64) {
-    let joints = vec![JointReset { joint: joint.into(), axis: 0, position, velocity }];
+    let joints = vec![JointReset { joint: joint.into(), axis: 0, position, velocity, ..Default::default() }];
     apply(world, Command::ResetJoints { robots: vec![RobotReset { robot: "robot".into(), joints }] });
 }
 

@@ -115,6 +115,7 @@ fn colliders_are_where_the_links_are_after_any_motion() {
             axis: 0,
             position: 0.7,
             velocity: 3.0,
+            ..Default::default()
         });
         let robots = vec![RobotReset { robot: "robot".into(), joints: joints.to_vec() }];
         world.apply(&Command::ResetJoints { robots }).unwrap();

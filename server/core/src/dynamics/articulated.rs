@@ -48,6 +48,12 @@ pub fn gather_inertia(
         let (column, largest) = match body.joint_type {
             JointType::Revolute => (at.articulated.times_turn(z), at.articulated.moment.largest()),
             JointType::Prismatic => (at.articulated.times_slide(z), at.articulated.mass.largest()),
+            JointType::Spherical { axis } => {
+                // What is left of the child's inertia may be nothing but rounding: compare with all of it.
+                let column = at.articulated.times_turn(z);
+                let child = i + usize::from(2 - axis.min(2));
+                (column, scratch.bodies[child].articulated.moment.largest())
+            }
             JointType::Free { slot } => {
                 // D is the whole of IA: nothing of it reaches the parent.
                 scratch.free[slot] = Ldlt6::new(&at.articulated);
@@ -55,9 +61,10 @@ pub fn gather_inertia(
                 continue;
             }
         };
+        let at = &mut scratch.bodies[i];
         let own = along(body.joint_type, column, z);
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
-        let (position, velocity) = (q[body.position], half[body.velocity]);
+        let (position, velocity) = (body.law_position(q), half[body.velocity]);
         let damping = axis.settings.damping;
         at.implicitness = match integrator {
             Integrator::Euler => Implicitness::BACKWARD,
@@ -107,7 +114,7 @@ pub fn accelerate(
         let carried = above.motion_at(at.reach) + at.velocity_product;
         let first = body.velocity;
         match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 let qdd = at.inverse_d * (at.drive - at.column.dot(carried));
                 at.acceleration = carried;
                 *part_mut(body.joint_type, &mut at.acceleration) += at.rotation.z_axis * qdd;

@@ -24,8 +24,9 @@ use super::integrator::Integrator;
 use super::kinematics::{BodyMotion, update_kinematics};
 use super::scratch::{BodyScratch, Scratch, SixTrips};
 use super::spatial::{Placement, Spatial};
+use super::spherical;
 use super::spin::{Drift, FreeBody};
-use super::tree::{Body, JointType, Tree};
+use super::tree::{JointType, Tree};
 use super::velocity_terms::{VelocityTerms, is_fast};
 
 pub use body_state::BodyState;
@@ -197,7 +198,7 @@ impl Articulation {
             if !matches!(body.joint_type, JointType::Free { .. }) {
                 let dof = body.velocity;
                 let (q, velocities) = (
-                    self.state.positions[body.position],
+                    body.law_position(&self.state.positions),
                     [self.state.half_velocities[dof], self.scratch.new_velocities[dof]],
                 );
                 self.state.efforts[dof] = self.state.drives[dof].effort(q, velocities, h, at.implicitness);
@@ -209,8 +210,21 @@ impl Articulation {
     fn set_drives(&mut self, tree: &Tree, gravity: DVec3, h: f64) {
         let mut any_compensates = false;
         for body in &tree.bodies {
-            if matches!(body.joint_type, JointType::Free { .. }) {
-                continue;
+            match body.joint_type {
+                JointType::Free { .. } => continue,
+                JointType::Spherical { axis } => {
+                    let integrator = self.scratch.integrator;
+                    let BodyState { positions, half_velocities, axes, drives, .. } = &mut self.state;
+                    let dofs = body.velocity..body.velocity + 3;
+                    if axis == 0 {
+                        let state = (&positions[body.position..], &half_velocities[dofs.clone()]);
+                        let actuators = (&mut axes[dofs.clone()], &mut drives[dofs]);
+                        spherical::set_drives(state, actuators, h, integrator);
+                    }
+                    any_compensates |= is_compensated(&axes[body.velocity]);
+                    continue;
+                }
+                JointType::Revolute | JointType::Prismatic => {}
             }
             let (q, qd) = (self.state.positions[body.position], self.state.half_velocities[body.velocity]);
             let (axis, drive) = (&mut self.state.axes[body.velocity], &mut self.state.drives[body.velocity]);
@@ -270,7 +284,7 @@ impl Articulation {
             }
             let dof = body.velocity;
             let velocities = [self.state.half_velocities[dof], self.scratch.new_velocities[dof]];
-            let law = drive.law(self.state.positions[body.position], velocities, h, at.implicitness);
+            let law = drive.law(body.law_position(&self.state.positions), velocities, h, at.implicitness);
             let next = match drive.saturated {
                 // Held at its limit: right as long as the law would go beyond on that side.
                 Some(effort) if law * effort.signum() >= drive.limit || !release => Some(effort),
@@ -430,8 +444,9 @@ impl Articulation {
 
     /// Makes a joint hold the position that it has.
     pub fn hold(&mut self, body: usize) {
-        let Body { position, velocity, .. } = self.tree.bodies[body];
-        let actuator = Actuator::hold(self.state.positions[position], self.state.velocities[velocity]);
+        let velocity = self.tree.bodies[body].velocity;
+        let place = self.tree.place_of_axis(body, &self.state.positions);
+        let actuator = Actuator::hold(place, self.state.velocities[velocity]);
         self.set_actuator(velocity, actuator);
     }
 }

@@ -23,10 +23,10 @@ pub struct Configuration {
     pub linear: DVec3,
     /// Of the root link, world axes, rad/s; zero where it is fixed.
     pub angular: DVec3,
-    /// Of the joints alone: rad or m; for a floating joint x y z and a quaternion x y z w.
+    /// Of the joints alone: rad or m; for a floating joint x y z and a quaternion x y z w, for a spherical one a quaternion.
     pub positions: Vec<f64>,
     /// Of the joints alone: rad/s or m/s; for a floating joint linear in the parent's
-    /// axes, then angular in its own.
+    /// axes, then angular in its own, for a spherical one angular in the child's own axes.
     pub velocities: Vec<f64>,
 }
 

@@ -17,7 +17,9 @@ pub fn composite_inertia(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let mut diagonal = vec![0.0; tree.velocity_count];
     for (i, body) in tree.bodies.iter().enumerate().rev() {
         match body.joint_type {
-            JointType::Revolute => diagonal[body.velocity] = composite[i].moment.zz,
+            JointType::Revolute | JointType::Spherical { .. } => {
+                diagonal[body.velocity] = composite[i].moment.zz;
+            }
             JointType::Prismatic => diagonal[body.velocity] = composite[i].mass,
             JointType::Free { .. } => {}
         }

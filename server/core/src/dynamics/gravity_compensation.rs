@@ -44,7 +44,7 @@ pub fn compensate(
         let (at, Carried { mass, first_moment, .. }) = (&bodies[index], carried[index]);
         let z = at.rotation.z_axis;
         carried[index].effort = match body.joint_type {
-            JointType::Revolute => z.dot(first_moment.cross(base_acceleration)),
+            JointType::Revolute | JointType::Spherical { .. } => z.dot(first_moment.cross(base_acceleration)),
             JointType::Prismatic => z.dot(base_acceleration) * mass,
             JointType::Free { .. } => continue,
         };

@@ -51,7 +51,7 @@ pub fn implicit_inertia(
                     write(body.velocity + k, column);
                 }
             }
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 let mut column = Spatial::ZERO;
                 *part_mut(body.joint_type, &mut column) = at.rotation.z_axis;
                 write(body.velocity, column);

@@ -3,16 +3,19 @@
 use glamx::{DQuat, DVec3};
 
 use super::kinematics::free_pose;
+use super::spherical::turn_by;
 use super::tree::{JointType, Tree};
 
-/// q += h qd; a free body's origin by its linear velocity, its rotation by the
-/// exponential map of its angular velocity in its own axes.
+/// q += h qd; a free body's origin by its linear velocity, its rotation and that of a ball joint by the
+/// exponential map of the angular velocity in the body's own axes.
 pub fn advance(tree: &Tree, q: &mut [f64], qd: &[f64], h: f64) {
     for body in &tree.bodies {
         let q = &mut q[body.position..];
         let qd = &qd[body.velocity..];
         match body.joint_type {
             JointType::Revolute | JointType::Prismatic => q[0] += h * qd[0],
+            JointType::Spherical { axis: 0 } => turn_by(q, DVec3::new(qd[0], qd[1], qd[2]) * h),
+            JointType::Spherical { .. } => {}
             JointType::Free { .. } => {
                 let (origin, rotation) = free_pose(q);
                 let origin = origin + DVec3::new(qd[0], qd[1], qd[2]) * h;

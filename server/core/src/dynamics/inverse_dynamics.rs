@@ -46,7 +46,7 @@ pub fn inverse_dynamics(
         let (qd, qdd) = (&qd[body.velocity..], &qdd[body.velocity..]);
         let z = at.rotation.z_axis;
         let own = match body.joint_type {
-            JointType::Revolute => Spatial::new(z * qdd[0], DVec3::ZERO),
+            JointType::Revolute | JointType::Spherical { .. } => Spatial::new(z * qdd[0], DVec3::ZERO),
             JointType::Prismatic => Spatial::new(DVec3::ZERO, z * qdd[0]),
             JointType::Free { .. } => {
                 // The linear velocity is kept in axes that do not turn with the body:
@@ -69,7 +69,7 @@ pub fn inverse_dynamics(
         let (force, reach) = (scratch[i].bias, scratch[i].reach);
         let out = &mut efforts[body.velocity..];
         match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 out[0] = along(body.joint_type, force, scratch[i].rotation.z_axis);
             }
             JointType::Free { .. } => {

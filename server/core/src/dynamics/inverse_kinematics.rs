@@ -5,7 +5,8 @@ use glamx::{DMat3, DQuat, DVec3};
 use super::configuration::{Configuration, Kinematics};
 use super::jacobian::fill;
 use super::spatial::Spatial;
-use super::tree::{JointType, Tree};
+use super::spherical::turn_by;
+use super::tree::{Body, JointType, Tree};
 
 /// Where a link is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Goal {
 pub struct Movable {
     /// Its body in the tree; one with six degrees of freedom is not moved.
     pub body: usize,
-    /// The least position, rad or m.
+    /// The least position, rad or m; a ball joint has none.
     pub lower: f64,
     /// The largest position, rad or m.
     pub upper: f64,
@@ -183,7 +184,11 @@ impl<'a> Search<'a> {
     fn put(&mut self, q: &[f64]) -> Gap {
         self.q.copy_from_slice(q);
         for movable in self.movables {
-            let position = self.tree.bodies[movable.body].position;
+            let Body { joint_type, position, .. } = self.tree.bodies[movable.body];
+            if let JointType::Spherical { .. } = joint_type {
+                // It has no limits.
+                continue;
+            }
             self.q[position] = self.q[position].max(movable.lower).min(movable.upper);
         }
         self.tree.apply_mimics(&mut self.q);
@@ -210,7 +215,7 @@ impl<'a> Search<'a> {
                 let sum =
                     |sum: Spatial, &(velocity, factor): &(usize, f64)| sum + self.columns[velocity] * factor;
                 let column = rows(moves.iter().fold(Spatial::ZERO, sum), turns);
-                let position = self.q[self.tree.bodies[movable.body].position];
+                let position = self.tree.bodies[movable.body].law_position(&self.q);
                 let pull: f64 = column.iter().zip(&error).map(|(a, b)| a * b).sum();
                 let is_held =
                     (pull < 0.0 && position <= movable.lower) || (pull > 0.0 && position >= movable.upper);
@@ -228,9 +233,19 @@ impl<'a> Search<'a> {
         let mut next = self.q.clone();
         for (column, movable) in columns.iter().zip(self.movables) {
             let change: f64 = column.iter().zip(&weights).map(|(a, b)| a * b).sum();
-            next[self.tree.bodies[movable.body].position] += change;
+            self.move_axis(&mut next, movable.body, change);
         }
         next
+    }
+
+    /// Moves a joint along one of its axes; a ball joint turns about its child's.
+    fn move_axis(&self, q: &mut [f64], body: usize, change: f64) {
+        let body = &self.tree.bodies[body];
+        let q = &mut q[body.position..];
+        match body.joint_type {
+            JointType::Spherical { axis } => turn_by(q, DVec3::AXES[usize::from(axis)] * change),
+            _ => q[0] += change,
+        }
     }
 
     /// A place beside another, further from it each time. The golden ratio spreads
@@ -243,7 +258,7 @@ impl<'a> Search<'a> {
             let span = (movable.upper - movable.lower) / 2.0;
             let span = if span.is_finite() { span.min(std::f64::consts::PI) } else { std::f64::consts::PI };
             let number = ((f64::from(time) + 0.5) * GOLDEN + i as f64 * GOLDEN * GOLDEN).fract();
-            beside[self.tree.bodies[movable.body].position] += (2.0 * number - 1.0) * reach * span;
+            self.move_axis(&mut beside, movable.body, (2.0 * number - 1.0) * reach * span);
         }
         beside
     }

@@ -41,7 +41,7 @@ pub(super) fn fill(tree: &Tree, kinematics: &Kinematics, link: usize, point: DVe
         let turn = |axis: DVec3| Spatial::new(axis, axis.cross(reach));
         let column = &mut columns[body.velocity..];
         match body.joint_type {
-            JointType::Revolute => column[0] = turn(rotation.z_axis),
+            JointType::Revolute | JointType::Spherical { .. } => column[0] = turn(rotation.z_axis),
             JointType::Prismatic => column[0] = Spatial::new(DVec3::ZERO, rotation.z_axis),
             JointType::Free { .. } => {
                 // Linear in the axes that the joint has at zero, angular in the body's own.

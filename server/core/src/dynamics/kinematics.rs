@@ -4,6 +4,7 @@ use glamx::{DMat3, DPose3, DQuat, DVec3};
 
 use super::scratch::BodyScratch;
 use super::spatial::{Placement, Spatial};
+use super::spherical::{NEXT_AXIS, orientation, velocity_product};
 use super::tree::{Body, JointType, LinkFrame, Tree};
 
 /// Where a body is and how it moves, world axes.
@@ -21,7 +22,7 @@ pub struct BodyMotion {
 /// base's axes.
 ///
 /// v_i = X v_parent + S qd,  c_i = v_i x S qd
-pub fn update_kinematics(tree: &Tree, q: &[f64], qd: &[f64], scratch: &mut [BodyScratch]) {
+pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scratch: &mut [BodyScratch]) {
     for (i, body) in tree.bodies.iter().enumerate() {
         let (base_from_parent, parent_origin, parent_velocity) = match body.parent {
             Some(parent) => (scratch[parent].rotation, scratch[parent].origin, scratch[parent].velocity),
@@ -31,7 +32,7 @@ pub fn update_kinematics(tree: &Tree, q: &[f64], qd: &[f64], scratch: &mut [Body
         // Where the joint is at position zero.
         let zero = base_from_parent * body.at_zero.rotation;
         let reach = base_from_parent * body.at_zero.origin;
-        let (q, qd) = (&q[body.position..], &qd[body.velocity..]);
+        let (q, qd) = (&positions[body.position..], &velocities[body.velocity..]);
         let own = match body.joint_type {
             JointType::Revolute => {
                 at.rotation = turned_about_z(&zero, q[0]);
@@ -42,6 +43,11 @@ pub fn update_kinematics(tree: &Tree, q: &[f64], qd: &[f64], scratch: &mut [Body
                 at.rotation = zero;
                 at.reach = reach + zero.z_axis * q[0];
                 Spatial::new(DVec3::ZERO, zero.z_axis * qd[0])
+            }
+            JointType::Spherical { axis } => {
+                at.rotation = if axis == 0 { turned_to_first_axis(&zero, q) } else { zero };
+                at.reach = reach;
+                Spatial::new(at.rotation.z_axis * qd[0], DVec3::ZERO)
             }
             JointType::Free { .. } => {
                 let (origin, rotation) = free_pose(q);
@@ -55,8 +61,19 @@ pub fn update_kinematics(tree: &Tree, q: &[f64], qd: &[f64], scratch: &mut [Body
         at.origin = parent_origin + at.reach;
         at.velocity = parent_velocity.motion_at(at.reach) + own;
         // S moves with the body: its derivative in axes that stand still is v x S.
-        at.velocity_product = at.velocity.cross_motion(own);
+        at.velocity_product = match body.joint_type {
+            JointType::Spherical { axis: 2 } => {
+                velocity_product(&at.rotation, &velocities[body.velocity - 2..], at.velocity)
+            }
+            JointType::Spherical { .. } => Spatial::ZERO,
+            _ => at.velocity.cross_motion(own),
+        };
     }
+}
+
+/// The frame of the first body of a ball joint, whose z is the child's x.
+fn turned_to_first_axis(zero: &DMat3, q: &[f64]) -> DMat3 {
+    *zero * DMat3::from_quat(orientation(q)) * NEXT_AXIS
 }
 
 /// A frame after a turn about its own z.
@@ -78,6 +95,10 @@ pub fn placement(body: &Body, q: &[f64]) -> Placement {
         JointType::Prismatic => {
             Placement { rotation: zero.rotation, origin: zero.origin + zero.rotation.z_axis * q[0] }
         }
+        JointType::Spherical { axis: 0 } => {
+            Placement { rotation: turned_to_first_axis(&zero.rotation, q), origin: zero.origin }
+        }
+        JointType::Spherical { .. } => *zero,
         JointType::Free { .. } => {
             let (origin, rotation) = free_pose(q);
             zero.then(&Placement::new(rotation, origin))

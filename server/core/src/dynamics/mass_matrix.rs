@@ -44,7 +44,7 @@ pub fn mass_matrix(tree: &Tree, q: &[f64]) -> Vec<f64> {
 /// The columns of S, by which the body's own velocity is S qd.
 fn subspace(body: &Body, q: &[f64]) -> Vec<Spatial> {
     match body.joint_type {
-        JointType::Revolute => vec![Spatial::new(DVec3::Z, DVec3::ZERO)],
+        JointType::Revolute | JointType::Spherical { .. } => vec![Spatial::new(DVec3::Z, DVec3::ZERO)],
         JointType::Prismatic => vec![Spatial::new(DVec3::ZERO, DVec3::Z)],
         JointType::Free { .. } => {
             // Velocities are linear in the parent's axes, then angular in the body's own.

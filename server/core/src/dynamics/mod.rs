@@ -4,6 +4,7 @@
 //! * [`spatial`], [`inertia`], [`symmetric`]: spatial vectors and inertias.
 //! * [`tree`]: a robot as a tree of moving bodies; immutable.
 //! * [`kinematics`], [`articulated`], [`integrate`]: the passes of a step; [`integrator`]: which velocities they act on.
+//! * [`spherical`]: ball joints.
 //! * [`spin`], [`velocity_terms`]: what spins fast stays finite.
 //! * [`actuator`], [`gains`], [`gravity_compensation`]: what drives a joint.
 //! * [`mass_matrix`]: the joint-space mass matrix; [`implicit_inertia`]: the same with what actuators add, as a step needs it.
@@ -38,6 +39,7 @@ pub mod reactions;
 pub mod scratch;
 pub mod six;
 pub mod spatial;
+pub mod spherical;
 pub mod spin;
 pub mod symmetric;
 pub mod tree;

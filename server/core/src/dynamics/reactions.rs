@@ -7,6 +7,7 @@ use simd_model::RobotModel;
 use super::kinematics::{free_pose, update_kinematics};
 use super::scratch::BodyScratch;
 use super::spatial::Spatial;
+use super::spherical::own_motion;
 use super::tree::{JointType, Tree};
 
 /// How a robot moves at a moment.
@@ -106,6 +107,12 @@ fn links(tree: &Tree, motion: Motion<'_>) -> Vec<Moving> {
         let axis = at.rotation.z_axis;
         let (turn, slide) = match body.joint_type {
             JointType::Revolute => (axis * qdd[0] + parent.angular.cross(axis * qd[0]), DVec3::ZERO),
+            // The three axes are the child's, and turn with it.
+            JointType::Spherical { axis: 2 } => {
+                let own = own_motion(&at.rotation, &motion.velocities[body.velocity - 2..]).angular;
+                (axis * qdd[0] + at.velocity.angular.cross(own), DVec3::ZERO)
+            }
+            JointType::Spherical { .. } => (axis * qdd[0], DVec3::ZERO),
             // Coriolis: the axis turns with the parent.
             JointType::Prismatic => (DVec3::ZERO, axis * qdd[0] + 2.0 * parent.angular.cross(axis * qd[0])),
             JointType::Free { .. } => {

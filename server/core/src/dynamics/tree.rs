@@ -11,6 +11,7 @@ use simd_model::robot::{Inertial, Joint, JointKind};
 
 use super::inertia::Rigid;
 use super::spatial::Placement;
+use super::spherical::NEXT_AXIS;
 
 /// A robot as a tree of moving bodies, parents before children.
 #[derive(Debug)]
@@ -20,7 +21,7 @@ pub struct Tree {
     /// One for each link of the model.
     pub links: Vec<LinkFrame>,
     /// One for each joint of the model: its bodies; none for a fixed joint, three
-    /// for a planar one.
+    /// for a planar or spherical one.
     pub joints: Vec<Range<usize>>,
     /// Joints that follow others.
     pub mimics: Vec<MimicPair>,
@@ -57,7 +58,7 @@ pub struct Body {
     pub at_zero: Placement,
     /// Of all its links, in its own frame.
     pub inertia: Rigid,
-    /// Where its positions begin.
+    /// Where its positions begin; those of a ball joint's three bodies are the same four.
     pub position: usize,
     /// Where its velocities begin.
     pub velocity: usize,
@@ -72,6 +73,12 @@ pub enum JointType {
     Revolute,
     /// Slides along its z: one position, one velocity.
     Prismatic,
+    /// Turns about its z, which is one of the three axes of a ball joint; see [`spherical`](super::spherical). One velocity; the
+    /// first has the position of all three, a quaternion x y z w, and the others have none.
+    Spherical {
+        /// 0, 1 or 2: x, y or z of the last of the three.
+        axis: u8,
+    },
     /// Six degrees of freedom. Positions: origin x y z, quaternion x y z w. Velocities:
     /// linear of the origin in the parent's axes, then angular in its own.
     Free {
@@ -102,11 +109,25 @@ pub struct MimicPair {
     pub offset: f64,
 }
 
+impl Body {
+    /// The position of its axis as an actuator's law has it: a ball joint's laws count from where it is. Not for bodies with six
+    /// degrees of freedom.
+    #[inline]
+    pub fn law_position(&self, q: &[f64]) -> f64 {
+        match self.joint_type {
+            JointType::Spherical { .. } => 0.0,
+            _ => q[self.position],
+        }
+    }
+}
+
 impl JointType {
     /// Positions that it takes.
     pub fn positions(self) -> usize {
         match self {
             Self::Revolute | Self::Prismatic => 1,
+            Self::Spherical { axis: 0 } => 4,
+            Self::Spherical { .. } => 0,
             Self::Free { .. } => 7,
         }
     }
@@ -114,7 +135,7 @@ impl JointType {
     /// Velocities that it takes.
     pub fn velocities(self) -> usize {
         match self {
-            Self::Revolute | Self::Prismatic => 1,
+            Self::Revolute | Self::Prismatic | Self::Spherical { .. } => 1,
             Self::Free { .. } => 6,
         }
     }
@@ -220,6 +241,15 @@ impl Tree {
                 }
                 at
             }
+            JointKind::Spherical => {
+                let mut at_zero = Placement::new(body_from_joint.rotation, body_from_joint.translation);
+                let mut parent = parent.body;
+                for axis in 0..3 {
+                    parent = Some(self.push(parent, JointType::Spherical { axis }, at_zero, Some(index)));
+                    at_zero = Placement { rotation: NEXT_AXIS, origin: DVec3::ZERO };
+                }
+                LinkFrame { body: parent, body_from_link: DPose3::IDENTITY }
+            }
             JointKind::Floating => {
                 let joint_type = JointType::Free { slot: self.free_bodies() };
                 let at_zero = Placement::new(body_from_joint.rotation, body_from_joint.translation);
@@ -236,12 +266,17 @@ impl Tree {
         at_zero: Placement,
         joint: Option<usize>,
     ) -> usize {
+        let position = match joint_type {
+            // Those of the first one.
+            JointType::Spherical { axis: 1.. } => self.position_count - 4,
+            _ => self.position_count,
+        };
         self.bodies.push(Body {
             parent,
             joint_type,
             at_zero,
             inertia: Rigid::default(),
-            position: self.position_count,
+            position,
             velocity: self.velocity_count,
             joint,
         });

@@ -13,6 +13,7 @@ use super::inertia::Rigid;
 use super::kinematics::free_pose;
 use super::scratch::Scratch;
 use super::spatial::Spatial;
+use super::spherical::velocity_product;
 use super::tree::{JointType, Tree};
 
 /// A robot of which a body turns by more than this within a step has its velocity terms solved for, radians.
@@ -155,7 +156,7 @@ impl VelocityTerms {
             let change = &change[body.velocity..];
             let z = at.rotation.z_axis;
             let own = match body.joint_type {
-                JointType::Revolute => Spatial::new(z * change[0], DVec3::ZERO),
+                JointType::Revolute | JointType::Spherical { .. } => Spatial::new(z * change[0], DVec3::ZERO),
                 JointType::Prismatic => Spatial::new(DVec3::ZERO, z * change[0]),
                 JointType::Free { .. } => free_motion(&q[body.position..], &at.rotation, change),
             };
@@ -192,7 +193,9 @@ impl VelocityTerms {
             let qd = &self.velocities[body.velocity..];
             let z = at.rotation.z_axis;
             let (own, own_acceleration) = match body.joint_type {
-                JointType::Revolute => (Spatial::new(z * qd[0], DVec3::ZERO), Spatial::ZERO),
+                JointType::Revolute | JointType::Spherical { .. } => {
+                    (Spatial::new(z * qd[0], DVec3::ZERO), Spatial::ZERO)
+                }
                 JointType::Prismatic => (Spatial::new(DVec3::ZERO, z * qd[0]), Spatial::ZERO),
                 JointType::Free { .. } => {
                     // Linear in the parent's axes, which do not turn with the body.
@@ -202,7 +205,14 @@ impl VelocityTerms {
             };
             let moving = &mut self.bodies[i];
             moving.velocity = above.velocity.motion_at(at.reach) + own;
-            let product = moving.velocity.cross_motion(own);
+            let product = match body.joint_type {
+                JointType::Spherical { axis: 2 } => {
+                    let first = &self.velocities[body.velocity - 2..];
+                    velocity_product(&at.rotation, first, moving.velocity)
+                }
+                JointType::Spherical { .. } => Spatial::ZERO,
+                _ => moving.velocity.cross_motion(own),
+            };
             moving.acceleration = above.acceleration.motion_at(at.reach) + product + own_acceleration;
             let momentum = moving.inertia.times(moving.velocity);
             moving.force = moving.inertia.times(moving.acceleration) + moving.velocity.cross_force(momentum);
@@ -216,7 +226,7 @@ impl VelocityTerms {
             let (at, force) = (&scratch.bodies[i], self.bodies[i].force);
             let out = &mut self.terms[list][body.velocity..];
             match body.joint_type {
-                JointType::Revolute | JointType::Prismatic => {
+                JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                     out[0] = along(body.joint_type, force, at.rotation.z_axis);
                 }
                 JointType::Free { .. } => {
@@ -300,7 +310,7 @@ impl VelocityTerms {
             let (at, p) = (&scratch.bodies[i], bodies[i].force);
             let effort = &efforts[body.velocity..];
             match body.joint_type {
-                JointType::Revolute | JointType::Prismatic => {
+                JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                     let impulse = effort[0] - along(body.joint_type, p, at.rotation.z_axis);
                     response[body.velocity] = impulse;
                     if let Some(parent) = body.parent {
@@ -323,7 +333,7 @@ impl VelocityTerms {
             let carried = above.motion_at(at.reach);
             let out = &mut response[body.velocity..];
             match body.joint_type {
-                JointType::Revolute | JointType::Prismatic => {
+                JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                     let change = at.inverse_d * (out[0] - at.column.dot(carried));
                     bodies[i].acceleration = carried;
                     *part_mut(body.joint_type, &mut bodies[i].acceleration) += at.rotation.z_axis * change;

@@ -4,7 +4,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use glamx::{DPose3, DVec3};
+use glamx::{DPose3, DQuat, DVec3};
 use simd_model::robot::JointLimits;
 
 use super::error::Error;
@@ -81,6 +81,14 @@ pub(super) fn pose(field: &str, pose: &DPose3) -> Result<(), Error> {
         return Ok(());
     }
     Err(refuse(format!("{field}.orientation"), pose.rotation, "it must be a quaternion of unit length"))
+}
+
+/// A rotation, made one long to the last digit.
+pub(super) fn orientation(field: &str, orientation: DQuat) -> Result<DQuat, Error> {
+    if (orientation.length_squared() - 1.0).abs() < 1e-6 {
+        return Ok(orientation.normalize());
+    }
+    Err(refuse(field, orientation, "it must be a quaternion of unit length"))
 }
 
 /// Ordered, finite, not negative where they bound a size.

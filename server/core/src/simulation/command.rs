@@ -15,7 +15,7 @@ use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Link};
 
 pub use self::constraint::{ChangeConstraint, CreateConstraint, RequestedConstraint, RequestedEnd};
-pub use self::joint::{FollowTrajectory, JointProperties, JointReset, RobotReset};
+pub use self::joint::{FollowTrajectory, JointProperties, JointReset, RobotReset, SphericalReset};
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
 pub use super::contact_settings::{

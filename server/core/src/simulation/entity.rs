@@ -243,7 +243,9 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
         // A planar joint's limits would be of three kinds at once: only one axis can have them.
         settings.limits = match joint.kind {
             JointKind::Planar => JointLimits::default(),
-            JointKind::Continuous => JointLimits { lower: None, upper: None, ..joint.limits },
+            JointKind::Continuous | JointKind::Spherical => {
+                JointLimits { lower: None, upper: None, ..joint.limits }
+            }
             _ => joint.limits,
         };
     }
@@ -260,7 +262,11 @@ fn start_positions(model: &RobotModel, tree: &Tree, axes: &[Axis]) -> Vec<f64> {
     for body in &tree.bodies {
         match body.joint_type {
             JointType::Free { .. } => q[body.position + 6] = 1.0,
-            _ => q[body.position] = axes[body.velocity].settings.limits.nearest(0.0),
+            JointType::Spherical { axis: 0 } => q[body.position + 3] = 1.0,
+            JointType::Spherical { .. } => {}
+            JointType::Revolute | JointType::Prismatic => {
+                q[body.position] = axes[body.velocity].settings.limits.nearest(0.0)
+            }
         }
     }
     for (position, value) in setup::positions(model, tree) {

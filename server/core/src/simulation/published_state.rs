@@ -28,14 +28,14 @@ pub struct PublishedState {
     pub world: Arc<WorldLayout>,
     /// One a robot.
     pub roots: Vec<RootState>,
-    /// Joint positions: rad or m; for a floating joint x y z and a quaternion x y z w.
+    /// Joint positions: rad or m; for a floating joint x y z and a quaternion x y z w, for a spherical one a quaternion.
     pub positions: Vec<f64>,
     /// Joint velocities: rad/s or m/s; for a floating joint linear in the parent's
-    /// axes, then angular in its own.
+    /// axes, then angular in its own, for a spherical one angular in the child's own axes.
     pub velocities: Vec<f64>,
     /// What each actuator applied over the last step, N m or N. Aligned with `velocities`.
     pub efforts: Vec<f64>,
-    /// What each actuator is to reach, in the unit of its mode. Aligned with `velocities`.
+    /// What each actuator is to reach, in the unit of its mode: an orientation as a rotation vector, rad. Aligned with `velocities`.
     pub targets: Vec<f64>,
     /// Aligned with `velocities`.
     pub modes: Vec<Mode>,

@@ -21,9 +21,7 @@ pub(super) fn read_all<'a, 'i>(
     let mut joints = Vec::with_capacity(tree.joints.len());
     for (index, (place, node)) in tree.joints.iter().zip(&tree.joint_nodes).enumerate() {
         let Some(joint) = mended.robot.joints.get(place.in_file) else { continue };
-        let Some(kind) = kind(&joint.joint_type) else {
-            return Err(findings.refuse(*node, "simd knows no joint of this type"));
-        };
+        let kind = kind(&joint.joint_type);
         let dynamics = mended.child(*node, "dynamics");
         let (damping, friction) = joint.dynamics.as_ref().map_or((0.0, 0.0), |it| (it.damping, it.friction));
         joints.push(Joint {
@@ -43,16 +41,16 @@ pub(super) fn read_all<'a, 'i>(
     Ok(joints)
 }
 
-fn kind(kind: &urdf_rs::JointType) -> Option<JointKind> {
-    Some(match kind {
+fn kind(kind: &urdf_rs::JointType) -> JointKind {
+    match kind {
         urdf_rs::JointType::Revolute => JointKind::Revolute,
         urdf_rs::JointType::Continuous => JointKind::Continuous,
         urdf_rs::JointType::Prismatic => JointKind::Prismatic,
         urdf_rs::JointType::Fixed => JointKind::Fixed,
         urdf_rs::JointType::Floating => JointKind::Floating,
         urdf_rs::JointType::Planar => JointKind::Planar,
-        urdf_rs::JointType::Spherical => return None,
-    })
+        urdf_rs::JointType::Spherical => JointKind::Spherical,
+    }
 }
 
 fn axis(
@@ -64,7 +62,7 @@ fn axis(
 ) -> DVec3 {
     let axis = DVec3::from_array(joint.axis.xyz.0);
     // Exporters write an axis of 0 on fixed joints, where none is meant.
-    let has_axis = !matches!(kind, JointKind::Fixed | JointKind::Floating);
+    let has_axis = !matches!(kind, JointKind::Fixed | JointKind::Floating | JointKind::Spherical);
     let length = axis.length();
     if !has_axis {
         return axis.try_normalize().unwrap_or(DVec3::X);
@@ -95,7 +93,7 @@ fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findi
         }
         return JointLimits::default();
     };
-    if !slides_or_turns && kind != JointKind::Continuous {
+    if !slides_or_turns && !matches!(kind, JointKind::Continuous | JointKind::Spherical) {
         if kind.moves() {
             findings.info(node, Ignored, "floating and planar joints have no limits in simd");
         }
@@ -103,9 +101,14 @@ fn limits(kind: JointKind, joint: Node, node: Option<Node>, findings: &mut Findi
     }
     let limit = Said::of(node);
     let mut unset = Vec::new();
-    let (lower, upper) = if kind == JointKind::Continuous {
+    let without_position_limits = match kind {
+        JointKind::Continuous => Some("a continuous joint has no position limits"),
+        JointKind::Spherical => Some("a spherical joint has no position limits in simd"),
+        _ => None,
+    };
+    let (lower, upper) = if let Some(message) = without_position_limits {
         if limit.lower.unwrap_or(0.0) != 0.0 || limit.upper.unwrap_or(0.0) != 0.0 {
-            findings.info(node, Ignored, "a continuous joint has no position limits");
+            findings.info(node, Ignored, message);
         }
         (None, None)
     } else {

@@ -337,14 +337,9 @@ fn no_such_word(name: &str, value: &str, words: &[&str]) -> String {
         "hinge" => Some("revolute"),
         "slider" => Some("prismatic"),
         "free" => Some("floating"),
+        "ball" => Some("spherical"),
         _ => unknown::nearest(value.trim(), words.iter().copied()),
     };
-    let meant = match (meant, value) {
-        (Some(meant), _) => format!("; did you mean {meant}?"),
-        (None, "spherical" | "ball") => {
-            "; three revolute joints with links between them move like it".to_owned()
-        }
-        (None, _) => String::new(),
-    };
+    let meant = meant.map(|meant| format!("; did you mean {meant}?")).unwrap_or_default();
     format!("{name}={} is none of: {}{meant}", quoted(value), words.join(", "))
 }

@@ -44,6 +44,7 @@ fn of_joint(joint: &Joint, model: &RobotModel) -> String {
         JointKind::Fixed => ("fixed", "", ""),
         JointKind::Floating => ("floating", "", ""),
         JointKind::Planar => ("planar", "m", "N"),
+        JointKind::Spherical => ("spherical", "rad", "N m"),
     };
     let mut said = vec![format!("{kind}, {} to {}", name(joint.parent), name(joint.child))];
     if matches!(

@@ -92,7 +92,8 @@ const fn Numbers(count: usize) -> Kind {
     Kind::Numbers(Shape::Exactly(count))
 }
 
-const JOINT_TYPES: &[&str] = &["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+const JOINT_TYPES: &[&str] =
+    &["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 
 const ORIGIN: Element = element(
     "origin",

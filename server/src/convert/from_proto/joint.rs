@@ -3,15 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use glamx::DQuat;
 use simd_core::Command;
 use simd_core::simulation::command::{
     Begin, ClaimId, ClaimRequest, FollowTrajectory, JointProperties, JointReset, JointTarget, RobotReset,
-    RobotTargets, SetTargets, Target, Tolerance, TrajectoryPoint, WholeTarget,
+    RobotTargets, SetTargets, SphericalReset, Target, Tolerance, TrajectoryPoint, WholeTarget,
 };
 use simd_model::robot::JointLimits;
 use simd_proto::v1;
 
-use super::state;
+use super::{geometry, state};
 use crate::convert::field::{BadField, Path};
 
 /// Targets for joints of one or several robots.
@@ -72,12 +73,12 @@ fn whole_target(at: &Path<'_>, whole: v1::WholeRobotTarget) -> Result<WholeTarge
 
 fn joint_target(at: &Path<'_>, given: v1::JointTarget) -> Result<JointTarget, BadField> {
     let joint = at.field("joint").name(given.joint)?;
-    let target = target(at.field("target").given(given.target)?);
+    let target = target(at, at.field("target").given(given.target)?)?;
     Ok(JointTarget { joint, axis: given.axis, target })
 }
 
-fn target(given: v1::joint_target::Target) -> Target {
-    match given {
+fn target(at: &Path<'_>, given: v1::joint_target::Target) -> Result<Target, BadField> {
+    Ok(match given {
         v1::joint_target::Target::Position(v1::PositionTarget {
             position,
             velocity,
@@ -104,7 +105,44 @@ fn target(given: v1::joint_target::Target) -> Target {
         v1::joint_target::Target::Effort(v1::EffortTarget { effort }) => Target::Effort(effort),
         v1::joint_target::Target::Passive(v1::PassiveTarget {}) => Target::Passive,
         v1::joint_target::Target::Hold(v1::HoldTarget {}) => Target::Hold,
-    }
+        v1::joint_target::Target::SphericalPosition(v1::SphericalPositionTarget {
+            orientation,
+            angular_velocity,
+            stiffness,
+            damping,
+            feed_forward_torque,
+            max_effort,
+            max_velocity,
+        }) => Target::Orientation {
+            orientation: orientation_of(&at.field("spherical_position"), orientation)?,
+            velocity: geometry::vector_or_zero(angular_velocity),
+            stiffness,
+            damping,
+            feed_forward: geometry::vector_or_zero(feed_forward_torque),
+            max_effort,
+            max_velocity,
+        },
+        v1::joint_target::Target::SphericalVelocity(v1::SphericalVelocityTarget {
+            angular_velocity,
+            damping,
+            feed_forward_torque,
+            max_effort,
+        }) => Target::AngularVelocity {
+            velocity: geometry::vector_or_zero(angular_velocity),
+            damping,
+            feed_forward: geometry::vector_or_zero(feed_forward_torque),
+            max_effort,
+        },
+        v1::joint_target::Target::SphericalEffort(v1::SphericalEffortTarget { torque }) => {
+            Target::Torque(geometry::vector_or_zero(torque))
+        }
+    })
+}
+
+/// The orientation of a spherical joint, which must be given.
+fn orientation_of(at: &Path<'_>, given: Option<v1::Quaternion>) -> Result<DQuat, BadField> {
+    let at = at.field("orientation");
+    geometry::rotation(&at, at.given(given)?)
 }
 
 /// A trajectory for joints of one robot.
@@ -193,11 +231,18 @@ fn robot_reset(at: &Path<'_>, given: v1::RobotReset) -> Result<RobotReset, BadFi
     for (index, reset) in given.joints.into_iter().enumerate() {
         let at = at.item("joints", index);
         let joint = at.field("joint").name(reset.joint)?;
-        let v1::JointReset { axis, position, velocity, .. } = reset;
-        joints.push(JointReset { axis, joint, position, velocity });
+        let v1::JointReset { axis, position, velocity, spherical, joint: _ } = reset;
+        let spherical = spherical.map(|given| spherical_reset(&at.field("spherical"), given)).transpose()?;
+        joints.push(JointReset { axis, joint, position, velocity, spherical });
     }
     at.each_once("joints", joints.iter().map(|reset| (&reset.joint, reset.axis)))?;
     Ok(RobotReset { robot, joints })
+}
+
+fn spherical_reset(at: &Path<'_>, given: v1::SphericalReset) -> Result<SphericalReset, BadField> {
+    let v1::SphericalReset { orientation, angular_velocity } = given;
+    let angular_velocity = geometry::vector_or_zero(angular_velocity);
+    Ok(SphericalReset { orientation: orientation_of(at, orientation)?, angular_velocity })
 }
 
 /// New settings of joints.

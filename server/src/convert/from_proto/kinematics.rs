@@ -51,10 +51,9 @@ pub fn configuration_at(
     let present = state.configuration(place).unwrap_or_default();
     let Some(given) = given else { return Ok(present) };
     let mut positions = numbers(at, "positions", given.positions, entity.positions.len())?;
-    for range in entity.joint_positions.iter().filter(|range| range.len() == 7) {
-        // A floating joint's: of unit length, as every rotation that a client sends.
-        if let Some([x, y, z, w]) =
-            positions.get_mut(range.start + 3..range.end).and_then(|q| q.as_mut_array())
+    for range in entity.joint_positions.iter().filter(|range| matches!(range.len(), 4 | 7)) {
+        // A spherical or floating joint's: of unit length, as every rotation that a client sends.
+        if let Some([x, y, z, w]) = positions.get_mut(range.end - 4..range.end).and_then(|q| q.as_mut_array())
         {
             let unit = geometry::rotation(at, v1::Quaternion { x: *x, y: *y, z: *z, w: *w })?;
             [*x, *y, *z, *w] = unit.to_array();

@@ -323,7 +323,7 @@ fn numbers_of_joints_are_refused_by_the_world_under_the_path_of_their_field() {
         assert_eq!(properties(given), format!("joints[1].{field}"));
     }
     let reset = |axis, position, velocity| {
-        let put = v1::JointReset { joint: "slide".into(), axis, position, velocity };
+        let put = v1::JointReset { joint: "slide".into(), axis, position, velocity, spherical: None };
         let robots = vec![v1::RobotReset { robot: "left".into(), joints: vec![put] }];
         judged(joint::reset_joints(v1::ResetJointsRequest { robots, ..Default::default() }).unwrap())
     };

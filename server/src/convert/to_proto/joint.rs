@@ -45,7 +45,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
     let link = |index: usize| entity.model.links.get(index).map(|l| l.name.clone()).unwrap_or_default();
     let positions = entity.joint_positions.get(index).cloned().unwrap_or_default();
     let velocities = entity.joint_velocities.get(index).cloned().unwrap_or_default();
-    let has_axis = !matches!(joint.kind, JointKind::Fixed | JointKind::Floating);
+    let has_axis = !matches!(joint.kind, JointKind::Fixed | JointKind::Floating | JointKind::Spherical);
     v1::JointInfo {
         index: count(index),
         name: joint.name.clone(),
@@ -123,6 +123,7 @@ fn joint_type(kind: JointKind) -> v1::JointType {
         JointKind::Fixed => v1::JointType::Fixed,
         JointKind::Floating => v1::JointType::Floating,
         JointKind::Planar => v1::JointType::Planar,
+        JointKind::Spherical => v1::JointType::Spherical,
     }
 }
 

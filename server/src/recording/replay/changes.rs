@@ -191,7 +191,9 @@ impl Changes {
 
 impl JointChange {
     fn keep_in(&self, target: &mut Target) {
-        if let Target::Position { stiffness, damping, .. } = target {
+        if let Target::Position { stiffness, damping, .. } | Target::Orientation { stiffness, damping, .. } =
+            target
+        {
             *stiffness = self.stiffness.or(*stiffness);
             *damping = self.gain_damping.or(*damping);
         }

@@ -4,7 +4,7 @@ use glamx::DPose3;
 use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
-use crate::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive};
+use crate::dynamics::actuator::{Actuator, Axis, AxisSettings, Drive, Mode};
 use crate::dynamics::constraint::Impulses;
 use crate::dynamics::gains::set_default_gains;
 use crate::dynamics::integrate::write_free_pose;
@@ -158,8 +158,24 @@ impl BodyState {
         ] {
             finite(what, values.iter().copied())?;
         }
-        for body in tree.bodies.iter().filter(|body| matches!(body.joint_type, JointType::Free { .. })) {
-            unit("the rotation of a free body", &positions[body.position + 3..body.position + 7])?;
+        for body in &tree.bodies {
+            let at = body.position;
+            match body.joint_type {
+                JointType::Free { .. } => unit("the rotation of a free body", &positions[at + 3..at + 7])?,
+                JointType::Spherical { axis: 0 } => {
+                    unit("the orientation of a ball joint", &positions[at..at + 4])?;
+                    // A rotation vector has a length.
+                    let is_long = |axis: &Axis| {
+                        let Actuator { mode, target, setpoint, .. } = axis.actuator;
+                        matches!(mode, Mode::Position | Mode::Hold)
+                            && target.abs().max(setpoint.abs()) > LONGEST
+                    };
+                    if axes[body.velocity..body.velocity + 3].iter().any(is_long) {
+                        return Err(format!("targets of a ball joint beyond {LONGEST:e}"));
+                    }
+                }
+                JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {}
+            }
         }
         pose("the pose of its base", base)?;
         if !tree.fixed_base && *base != DPose3::IDENTITY {
@@ -172,6 +188,9 @@ impl BodyState {
         drives.iter().try_for_each(check_drive)
     }
 }
+
+/// The largest number of a target orientation, rad; nothing that a request can give comes near it.
+const LONGEST: f64 = 1e100;
 
 /// Only numbers that a request could have given, or that follow from such.
 fn check_axis(axis: &Axis) -> Result<(), String> {

@@ -106,7 +106,7 @@ fn respond_to_six(tree: &Tree, q: &[f64], highest: usize, scratch: &mut Scratch,
         let own = &mut own[0];
         let above = body.parent.map(|parent| &above[parent].delta);
         match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 let change = lower(own, above.unwrap_or(&Six::default()), at, axis_of(body.joint_type, at));
                 for (k, change) in change.into_iter().enumerate().take(count) {
                     out[k * n + body.velocity] = change;
@@ -169,7 +169,7 @@ pub fn project(
     loop {
         let (body, at) = (&tree.bodies[i], &scratch[i]);
         match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 out[body.velocity] = along(body.joint_type, force, at.rotation.z_axis);
             }
             JointType::Free { .. } => {
@@ -202,7 +202,7 @@ pub fn project_onto(
             places.zip(entries).for_each(|(place, entry)| jacobian[place] += entry);
         };
         match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 let entries = forces.map(|force| along(body.joint_type, force, at.rotation.z_axis));
                 add(body.velocity, entries);
             }
@@ -288,7 +288,7 @@ fn descend(tree: &Tree, q: &[f64], scratch: &mut Scratch, out: &mut [f64]) {
         let at = &mut scratch.bodies[i];
         let carried = above.motion_at(at.reach);
         match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => {
+            JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 let change = at.inverse_d * (at.impulse - at.column.dot(carried));
                 at.delta = carried;
                 *part_mut(body.joint_type, &mut at.delta) += at.rotation.z_axis * change;

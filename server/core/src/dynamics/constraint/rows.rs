@@ -135,7 +135,7 @@ pub fn collect(
     // Of a joint at its limit only the side that pushes back.
     let bias = |distance: f64| if distance < 0.0 { ERROR_REDUCTION * distance / h } else { distance / h };
     for (i, body) in tree.bodies.iter().enumerate() {
-        if matches!(body.joint_type, JointType::Free { .. }) {
+        if matches!(body.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) {
             continue;
         }
         let (velocity, position) = axes_of(i);

@@ -246,7 +246,7 @@ fn gear<R: AsMut<Articulation>>(
         let body = body?;
         let articulation = robots[member].as_mut();
         let own = &articulation.tree().bodies[body];
-        if matches!(own.joint_type, JointType::Free { .. }) {
+        if matches!(own.joint_type, JointType::Free { .. } | JointType::Spherical { .. }) {
             return None;
         }
         let (velocity, position) = (own.velocity, own.position);

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use glamx::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use simd_model::robot::JointLimits;
 
 use super::super::target_sources::TargetSource;
 use super::super::trajectory::MAX_POINTS;
 use super::{Begin, Tolerance, TrajectoryPoint};
-use crate::plain::{shared, shared_list};
+use crate::plain::{quaternion, shared, shared_list, vector3};
 
 /// Where joints of a robot are put.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,7 +21,7 @@ pub struct RobotReset {
 }
 
 /// Where a joint is put.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointReset {
     /// Its name.
     pub joint: String,
@@ -30,6 +31,19 @@ pub struct JointReset {
     pub position: f64,
     /// rad/s or m/s.
     pub velocity: f64,
+    /// Of a spherical joint, which takes this alone.
+    pub spherical: Option<SphericalReset>,
+}
+
+/// Where a spherical joint is put.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SphericalReset {
+    /// Of the child in the joint's frame, of unit length.
+    #[serde(with = "quaternion")]
+    pub orientation: DQuat,
+    /// Relative to the parent, in the child's axes, rad/s.
+    #[serde(with = "vector3")]
+    pub angular_velocity: DVec3,
 }
 
 /// New settings of a joint; `None` leaves one as it is.

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use glamx::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use crate::plain::{quaternion, vector3};
 use crate::simulation::target_sources::TargetSource;
 
 /// New targets for joints of one or several robots, all or none.
@@ -32,7 +34,7 @@ pub struct RobotTargets {
 }
 
 /// One mode for all actuated joints. Values are aligned with the robot's
-/// velocities in a [`PublishedState`](crate::PublishedState).
+/// velocities in a [`PublishedState`](crate::PublishedState); positions of a spherical joint are its rotation vector.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum WholeTarget {
     /// rad or m.
@@ -91,10 +93,45 @@ pub enum Target {
     },
     /// Apply an effort.
     Effort(f64),
-    /// No actuator.
+    /// No actuator; of all axes of a spherical joint.
     Passive,
-    /// Stay where the joint is.
+    /// Stay where the joint is; of all axes of a spherical joint.
     Hold,
+    /// Turn a spherical joint to an orientation and stay there.
+    Orientation {
+        /// Of the child in the joint's frame, of unit length.
+        #[serde(with = "quaternion")]
+        orientation: DQuat,
+        /// Velocity that the damper pulls towards, in the child's axes, rad/s.
+        #[serde(with = "vector3")]
+        velocity: DVec3,
+        /// N m/rad about each axis; `None` is the joint's default.
+        stiffness: Option<f64>,
+        /// N m s/rad about each axis; `None` is critical for a given stiffness, else the default.
+        damping: Option<f64>,
+        /// Added to the actuator's torque, in the child's axes, N m.
+        #[serde(with = "vector3")]
+        feed_forward: DVec3,
+        /// The most torque about each axis that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+        /// How fast the setpoint turns about each axis; `None` is the joint's limit.
+        max_velocity: Option<f64>,
+    },
+    /// Turn a spherical joint at a velocity.
+    AngularVelocity {
+        /// In the child's axes, rad/s.
+        #[serde(with = "vector3")]
+        velocity: DVec3,
+        /// N m s/rad about each axis; `None` is stiff enough for 0.1 % under gravity.
+        damping: Option<f64>,
+        /// Added to the actuator's torque, in the child's axes, N m.
+        #[serde(with = "vector3")]
+        feed_forward: DVec3,
+        /// The most torque about each axis that is applied for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+    },
+    /// Apply a torque to a spherical joint, in the child's axes, N m.
+    Torque(#[serde(with = "vector3")] DVec3),
 }
 
 impl Target {
@@ -106,6 +143,19 @@ impl Target {
             stiffness: None,
             damping: None,
             feed_forward: 0.0,
+            max_effort: None,
+            max_velocity: None,
+        }
+    }
+
+    /// An orientation, with the joint's default gains.
+    pub fn orientation(orientation: DQuat) -> Self {
+        Self::Orientation {
+            orientation,
+            velocity: DVec3::ZERO,
+            stiffness: None,
+            damping: None,
+            feed_forward: DVec3::ZERO,
             max_effort: None,
             max_velocity: None,
         }

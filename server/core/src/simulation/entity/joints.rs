@@ -30,7 +30,12 @@ impl Entity {
         })
     }
 
-    /// The body of an axis of a joint that moves along one or, planar, three.
+    /// Whether a joint is a ball joint.
+    pub(in crate::simulation) fn is_spherical(&self, joint: usize) -> bool {
+        self.model.joints[joint].kind == JointKind::Spherical
+    }
+
+    /// The body of an axis of a joint that moves along one or, planar and spherical, three.
     pub(in crate::simulation) fn axis_body(&self, joint: usize, axis: u32) -> Result<usize, Error> {
         let name = &self.model.joints[joint].name;
         let bodies = self.body.tree().joints[joint].clone();

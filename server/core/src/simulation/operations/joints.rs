@@ -2,16 +2,20 @@
 
 use std::sync::Arc;
 
+use simd_model::robot::JointLimits;
+
+use crate::dynamics::spherical::write_orientation;
+use crate::dynamics::tree::JointType;
 use crate::dynamics::{Actuator, Mode};
-use crate::simulation::command::{JointProperties, RobotReset};
+use crate::simulation::command::{JointProperties, JointReset, RobotReset, SphericalReset};
 use crate::simulation::entity::{Entity, apply_mimic_velocities, apply_mimics};
 use crate::simulation::error::Error;
 use crate::simulation::{Reply, Simulation, check};
 
 impl Simulation {
     pub(in crate::simulation) fn reset_joints(&mut self, robots: &[RobotReset]) -> Result<Reply, Error> {
-        /// A robot, a joint, a position, a velocity, and the values for them.
-        type Put = (usize, usize, (usize, f64), (usize, f64));
+        /// A robot, a joint, where its numbers are, and the numbers.
+        type Put = (usize, usize, (usize, usize), Place);
         let mut puts: Vec<Put> = Vec::new();
         let mut whole = Vec::new();
         for (robot, reset) in robots.iter().enumerate() {
@@ -30,9 +34,8 @@ impl Simulation {
                 let index = entity.joint(name)?;
                 let body = entity.axis_body(index, joint.axis).map_err(within)?;
                 let body = &entity.body.tree().bodies[body];
-                let position = check::moderate("position", joint.position).map_err(within)?;
-                let velocity = check::moderate("velocity", joint.velocity).map_err(within)?;
-                puts.push((robot_index, index, (body.position, position), (body.velocity, velocity)));
+                let place = place(joint, entity.is_spherical(index)).map_err(within)?;
+                puts.push((robot_index, index, (body.position, body.velocity), place));
             }
         }
         for &robot_index in &whole {
@@ -42,11 +45,20 @@ impl Simulation {
             entity.body.positions_mut()[p..].copy_from_slice(&entity.state.spawned.positions[p..]);
             entity.body.velocities_mut()[v..].fill(0.0);
         }
-        for &(robot_index, joint, (position, q), (velocity, qd)) in &puts {
+        for &(robot_index, joint, (position, velocity), place) in &puts {
             self.cancel_trajectories(robot_index, Some(&[joint]), "a reset of the joints");
             let body = &mut self.entities[robot_index].body;
-            body.positions_mut()[position] = q;
-            body.velocities_mut()[velocity] = qd;
+            match place {
+                Place::Axis(q, qd) => {
+                    body.positions_mut()[position] = q;
+                    body.velocities_mut()[velocity] = qd;
+                }
+                Place::Ball(SphericalReset { orientation, angular_velocity }) => {
+                    write_orientation(&mut body.positions_mut()[position..], orientation);
+                    let velocities = &mut body.velocities_mut()[velocity..velocity + 3];
+                    velocities.copy_from_slice(&angular_velocity.to_array());
+                }
+            }
         }
         let mut touched: Vec<usize> = whole.into_iter().chain(puts.iter().map(|put| put.0)).collect();
         touched.sort_unstable();
@@ -75,6 +87,11 @@ impl Simulation {
             let index = entity.joint(name)?;
             entity.axis_body(index, 0)?;
             check_properties(properties).map_err(within)?;
+            let has_range = |limits: &JointLimits| limits.lower.is_some() || limits.upper.is_some();
+            if entity.is_spherical(index) && properties.limits.as_ref().is_some_and(has_range) {
+                let expected = "a spherical joint has no limits of its position";
+                return Err(within(check::refuse("limits", "a range", expected)));
+            }
             accepted.push((index, properties));
         }
         for (index, properties) in accepted {
@@ -95,9 +112,12 @@ impl Entity {
         let tree = Arc::clone(self.body.tree());
         apply_mimics(&tree, self.body.positions_mut());
         apply_mimic_velocities(&tree, self.body.velocities_mut());
-        for body in &tree.bodies {
-            let (position, velocity) =
-                (self.body.positions()[body.position], self.body.velocities()[body.velocity]);
+        for (index, body) in tree.bodies.iter().enumerate() {
+            if matches!(body.joint_type, JointType::Free { .. }) {
+                continue;
+            }
+            let position = tree.place_of_axis(index, self.body.positions());
+            let velocity = self.body.velocities()[body.velocity];
             let actuator = &mut self.body.axes_mut()[body.velocity].actuator;
             match actuator.mode {
                 Mode::Hold => *actuator = Actuator::hold(position, velocity),
@@ -109,6 +129,43 @@ impl Entity {
         self.state.disabled = None;
         self.state.teleported = true;
         self.update_external_forces();
+    }
+}
+
+/// What a joint is put at.
+#[derive(Clone, Copy)]
+enum Place {
+    /// The position and the velocity of an axis.
+    Axis(f64, f64),
+    /// A ball joint's.
+    Ball(SphericalReset),
+}
+
+/// What a reset asks for, checked.
+fn place(joint: &JointReset, is_spherical: bool) -> Result<Place, Error> {
+    match (joint.spherical, is_spherical) {
+        (None, false) => {
+            let position = check::moderate("position", joint.position)?;
+            Ok(Place::Axis(position, check::moderate("velocity", joint.velocity)?))
+        }
+        (Some(_), true) if joint.axis != 0 => {
+            Err(check::refuse("axis", joint.axis, "a spherical joint is put as a whole: it must be 0"))
+        }
+        (Some(reset), true) => {
+            let orientation = check::orientation("spherical.orientation", reset.orientation)?;
+            for (axis, value) in ["x", "y", "z"].into_iter().zip(reset.angular_velocity.to_array()) {
+                check::moderate(&format!("spherical.angular_velocity.{axis}"), value)?;
+            }
+            Ok(Place::Ball(SphericalReset { orientation, ..reset }))
+        }
+        (None, true) => Err(check::refuse(
+            "position",
+            joint.position,
+            "a spherical joint is put at an orientation: give `spherical`",
+        )),
+        (Some(_), false) => {
+            Err(check::refuse("spherical", "an orientation", "the joint is not spherical: give a position"))
+        }
     }
 }
 

@@ -185,7 +185,13 @@ impl Entity {
         for body in tree.bodies.iter().filter(|body| body.joint.is_some()) {
             match body.joint_type {
                 JointType::Free { .. } => state.flags.extend([Flags::default(); 6]),
-                _ => state.flags.push(self.flags(body.position, body.velocity)),
+                JointType::Spherical { .. } => {
+                    let saturated = self.body.is_saturated(body.velocity);
+                    state.flags.push(Flags { saturated, ..Flags::default() });
+                }
+                JointType::Revolute | JointType::Prismatic => {
+                    state.flags.push(self.flags(body.position, body.velocity));
+                }
             }
         }
     }

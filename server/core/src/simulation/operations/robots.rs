@@ -50,6 +50,10 @@ impl Simulation {
             let value = check::moderate(&format!("joint_positions[{joint:?}]"), *position)?;
             let index = entity.joint(joint)?;
             let body = entity.axis_body(index, 0)?;
+            if entity.is_spherical(index) {
+                let expected = "a spherical joint starts at 0 0 0 1; reset it to another orientation";
+                return Err(check::refuse(format!("joint_positions[{joint:?}]"), value, expected));
+            }
             let body = &entity.body.tree().bodies[body];
             let (position, velocity) = (body.position, body.velocity);
             entity.body.positions_mut()[position] = value;

@@ -1,5 +1,6 @@
 //! Targets for joints: checked as a whole, then applied as a whole.
 
+use crate::dynamics::spherical::rotation_vector;
 use crate::dynamics::{Actuator, Axis, Mode};
 use crate::simulation::claim::ClaimId;
 use crate::simulation::command::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
@@ -77,7 +78,15 @@ impl Check<'_> {
             let joint = entity.joint(name)?;
             let body = entity.actuated_body(joint, *axis).map_err(within)?;
             check_target(target).map_err(within)?;
-            self.joint(robot_index, entity, joint, body, target)?;
+            let is_spherical = entity.is_spherical(joint);
+            if is_spherical && *axis != 0 {
+                let expected = "a spherical joint has targets as a whole: it must be 0";
+                return Err(within(check::refuse("axis", axis, expected)));
+            }
+            let of_axes = of_axes(target, is_spherical).map_err(within)?;
+            for (target, body) in of_axes.into_iter().flatten().zip(body..) {
+                self.joint(robot_index, entity, joint, body, &target)?;
+            }
         }
         Ok(())
     }
@@ -105,7 +114,12 @@ impl Check<'_> {
             WholeTarget::Passive | WholeTarget::Hold => &[],
         };
         for (joint, body) in entity.actuated() {
-            let value = values.get(tree.bodies[body].velocity - root).copied().unwrap_or(0.0);
+            let place = tree.bodies[body].velocity - root;
+            let value = values.get(place).copied().unwrap_or(0.0);
+            if entity.is_spherical(joint) {
+                // A rotation vector has a length.
+                check::moderate(&format!("whole.values[{place}]"), value)?;
+            }
             let target = match whole {
                 WholeTarget::Position(_) => Target::position(value),
                 WholeTarget::Velocity(_) => Target::velocity(value),
@@ -128,10 +142,10 @@ impl Check<'_> {
     ) -> Result<(), Error> {
         let name = &entity.model.joints[joint].name;
         entity.allow_joint(joint, self.claim)?;
+        let position = entity.body.tree().place_of_axis(body, entity.body.positions());
         let body = &entity.body.tree().bodies[body];
         let axis = &entity.body.axes()[body.velocity];
-        let (position, joint_velocity) =
-            (entity.body.positions()[body.position], entity.body.velocities()[body.velocity]);
+        let joint_velocity = entity.body.velocities()[body.velocity];
         let limits = &axis.settings.limits;
         let mut bounded = |requested: f64, lower: f64, upper: f64| {
             let applied = requested.clamp(lower, upper);
@@ -192,11 +206,75 @@ impl Check<'_> {
                 let target = bounded(effort, -most, most)?;
                 Actuator { mode: Mode::Effort, target, ..Actuator::default() }
             }
-            Target::Passive => Actuator { mode: Mode::Passive, ..Actuator::default() },
+            // Those of a spherical joint are taken apart before.
+            Target::Passive
+            | Target::Orientation { .. }
+            | Target::AngularVelocity { .. }
+            | Target::Torque(_) => Actuator { mode: Mode::Passive, ..Actuator::default() },
             Target::Hold => Actuator::hold(position, joint_velocity),
         };
         self.accepted.push(Accepted { entity: robot_index, joint, dof: body.velocity, actuator });
         Ok(())
+    }
+}
+
+/// The target of each axis of a joint that has one or, spherical, three.
+fn of_axes(target: &Target, is_spherical: bool) -> Result<[Option<Target>; 3], Error> {
+    let each = |of: &dyn Fn(usize) -> Target| Ok(std::array::from_fn(|k| Some(of(k))));
+    match *target {
+        Target::Orientation {
+            orientation,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } if is_spherical => {
+            let place = rotation_vector(orientation.normalize());
+            each(&|k| Target::Position {
+                position: place[k],
+                velocity: velocity[k],
+                stiffness,
+                damping,
+                feed_forward: feed_forward[k],
+                max_effort,
+                max_velocity,
+            })
+        }
+        Target::AngularVelocity { velocity, damping, feed_forward, max_effort } if is_spherical => {
+            each(&|k| Target::Velocity {
+                velocity: velocity[k],
+                damping,
+                feed_forward: feed_forward[k],
+                max_effort,
+            })
+        }
+        Target::Torque(torque) if is_spherical => each(&|k| Target::Effort(torque[k])),
+        Target::Passive | Target::Hold if is_spherical => each(&|_| *target),
+        Target::Orientation { .. } => {
+            Err(check::refuse("spherical_position", "an orientation", "the joint is not spherical"))
+        }
+        Target::AngularVelocity { velocity, .. } => {
+            Err(check::refuse("spherical_velocity", velocity, "the joint is not spherical"))
+        }
+        Target::Torque(torque) => {
+            Err(check::refuse("spherical_effort", torque, "the joint is not spherical"))
+        }
+        Target::Position { position, .. } if is_spherical => {
+            Err(check::refuse("position", position, "the joint is spherical: it takes an orientation"))
+        }
+        Target::Velocity { velocity, .. } if is_spherical => {
+            Err(check::refuse("velocity", velocity, "the joint is spherical: it takes an angular velocity"))
+        }
+        Target::Effort(effort) if is_spherical => {
+            Err(check::refuse("effort", effort, "the joint is spherical: it takes a torque"))
+        }
+        Target::Position { .. }
+        | Target::Velocity { .. }
+        | Target::Effort(_)
+        | Target::Passive
+        | Target::Hold => Ok([Some(*target), None, None]),
     }
 }
 
@@ -232,6 +310,30 @@ fn check_target(target: &Target) -> Result<(), Error> {
             check::finite("velocity.feed_forward_effort", feed_forward).map(drop)
         }
         Target::Effort(effort) => check::finite("effort.effort", effort).map(drop),
+        Target::Orientation {
+            orientation,
+            velocity,
+            stiffness,
+            damping,
+            feed_forward,
+            max_effort,
+            max_velocity,
+        } => {
+            check::orientation("spherical_position.orientation", orientation)?;
+            check::vector("spherical_position.angular_velocity", velocity)?;
+            check::optional_at_least_zero("spherical_position.stiffness", stiffness)?;
+            check::optional_at_least_zero("spherical_position.damping", damping)?;
+            check::optional_at_least_zero("spherical_position.max_effort", max_effort)?;
+            check::optional_at_least_zero("spherical_position.max_velocity", max_velocity)?;
+            check::vector("spherical_position.feed_forward_torque", feed_forward).map(drop)
+        }
+        Target::AngularVelocity { velocity, damping, feed_forward, max_effort } => {
+            check::vector("spherical_velocity.angular_velocity", velocity)?;
+            check::optional_at_least_zero("spherical_velocity.damping", damping)?;
+            check::optional_at_least_zero("spherical_velocity.max_effort", max_effort)?;
+            check::vector("spherical_velocity.feed_forward_torque", feed_forward).map(drop)
+        }
+        Target::Torque(torque) => check::vector("spherical_effort.torque", torque).map(drop),
         Target::Passive | Target::Hold => Ok(()),
     }
 }

@@ -39,7 +39,7 @@ fn target(target: Target) -> Command {
 fn changes_of_arm() -> Vec<Command> {
     let robot = || "arm".to_owned();
     let joint = || "shoulder".to_owned();
-    let reset = JointReset { joint: joint(), axis: 0, position: 0.0, velocity: 0.0 };
+    let reset = JointReset { joint: joint(), axis: 0, position: 0.0, velocity: 0.0, ..Default::default() };
     let damping = JointProperties { joint: joint(), damping: Some(0.5), ..JointProperties::default() };
     let wrench = LinkWrench {
         robot: robot(),

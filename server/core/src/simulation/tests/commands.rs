@@ -43,7 +43,13 @@ fn refusals_name_the_element_and_what_there_is() {
     );
     let robots = vec![RobotReset {
         robot: "arm".into(),
-        joints: vec![JointReset { joint: "elbow".into(), axis: 0, position: 0.0, velocity: 0.0 }],
+        joints: vec![JointReset {
+            joint: "elbow".into(),
+            axis: 0,
+            position: 0.0,
+            velocity: 0.0,
+            ..Default::default()
+        }],
     }];
     assert_eq!(
         said(world.apply(&Command::ResetJoints { robots })),
@@ -165,7 +171,8 @@ fn a_free_root_falls_as_the_formula_says() {
 fn a_joint_is_not_put_where_its_follower_could_not_be_computed() {
     let mut world = world_with(1e-3, spawn("arm", arm()));
     for position in [1e308, f64::NAN, f64::INFINITY] {
-        let joint = JointReset { joint: "shoulder".into(), axis: 0, position, velocity: 0.0 };
+        let joint =
+            JointReset { joint: "shoulder".into(), axis: 0, position, velocity: 0.0, ..Default::default() };
         let robots = vec![RobotReset { robot: "arm".into(), joints: vec![joint] }];
         assert!(matches!(world.apply(&Command::ResetJoints { robots }), Err(Error::InvalidValue { .. })));
     }

@@ -1,6 +1,7 @@
 //! Tests of the world, with the tutorial's arm: one continuous joint
 //! about y, 0.19992 kg, whose closed forms are known.
 
+mod ball_joints;
 mod claims;
 mod commands;
 mod constraints;
@@ -297,7 +298,8 @@ fn dry_friction_sticks_and_stops() {
     let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", rough) });
     let physics = PhysicsChange { gravity: Some(DVec3::ZERO), ..PhysicsChange::default() };
     world.apply(&Command::SetPhysics(physics)).unwrap();
-    let reset = JointReset { joint: "shoulder".into(), axis: 0, position: 0.0, velocity: 0.5 };
+    let reset =
+        JointReset { joint: "shoulder".into(), axis: 0, position: 0.0, velocity: 0.5, ..Default::default() };
     let robots = vec![RobotReset { robot: "arm".into(), joints: vec![reset] }];
     world.apply(&Command::ResetJoints { robots }).unwrap();
     let stop = (inertia * 0.5 / 0.01 / 1e-3).ceil() as u64;

@@ -239,7 +239,13 @@ fn whatever_else_drives_or_moves_a_joint_ends_it() {
     assert_eq!(look(&world).modes, [Mode::Position, Mode::Hold]);
 
     let (mut world, id) = begun();
-    let joints = vec![JointReset { joint: "elbow".into(), axis: 0, position: 0.5, velocity: 0.0 }];
+    let joints = vec![JointReset {
+        joint: "elbow".into(),
+        axis: 0,
+        position: 0.5,
+        velocity: 0.0,
+        ..Default::default()
+    }];
     world.apply(&Command::ResetJoints { robots: vec![RobotReset { robot: "arm".into(), joints }] }).unwrap();
     assert_eq!(ends(&mut world), [(id, cancelled("a reset of the joints"))]);
     assert!((run(&mut world, 1.0).positions[1] - 0.5).abs() < 2e-3, "it stays where it was put");

@@ -14,14 +14,13 @@ fn every_kind_of_joint_is_read_and_others_are_refused() {
         ("fixed", JointKind::Fixed),
         ("floating", JointKind::Floating),
         ("planar", JointKind::Planar),
+        ("spherical", JointKind::Spherical),
     ] {
         assert_eq!(joint(word, "").0.kind, kind);
     }
-    let message = refusal(&one_joint("spherical", ""));
-    assert!(
-        message.starts_with("joint \"j\" (line 4): type=\"spherical\" is none of: revolute,"),
-        "{message}"
-    );
+    let message = refusal(&one_joint("ball", ""));
+    assert!(message.starts_with("joint \"j\" (line 4): type=\"ball\" is none of: revolute,"), "{message}");
+    assert!(message.ends_with("; did you mean spherical?"), "{message}");
 }
 
 #[test]

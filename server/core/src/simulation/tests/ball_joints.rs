@@ -1,0 +1,214 @@
+//! What commands do to ball joints, and what is seen of them.
+
+use super::*;
+use crate::dynamics::spherical::{rotation_vector, turn};
+
+fn ball() -> Arc<RobotModel> {
+    arm_with(|joint| {
+        joint.kind = JointKind::Spherical;
+        joint.damping = 0.01;
+        joint.parent_from_joint = DPose3::IDENTITY;
+    })
+}
+
+fn reset(world: &mut Simulation, reset: JointReset) -> Result<Applied, Error> {
+    let robots = vec![RobotReset { robot: "arm".into(), joints: vec![reset] }];
+    world.apply(&Command::ResetJoints { robots })
+}
+
+fn at(orientation: DQuat, angular_velocity: DVec3) -> JointReset {
+    let spherical = Some(SphericalReset { orientation, angular_velocity });
+    JointReset { joint: "shoulder".into(), spherical, ..JointReset::default() }
+}
+
+fn orientation(seen: &PublishedState) -> DQuat {
+    DQuat::from_slice(&seen.positions)
+}
+
+#[test]
+fn a_ball_joint_has_a_quaternion_and_three_velocities() {
+    let mut world = world_with(1e-3, Spawn { passive: true, ..spawn("arm", ball()) });
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    let seen = look(&world);
+    assert_eq!(seen.positions, [0.0, 0.0, 0.0, 1.0, 0.0]);
+    let layout = &seen.world.entities[0];
+    assert_eq!((layout.joint_positions[0].clone(), layout.joint_velocities[0].clone()), (0..4, 0..3));
+    assert_eq!(seen.world.entities[1].positions, 4..5);
+    assert_eq!((seen.velocities.len(), seen.modes.len(), seen.flags.len()), (4, 4, 4));
+    let there = turn(DVec3::new(0.4, -1.0, 2.0));
+    reset(&mut world, at(there, DVec3::new(1.0, 2.0, 3.0))).unwrap();
+    let seen = look(&world);
+    assert!(orientation(&seen).angle_between(there) < 1e-14);
+    assert_eq!(seen.velocities[..3], [1.0, 2.0, 3.0]);
+    let pose = seen.link_poses(0).unwrap()[1];
+    assert!(pose.rotation.angle_between(there) < 1e-7 && pose.translation == DVec3::ZERO);
+}
+
+#[test]
+fn a_joint_that_holds_stays_where_it_was_put() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    let there = turn(DVec3::new(1.4, -1.0, 0.7));
+    reset(&mut world, at(there, DVec3::ZERO)).unwrap();
+    let seen = run(&mut world, 2.0);
+    assert!(orientation(&seen).angle_between(there) < 2e-3);
+    assert!(seen.modes.iter().all(|mode| *mode == Mode::Hold));
+    let held = DVec3::from_slice(&seen.targets);
+    assert!((held - rotation_vector(there)).length() < 1e-12);
+    world
+        .apply(&Command::ResetJoints { robots: vec![RobotReset { robot: "arm".into(), joints: vec![] }] })
+        .unwrap();
+    let seen = run(&mut world, 1.0);
+    assert!(orientation(&seen).angle_between(DQuat::IDENTITY) < 2e-3, "back to where it was spawned");
+}
+
+#[test]
+fn an_orientation_is_reached_and_published_as_a_rotation_vector() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    let target = turn(DVec3::new(-0.3, 2.0, 1.0));
+    set(&mut world, Target::orientation(target)).unwrap();
+    let seen = run(&mut world, 1.0);
+    assert!(orientation(&seen).angle_between(target) < 2e-3);
+    assert_eq!(seen.modes, [Mode::Position; 3]);
+    assert!((DVec3::from_slice(&seen.targets) - rotation_vector(target)).length() < 1e-15);
+    set(&mut world, Target::Hold).unwrap();
+    assert_eq!(look(&world).modes, [Mode::Hold; 3], "all of it holds");
+    let velocity = DVec3::new(0.0, 0.5, 1.0);
+    let turning =
+        Target::AngularVelocity { velocity, damping: None, feed_forward: DVec3::ZERO, max_effort: None };
+    set(&mut world, turning).unwrap();
+    let seen = run(&mut world, 0.5);
+    assert!((DVec3::from_slice(&seen.velocities) - velocity).length() < 1e-2, "{:?}", seen.velocities);
+    let torque = DVec3::new(1e-4, 0.0, -2e-4);
+    set(&mut world, Target::Torque(torque)).unwrap();
+    let seen = run(&mut world, 0.01);
+    assert_eq!((&seen.efforts[..], &seen.targets[..]), (&torque.to_array()[..], &torque.to_array()[..]));
+    set(&mut world, Target::Passive).unwrap();
+    assert_eq!(look(&world).modes, [Mode::Passive; 3]);
+}
+
+/// The setpoint turns no faster than the velocity limit about any axis, and the effort limit holds about each.
+#[test]
+fn limits_of_velocity_and_effort_hold_about_each_axis() {
+    let model = arm_with(|joint| {
+        joint.kind = JointKind::Spherical;
+        joint.limits =
+            JointLimits { lower: Some(-0.1), upper: Some(0.1), effort: Some(3.0), velocity: Some(1.0) };
+    });
+    let mut world = world_with(1e-3, spawn("arm", model));
+    let settings = world.layout().entities[0].model.joints[0].limits;
+    assert_eq!(settings.lower, Some(-0.1), "the model's own, of which the joint takes two");
+    // The way about its longest axis takes a second and a half.
+    let target = turn(DVec3::new(0.5, -1.0, 1.5));
+    set(&mut world, Target::orientation(target)).unwrap();
+    for step in 1..=3_000 {
+        world.step();
+        let seen = look(&world);
+        assert!(seen.efforts.iter().all(|effort| effort.abs() <= 3.0));
+        if step == 1_200 {
+            let left = orientation(&seen).angle_between(target);
+            assert!((0.2..0.5).contains(&left), "{left}");
+        }
+    }
+    assert!(orientation(&look(&world)).angle_between(target) < 2e-3);
+}
+
+#[test]
+fn what_is_not_for_a_ball_joint_is_refused_and_changes_nothing() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    let before = world.fingerprint();
+    let said = |result: Result<Applied, Error>| result.unwrap_err().to_string();
+    let refusal = said(set(&mut world, position(0.5)));
+    assert!(refusal.contains("it takes an orientation"), "{refusal}");
+    let refusal = said(set(&mut world, Target::Effort(0.5)));
+    assert!(refusal.contains("it takes a torque"), "{refusal}");
+    let refusal = said(set(&mut world, Target::orientation(DQuat::from_xyzw(0.0, 0.0, 2.0, 0.0))));
+    assert!(refusal.contains("unit length"), "{refusal}");
+    let plain = JointReset { joint: "shoulder".into(), position: 0.5, ..JointReset::default() };
+    let refusal = said(reset(&mut world, plain));
+    assert!(refusal.contains("put at an orientation"), "{refusal}");
+    let refusal = said(reset(&mut world, JointReset { axis: 1, ..at(DQuat::IDENTITY, DVec3::ZERO) }));
+    assert!(refusal.contains("as a whole"), "{refusal}");
+    let refusal = said(reset(&mut world, at(DQuat::IDENTITY, DVec3::splat(1e13))));
+    assert!(refusal.contains("angular_velocity.x"), "{refusal}");
+    let limits = Some(JointLimits { lower: Some(-1.0), upper: Some(1.0), ..JointLimits::default() });
+    let joints = vec![JointProperties { joint: "shoulder".into(), limits, ..JointProperties::default() }];
+    let refusal = said(world.apply(&Command::SetJointProperties { robot: "arm".into(), joints }));
+    assert!(refusal.contains("no limits of its position"), "{refusal}");
+    let follow = FollowTrajectory {
+        robot: "arm".into(),
+        joints: vec!["shoulder".into()],
+        points: Arc::new(vec![TrajectoryPoint {
+            time: 1.0,
+            positions: vec![0.0],
+            ..TrajectoryPoint::default()
+        }]),
+        ..FollowTrajectory::default()
+    };
+    let refusal = said(world.apply(&Command::FollowTrajectory(follow)));
+    assert!(refusal.contains("one axis"), "{refusal}");
+    assert_eq!(world.fingerprint(), before);
+
+    let mut world = world_with(1e-3, spawn("arm", arm()));
+    let refusal = said(set(&mut world, Target::orientation(DQuat::IDENTITY)));
+    assert!(refusal.contains("the joint is not spherical"), "{refusal}");
+    let refusal = said(set(&mut world, Target::Torque(DVec3::X)));
+    assert!(refusal.contains("the joint is not spherical"), "{refusal}");
+    let refusal = said(reset(&mut world, at(DQuat::IDENTITY, DVec3::ZERO)));
+    assert!(refusal.contains("the joint is not spherical"), "{refusal}");
+    let start = vec![("shoulder".to_owned(), 0.3)];
+    let refusal =
+        world.apply(&Command::Spawn(Box::new(Spawn { joint_positions: start, ..spawn("ball", ball()) })));
+    assert!(said(refusal).contains("starts at 0 0 0 1"));
+}
+
+#[test]
+fn a_reload_keeps_the_orientation_and_its_target() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    let target = turn(DVec3::new(0.3, 0.2, -1.0));
+    set(&mut world, Target::orientation(target)).unwrap();
+    let before = run(&mut world, 1.0);
+    let reload =
+        |model| Command::Reload(Box::new(Reload { robot: "arm".into(), model, shapes: Default::default() }));
+    world.apply(&reload(ball())).unwrap();
+    let seen = look(&world);
+    assert_eq!((&seen.positions, &seen.targets), (&before.positions, &before.targets));
+    // One of another kind begins anew.
+    world.apply(&reload(arm())).unwrap();
+    let seen = look(&world);
+    assert_eq!((&seen.positions[..], seen.modes[0]), (&[0.0][..], Mode::Hold));
+    world.apply(&reload(ball())).unwrap();
+    assert_eq!(look(&world).positions, [0.0, 0.0, 0.0, 1.0]);
+    assert!(run(&mut world, 1.0).positions.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn a_whole_target_has_three_numbers_for_a_ball_joint() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    let mut whole = |whole| {
+        let robots =
+            vec![RobotTargets { robot: "arm".into(), whole: Some(whole), ..RobotTargets::default() }];
+        world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() }))
+    };
+    assert!(whole(WholeTarget::Position(vec![0.0, 0.0, 0.0, 1.0])).is_err());
+    assert!(whole(WholeTarget::Position(vec![1e300, 0.0, 0.0])).is_err());
+    whole(WholeTarget::Position(vec![0.3, 0.4, 1.2])).unwrap();
+    let seen = run(&mut world, 1.0);
+    assert!(orientation(&seen).angle_between(turn(DVec3::new(0.3, 0.4, 1.2))) < 2e-3);
+}
+
+/// The weight of the link is held exactly, at any orientation and without a spring's sag.
+#[test]
+fn gravity_compensation_holds_a_ball_joint() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    let gravity_compensation = Some(true);
+    let joints = vec![JointProperties {
+        joint: "shoulder".into(),
+        gravity_compensation,
+        ..JointProperties::default()
+    }];
+    world.apply(&Command::SetJointProperties { robot: "arm".into(), joints }).unwrap();
+    let there = turn(DVec3::new(1.4, -1.0, 0.7));
+    reset(&mut world, at(there, DVec3::ZERO)).unwrap();
+    let seen = run(&mut world, 1.0);
+    assert!(orientation(&seen).angle_between(there) < 1e-7);
+}
