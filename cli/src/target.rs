@@ -18,6 +18,8 @@ pub(crate) struct Placement {
     pub(crate) joint: String,
     pub(crate) position: f64,
     pub(crate) velocity: f64,
+    /// Of a spherical joint instead: a quaternion x y z w.
+    pub(crate) orientation: Option<[f64; 4]>,
     pub(crate) motion: Option<Motion>,
 }
 
@@ -27,19 +29,23 @@ pub(crate) fn assignment(text: &str) -> Result<Assignment, String> {
     Ok(Assignment { joint, target, motion })
 }
 
-/// Reads `JOINT=POSITION` or `JOINT=POSITION,VELOCITY`.
+/// Reads `JOINT=POSITION`, `JOINT=POSITION,VELOCITY` or `JOINT=quat:X,Y,Z,W`.
 pub(crate) fn placement(text: &str) -> Result<Placement, String> {
-    let (joint, (position, velocity, motion)) = split(text, |value| {
+    let (joint, (position, velocity, orientation, motion)) = split(text, |value| {
         let mut motion = None;
+        if let Some(("quat", quaternion)) = value.trim().split_once(':') {
+            let orientation = numbers(quaternion.split(','), Kind::Plain, "quat:X,Y,Z,W")?;
+            return Ok((0.0, 0.0, Some(orientation), Some(Motion::Turns)));
+        }
         let (position, velocity) = match value.split_once(',') {
             Some((position, velocity)) => (position, Some(velocity)),
             None => (value, None),
         };
         let position = number(position, Kind::Position, &mut motion)?;
         let velocity = velocity.map(|velocity| number(velocity, Kind::Velocity, &mut motion)).transpose()?;
-        Ok((position, velocity.unwrap_or(0.0), motion))
+        Ok((position, velocity.unwrap_or(0.0), None, motion))
     })?;
-    Ok(Placement { joint, position, velocity, motion })
+    Ok(Placement { joint, position, velocity, orientation, motion })
 }
 
 /// A joint's name may hold `=`, and so may a target: the first `=` after which
@@ -102,13 +108,50 @@ fn target(text: &str) -> Result<(Target, Option<Motion>), String> {
             Extras::read(parts, &[], &mut motion)?;
             Target::Effort(effort)
         }
+        "quat" => {
+            let orientation = numbers(spherical(rest), Kind::Plain, "quat:X,Y,Z,W")?;
+            let keys = ["kp", "kd", "max_effort", "max_velocity"];
+            let extras = Extras::read(options(rest), &keys, &mut motion)?;
+            let Extras { stiffness, damping, max_effort, max_velocity, .. } = extras;
+            Target::Orientation { orientation, stiffness, damping, max_effort, max_velocity }
+        }
+        "angvel" => {
+            let velocity = numbers(spherical(rest), Kind::Velocity, "angvel:X,Y,Z")?;
+            let extras = Extras::read(options(rest), &["kd", "max_effort"], &mut motion)?;
+            let Extras { damping, max_effort, .. } = extras;
+            Target::AngularVelocity { velocity, damping, max_effort }
+        }
+        "torque" => Target::Torque(numbers(rest.split(','), Kind::Effort, "torque:X,Y,Z")?),
         other => {
             return Err(format!(
-                "`{other}` is not a mode: a target is a position, pos:X, vel:X, eff:X, passive or hold"
+                "`{other}` is not a mode: a target is a position, pos:X, vel:X, eff:X, passive or hold; of a spherical \
+                 joint quat:X,Y,Z,W, angvel:X,Y,Z or torque:X,Y,Z"
             ));
         }
     };
     Ok((target, motion))
+}
+
+/// The numbers of a spherical joint's target, which come before what has a key.
+fn spherical(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').take_while(|part| !part.contains('='))
+}
+
+/// What follows them.
+fn options(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').skip_while(|part| !part.contains('='))
+}
+
+/// As many numbers as it has to be, of a joint that turns.
+fn numbers<'a, const N: usize>(
+    parts: impl Iterator<Item = &'a str>,
+    kind: Kind,
+    form: &str,
+) -> Result<[f64; N], String> {
+    let mut motion = Some(Motion::Turns);
+    let values = parts.map(|part| number(part, kind, &mut motion)).collect::<Result<Vec<f64>, _>>()?;
+    let count = values.len();
+    values.try_into().map_err(|_| format!("has {count} numbers, where {form} has {N}"))
 }
 
 /// What may follow a target's value.
@@ -172,6 +215,8 @@ fn number(text: &str, kind: Kind, motion: &mut Option<Motion>) -> Result<f64, St
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     fn read(text: &str) -> (String, Target) {
@@ -191,6 +236,28 @@ mod tests {
         assert_eq!(read("wrist=eff:0.2"), joint("wrist", Target::Effort(0.2)));
         assert_eq!(read("x=passive"), joint("x", Target::Passive));
         assert_eq!(read("y=hold"), joint("y", Target::Hold));
+    }
+
+    #[test]
+    fn a_spherical_joint_takes_four_numbers_or_three() {
+        let orientation = Target::Orientation {
+            orientation: [0.0, 0.0, 0.6, 0.8],
+            stiffness: Some(100.0),
+            damping: None,
+            max_effort: Some(2.0),
+            max_velocity: None,
+        };
+        assert_eq!(read("hip=quat:0,0,0.6,0.8,kp=100,max_effort=2"), joint("hip", orientation));
+        let velocity = [0.0, PI, 1.0];
+        let turning = Target::AngularVelocity { velocity, damping: Some(3.0), max_effort: None };
+        assert_eq!(read("hip=angvel:0,180deg/s,1,kd=3"), joint("hip", turning));
+        assert_eq!(read("hip=torque:1,-2,3Nm"), joint("hip", Target::Torque([1.0, -2.0, 3.0])));
+        for text in ["hip=quat:0,0,1", "hip=quat:0,0,0,1,2", "hip=torque:1", "hip=quat:0,0,0,1,ff=2"] {
+            assert!(assignment(text).is_err(), "{text}");
+        }
+        let placed = placement("hip=quat:0,0,0.6,0.8").unwrap();
+        assert_eq!((placed.joint.as_str(), placed.orientation), ("hip", Some([0.0, 0.0, 0.6, 0.8])));
+        assert!(placement("hip=quat:0,0,0.6").is_err());
     }
 
     #[test]

@@ -16,7 +16,7 @@ async fn seven(via: Via) -> Daemon {
         joint: format!("joint_{number}"),
         position: 0.2 * f64::from(number) - 0.7,
         velocity: 0.1 * f64::from(number) - 0.3,
-        axis: 0,
+        ..Default::default()
     };
     daemon.client.reset_joints("seven", (1..=7).map(joint).collect()).await.unwrap();
     daemon

@@ -5,6 +5,7 @@
 #![cfg(test)]
 
 mod audit;
+mod ball_joints;
 mod claims;
 mod clients;
 mod collision_filters;

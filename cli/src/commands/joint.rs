@@ -14,8 +14,8 @@ use serde::Serialize;
 use simd_client::{
     Client, RobotReading, every_joint, joint_target,
     proto::{
-        ClampedTarget, JointReset, JointSelection, JointType, LimitPolicy, RobotTargets,
-        SetJointTargetsRequest,
+        ClampedTarget, JointReset, JointSelection, JointType, LimitPolicy, Quaternion, RobotTargets,
+        SetJointTargetsRequest, SphericalReset,
     },
     some_joints,
 };
@@ -49,6 +49,9 @@ A target is one of
   eff:0.2          an effort, in N m or N; also 0.2Nm, 0.2N
   passive          no actuator
   hold             stay where it is
+  quat:0,0,0.6,0.8 of a spherical joint: an orientation, x y z w in the joint's frame
+  angvel:0,0,1     of a spherical joint: an angular velocity in the child's axes, rad/s
+  torque:0,0,0.2   of a spherical joint: a torque in the child's axes, N m
 and may be followed by
   ,kp=100          stiffness of a position (N m/rad or N/m)
   ,kd=5            damping of a position or velocity (N m s/rad or N s/m)
@@ -93,6 +96,7 @@ pub(crate) enum Joint {
         #[arg(add = complete::robots())]
         robot: String,
         /// In rad and rad/s or m and m/s, or with units
+        /// or quat:X,Y,Z,W of a spherical joint
         #[arg(value_name = "JOINT=POSITION[,VELOCITY]", value_parser = placement, add = complete::assignments())]
         placements: Vec<Placement>,
     },
@@ -201,6 +205,10 @@ async fn reset(
         position: placement.position,
         velocity: placement.velocity,
         axis: 0,
+        spherical: placement.orientation.map(|[x, y, z, w]| SphericalReset {
+            orientation: Some(Quaternion { x, y, z, w }),
+            angular_velocity: None,
+        }),
     };
     let joints: Vec<JointReset> = placements.into_iter().map(reset).collect();
     let number = joints.len();

@@ -347,6 +347,9 @@ fn xacro_argument(text: &str) -> Result<(String, String), String> {
 fn position(text: &str) -> Result<Placement, String> {
     match placement(text)? {
         placement if placement.velocity != 0.0 => Err("a robot is spawned at rest: give no rate".to_owned()),
+        placement if placement.orientation.is_some() => {
+            Err("a spherical joint is spawned at 0 0 0 1: `simctl joint reset` puts it elsewhere".to_owned())
+        }
         placement => Ok(placement),
     }
 }

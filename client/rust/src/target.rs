@@ -1,7 +1,8 @@
 //! What a joint is asked to do, shorter than the messages.
 
 use simd_proto::v1::{
-    EffortTarget, HoldTarget, JointTarget, PassiveTarget, PositionTarget, RobotTargets, VelocityTarget,
+    EffortTarget, HoldTarget, JointTarget, PassiveTarget, PositionTarget, Quaternion, RobotTargets,
+    SphericalEffortTarget, SphericalPositionTarget, SphericalVelocityTarget, Vector3, VelocityTarget,
     joint_target::Target as Wire,
 };
 
@@ -43,6 +44,30 @@ pub enum Target {
     Passive,
     /// Stay where the joint is when the target takes effect.
     Hold,
+    /// Turn a spherical joint to an orientation and stay there.
+    Orientation {
+        /// Of the child in the joint's frame: a quaternion x y z w, of any length but zero.
+        orientation: [f64; 4],
+        /// N m/rad about each axis; `None` is the joint's default.
+        stiffness: Option<f64>,
+        /// N m s/rad about each axis; `None` is critical for a given stiffness, else the default.
+        damping: Option<f64>,
+        /// N m: the most about each axis for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+        /// rad/s: the most about each axis on the way; `None` is the joint's limit.
+        max_velocity: Option<f64>,
+    },
+    /// Turn a spherical joint at a velocity, in the child's axes.
+    AngularVelocity {
+        /// rad/s.
+        velocity: [f64; 3],
+        /// N m s/rad about each axis; `None` is stiff enough for 0.1 % under gravity.
+        damping: Option<f64>,
+        /// N m: the most about each axis for this target; `None` is the joint's limit.
+        max_effort: Option<f64>,
+    },
+    /// Apply a torque to a spherical joint, in the child's axes, N m, until the next target.
+    Torque([f64; 3]),
 }
 
 impl Target {
@@ -54,6 +79,17 @@ impl Target {
             stiffness: None,
             damping: None,
             feed_forward: 0.0,
+            max_effort: None,
+            max_velocity: None,
+        }
+    }
+
+    /// An orientation of a spherical joint, a quaternion x y z w, with the joint's default gains.
+    pub fn orientation(orientation: [f64; 4]) -> Self {
+        Self::Orientation {
+            orientation,
+            stiffness: None,
+            damping: None,
             max_effort: None,
             max_velocity: None,
         }
@@ -91,8 +127,38 @@ impl From<Target> for Wire {
             Target::Effort(effort) => Self::Effort(EffortTarget { effort }),
             Target::Passive => Self::Passive(PassiveTarget {}),
             Target::Hold => Self::Hold(HoldTarget {}),
+            Target::Orientation {
+                orientation: [x, y, z, w],
+                stiffness,
+                damping,
+                max_effort,
+                max_velocity,
+            } => Self::SphericalPosition(SphericalPositionTarget {
+                orientation: Some(Quaternion { x, y, z, w }),
+                angular_velocity: None,
+                stiffness,
+                damping,
+                feed_forward_torque: None,
+                max_effort,
+                max_velocity,
+            }),
+            Target::AngularVelocity { velocity, damping, max_effort } => {
+                Self::SphericalVelocity(SphericalVelocityTarget {
+                    angular_velocity: Some(vector(velocity)),
+                    damping,
+                    feed_forward_torque: None,
+                    max_effort,
+                })
+            }
+            Target::Torque(torque) => {
+                Self::SphericalEffort(SphericalEffortTarget { torque: Some(vector(torque)) })
+            }
         }
     }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
 }
 
 /// A target for the joint of that name.

@@ -103,7 +103,8 @@ async fn configuration(
     let states = client.joint_states(vec![every_joint(robot)]).await?;
     let mut positions =
         states.robots.into_iter().next().map(|robot| robot.position).context("the robot is gone")?;
-    for Placement { joint, position, .. } in given {
+    for Placement { joint, position, orientation, .. } in given {
+        let given = orientation.map_or_else(|| vec![position], Vec::from);
         let mut at = 0;
         let found = layout.joints.iter().find(|known| {
             let here = known.name == joint;
@@ -111,10 +112,17 @@ async fn configuration(
             here
         });
         match found {
-            Some(known) if known.position_count == 1 => {
-                *positions.get_mut(at).context("the robot has changed")? = position;
+            Some(known) if known.position_count as usize == given.len() => {
+                let own = positions.get_mut(at..at + given.len()).context("the robot has changed")?;
+                own.copy_from_slice(&given);
             }
-            Some(_) => anyhow::bail!("joint {joint:?} is not of one number"),
+            Some(known) => {
+                anyhow::bail!(
+                    "joint {joint:?} has a position of {} numbers, not {}",
+                    known.position_count,
+                    given.len()
+                )
+            }
             None => anyhow::bail!("robot {robot:?} has no joint {joint:?}"),
         }
     }

@@ -16,7 +16,7 @@ use crate::output::{
 pub(super) struct InfoView {
     index: u32,
     name: String,
-    /// `revolute`, `continuous`, `prismatic`, `fixed`, `floating` or `planar`.
+    /// `revolute`, `continuous`, `prismatic`, `fixed`, `floating`, `planar` or `spherical`.
     r#type: String,
     /// Unit vector in the joint's frame.
     axis: Option<[f64; 3]>,

@@ -29,7 +29,8 @@ impl Unit {
         match kind {
             JointType::Revolute | JointType::Continuous => Some(Self::Angle),
             JointType::Prismatic => Some(Self::Length),
-            JointType::Planar | JointType::Floating => Some(Self::Both),
+            // A quaternion has no unit.
+            JointType::Planar | JointType::Floating | JointType::Spherical => Some(Self::Both),
             JointType::Fixed | JointType::Unspecified => None,
         }
     }
@@ -65,7 +66,7 @@ pub(super) struct ReadingView {
     joints: Vec<JointView>,
 }
 
-/// Values are numbers; arrays of them for planar and floating joints.
+/// Values are numbers; arrays of them for planar, floating and spherical joints.
 #[derive(Serialize)]
 struct JointView {
     name: String,

@@ -96,10 +96,16 @@ fn targets(layout: &JointLayout, named: &[String], positions: &[f64]) -> Vec<Joi
     };
     let joints = layout.joints.iter().filter(moved);
     let targets = joints.flat_map(|joint| {
-        (0..).zip(values(joint, positions)).map(|(axis, &position)| JointTarget {
+        let own = values(joint, positions);
+        // The orientation of a spherical joint is one target.
+        let targets: Vec<Target> = match (joint.r#type(), own) {
+            (JointType::Spherical, &[x, y, z, w]) => vec![Target::orientation([x, y, z, w])],
+            _ => own.iter().map(|&position| Target::position(position)).collect(),
+        };
+        (0..).zip(targets).map(|(axis, target)| JointTarget {
             joint: joint.name.clone(),
             axis,
-            target: Some(Target::position(position).into()),
+            target: Some(target.into()),
         })
     });
     targets.collect()
@@ -192,7 +198,7 @@ struct IkView {
 #[derive(Serialize)]
 struct JointView {
     name: String,
-    /// rad or m; several for planar and floating joints.
+    /// rad or m; several for planar, floating and spherical joints.
     position: Vec<f64>,
 }
 

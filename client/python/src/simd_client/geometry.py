@@ -22,6 +22,14 @@ def vector(values: npt.ArrayLike, length: int, what: str) -> FloatArray:
     return array
 
 
+def rotation_vector(orientation: npt.ArrayLike) -> FloatArray:
+    """Axis times angle of a quaternion x y z w of any length but zero, rad, the short way round."""
+    quaternion = vector(orientation, 4, "an orientation (x y z w)")
+    part, w = (quaternion[:3], quaternion[3]) if quaternion[3] >= 0.0 else (-quaternion[:3], -quaternion[3])
+    sine = float(np.linalg.norm(part))
+    return part * (2.0 * np.arctan2(sine, w) / sine) if sine > 0.0 else np.zeros(3)
+
+
 def rows(values: Sequence[float], columns: int) -> FloatArray:
     """Packed numbers as a float64 matrix with so many columns."""
     return np.reshape(np.array(values, dtype=np.float64), (-1, columns) if columns else (0, 0))

@@ -21,6 +21,8 @@ class JointType(IntEnum):
     FIXED = 4
     FLOATING = 5
     PLANAR = 6
+    SPHERICAL = 7
+    """A ball joint."""
 
     @classmethod
     def _missing_(cls, value: object) -> JointType:
@@ -105,7 +107,7 @@ class JointInfo:
     name: str
     type: JointType
     axis: FloatArray | None
-    """Unit vector in the joint's frame; `None` for fixed and floating joints."""
+    """Unit vector in the joint's frame; `None` for fixed, floating and spherical joints."""
     parent_link: str
     child_link: str
     parent_from_joint: Pose
@@ -128,7 +130,7 @@ class JointInfo:
     gravity_compensation: bool
     """Its actuator holds the weight of what hangs on it."""
     positions: slice
-    """Where it has its values in `position`."""
+    """Where it has its values in `position`; a spherical joint a quaternion x y z w, the child's in the joint's frame."""
     velocities: slice
     """Where it has its values in `velocity`, `effort`, `target`, `mode` and `flags`."""
 
@@ -139,7 +141,7 @@ class JointInfo:
 
     @property
     def dof(self) -> int:
-        """Degrees of freedom: 0 for fixed, 1, 3 for planar, 6 for floating."""
+        """Degrees of freedom: 0 for fixed, 1, 3 for planar and spherical, 6 for floating."""
         return self.velocities.stop - self.velocities.start
 
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Union
 
+import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.geometry import vector
-from simd_client.layout import JointInfo, Layout
+from simd_client.geometry import FloatArray, vector
+from simd_client.layout import JointInfo, JointType, Layout
 from simd_client.quantity import Quantity, number
 
-JointValues = Union[Mapping[str, Quantity], npt.ArrayLike]
+JointValue = Union[Quantity, Sequence[float], FloatArray]
+"""Of one joint: a number or text with a unit; of a spherical joint a quaternion x y z w, or three numbers of a velocity."""
+
+JointValues = Union[Mapping[str, JointValue], npt.ArrayLike]
 """Of a robot's joints: by name, where they may have units, or as an array in joint order."""
 
 
@@ -39,21 +43,37 @@ def resets_to_proto(
 
 
 def _by_name(
-    layout: Layout | None, positions: Mapping[str, Quantity], velocities: Mapping[str, Quantity] | None
+    layout: Layout | None, positions: Mapping[str, JointValue], velocities: Mapping[str, JointValue] | None
 ) -> list[proto.JointReset]:
     velocities = velocities or {}
     for name in velocities:
         if name not in positions:
             raise ValueError(f"joint `{name}` is given a velocity and no position to start from")
     known: Mapping[str, JointInfo] = layout.by_name if layout else {}
-    return [
-        proto.JointReset(
-            joint=name,
-            position=number(at, "position", known.get(name)),
-            velocity=number(velocities.get(name, 0.0), "velocity", known.get(name)),
-        )
-        for name, at in positions.items()
-    ]
+    return [_one(name, at, velocities.get(name), known.get(name)) for name, at in positions.items()]
+
+
+def _one(
+    name: str, position: JointValue, velocity: JointValue | None, known: JointInfo | None
+) -> proto.JointReset:
+    if isinstance(position, (Sequence, np.ndarray)) and not isinstance(position, str):
+        return _spherical(name, position, (0.0, 0.0, 0.0) if velocity is None else velocity)
+    if isinstance(velocity, (Sequence, np.ndarray)) and not isinstance(velocity, str):
+        raise ValueError(f"joint `{name}` is given one number as a position and several as a velocity")
+    return proto.JointReset(
+        joint=name,
+        position=number(position, "position", known),
+        velocity=number(0.0 if velocity is None else velocity, "velocity", known),
+    )
+
+
+def _spherical(name: str, orientation: npt.ArrayLike, velocity: npt.ArrayLike) -> proto.JointReset:
+    x, y, z, w = vector(orientation, 4, f"the orientation of joint `{name}` (x y z w)").tolist()
+    a, b, c = vector(velocity, 3, f"the angular velocity of joint `{name}`").tolist()
+    reset = proto.SphericalReset(
+        orientation=proto.Quaternion(x=x, y=y, z=z, w=w), angular_velocity=proto.Vector3(x=a, y=b, z=c)
+    )
+    return proto.JointReset(joint=name, spherical=reset)
 
 
 def _in_order(
@@ -64,11 +84,14 @@ def _in_order(
     given = (0.0,) * layout.velocity_count if velocities is None else velocities
     at = vector(positions, layout.position_count, f"a position of robot `{layout.robot}`")
     moving = vector(given, layout.velocity_count, f"a velocity of robot `{layout.robot}`")
-    return [
-        proto.JointReset(joint=joint.name, position=position, velocity=velocity, axis=axis)
-        for joint in layout.joints
-        if joint.mimic is None and len(at[joint.positions]) == joint.dof
-        for axis, (position, velocity) in enumerate(
-            zip(at[joint.positions].tolist(), moving[joint.velocities].tolist())
-        )
-    ]
+    resets: list[proto.JointReset] = []
+    for joint in layout.joints:
+        positions_of, velocities_of = at[joint.positions], moving[joint.velocities]
+        if joint.type is JointType.SPHERICAL:
+            resets.append(_spherical(joint.name, positions_of, velocities_of))
+        elif joint.mimic is None and len(positions_of) == joint.dof:
+            resets += [
+                proto.JointReset(joint=joint.name, position=position, velocity=velocity, axis=axis)
+                for axis, (position, velocity) in enumerate(zip(positions_of.tolist(), velocities_of.tolist()))
+            ]
+    return resets

@@ -37,7 +37,9 @@ def name_of(robot: str | Named) -> str:
 @dataclass(frozen=True)
 class JointState:
     """The state of one joint. Arrays have one entry for revolute, continuous and prismatic joints,
-    none for fixed ones, three for planar ones; a floating joint has seven positions and six velocities."""
+    none for fixed ones, three for planar ones; a floating joint has seven positions and six velocities; a spherical joint
+    has a quaternion x y z w, and velocities, efforts and targets in the child's axes, of which a target orientation is a
+    rotation vector."""
 
     name: str
     positions: FloatArray

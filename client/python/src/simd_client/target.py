@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.geometry import FloatArray
-from simd_client.layout import JointMode, Layout
+from simd_client.geometry import FloatArray, rotation_vector, vector
+from simd_client.layout import JointMode, JointType, Layout
 from simd_client.quantity import Quantity, number
 
 BeyondLimit = Literal["clamp", "refuse"]
@@ -33,6 +33,12 @@ class Target:
     feed_forward: float = 0.0
     max_effort: float | None = None
     max_velocity: float | None = None
+    vector: tuple[float, ...] = ()
+    """Of a spherical joint, instead of `value`: a quaternion x y z w, or three numbers in the child's axes."""
+    vector_velocity: tuple[float, ...] = ()
+    """Of an orientation: the velocity that the damper pulls towards."""
+    vector_feed_forward: tuple[float, ...] = ()
+    """Of a spherical joint, instead of `feed_forward`."""
 
     @staticmethod
     def position(
@@ -86,6 +92,55 @@ class Target:
         return Target(JointMode.EFFORT, number(effort, "effort"))
 
     @staticmethod
+    def orientation(
+        orientation: npt.ArrayLike,
+        *,
+        angular_velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
+        stiffness: float | None = None,
+        damping: float | None = None,
+        feed_forward: npt.ArrayLike = (0.0, 0.0, 0.0),
+        max_effort: float | None = None,
+        max_velocity: float | None = None,
+    ) -> Target:
+        """Turn a spherical joint to an orientation, a quaternion x y z w in the joint's frame, and stay there.
+
+        `angular_velocity` (rad/s) and `feed_forward` (N m) are in the child's axes; gains and limits are about each of them,
+        otherwise as in `Target.position`. The spring pulls the short way round.
+        """
+        return Target(
+            JointMode.POSITION,
+            stiffness=stiffness,
+            damping_gain=damping,
+            max_effort=max_effort,
+            max_velocity=max_velocity,
+            vector=_numbers(orientation, 4, "an orientation (x y z w)"),
+            vector_velocity=_numbers(angular_velocity, 3, "an angular velocity"),
+            vector_feed_forward=_numbers(feed_forward, 3, "a torque"),
+        )
+
+    @staticmethod
+    def angular_velocity(
+        angular_velocity: npt.ArrayLike,
+        *,
+        damping: float | None = None,
+        feed_forward: npt.ArrayLike = (0.0, 0.0, 0.0),
+        max_effort: float | None = None,
+    ) -> Target:
+        """Turn a spherical joint at a velocity, rad/s in the child's axes."""
+        return Target(
+            JointMode.VELOCITY,
+            damping_gain=damping,
+            max_effort=max_effort,
+            vector=_numbers(angular_velocity, 3, "an angular velocity"),
+            vector_feed_forward=_numbers(feed_forward, 3, "a torque"),
+        )
+
+    @staticmethod
+    def torque(torque: npt.ArrayLike) -> Target:
+        """Apply a torque to a spherical joint, N m in the child's axes, until the next target."""
+        return Target(JointMode.EFFORT, vector=_numbers(torque, 3, "a torque"))
+
+    @staticmethod
     def passive() -> Target:
         """No actuator: only the joint's own damping and friction."""
         return Target(JointMode.PASSIVE)
@@ -97,6 +152,8 @@ class Target:
 
     def to_proto(self, joint: str, axis: int = 0) -> proto.JointTarget:
         """As a message, for the joint of that name."""
+        if self.vector:
+            return self._spherical(joint, axis)
         if self.mode is JointMode.POSITION:
             wire = proto.PositionTarget(
                 position=self.value,
@@ -124,6 +181,41 @@ class Target:
             return proto.JointTarget(joint=joint, axis=axis, hold=proto.HoldTarget())
         raise ValueError(f"a target cannot have the mode {self.mode.name}")
 
+    def _spherical(self, joint: str, axis: int) -> proto.JointTarget:
+        if self.mode is JointMode.POSITION:
+            x, y, z, w = self.vector
+            position = proto.SphericalPositionTarget(
+                orientation=proto.Quaternion(x=x, y=y, z=z, w=w),
+                angular_velocity=_vector3(self.vector_velocity),
+                stiffness=self.stiffness,
+                damping=self.damping_gain,
+                feed_forward_torque=_vector3(self.vector_feed_forward),
+                max_effort=self.max_effort,
+                max_velocity=self.max_velocity,
+            )
+            return proto.JointTarget(joint=joint, axis=axis, spherical_position=position)
+        if self.mode is JointMode.VELOCITY:
+            velocity = proto.SphericalVelocityTarget(
+                angular_velocity=_vector3(self.vector),
+                damping=self.damping_gain,
+                feed_forward_torque=_vector3(self.vector_feed_forward),
+                max_effort=self.max_effort,
+            )
+            return proto.JointTarget(joint=joint, axis=axis, spherical_velocity=velocity)
+        if self.mode is JointMode.EFFORT:
+            effort = proto.SphericalEffortTarget(torque=_vector3(self.vector))
+            return proto.JointTarget(joint=joint, axis=axis, spherical_effort=effort)
+        raise ValueError(f"a target of a spherical joint cannot have the mode {self.mode.name}")
+
+
+def _numbers(values: npt.ArrayLike, length: int, what: str) -> tuple[float, ...]:
+    return tuple(vector(values, length, what).tolist())
+
+
+def _vector3(values: tuple[float, ...]) -> proto.Vector3:
+    x, y, z = values or (0.0, 0.0, 0.0)
+    return proto.Vector3(x=x, y=y, z=z)
+
 
 @dataclass(frozen=True, eq=False)
 class Whole:
@@ -131,7 +223,8 @@ class Whole:
 
     mode: JointMode
     values: FloatArray | None = None
-    """Aligned with the robot's `velocity`, or for positions with its `position`."""
+    """Aligned with the robot's `velocity`, or for positions with its `position`. Of a spherical joint the former has a
+    rotation vector, the latter a quaternion."""
 
     @staticmethod
     def positions(values: npt.ArrayLike) -> Whole:
@@ -160,8 +253,8 @@ class Whole:
 
 
 OneTarget = Union[float, str, Target, Sequence[Union[float, Target]]]
-"""For one joint: a position, a position with a unit ("90deg"), a `Target`, or for a planar joint three of them
-(x, y, angle)."""
+"""For one joint: a position, a position with a unit ("90deg"), a `Target`, for a planar joint three of them
+(x, y, angle), or for a spherical joint a quaternion of four numbers (x, y, z, w)."""
 
 Numbers = npt.NDArray[Union[np.floating[Any], np.integer[Any]]]
 """An array of any kind of number."""
@@ -206,6 +299,8 @@ def _one(joint: str, target: OneTarget, layout: Layout | None) -> list[proto.Joi
         known = layout.by_name.get(joint) if layout else None
         return [Target.position(number(target, "position", known)).to_proto(joint)]
     if isinstance(target, (Sequence, np.ndarray)):
+        if len(target) == 4 and not any(isinstance(one, Target) for one in target):
+            return [Target.orientation(np.asarray(target, dtype=np.float64)).to_proto(joint)]
         each = [one if isinstance(one, Target) else Target.position(float(one)) for one in target]
         return [one.to_proto(joint, axis) for axis, one in enumerate(each)]
     return [Target.position(float(target)).to_proto(joint)]
@@ -220,6 +315,8 @@ def _aligned(whole: Whole, values: FloatArray, layout: Layout) -> FloatArray:
         for joint in layout.joints:
             if joint.positions.stop - joint.positions.start == joint.dof:
                 aligned[joint.velocities] = values[joint.positions]
+            elif joint.type is JointType.SPHERICAL:
+                aligned[joint.velocities] = rotation_vector(values[joint.positions])
         return aligned
     names = ", ".join(joint.name for joint in layout.moving)
     raise ValueError(

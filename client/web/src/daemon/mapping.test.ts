@@ -62,8 +62,8 @@ describe("axes", () => {
     expect(axesOf("hand", joint)[0]).toMatchObject({ actuated: false, mimics: "thumb" });
   });
 
-  test("fixed and floating joints are no rows", () => {
-    for (const type of [JointType.FIXED, JointType.FLOATING]) {
+  test("fixed, floating and spherical joints are no rows", () => {
+    for (const type of [JointType.FIXED, JointType.FLOATING, JointType.SPHERICAL]) {
       expect(axesOf("arm", create(JointInfoSchema, { name: "x", type }))).toEqual([]);
     }
   });

@@ -44,7 +44,7 @@ export function robotOf(entity: EntityInfo, layout: JointLayout): Robot {
   };
 }
 
-/** The axes of a joint: three for planar ones, none for fixed and floating ones, else one. */
+/** The axes of a joint: three for planar ones, none for fixed, floating and spherical ones, else one. */
 export function axesOf(robot: string, joint: JointInfo): Axis[] {
   const base = {
     robot,

@@ -9,6 +9,7 @@ from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray
 from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType
 from simd_client.quantity import Quantity
+from simd_client.reset import JointValue
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
 from simd_client.world import Stamp
@@ -47,7 +48,7 @@ class Joint:
 
     @property
     def axis(self) -> FloatArray | None:
-        """Unit vector in the joint's frame; `None` for fixed and floating joints."""
+        """Unit vector in the joint's frame; `None` for fixed, floating and spherical joints."""
         return self._info.axis
 
     @property
@@ -147,9 +148,12 @@ class Joint:
         """No actuator: only the joint's own damping and friction."""
         return await self.set_target(Target.passive())
 
-    async def reset(self, position: Quantity = 0.0, velocity: Quantity = 0.0) -> Stamp:
-        """Sets the position and velocity of the joint. A joint that holds its position holds the new one."""
-        return await self._robot.reset_joints({self.name: position}, {self.name: velocity})
+    async def reset(self, position: JointValue = 0.0, velocity: JointValue | None = None) -> Stamp:
+        """Sets the position and velocity of the joint. A joint that holds its position holds the new one.
+
+        Of a spherical joint the position is a quaternion x y z w, and the velocity has three numbers.
+        """
+        return await self._robot.reset_joints({self.name: position}, None if velocity is None else {self.name: velocity})
 
     async def set_properties(
         self,

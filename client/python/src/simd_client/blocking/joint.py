@@ -10,6 +10,7 @@ from simd_client.errors import JointNotFound, listed, not_found
 from simd_client.geometry import FloatArray
 from simd_client.layout import Gains, JointInfo, JointLimits, JointMode, JointType
 from simd_client.quantity import Quantity
+from simd_client.reset import JointValue
 from simd_client.state import Applied, JointState
 from simd_client.target import BeyondLimit, OneTarget, Target
 from simd_client.world import Stamp
@@ -48,7 +49,7 @@ class Joint:
 
     @property
     def axis(self) -> FloatArray | None:
-        """Unit vector in the joint's frame; `None` for fixed and floating joints."""
+        """Unit vector in the joint's frame; `None` for fixed, floating and spherical joints."""
         return self._info.axis
 
     @property
@@ -148,9 +149,12 @@ class Joint:
         """No actuator: only the joint's own damping and friction."""
         return self.set_target(Target.passive())
 
-    def reset(self, position: Quantity = 0.0, velocity: Quantity = 0.0) -> Stamp:
-        """Sets the position and velocity of the joint. A joint that holds its position holds the new one."""
-        return self._robot.reset_joints({self.name: position}, {self.name: velocity})
+    def reset(self, position: JointValue = 0.0, velocity: JointValue | None = None) -> Stamp:
+        """Sets the position and velocity of the joint. A joint that holds its position holds the new one.
+
+        Of a spherical joint the position is a quaternion x y z w, and the velocity has three numbers.
+        """
+        return self._robot.reset_joints({self.name: position}, None if velocity is None else {self.name: velocity})
 
     def set_properties(
         self,

@@ -11,6 +11,7 @@ from simd_client.surface import Surface
 
 from . import constants
 from .arguments import ORIGIN, UPRIGHT, Pose, Quaternion, Vector
+from .ball_motors import BallMotor
 from .motors import Motor
 from .rotations import compose, conjugate, inverse, product, rotate
 
@@ -41,6 +42,7 @@ _TYPES = {
     JointType.JOINT_TYPE_PLANAR: constants.JOINT_PLANAR,
     JointType.JOINT_TYPE_FIXED: constants.JOINT_FIXED,
     JointType.JOINT_TYPE_FLOATING: constants.JOINT_FIXED,
+    JointType.JOINT_TYPE_SPHERICAL: constants.JOINT_SPHERICAL,
 }
 # The default for a joint whose inertia cannot be computed from its gains.
 _UNKNOWN_INERTIA = 1.0
@@ -67,6 +69,8 @@ class BodyJoint:
     damping: float
     friction: float
     motor: Motor = field(default_factory=Motor)
+    # Of a spherical joint, which has no other.
+    ball: BallMotor | None = None
     # What changes with a motor's force, as the daemon has it; None where a restored state brought its own.
     friction_sent: float | None = 0.0
     # Of TORQUE_CONTROL over the last step, N m or N.
@@ -75,6 +79,11 @@ class BodyJoint:
     # Where it is at position 0, in the parent link's frame, and its axis there.
     parent_from_joint: Pose = (ORIGIN, UPRIGHT)
     axis: Vector = ORIGIN
+
+    @property
+    def has_motor(self) -> bool:
+        """Whether it takes targets."""
+        return self.driven or self.ball is not None
 
 
 @dataclass(slots=True)
@@ -223,6 +232,7 @@ def _joint(joint: JointInfo, frames: Mapping[str, Pose], parent: int, q: int, u:
         friction_sent=joint.friction,
         parent_from_joint=_wire_pose(joint),
         axis=(joint.axis.x, joint.axis.y, joint.axis.z),
+        ball=BallMotor() if kind == constants.JOINT_SPHERICAL else None,
     )
 
 

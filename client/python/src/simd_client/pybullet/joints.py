@@ -8,12 +8,14 @@ from typing import Any
 from simd_client.proto import RobotJointStates
 
 from . import constants
-from .arguments import floats, formerly, indices
+from .arguments import UPRIGHT, Vector, floats, formerly, indices, vector
+from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
 from .motors import NO_LIMIT
 from .reactions import reaction
+from .rotations import conjugate, rotate
 from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
@@ -196,6 +198,10 @@ def _in_range(body: Body, wanted: list[int]) -> None:
 def _state(world: World, body: Body, states: RobotJointStates, index: int) -> JointState:
     joint = body.joints[index]
     carried = reaction(world, body, states, index)
+    if joint.ball is not None:
+        # PyBullet gives the first of each.
+        orientation, spin, _, _ = _ball_state(world, body, states, index)
+        return (orientation[0], spin[0], carried, 0.0)
     if joint.width != 1:
         return (0.0, 0.0, carried, 0.0)
     at = joint.velocity_index
@@ -203,7 +209,8 @@ def _state(world: World, body: Body, states: RobotJointStates, index: int) -> Jo
 
 
 def getJointStateMultiDof(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> tuple[Any, ...]:
-    """As `getJointState`, with a sequence of values for each: none of a fixed joint, three of a planar one."""
+    """As `getJointState`, with a sequence of values for each: none of a fixed joint, three of a planar one, a quaternion and
+    three velocities of a spherical one."""
     return getJointStatesMultiDof(bodyUniqueId, [jointIndex], physicsClientId)[0]
 
 
@@ -217,6 +224,9 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
     answers: list[Any] = []
     for index in wanted:
         joint = body.joints[index]
+        if joint.ball is not None:
+            answers.append(_ball_state(world, body, states, index))
+            continue
         # A floating joint has seven positions and six velocities.
         count = 7 if joint.width == 6 else joint.width
         q = slice(joint.position_index, joint.position_index + count)
@@ -230,6 +240,18 @@ def getJointStatesMultiDof(bodyUniqueId: int, jointIndices: Any, physicsClientId
             )
         )
     return tuple(answers)
+
+
+def _ball_state(world: World, body: Body, states: RobotJointStates, index: int) -> tuple[Any, ...]:
+    joint = body.joints[index]
+    turn = body.frame(joint.link)[1]
+    x, y, z, w = states.position[joint.position_index : joint.position_index + 4]
+    back = conjugate(turn)
+    of_axes: list[Vector] = []
+    for values in (states.velocity, states.effort):
+        a, b, c = values[joint.velocity_index : joint.velocity_index + 3]
+        of_axes.append(rotate(back, (a, b, c)))
+    return (to_bullet((x, y, z, w), turn), of_axes[0], reaction(world, body, states, index), of_axes[1])
 
 
 def resetJointState(
@@ -285,6 +307,14 @@ def _reset(
         joint = body.joints[index]
         if joint.width == 6:
             raise unsupported("resetJointStateMultiDof", "floating joints cannot be put elsewhere")
+        if joint.ball is not None:
+            # PyBullet leaves one alone that is given one number.
+            if len(value) == 4:
+                spin = velocity if len(velocity) == 3 else [0.0, 0.0, 0.0]
+                turn = body.frame(joint.link)[1]
+                reset = robot.joints.add(joint=joint.name).spherical
+                spherical_reset(unit(value), (spin[0], spin[1], spin[2]), turn, reset)
+            continue
         for axis in range(min(joint.width, len(value))):
             speed = velocity[axis] if axis < len(velocity) else 0.0
             place = (float(value[axis]), float(speed))
@@ -308,7 +338,7 @@ def setJointMotorControlMultiDof(
     damping: Any = None,
     physicsClientId: int = 0,
 ) -> None:
-    """`setJointMotorControl2` with sequences of one value; there are no spherical joints."""
+    """`setJointMotorControl2` with sequences of one value; of a spherical joint a quaternion and sequences of three."""
     setJointMotorControlMultiDofArray(
         bodyUniqueId,
         [jointIndex],
@@ -341,11 +371,16 @@ def setJointMotorControlMultiDofArray(
     body = world.body(bodyUniqueId, "Joint index out-of-range.")
     wanted = indices(jointIndices, "expected a sequence of joint indices")
     _check(body, wanted, controlMode)
-    if any(body.joints[index].width > 1 for index in wanted):
+    if any(body.joints[index].width > 1 and body.joints[index].ball is None for index in wanted):
         raise unsupported("setJointMotorControlMultiDof", "planar and floating joints have no motors here")
     no_force = 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT
     for place, index in enumerate(wanted):
         if body.joints[index].width == 0:
+            continue
+        if body.joints[index].ball is not None:
+            all_given = (targetPositions, targetVelocities, forces, positionGains, velocityGains, maxVelocities)
+            given = [None if values is None else values[place] for values in all_given]
+            _tell_ball(world, body, index, controlMode, *given)
             continue
         _tell(
             world,
@@ -360,6 +395,47 @@ def setJointMotorControlMultiDofArray(
             _first(maxVelocities, place, -1.0),
         )
     world.sent_if_playing()
+
+
+def _tell_ball(
+    world: World,
+    body: Body,
+    index: int,
+    mode: int,
+    orientation: Any,
+    velocity: Any,
+    force: Any,
+    position_gain: Any,
+    velocity_gain: Any,
+    max_velocity: Any,
+) -> None:
+    """Changes the motor of a spherical joint. Of forces the largest holds about each axis, of gains the first."""
+    motor = body.joints[index].ball
+    if motor is None:
+        return
+    if mode == constants.TORQUE_CONTROL:
+        motor.torque = _three(force, (0.0, 0.0, 0.0))
+        world.drive(body, index)
+        return
+    motor.mode = mode
+    motor.orientation = UPRIGHT if orientation is None else unit(floats(orientation, "a quaternion", 4))
+    motor.velocity = _three(velocity, (0.0, 0.0, 0.0))
+    motor.force = max(map(abs, _three(force, (NO_LIMIT,) * 3)))
+    motor.position_gain = _first([position_gain], 0, 0.1) if position_gain is not None else 0.1
+    motor.velocity_gain = _first([velocity_gain], 0, 1.0) if velocity_gain is not None else 1.0
+    motor.max_velocity = max(_first([max_velocity], 0, -1.0), 0.0) if max_velocity is not None else 0.0
+    world.drive(body, index)
+
+
+def _three(given: Any, default: Vector) -> Vector:
+    """Three numbers, or one for all."""
+    if given is None:
+        return default
+    values = floats(given if hasattr(given, "__len__") else [given], "expected a sequence of three numbers")
+    if len(values) == 1:
+        values *= 3
+    x, y, z = vector(values, "expected a sequence of three numbers")
+    return (x, y, z)
 
 
 def _first(given: Any, place: int, default: float) -> float:

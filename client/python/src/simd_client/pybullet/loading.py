@@ -111,7 +111,7 @@ def settled(
     else:
         body.surfaces.update(surfaces)
     for index, joint in enumerate(body.joints):
-        if joint.driven:
+        if joint.has_motor:
             world.drive(body, index)
     world.sent_if_playing()
     return body.unique_id

@@ -93,7 +93,7 @@ def law(motor: Motor, inertia: float, h: float) -> Law:
             feed_forward=torque,
             max_effort=most,
         )
-    stiffness, damping, velocity = _gains(motor, inertia, h)
+    stiffness, damping, velocity = gains(motor, inertia, h)
     return Law(
         "position",
         motor.position,
@@ -106,7 +106,7 @@ def law(motor: Motor, inertia: float, h: float) -> Law:
     )
 
 
-def _gains(motor: Motor, inertia: float, h: float) -> tuple[float, float, float]:
+def gains(motor: Motor, inertia: float, h: float) -> tuple[float, float, float]:
     """Stiffness, damping, and the damper's velocity of PyBullet's position law."""
     kp = max(motor.position_gain, 0.0)
     kd = min(max(motor.velocity_gain, 0.0), STIFFEST)

@@ -22,6 +22,9 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
     moving = [joint for joint in body.joints if joint.driven]
     velocities = {joint.name: states.velocity[joint.velocity_index] for joint in moving}
     positions = {joint.name: states.position[joint.position_index] for joint in moving}
+    balls = [joint for joint in body.joints if joint.ball is not None]
+    orientations = {j.name: states.position[j.position_index : j.position_index + 4] for j in balls}
+    spins = {j.name: states.velocity[j.velocity_index : j.velocity_index + 3] for j in balls}
     world.wire.call(methods.DeleteEntity, DeleteEntityRequest(robot=body.robot))
     spawn = Spawn(
         *pose,
@@ -35,9 +38,14 @@ def respawn(world: World, body: Body, function: str, fixed: bool, pose: Pose, ur
     entity = world.wire.spawn(DescriptionSource(urdf=text, assets=body.files), spawn)
     world.replaced(body, entity, body.frames, text)
     filters.put(world, body.unique_id)
-    if any(velocities.values()):
+    if balls or any(velocities.values()):
         request = ResetJointsRequest()
         robot = request.robots.add(robot=body.robot)
+        for name, orientation in orientations.items():
+            spherical = robot.joints.add(joint=name).spherical
+            q, w = spherical.orientation, spherical.angular_velocity
+            q.x, q.y, q.z, q.w = orientation
+            w.x, w.y, w.z = spins[name]
         for name, velocity in velocities.items():
             robot.joints.add(joint=name, position=positions[name], velocity=velocity)
         world.wire.call(methods.ResetJoints, request)

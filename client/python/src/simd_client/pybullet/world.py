@@ -35,6 +35,7 @@ from simd_client.proto import (
 from simd_client.surface import surfaces_to_proto
 
 from . import bodies, motors
+from .ball_motors import ball_target
 from .bodies import Body, BodyJoint
 from .errors import error
 from .kept import Camera, Notes
@@ -185,10 +186,11 @@ class World(Readings):
             place = body.by_joint.get(joint.name)
             if place is not None:
                 joint.motor, joint.sensor = body.joints[place].motor, body.joints[place].sensor
+                joint.ball = joint.ball and (body.joints[place].ball or joint.ball)
         self.bodies[body.unique_id] = made
         for key in [(n, i) for n, i in self._waiting if n == made.unique_id]:
             # A joint that follows another now has no motor.
-            if key[1] >= len(made.joints) or not made.joints[key[1]].driven:
+            if key[1] >= len(made.joints) or not made.joints[key[1]].has_motor:
                 del self._waiting[key]
         self.forget_states()
         return made
@@ -308,6 +310,10 @@ class World(Readings):
             friction: list[tuple[BodyJoint, float]] = []
             for index in joints:
                 joint = body.joints[index]
+                if joint.ball is not None:
+                    turn = body.frame(joint.link)[1]
+                    ball_target(joint.name, joint.ball, joint.inertia, self.time_step, turn, target.joints.add())
+                    continue
                 law = motors.law(joint.motor, joint.inertia, self.time_step)
                 joint_target(joint.name, law, target.joints.add())
                 if joint.friction + law.friction != joint.friction_sent:
@@ -328,8 +334,8 @@ class World(Readings):
         self._waiting = {}
         for number, index in waiting:
             joint = self.bodies[number].joints[index]
-            motor = joint.motor
-            joint.torque_sent = motor.torque or 0.0
+            motor = joint.motor if joint.ball is None else joint.ball
+            joint.torque_sent = joint.motor.torque or 0.0
             if motor.torque is not None:
                 motor.torque = None
                 self._waiting[(number, index)] = None
@@ -358,7 +364,7 @@ class World(Readings):
         for body in self.bodies.values():
             if body.own:
                 for index, joint in enumerate(body.joints):
-                    if joint.driven:
+                    if joint.has_motor:
                         self.drive(body, index)
         self.sent_if_playing()
 

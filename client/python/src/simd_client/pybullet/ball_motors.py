@@ -1,0 +1,109 @@
+"""PyBullet's motors of spherical joints as targets of simd, and the frames of such joints.
+
+The law of `motors.py` about each of the child's three axes (btMultiBodySphericalJointMotor), with the turn from the joint
+to its target as the position error. Bullet counts orientations and velocities of a spherical joint in the axes of the
+child's inertia, simd in those of its link.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from simd_client.proto import JointTarget, SphericalReset
+
+from . import constants
+from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
+from .motors import NO_LIMIT, STIFFEST, Motor, gains
+from .rotations import conjugate, product, rotate
+
+# The motor that a spherical joint has from the start: towards its first orientation, N m s per step.
+FIRST_IMPULSE = 1000.0
+FIRST_GAIN = 0.2
+
+
+@dataclass(slots=True)
+class BallMotor:
+    """The settings of PyBullet's motor of one spherical joint, in Bullet's axes."""
+
+    mode: int = constants.POSITION_CONTROL
+    orientation: Quaternion = UPRIGHT
+    velocity: Vector = ORIGIN
+    # The most torque about each axis, N m; `None` means a new joint's impulse a step.
+    force: float | None = None
+    position_gain: float = FIRST_GAIN
+    velocity_gain: float = 1.0
+    max_velocity: float = 0.0
+    # TORQUE_CONTROL, for the next step only.
+    torque: Vector | None = None
+
+    def limit(self, h: float) -> float:
+        """The most torque over a step of h seconds."""
+        return FIRST_IMPULSE / h if self.force is None else self.force
+
+
+def unit(values: Sequence[float]) -> Quaternion:
+    """A quaternion of unit length; none of length zero."""
+    x, y, z, w = values
+    length = math.hypot(x, y, z, w)
+    return (x / length, y / length, z / length, w / length) if length > 0.0 else UPRIGHT
+
+
+def to_simd(orientation: Quaternion, turn: Quaternion) -> Quaternion:
+    """An orientation of Bullet's in the link's axes; `turn` is link_from_inertia."""
+    return product(product(turn, orientation), conjugate(turn))
+
+
+def to_bullet(orientation: Quaternion, turn: Quaternion) -> Quaternion:
+    """The other way round."""
+    return product(product(conjugate(turn), orientation), turn)
+
+
+def spherical_reset(orientation: Quaternion, velocity: Vector, turn: Quaternion, reset: SphericalReset) -> None:
+    """Sets a reset from Bullet's numbers."""
+    q = reset.orientation
+    q.x, q.y, q.z, q.w = to_simd(orientation, turn)
+    w = reset.angular_velocity
+    w.x, w.y, w.z = rotate(turn, velocity)
+
+
+def ball_target(
+    joint: str, motor: BallMotor, inertia: float, h: float, turn: Quaternion, target: JointTarget
+) -> None:
+    """Sets `target` to the motor's law for the next step of `h` seconds, of a joint whose actuator sees
+    `inertia` (kg m^2) about an axis."""
+    target.joint = joint
+    limit = motor.limit(h)
+    torque = rotate(turn, motor.torque) if motor.torque is not None else ORIGIN
+    if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
+        if motor.torque is None:
+            target.passive.SetInParent()
+        else:
+            t = target.spherical_effort.torque
+            t.x, t.y, t.z = torque
+        return
+    velocity = rotate(turn, motor.velocity)
+    most = None if limit >= NO_LIMIT else limit + max(map(abs, torque))
+    if motor.mode == constants.VELOCITY_CONTROL:
+        keep = target.spherical_velocity
+        w, ff = keep.angular_velocity, keep.feed_forward_torque
+        if motor.velocity_gain < STIFFEST:
+            keep.damping = inertia / h * max(motor.velocity_gain, 0.0) / (1.0 - motor.velocity_gain)
+    else:
+        keep = target.spherical_position
+        w, ff = keep.angular_velocity, keep.feed_forward_torque
+        q = keep.orientation
+        q.x, q.y, q.z, q.w = to_simd(motor.orientation, turn)
+        if motor.mode == constants.PD_CONTROL:
+            keep.stiffness, keep.damping = motor.position_gain, motor.velocity_gain
+        else:
+            law = Motor(velocity=1.0, position_gain=motor.position_gain, velocity_gain=motor.velocity_gain)
+            keep.stiffness, keep.damping, part = gains(law, inertia, h)
+            velocity = (velocity[0] * part, velocity[1] * part, velocity[2] * part)
+            if motor.max_velocity:
+                keep.max_velocity = motor.max_velocity
+    w.x, w.y, w.z = velocity
+    ff.x, ff.y, ff.z = torque
+    if most is not None:
+        keep.max_effort = most
