@@ -7,6 +7,7 @@ import pytest
 from daemon import ASSETS
 
 from simd_client import JointMode, Robot, Simulation, Target, Whole
+from simd_client.geometry import FloatArray
 
 PLACE = np.array([0.48, 0.0, 0.64, 0.6])
 PENDULUM = ASSETS.parent / "reference/robots/ball_pendulum.urdf"
@@ -18,7 +19,7 @@ def pendulum(sim: Simulation) -> Robot:
     return sim.load(PENDULUM, name="pendulum", fixed=True)
 
 
-def apart(one: np.ndarray, other: np.ndarray) -> float:
+def apart(one: FloatArray, other: FloatArray) -> float:
     """The angle between two orientations."""
     return 2.0 * float(np.arccos(min(1.0, abs(float(one @ other)))))
 

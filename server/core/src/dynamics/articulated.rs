@@ -42,6 +42,8 @@ pub fn gather_inertia(
             at.bias -= Spatial::new(at.rotation * push.angular, at.rotation * push.linear);
         }
     }
+    // Of a ball joint, whose bodies follow each other.
+    let mut largest_of_child = 0.0;
     for (i, body) in tree.bodies.iter().enumerate().rev() {
         let at = &mut scratch.bodies[i];
         let z = at.rotation.z_axis;
@@ -50,9 +52,10 @@ pub fn gather_inertia(
             JointType::Prismatic => (at.articulated.times_slide(z), at.articulated.mass.largest()),
             JointType::Spherical { axis } => {
                 // What is left of the child's inertia may be nothing but rounding: compare with all of it.
-                let column = at.articulated.times_turn(z);
-                let child = i + usize::from(2 - axis.min(2));
-                (column, scratch.bodies[child].articulated.moment.largest())
+                if axis == 2 {
+                    largest_of_child = at.articulated.moment.largest();
+                }
+                (at.articulated.times_turn(z), largest_of_child)
             }
             JointType::Free { slot } => {
                 // D is the whole of IA: nothing of it reaches the parent.
@@ -61,10 +64,9 @@ pub fn gather_inertia(
                 continue;
             }
         };
-        let at = &mut scratch.bodies[i];
         let own = along(body.joint_type, column, z);
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
-        let (position, velocity) = (body.law_position(q), half[body.velocity]);
+        let (position, velocity) = (q[body.position], half[body.velocity]);
         let damping = axis.settings.damping;
         at.implicitness = match integrator {
             Integrator::Euler => Implicitness::BACKWARD,

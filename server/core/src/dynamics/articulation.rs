@@ -26,7 +26,7 @@ use super::scratch::{BodyScratch, Scratch, SixTrips};
 use super::spatial::{Placement, Spatial};
 use super::spherical;
 use super::spin::{Drift, FreeBody};
-use super::tree::{JointType, Tree};
+use super::tree::{Body, JointType, Tree};
 use super::velocity_terms::{VelocityTerms, is_fast};
 
 pub use body_state::BodyState;
@@ -198,7 +198,7 @@ impl Articulation {
             if !matches!(body.joint_type, JointType::Free { .. }) {
                 let dof = body.velocity;
                 let (q, velocities) = (
-                    body.law_position(&self.state.positions),
+                    self.state.positions[body.position],
                     [self.state.half_velocities[dof], self.scratch.new_velocities[dof]],
                 );
                 self.state.efforts[dof] = self.state.drives[dof].effort(q, velocities, h, at.implicitness);
@@ -210,21 +210,9 @@ impl Articulation {
     fn set_drives(&mut self, tree: &Tree, gravity: DVec3, h: f64) {
         let mut any_compensates = false;
         for body in &tree.bodies {
-            match body.joint_type {
-                JointType::Free { .. } => continue,
-                JointType::Spherical { axis } => {
-                    let integrator = self.scratch.integrator;
-                    let BodyState { positions, half_velocities, axes, drives, .. } = &mut self.state;
-                    let dofs = body.velocity..body.velocity + 3;
-                    if axis == 0 {
-                        let state = (&positions[body.position..], &half_velocities[dofs.clone()]);
-                        let actuators = (&mut axes[dofs.clone()], &mut drives[dofs]);
-                        spherical::set_drives(state, actuators, h, integrator);
-                    }
-                    any_compensates |= is_compensated(&axes[body.velocity]);
-                    continue;
-                }
-                JointType::Revolute | JointType::Prismatic => {}
+            if !matches!(body.joint_type, JointType::Revolute | JointType::Prismatic) {
+                any_compensates |= self.set_ball_drives(body, h);
+                continue;
             }
             let (q, qd) = (self.state.positions[body.position], self.state.half_velocities[body.velocity]);
             let (axis, drive) = (&mut self.state.axes[body.velocity], &mut self.state.drives[body.velocity]);
@@ -244,6 +232,21 @@ impl Articulation {
             let base = Placement::new(base.rotation, base.translation);
             compensate(tree, axes, &passes.bodies, base_acceleration(&base, gravity), carried, drives);
         }
+    }
+
+    /// The same for a body of a ball joint: all three with the first. Nothing for a free one. Says whether its actuator compensates
+    /// gravity.
+    #[inline(never)]
+    fn set_ball_drives(&mut self, body: &Body, h: f64) -> bool {
+        let JointType::Spherical { axis } = body.joint_type else { return false };
+        let BodyState { positions, half_velocities, axes, drives, .. } = &mut self.state;
+        if axis == 0 {
+            let dofs = body.velocity..body.velocity + 3;
+            let state = (&positions[body.position..], &half_velocities[dofs.clone()]);
+            let actuators = (&mut axes[dofs.clone()], &mut drives[dofs]);
+            spherical::set_drives(state, actuators, h, self.scratch.integrator);
+        }
+        is_compensated(&axes[body.velocity])
     }
 
     /// Second and third pass: the new velocities without constraints.
@@ -284,7 +287,7 @@ impl Articulation {
             }
             let dof = body.velocity;
             let velocities = [self.state.half_velocities[dof], self.scratch.new_velocities[dof]];
-            let law = drive.law(body.law_position(&self.state.positions), velocities, h, at.implicitness);
+            let law = drive.law(self.state.positions[body.position], velocities, h, at.implicitness);
             let next = match drive.saturated {
                 // Held at its limit: right as long as the law would go beyond on that side.
                 Some(effort) if law * effort.signum() >= drive.limit || !release => Some(effort),

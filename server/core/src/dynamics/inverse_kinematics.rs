@@ -215,7 +215,7 @@ impl<'a> Search<'a> {
                 let sum =
                     |sum: Spatial, &(velocity, factor): &(usize, f64)| sum + self.columns[velocity] * factor;
                 let column = rows(moves.iter().fold(Spatial::ZERO, sum), turns);
-                let position = self.tree.bodies[movable.body].law_position(&self.q);
+                let position = self.q[self.tree.bodies[movable.body].position];
                 let pull: f64 = column.iter().zip(&error).map(|(a, b)| a * b).sum();
                 let is_held =
                     (pull < 0.0 && position <= movable.lower) || (pull > 0.0 && position >= movable.upper);

@@ -45,9 +45,10 @@ pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scr
                 Spatial::new(DVec3::ZERO, zero.z_axis * qd[0])
             }
             JointType::Spherical { axis } => {
-                at.rotation = if axis == 0 { turned_to_first_axis(&zero, q) } else { zero };
-                at.reach = reach;
-                Spatial::new(at.rotation.z_axis * qd[0], DVec3::ZERO)
+                let frame = Placement { rotation: zero, origin: reach };
+                let parent = (parent_origin, parent_velocity);
+                place_axis_of_ball(axis, frame, parent, q, &velocities[..body.velocity + 1], at);
+                continue;
             }
             JointType::Free { .. } => {
                 let (origin, rotation) = free_pose(q);
@@ -61,14 +62,32 @@ pub fn update_kinematics(tree: &Tree, positions: &[f64], velocities: &[f64], scr
         at.origin = parent_origin + at.reach;
         at.velocity = parent_velocity.motion_at(at.reach) + own;
         // S moves with the body: its derivative in axes that stand still is v x S.
-        at.velocity_product = match body.joint_type {
-            JointType::Spherical { axis: 2 } => {
-                velocity_product(&at.rotation, &velocities[body.velocity - 2..], at.velocity)
-            }
-            JointType::Spherical { .. } => Spatial::ZERO,
-            _ => at.velocity.cross_motion(own),
-        };
+        at.velocity_product = at.velocity.cross_motion(own);
     }
+}
+
+/// The same for one of the three bodies of a ball joint. `frame` is that of the joint at zero, or of the body before; `velocities`
+/// end with the body's own.
+#[inline(never)]
+fn place_axis_of_ball(
+    axis: u8,
+    frame: Placement,
+    (parent_origin, parent_velocity): (DVec3, Spatial),
+    q: &[f64],
+    velocities: &[f64],
+    at: &mut BodyScratch,
+) {
+    at.rotation = if axis == 0 { turned_to_first_axis(&frame.rotation, q) } else { frame.rotation };
+    at.reach = frame.origin;
+    at.origin = parent_origin + at.reach;
+    let velocity = velocities.last().copied().unwrap_or_default();
+    let own = Spatial::new(at.rotation.z_axis * velocity, DVec3::ZERO);
+    at.velocity = parent_velocity.motion_at(at.reach) + own;
+    // All three turn with the child: what their axes change by goes with the last.
+    at.velocity_product = match velocities.last_chunk::<3>() {
+        Some(all) if axis == 2 => velocity_product(&at.rotation, all, at.velocity),
+        _ => Spatial::ZERO,
+    };
 }
 
 /// The frame of the first body of a ball joint, whose z is the child's x.

@@ -74,7 +74,8 @@ fn has_place(axis: &Axis) -> bool {
 /// with what is the joint's, `axes` and `drives` are those of its three axes.
 ///
 /// An axis' profile and its anti-windup are those of a joint of one axis, along the rotation vector from the setpoint to the
-/// target. Laws count positions from where the child is.
+/// target. Laws are told where the child is by the first number of its position, which stays as it is in a step: what they
+/// make of it is only how far the setpoint is from there.
 pub fn set_drives(
     (q, half): (&[f64], &[f64]),
     (axes, drives): (&mut [Axis], &mut [Drive]),
@@ -107,7 +108,7 @@ pub fn set_drives(
         to_setpoint = rotation_vector(here.inverse() * turn(setpoint));
     }
     for (k, (axis, drive)) in axes.iter().zip(drives).enumerate() {
-        *drive = Drive { position: to_setpoint[k], ..axis.drive(h) };
+        *drive = Drive { position: q[0] + to_setpoint[k], ..axis.drive(h) };
         // As in joints of one axis: what saturated in the last step mostly does in this one.
         drive.saturated = saturated[k].map(|effort| drive.limit.copysign(effort)).filter(|e| e.is_finite());
     }
@@ -212,7 +213,7 @@ mod tests {
         let mut axes = driven(DVec3::new(0.0, 0.0, -3.0), None);
         let mut drives = <[Drive; 3]>::default();
         set_drives((&q, &[0.0; 3]), (&mut axes, &mut drives), 1e-3, Integrator::Euler);
-        let pull = drives.map(|drive| drive.position);
+        let pull = drives.map(|drive| drive.position - q[0]);
         let wanted = std::f64::consts::TAU - 6.0;
         assert!(pull[0].abs() + pull[1].abs() < 1e-14 && (pull[2] - wanted).abs() < 1e-14, "{pull:?}");
         assert_eq!(axes[2].actuator.setpoint, -3.0);

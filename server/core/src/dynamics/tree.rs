@@ -109,18 +109,6 @@ pub struct MimicPair {
     pub offset: f64,
 }
 
-impl Body {
-    /// The position of its axis as an actuator's law has it: a ball joint's laws count from where it is. Not for bodies with six
-    /// degrees of freedom.
-    #[inline]
-    pub fn law_position(&self, q: &[f64]) -> f64 {
-        match self.joint_type {
-            JointType::Spherical { .. } => 0.0,
-            _ => q[self.position],
-        }
-    }
-}
-
 impl JointType {
     /// Positions that it takes.
     pub fn positions(self) -> usize {

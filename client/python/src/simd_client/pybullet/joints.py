@@ -420,7 +420,7 @@ def _tell_ball(
     motor.mode = mode
     motor.orientation = UPRIGHT if orientation is None else unit(floats(orientation, "a quaternion", 4))
     motor.velocity = _three(velocity, (0.0, 0.0, 0.0))
-    motor.force = max(map(abs, _three(force, (NO_LIMIT,) * 3)))
+    motor.force = max(map(abs, _three(force, (NO_LIMIT, NO_LIMIT, NO_LIMIT))))
     motor.position_gain = _first([position_gain], 0, 0.1) if position_gain is not None else 0.1
     motor.velocity_gain = _first([velocity_gain], 0, 1.0) if velocity_gain is not None else 1.0
     motor.max_velocity = max(_first([max_velocity], 0, -1.0), 0.0) if max_velocity is not None else 0.0
