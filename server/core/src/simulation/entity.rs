@@ -13,7 +13,6 @@ use simd_model::RobotModel;
 use simd_model::robot::{JointKind, JointLimits};
 
 use self::joints::is_actuated;
-pub(super) use self::setup::pairs as described_pairs;
 use super::claim::RobotClaims;
 use super::contact_settings::ContactSettings;
 use super::world_state::{EntityState, RobotState};

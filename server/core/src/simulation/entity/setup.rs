@@ -7,7 +7,6 @@ use super::Entity;
 use super::joints::is_actuated;
 use crate::collision::Groups;
 use crate::dynamics::{Actuator, Mode, Tree};
-use crate::simulation::command::CollisionPair;
 
 /// The body of each joint of one axis of which something is said.
 fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> impl Iterator<Item = (&'m JointSetup, usize)> {
@@ -39,17 +38,6 @@ pub(super) fn groups(model: &RobotModel) -> Vec<Groups> {
         }
     }
     groups
-}
-
-/// Pairs of links that it switches, as a command has them.
-pub(in crate::simulation) fn pairs(model: &RobotModel) -> Vec<CollisionPair> {
-    let name = |link: usize| model.links.get(link).map(|link| link.name.clone());
-    let pair = |pair: &simd_model::setup::LinkPair| {
-        let [link, other_link] = pair.links.map(name);
-        let (link, other_link) = (link?, other_link?);
-        Some(CollisionPair { link, other_link, enabled: Some(pair.enabled), ..CollisionPair::default() })
-    };
-    model.setup.pairs.iter().filter_map(pair).collect()
 }
 
 impl Entity {

@@ -3,16 +3,29 @@
 use std::collections::BTreeMap;
 
 use glamx::{DPose3, DVec3};
+use simd_model::RobotModel;
+use simd_model::setup::LinkPair;
 
 use crate::dynamics::{Actuator, Mode};
 use crate::simulation::command::{
-    ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration,
+    CollisionPair, ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration,
 };
-use crate::simulation::entity::{Entity, apply_mimics, described_pairs, is_robot_name};
+use crate::simulation::entity::{Entity, apply_mimics, is_robot_name};
 use crate::simulation::error::Error;
 use crate::simulation::event::ConstraintDeletion;
 use crate::simulation::wrench::ActiveWrench;
 use crate::simulation::{EventKind, Reply, Simulation, check};
+
+/// Pairs of links that a description switches, as a command has them.
+fn described_pairs(model: &RobotModel) -> Vec<CollisionPair> {
+    let name = |link: usize| model.links.get(link).map(|link| link.name.clone());
+    let pair = |pair: &LinkPair| {
+        let [link, other_link] = pair.links.map(name);
+        let (link, other_link) = (link?, other_link?);
+        Some(CollisionPair { link, other_link, enabled: Some(pair.enabled), ..CollisionPair::default() })
+    };
+    model.setup.pairs.iter().filter_map(pair).collect()
+}
 
 impl Simulation {
     pub(in crate::simulation) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
