@@ -305,7 +305,7 @@ fn read_parts(
             }
             Err(refused) => {
                 refused.report = whole(std::mem::take(&mut refused.report));
-                // Its line is one of the URDF that nobody has seen.
+                // Its line is one of the URDF, which was not sent.
                 if let Some(last) = refused.report.findings.last() {
                     let line = last.line.map_or_else(String::new, |line| format!(" (line {line})"));
                     refused.message =

@@ -41,7 +41,7 @@ pub(super) fn gather(
                 return Err(Stop::of_file(of, Some(line), message));
             }
             if !texts.include(&file, assets, limits)? {
-                // Who asks what the file needs is told of it all the same.
+                // It is among what was asked for all the same.
                 continue;
             }
             places.insert(file, count);
