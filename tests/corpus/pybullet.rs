@@ -193,6 +193,7 @@ impl Plain {
                 JointKind::Fixed => "fixed",
                 JointKind::Floating => "floating",
                 JointKind::Planar => "planar",
+                JointKind::Spherical => "spherical",
             };
             let ends = [joint.parent, joint.child].map(|link| model.links[link].name.clone());
             let [parent, child] = ends;

@@ -39,6 +39,7 @@ fn pendulum(inertial: Inertial) -> RobotModel {
             friction: 0.0,
             mimic: None,
         }],
+        ..RobotModel::default()
     }
 }
 

@@ -27,8 +27,12 @@ pub(super) fn tree(rng: &mut Rng, links: usize) -> RobotModel {
         };
         Link { name, inertial, visuals: Vec::new(), collisions: Vec::new() }
     };
-    let mut model =
-        RobotModel { name: "tree".into(), links: vec![link(rng, "link-0".into())], joints: Vec::new() };
+    let mut model = RobotModel {
+        name: "tree".into(),
+        links: vec![link(rng, "link-0".into())],
+        joints: Vec::new(),
+        ..RobotModel::default()
+    };
     for child in 1..links {
         let mut parent = child - 1;
         while parent > 0 && rng.u8(0..3) == 0 {
@@ -204,7 +208,7 @@ fn ground() -> RobotModel {
         visuals: Vec::new(),
         collisions: vec![plane],
     };
-    RobotModel { name: "ground".into(), links: vec![link], joints: Vec::new() }
+    RobotModel { name: "ground".into(), links: vec![link], joints: Vec::new(), ..RobotModel::default() }
 }
 
 /// A heap of ball joints falls on the ground, links welded and pinned to each other and the world on the way: it comes to rest, and
@@ -308,7 +312,7 @@ fn a_restored_world_goes_the_same_way_to_the_bit() {
         apply(&mut world, Command::SetTargets(SetTargets { robots, ..SetTargets::default() }));
         (0..100).for_each(|_| world.step());
         apply(&mut world, Command::SaveState { name: "here".into() });
-        let mut run = |world: &mut Simulation| -> Vec<u64> {
+        let run = |world: &mut Simulation| -> Vec<u64> {
             (0..500)
                 .map(|_| {
                     world.step();
