@@ -151,7 +151,7 @@ fn numbers<'a, const N: usize>(
     let mut motion = Some(Motion::Turns);
     let values = parts.map(|part| number(part, kind, &mut motion)).collect::<Result<Vec<f64>, _>>()?;
     let count = values.len();
-    values.try_into().map_err(|_| format!("has {count} numbers, where {form} has {N}"))
+    values.try_into().map_err(|_| format!("{form} takes {N} numbers, and got {count}"))
 }
 
 /// What may follow a target's value.
@@ -312,7 +312,8 @@ mod tests {
             ("=0.5", "JOINT=VALUE"),
             ("elbow=", "no target"),
             ("elbow=up", "`up` is not a number"),
-            ("elbow=torque:1", "`torque` is not a mode"),
+            ("elbow=torque:1", "torque:X,Y,Z takes 3 numbers"),
+            ("elbow=turn:1", "`turn` is not a mode"),
             ("elbow=vel:90deg", "deg/s"),
             ("elbow=eff:1,kp=5", "`kp` does not go with this mode"),
             ("elbow=vel:1,kp=5", "takes kd, ff, max_effort"),

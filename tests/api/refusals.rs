@@ -28,7 +28,7 @@ async fn a_description_that_cannot_be_is_refused_by_the_element(via: Via) {
     let (a, b) = (r#"<link name="a"/>"#, r#"<link name="b"/>"#);
     let cases = [
         ("<robot name='r'><link name='a'></robot>".to_owned(), "link"),
-        ("<sdf><model/></sdf>".into(), "sdf"),
+        ("<sdf><model/></sdf>".into(), "no model"),
         ("<robot name='r'/>".into(), "no link"),
         (format!("<robot name='r'>{a}{b}</robot>"), "root"),
         (format!("<robot name='r'>{a}{b}{}{}</robot>", joint("j", "a", "b"), joint("k", "b", "a")), "loop"),

@@ -4,7 +4,7 @@ import { describe, expect, test } from "vitest";
 import { ListClientsResponseSchema } from "../gen/simd/v1/client_pb";
 import { Base, EntityInfoSchema, RobotSceneSchema } from "../gen/simd/v1/entity_pb";
 import { JointInfoSchema, JointLayoutSchema, JointMode, JointType, NextJointStatesResponseSchema } from "../gen/simd/v1/joint_pb";
-import { ParameterSchema } from "../gen/simd/v1/parameter_pb";
+import { JointBindingSchema, ParameterSchema } from "../gen/simd/v1/parameter_pb";
 import { PaceMode, PhysicsSchema } from "../gen/simd/v1/simulation_pb";
 import { axesOf, frameOf, parameterOf, physicsOf, sceneOf, sourcesOf } from "./mapping";
 
@@ -146,7 +146,8 @@ test("sliders have a range, and buttons count", () => {
   const slider = create(ParameterSchema, { name: "speed", kind: { case: "slider", value: { minimum: 1, maximum: 5, value: 3 } } });
   const button = create(ParameterSchema, { name: "go", kind: { case: "button", value: { presses: 2n } } });
   expect(parameterOf(slider)).toEqual({ name: "speed", kind: "slider", minimum: 1, maximum: 5, value: 3, presses: 0n, joint: "" });
-  const bound = create(ParameterSchema, { ...slider, joint: { robot: "arm", joint: "elbow" } });
+  const joint = create(JointBindingSchema, { robot: "arm", joint: "elbow" });
+  const bound = create(ParameterSchema, { ...slider, joint });
   expect(parameterOf(bound).joint).toBe("arm/elbow");
   expect(parameterOf(button)).toMatchObject({ kind: "button", presses: 2n });
 });
