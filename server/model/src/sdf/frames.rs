@@ -52,7 +52,7 @@ impl Frames<'_> {
         };
         for name in chain.into_iter().rev() {
             if let Some(raw) = self.raw.get(&name) {
-                pose = pose * raw.pose;
+                pose *= raw.pose;
                 self.resolved.insert(name, pose);
             }
         }

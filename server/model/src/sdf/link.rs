@@ -165,7 +165,7 @@ fn shape(element: Element, notes: &mut Notes) -> Result<Option<DraftShape>, Stop
                 Repaired,
                 "simd has no ellipsoids: a capsule along its longest axis stands for it",
             );
-            link_from_shape = link_from_shape * turn;
+            link_from_shape *= turn;
             capsule
         }
         "plane" => {

@@ -104,7 +104,7 @@ impl<'a> Reader<'a> {
             }
         }
         if drafts.is_empty() {
-            return Err(Stop::at(root, "it has no model that simd could have in its world"));
+            return Err(Stop::at(root, "this SDF has no model that simd could have in its world"));
         }
         Ok(drafts)
     }

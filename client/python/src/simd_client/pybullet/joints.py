@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from simd_client.proto import RobotJointStates
+from simd_client.proto import JointReset, RobotJointStates
 
 from . import constants
 from .arguments import UPRIGHT, Vector, floats, formerly, indices, vector
@@ -302,7 +302,7 @@ def _reset(
     world: World, body: Body, wanted: list[int], values: list[list[float]], velocities: list[list[float]]
 ) -> None:
     _in_range(body, wanted)
-    joints: dict[tuple[str, int], tuple[float, float]] = {}
+    joints: dict[tuple[str, int], JointReset] = {}
     for index, value, velocity in zip(wanted, values, velocities, strict=True):
         joint = body.joints[index]
         if joint.width == 6:
@@ -312,15 +312,16 @@ def _reset(
             if len(value) == 4:
                 spin = velocity if len(velocity) == 3 else [0.0, 0.0, 0.0]
                 turn = body.frame(joint.link)[1]
-                reset = robot.joints.add(joint=joint.name).spherical
-                spherical_reset(unit(value), (spin[0], spin[1], spin[2]), turn, reset)
+                reset = JointReset(joint=joint.name)
+                spherical_reset(unit(value), (spin[0], spin[1], spin[2]), turn, reset.spherical)
+                joints[joint.name, 0] = reset
             continue
         for axis in range(min(joint.width, len(value))):
             speed = velocity[axis] if axis < len(velocity) else 0.0
-            place = (float(value[axis]), float(speed))
-            if not all(map(math.isfinite, place)):
+            if not (math.isfinite(value[axis]) and math.isfinite(speed)):
                 raise error("resetJointState: position and velocity must be numbers")
-            joints[joint.name, axis] = place
+            reset = JointReset(joint=joint.name, axis=axis, position=float(value[axis]), velocity=float(speed))
+            joints[joint.name, axis] = reset
     if joints:
         world.put_joints(body, joints)
 

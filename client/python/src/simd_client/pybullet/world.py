@@ -17,6 +17,7 @@ from simd_client.proto import (
     GetSimulationStateRequest,
     Integrator,
     JointLayout,
+    JointReset,
     ListEntitiesRequest,
     NextJointStatesRequest,
     Physics,
@@ -91,7 +92,7 @@ class World(Readings):
         self._waiting: dict[tuple[int, int], None] = {}
         # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
         # of any kind.
-        self._resets: dict[str, dict[tuple[str, int], tuple[float, float]]] = {}
+        self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
         wire.before = self._send_resets
         # Pairs of body and link that the script switched off or on, the smaller first.
         self.pairs: dict[tuple[tuple[int, int], tuple[int, int]], bool] = {}
@@ -225,8 +226,8 @@ class World(Readings):
         """Marks a motor as changed: it is sent with the next step, or at once if the world plays."""
         self._waiting[(body.unique_id, index)] = None
 
-    def put_joints(self, body: Body, joints: Mapping[tuple[str, int], tuple[float, float]]) -> None:
-        """Puts joints elsewhere: position and velocity by name and axis."""
+    def put_joints(self, body: Body, joints: Mapping[tuple[str, int], JointReset]) -> None:
+        """Puts joints elsewhere, by name and axis."""
         self._resets.setdefault(body.robot, {}).update(joints)
         if self.playing:
             self._send_resets()
@@ -237,9 +238,7 @@ class World(Readings):
             resets, self._resets = self._resets, {}
             request = ResetJointsRequest()
             for name, joints in resets.items():
-                robot = request.robots.add(robot=name)
-                for (joint, axis), (position, velocity) in joints.items():
-                    robot.joints.add(joint=joint, position=position, velocity=velocity, axis=axis)
+                request.robots.add(robot=name, joints=joints.values())
             self.wire.call(methods.ResetJoints, request)
 
     def sent_if_playing(self) -> None:
