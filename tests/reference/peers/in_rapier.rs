@@ -52,7 +52,8 @@ impl Rapier {
             let axis = match body.joint_type {
                 JointType::Revolute => Some((JointAxis::AngZ, JointAxesMask::ANG_Z)),
                 JointType::Prismatic => Some((JointAxis::LinZ, JointAxesMask::LIN_Z)),
-                JointType::Free { .. } => None,
+                // No robot of the benches has a ball joint.
+                JointType::Free { .. } | JointType::Spherical { .. } => None,
             };
             if let (Some((axis, free)), Some(held)) = (axis, body.joint.and_then(|_| held.next())) {
                 let at_zero = &body.at_zero;
