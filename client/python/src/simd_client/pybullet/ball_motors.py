@@ -18,8 +18,6 @@ from .arguments import ORIGIN, UPRIGHT, Quaternion, Vector
 from .motors import NO_LIMIT, STIFFEST, Motor, gains
 from .rotations import conjugate, product, rotate
 
-# The motor that a spherical joint has from the start: towards its first orientation, N m s per step.
-FIRST_IMPULSE = 1000.0
 FIRST_GAIN = 0.2
 
 
@@ -30,17 +28,13 @@ class BallMotor:
     mode: int = constants.POSITION_CONTROL
     orientation: Quaternion = UPRIGHT
     velocity: Vector = ORIGIN
-    # The most torque about each axis, N m; `None` means a new joint's impulse a step.
-    force: float | None = None
+    # The most torque about each axis, N m. A new joint swings freely: PyBullet 3.2.7's does, although it has a motor.
+    force: float = 0.0
     position_gain: float = FIRST_GAIN
     velocity_gain: float = 1.0
     max_velocity: float = 0.0
     # TORQUE_CONTROL, for the next step only.
     torque: Vector | None = None
-
-    def limit(self, h: float) -> float:
-        """The most torque over a step of h seconds."""
-        return FIRST_IMPULSE / h if self.force is None else self.force
 
 
 def unit(values: Sequence[float]) -> Quaternion:
@@ -74,7 +68,7 @@ def ball_target(
     """Sets `target` to the motor's law for the next step of `h` seconds, of a joint whose actuator sees
     `inertia` (kg m^2) about an axis."""
     target.joint = joint
-    limit = motor.limit(h)
+    limit = motor.force
     torque = rotate(turn, motor.torque) if motor.torque is not None else ORIGIN
     if limit == 0.0 or motor.mode == constants.TORQUE_CONTROL:
         if motor.torque is None:
