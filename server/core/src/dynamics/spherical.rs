@@ -176,7 +176,8 @@ mod tests {
     #[test]
     fn a_rotation_vector_gives_back_its_turn() {
         let axis = DVec3::new(0.6, -0.48, 0.64);
-        for angle in [0.0, 1e-300, 1e-12, 1e-3, 1.0, 3.0, std::f64::consts::PI - 1e-12, std::f64::consts::PI] {
+        for angle in [0.0, 1e-300, 1e-12, 1e-3, 1.0, 3.0, std::f64::consts::PI - 1e-12, std::f64::consts::PI]
+        {
             let vector = axis * angle;
             let back = rotation_vector(turn(vector));
             assert!((back - vector).length() <= 1e-15 + 4e-15 * angle, "{angle}: {back}");
