@@ -3,8 +3,8 @@ import { McapIndexedReader, McapRecordBuilder, McapStreamReader, MCAP_MAGIC, Opc
 import { decompress } from "./lz4";
 import type { Source } from "./source";
 
-/** What this page reads; `simd replay` says the same of other formats. */
-const FORMAT = 1;
+/** The newest format that this page reads. Formats differ in commands, which it does not read; `simd replay` reads one alone. */
+const FORMAT = 2;
 const METADATA = "simd.recording";
 /** Bytes of a chunk once it is decompressed: many times of what is written. */
 const MAX_CHUNK = 32 << 20;
@@ -164,9 +164,9 @@ async function checkFormat(source: Source): Promise<void> {
     throw new Error(foreign);
   }
   if (format === undefined || !/^\d{1,9}$/.test(format)) throw new Error(foreign);
-  if (Number(format) === FORMAT) return;
+  if (Number(format) >= 1 && Number(format) <= FORMAT) return;
   const newer = Number(format) > FORMAT ? "; it was made by a newer release: open it with that" : "";
-  throw new Error(`it is a recording of format ${format}, and this page reads only ${FORMAT}${newer}`);
+  throw new Error(`it is a recording of format ${format}, and this page reads 1 to ${FORMAT}${newer}`);
 }
 
 /** Whether it ends as a file does. */
