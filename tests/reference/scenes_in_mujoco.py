@@ -6,7 +6,9 @@ implicit, and clamps the whole effort, as simd does.
 """
 
 import xml.etree.ElementTree as xml
+from bisect import bisect_right
 from dataclasses import dataclass
+from operator import itemgetter
 
 import mujoco
 import numpy as np
@@ -265,8 +267,11 @@ def body_of(compiled, prefix, name):
 
 def interpolated(path, now):
     """Of seconds and values in turn."""
-    times, values = zip(*path)
-    return np.interp(now, times, values)
+    after = bisect_right(path, now, key=itemgetter(0))
+    if after in (0, len(path)):
+        return path[min(after, len(path) - 1)][1]
+    (begin, first), (end, last) = path[after - 1:after + 1]
+    return first + (last - first) * (now - begin) / (end - begin)
 
 
 def target(robot, joint, now):
