@@ -200,9 +200,9 @@ def weld():
     """A hook that lifts faster and faster: at 3 N the weld lets go of 0.2 kg, which it carries up to 5.19 m/s^2."""
     jerk, mass, most = 8.0, 0.2, 3.0
     # The rail ends at 1 m.
-    path = [[round(0.01 * i, 2), round(jerk * (0.01 * i)**3 / 6, 9)] for i in range(91)]
+    path = [[round(0.001 * i, 3), round(jerk * (0.001 * i)**3 / 6, 12)] for i in range(901)]
     robot = Robot("hook", OWN + "gripper.urdf", [0.0, 0.0, 1.0], True, joints={"lift": 0.0, "left": 0.0, "right": 0.0},
-                  gains={"lift": [1e6, 2e4], "left": [1e4, 60.0], "right": [1e4, 60.0]}, effort={"lift": 1e4}, path={"lift": path})
+                  gains={"lift": [1e6, 5e3], "left": [1e4, 60.0], "right": [1e4, 60.0]}, effort={"lift": 1e4}, path={"lift": path})
     cube = Thing("cube", "box", [0.06] * 3, [0.0, 0.0, 1.0], mass)
     held = Constraint("weld", ["hook", "hand"], ["cube", ""], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], max_force=most)
     scene = Scene("a weld lets go at its maximal force", 0.9, [0.0, 0.9], [cube], [robot], constraints=[held])
