@@ -28,6 +28,7 @@ use tokio::sync::RwLock;
 use tokio::task::JoinSet;
 
 use self::gauge::Gauge;
+pub use self::gauge::Slope;
 pub use self::lateness::{Spread, Steps};
 pub use self::tally::Tally;
 use crate::process::{Process, soon};
@@ -60,7 +61,7 @@ pub struct Report {
     /// Of the world with everybody in it.
     pub loaded: Steps,
     /// MiB an hour of memory that is no file's, after the first part of the run.
-    pub heap_slope: f64,
+    pub heap_slope: Slope,
 }
 
 /// What actors share: the way to the daemon, and what came of their calls.

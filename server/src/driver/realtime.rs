@@ -47,8 +47,10 @@ pub(super) fn ask(wanted: RealTime) {
     use rustix::mm::{MlockAllFlags, mlockall};
     use rustix::thread::{CpuSet, sched_setaffinity};
 
+    // Pages are locked when they are first used: the whole stack of each of a hundred threads would be 200 MB.
+    let pages = MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT;
     if wanted.lock_memory
-        && let Err(error) = mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
+        && let Err(error) = mlockall(pages)
     {
         tracing::warn!(
             "memory is not locked ({error}): the process needs CAP_IPC_LOCK or a higher LimitMEMLOCK (ulimit -l)"

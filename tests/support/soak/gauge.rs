@@ -6,8 +6,10 @@ use simd_client::Client;
 
 use super::Stage;
 
-/// The first part of a run fills caches, and says nothing about growth.
-const WARM_UP: f64 = 0.2;
+/// Seconds that say nothing about growth: files that no robot uses, of which the run sends some each second, stay for ten
+/// minutes. No more than this part of a run.
+const WARM_UP: f64 = 12.0 * 60.0;
+const WARM_UP_PART: f64 = 0.4;
 
 pub(super) struct Gauge {
     pid: u32,
@@ -81,23 +83,27 @@ impl Gauge {
         self.samples.last().map_or(0.0, |sample| sample.at)
     }
 
+    fn warm_up(&self) -> f64 {
+        WARM_UP.min(WARM_UP_PART * self.end())
+    }
+
     /// Least squares over what comes after the warm-up, an hour.
-    fn slope(&self, figure: fn(&Sample) -> f64) -> f64 {
-        let late = self.samples.iter().filter(|sample| sample.at >= WARM_UP * self.end());
+    fn slope(&self, figure: fn(&Sample) -> f64) -> Slope {
+        let late = self.samples.iter().filter(|sample| sample.at >= self.warm_up());
         let points: Vec<(f64, f64)> = late.map(|sample| (sample.at / 3600.0, figure(sample))).collect();
-        slope(&points)
+        Slope::of(&points)
     }
 
     /// MiB an hour.
-    pub(super) fn heap_slope(&self) -> f64 {
+    pub(super) fn heap_slope(&self) -> Slope {
         self.slope(|sample| sample.anonymous)
     }
 
     /// Of all that must not grow.
     pub(super) fn slopes(&self) -> String {
         format!(
-            "slope after the first {:.1} minutes, an hour: heap {:+.2} MiB, threads {:+.1}, files {:+.1}",
-            WARM_UP * self.end() / 60.0,
+            "slope after the first {:.1} minutes, an hour: heap {} MiB, threads {}, files {}",
+            self.warm_up() / 60.0,
             self.heap_slope(),
             self.slope(|sample| sample.threads),
             self.slope(|sample| sample.files),
@@ -105,19 +111,52 @@ impl Gauge {
     }
 }
 
-/// Of the straight line nearest to these points; NaN of fewer than two.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |part: fn(&(f64, f64)) -> f64| points.iter().map(part).sum::<f64>() / count;
-    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
-    let spread: f64 = points.iter().map(|point| (point.0 - x).powi(2)).sum();
-    points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>() / spread
+/// Of the straight line that is nearest to some points.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Slope {
+    /// NaN of fewer than two points.
+    pub value: f64,
+    /// The standard error of it; NaN of fewer than three points.
+    pub error: f64,
+}
+
+impl Slope {
+    fn of(points: &[(f64, f64)]) -> Self {
+        let count = points.len() as f64;
+        let mean = |part: fn(&(f64, f64)) -> f64| points.iter().map(part).sum::<f64>() / count;
+        let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+        let spread: f64 = points.iter().map(|point| (point.0 - x).powi(2)).sum();
+        let value = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum::<f64>() / spread;
+        let residuals = points.iter().map(|point| (point.1 - y - value * (point.0 - x)).powi(2));
+        Self { value, error: (residuals.sum::<f64>() / (count - 2.0) / spread).sqrt() }
+    }
+
+    /// Whether it is above a limit by more than its scatter explains: by two standard errors.
+    pub fn is_above(self, limit: f64) -> bool {
+        self.value - 2.0 * self.error > limit
+    }
+}
+
+impl std::fmt::Display for Slope {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:+.2} +- {:.2}", self.value, self.error)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::Slope;
+
     #[test]
-    fn a_line_has_its_slope() {
-        assert!((super::slope(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)]) - 2.0).abs() < 1e-12);
+    fn a_line_has_its_slope_and_no_error() {
+        let slope = Slope::of(&[(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)]);
+        assert!((slope.value - 2.0).abs() < 1e-12 && slope.error < 1e-12, "{slope:?}");
+        assert!(slope.is_above(1.9) && !slope.is_above(2.1));
+    }
+
+    #[test]
+    fn what_only_scatters_does_not_grow() {
+        let slope = Slope::of(&[(0.0, 0.0), (0.1, 1.0), (0.2, 0.0), (0.3, 1.0)]);
+        assert!(slope.value > 1.0 && !slope.is_above(1.0), "{slope:?}");
     }
 }
