@@ -194,7 +194,7 @@ fn asked(question: impl AsyncFnOnce(Client, ArgMatches) -> Vec<String>) -> Vec<S
     let answer = runtime.block_on(async {
         let ask = async {
             let choice = choose(&options).ok()?;
-            // Nobody is asked for a token in the middle of a line.
+            // No token is asked for in the middle of a line.
             let connect = connect_options(&options, &choice).ok()?;
             let client = Client::connect_with(&choice.endpoint, connect).await.ok()?;
             Some(question(client, line).await)

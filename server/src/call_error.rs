@@ -56,7 +56,7 @@ pub enum CallError {
         /// Those that the token is for.
         allowed: Vec<String>,
     },
-    /// Somebody else's, whose token or claim holds.
+    /// Another client's, whose token or claim holds.
     #[error("{what} belongs to {owner}; choose another name, or take it over")]
     OwnedByAnother {
         /// For instance `saved state "start"`.

@@ -304,7 +304,7 @@ pub async fn run(config: Config) -> Result<(), Error> {
     open_files::provide(config.connections.max);
     let mut running = tokio::select! {
         running = start(config) => running?,
-        // Nobody was served yet, so there is nothing to drain.
+        // No client was served yet, so there is nothing to drain.
         () = signals.end() => return Ok(()),
     };
     tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");

@@ -47,9 +47,9 @@ async fn each_call_that_changes_something_is_an_event_with_its_robots_and_its_re
         admin.save_state("it").await.unwrap();
         viewer.delete_robot("arm").await.unwrap_err();
         viewer.robots().await.unwrap();
-        let stranger = Client::connect_with(&place, options(Some(token(&[8; 32])), None)).await;
-        if let Ok(stranger) = stranger {
-            stranger.delete_robot("arm").await.unwrap_err();
+        let unknown = Client::connect_with(&place, options(Some(token(&[8; 32])), None)).await;
+        if let Ok(unknown) = unknown {
+            unknown.delete_robot("arm").await.unwrap_err();
         }
         admin.delete_robot("arm").await.unwrap();
 

@@ -123,7 +123,7 @@ async fn while_there_are_members_others_neither_step_nor_play(via: Via) {
     client.step(1).await.unwrap();
     client.play().await.unwrap();
     assert_eq!(client.simulation_state().await.unwrap().state(), SimulationState::Playing);
-    // Whoever joins a world that plays learns of it with the first step.
+    // A client that joins a world that plays learns of it with the first step.
     let member = client.join_lockstep(LONG).await.unwrap();
     let refused = client.step_with(steps(1, &member)).await.unwrap_err();
     assert_eq!(refused.reason(), Some(ErrorReason::WrongState), "{refused}");

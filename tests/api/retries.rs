@@ -98,7 +98,7 @@ async fn a_refusal_is_remembered_as_it_was(via: Via) {
     assert_eq!(first, again);
 }
 
-/// Whoever knows name and id does not get the secret, and neither does the claim's own client once more.
+/// A client that knows name and id does not get the secret, and neither does the claim's own client once more.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn over_zenoh_a_claims_secret_is_given_once() {
     let daemon = arm(Via::Zenoh).await;

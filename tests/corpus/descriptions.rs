@@ -117,8 +117,8 @@ fn every_element_becomes_what_its_case_says() {
 
 #[test]
 fn the_table_of_formats_and_the_cases_name_the_same_elements() {
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/descriptions.md");
-    let text = std::fs::read_to_string(paper).unwrap();
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/descriptions.md");
+    let text = std::fs::read_to_string(page).unwrap();
     let rows = text.lines().filter(|line| line.starts_with("| SDF |") || line.starts_with("| MJCF |"));
     let of_table: Vec<String> = rows
         .map(|row| {

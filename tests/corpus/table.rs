@@ -9,8 +9,8 @@ use crate::case::Case;
 
 /// The cells of each row of a table whose head begins with this word.
 fn rows(head: &str) -> Vec<Vec<String>> {
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/urdf.md");
-    let text = std::fs::read_to_string(paper).unwrap();
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/urdf.md");
+    let text = std::fs::read_to_string(page).unwrap();
     let mut rows = Vec::new();
     let mut inside = false;
     for line in text.lines() {

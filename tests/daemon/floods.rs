@@ -1,4 +1,4 @@
-//! Floods of HTTP/2 that no client of ours makes: frames byte for byte. Whoever sends them is cut off, and others are served.
+//! Floods of HTTP/2 that no client of ours makes: frames byte for byte. Their sender is cut off, and others are served.
 
 use simd_tests::http;
 use simd_tests::process::{Process, soon};

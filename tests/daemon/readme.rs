@@ -20,8 +20,8 @@ fn without_numbers(transcript: &str) -> String {
     transcript.lines().map(line).collect()
 }
 
-fn read(paper: &str) -> String {
-    std::fs::read_to_string(repository().join(paper)).unwrap()
+fn read(page: &str) -> String {
+    std::fs::read_to_string(repository().join(page)).unwrap()
 }
 
 /// The lines that begin with `simctl`, of each fenced block that has some.

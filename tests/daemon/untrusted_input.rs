@@ -44,7 +44,7 @@ async fn a_client_of_another_version_is_told_which_side_is_older() {
         assert_eq!(refused.code(), Code::FailedPrecondition);
         assert_eq!(refused.message(), sentence);
         assert_eq!(refused.get_details_error_info().unwrap().reason, "VERSION_MISMATCH");
-        // Whoever is refused can still ask who it is that refuses.
+        // A client that is refused can still ask which daemon refuses.
         let info = client
             .get_simulator_info(from_version(version, GetSimulatorInfoRequest {}))
             .await

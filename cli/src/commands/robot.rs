@@ -307,7 +307,7 @@ fn warn_of(report: &LoadReport, package: Option<&Package>) {
         report.findings.iter().filter(|finding| finding.severity() >= Severity::Warning).map(|finding| {
             simd_model::Finding {
                 severity: simd_model::Severity::Warning,
-                // It only keeps apart what is counted together, and what was taken is told one by one.
+                // It only keeps apart what is counted together, and what was taken is listed one by one.
                 disposition: simd_model::Disposition::Repaired,
                 element: finding.element.clone(),
                 file: None,

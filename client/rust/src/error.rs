@@ -13,7 +13,7 @@ pub enum Error {
     /// The daemon answered, and said no.
     #[error("{0}")]
     Refused(Refusal),
-    /// Nobody listens there, or the connection broke.
+    /// Nothing listens there, or the connection broke.
     #[error("no daemon answers at {endpoint}; start one with `simd`, or name the endpoint of another")]
     Unreachable {
         /// As it was given.

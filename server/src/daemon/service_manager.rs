@@ -36,7 +36,7 @@ enum Message {
 }
 
 impl ServiceManager {
-    /// The one that started this process and waits to hear of it, if there is one. Nobody waits for it: what is said leaves on a
+    /// The one that started this process and waits to hear of it, if there is one. Nothing waits for it: what is said leaves on a
     /// thread of its own.
     pub(super) fn of_this_process() -> io::Result<Self> {
         if !cfg!(target_os = "linux") || std::env::var_os("NOTIFY_SOCKET").is_none() {

@@ -85,7 +85,7 @@ pub enum Happened {
         /// The same, as a sentence.
         message: String,
     },
-    /// Somebody called a method that does not only read.
+    /// A client called a method that does not only read.
     Called {
         /// When.
         at: Moment,

@@ -55,7 +55,7 @@ pub enum Peer {
     },
     /// Of a session of Zenoh, by the id that it says it has.
     Session(Arc<str>),
-    /// Somebody within the daemon's own process.
+    /// A caller within the daemon's own process.
     Process,
 }
 

@@ -36,7 +36,7 @@ struct Group {
 
 #[derive(Debug)]
 struct Member {
-    /// Whoever has it is this member.
+    /// The sender that has it is this member.
     id: Arc<str>,
     client: Arc<str>,
     timeout: Duration,

@@ -19,7 +19,7 @@ type Work = Pin<Box<dyn Future<Output = Result<v1::SpawnEntityResponse, Status>>
 struct Waiting {
     work: Work,
     heard: watch::Receiver<Progress>,
-    /// Nobody will say anything any more.
+    /// No sender is left.
     is_silent: bool,
 }
 

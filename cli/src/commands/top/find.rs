@@ -100,7 +100,7 @@ async fn search(
                 }
             }
             Err(error) if !is_default => board.add_lost(&locator, &error.to_string()),
-            // Nobody said that there is a network.
+            // No option says that there is a network.
             Err(_) => {}
         }
         if let Some(looked) = looked.take() {

@@ -148,7 +148,7 @@ class Link:
         handler = cast(
             "zenoh.handlers.Callback[zenoh.Reply]", zenoh.handlers.Callback(filtered, ended, indirect=False)
         )
-        # Nobody tells the daemon that the asker of a stream is gone.
+        # The daemon does not learn that the asker of a stream is gone.
         lasts = f"for={timeout:g}" if is_stream else ""
         try:
             self._send(

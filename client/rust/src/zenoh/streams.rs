@@ -244,7 +244,7 @@ impl Control {
         let after = request.after_sequence;
         let waits_for_ever = request.wait() != ControlWait::None && request.timeout == 0.0;
         if waits_for_ever {
-            // Nobody tells a daemon that the asker is gone, so it is not asked to wait for ever.
+            // A daemon does not learn that the asker is gone, so it is not asked to wait for ever.
             request.timeout = WAIT.as_secs_f64();
         }
         loop {

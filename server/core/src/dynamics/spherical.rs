@@ -74,7 +74,7 @@ fn has_place(axis: &Axis) -> bool {
 /// with what is the joint's, `axes` and `drives` are those of its three axes.
 ///
 /// An axis' profile and its anti-windup are those of a joint of one axis, along the rotation vector from the setpoint to the
-/// target. Laws are told where the child is by the first number of its position, which stays as it is in a step: what they
+/// target. Laws read where the child is from the first number of its position, which stays as it is in a step: what they
 /// make of it is only how far the setpoint is from there.
 pub fn set_drives(
     (q, half): (&[f64], &[f64]),

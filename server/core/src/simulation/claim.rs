@@ -51,7 +51,7 @@ impl RobotClaims {
         self.whole.iter().chain(self.joints.iter().flatten())
     }
 
-    /// The claim of somebody else than the sender of a command.
+    /// The claim of another client than the sender of a command.
     pub(in crate::simulation) fn of_another(&self, claim: Option<ClaimId>) -> Option<&Arc<Claim>> {
         self.iter().find(|held| held.is_of_another(claim))
     }

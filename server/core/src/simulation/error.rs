@@ -85,7 +85,7 @@ pub enum Error {
         /// What there is.
         present: u64,
     },
-    /// Somebody else's robot.
+    /// Another client's robot.
     #[error("robot {robot:?} is claimed by {holder:?}")]
     RobotClaimed {
         /// Which.
@@ -93,13 +93,13 @@ pub enum Error {
         /// By whom.
         holder: String,
     },
-    /// Somebody else's world.
+    /// Another client's world.
     #[error("the world is claimed by {holder:?}")]
     WorldClaimed {
         /// By whom.
         holder: String,
     },
-    /// What concerns everybody, while somebody else holds a claim.
+    /// What concerns all clients, while another one holds a claim.
     #[error(
         "{holder:?} holds a claim in this world: claim the world to pause, play, reset or restore it, or to change its physics"
     )]
@@ -107,7 +107,7 @@ pub enum Error {
         /// Who.
         holder: String,
     },
-    /// Somebody else's joint.
+    /// Another client's joint.
     #[error("joint {joint:?} of robot {robot:?} is claimed by {holder:?}")]
     JointClaimed {
         /// Whose.

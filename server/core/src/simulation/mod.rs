@@ -144,7 +144,7 @@ impl Simulation {
         }
     }
 
-    /// Applies a command of somebody who holds no claim: see [`Simulation::apply_for`].
+    /// Applies a command whose sender holds no claim: see [`Simulation::apply_for`].
     ///
     /// # Errors
     /// Those of [`Simulation::apply_for`].
@@ -156,7 +156,7 @@ impl Simulation {
     /// is the first that it has an effect on.
     ///
     /// # Errors
-    /// Where the command cannot be done, what it changes is claimed by somebody else, or there is no such claim.
+    /// Where the command cannot be done, what it changes is claimed by another client, or there is no such claim.
     pub fn apply_for(&mut self, command: &Command, claim: Option<ClaimId>) -> Result<Applied, Error> {
         self.allow(command, claim)?;
         if !self.leaves_what_is_fixed(command) {

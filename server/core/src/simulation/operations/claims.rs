@@ -1,7 +1,7 @@
 //! Claims: who takes robots, joints and the world, and what others may do then.
 //!
 //! A claim covers every change of what it names, not its targets alone. What concerns the whole world (its state of
-//! running, physics, resets, going back to a kept state) concerns everybody who holds a claim: while somebody else
+//! running, physics, resets, going back to a kept state) concerns all who hold a claim: while another client
 //! does, it asks for a claim on the world.
 
 use std::sync::Arc;
@@ -21,7 +21,7 @@ struct Wanted {
 }
 
 impl Simulation {
-    /// Whether the holder of `claim`, or somebody without one, may do what a command does.
+    /// Whether the holder of `claim`, or a client without one, may do what a command does.
     pub(in crate::simulation) fn allow(
         &self,
         command: &Command,
@@ -32,7 +32,7 @@ impl Simulation {
         {
             return Err(Error::ClaimNotFound);
         }
-        // Where nobody has claimed anything, all is allowed: what comes with every step has nothing to look up.
+        // Where nothing is claimed, all is allowed: what comes with every step has nothing to look up.
         if self.claims.is_empty() {
             return Ok(());
         }
@@ -82,7 +82,7 @@ impl Simulation {
     /// Whether the world may be paused, played, reset and the like.
     ///
     /// # Errors
-    /// Where somebody else has claimed the world, or anything in it while `claim` is not on the world.
+    /// Where another client has claimed the world, or anything in it while `claim` is not on the world.
     pub fn allow_world(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         self.allow_step(claim)?;
         if self.world_claim.is_some() {
@@ -97,7 +97,7 @@ impl Simulation {
     /// Whether the world may be stepped.
     ///
     /// # Errors
-    /// Where somebody else has claimed the world.
+    /// Where another client has claimed the world.
     pub fn allow_step(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         match self.world_claim.as_ref().filter(|held| held.is_of_another(claim)) {
             Some(other) => Err(Error::WorldClaimed { holder: other.holder.to_string() }),
@@ -296,12 +296,12 @@ impl Simulation {
 }
 
 impl Entity {
-    /// Whether the holder of `claim`, or somebody without one, may change all of the robot.
+    /// Whether the holder of `claim`, or a client without one, may change all of the robot.
     fn allow(&self, claim: Option<ClaimId>) -> Result<(), Error> {
         self.claims.of_another(claim).map_or(Ok(()), |other| Err(self.claimed_by(other)))
     }
 
-    /// Whether the holder of `claim`, or somebody without one, may change a joint.
+    /// Whether the holder of `claim`, or a client without one, may change a joint.
     pub(in crate::simulation) fn allow_joint(
         &self,
         joint: usize,
@@ -311,7 +311,7 @@ impl Entity {
         other.map_or(Ok(()), |other| Err(self.joint_claimed_by(joint, other)))
     }
 
-    /// That somebody holds all of it, or the first of the joints that somebody holds.
+    /// That all of it is held, or the first of the joints that are held.
     fn claimed_by(&self, other: &Claim) -> Error {
         let is_it = |held: &Option<Arc<Claim>>| held.as_ref().is_some_and(|held| held.id == other.id);
         match self.claims.joints.iter().position(is_it) {

@@ -327,7 +327,7 @@ impl Entity {
     }
 
     /// Looks, after a step of so many seconds, which trajectories are over, and begins those whose time has come. What ended is
-    /// to be told by [`Simulation::tell_ended`].
+    /// to be reported by [`Simulation::tell_ended`].
     pub(in crate::simulation) fn judge_trajectories(&mut self, time_step: f64) {
         if self.state.trajectories.is_empty() {
             return;
@@ -347,7 +347,7 @@ impl Entity {
         self.begin_trajectories(time_step);
     }
 
-    /// Whether any ended since it was told.
+    /// Whether any ended since the last report.
     pub(in crate::simulation) fn has_ended_trajectories(&self) -> bool {
         self.state.trajectories.iter().any(|trajectory| trajectory.ended.is_some())
     }
