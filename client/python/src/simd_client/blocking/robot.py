@@ -12,7 +12,7 @@ from simd_client.blocking.callbacks import Callbacks
 from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
-from simd_client.blocking.robot_contacts import RobotContacts
+from simd_client.blocking.robot_pose import RobotPose
 from simd_client.blocking.trajectory import Trajectory
 from simd_client.blocking.upload import upload
 from simd_client.blocking.watch import EventWatch, Watch, next_events
@@ -20,17 +20,7 @@ from simd_client.description import LoadReport, Reloaded, RobotInfo, report_from
 from simd_client.description_files import AnyPath, Packages
 from simd_client.errors import AnswerError, SimdError
 from simd_client.expansion import Arguments
-from simd_client.geometry import (
-    FloatArray,
-    Pose,
-    Twist,
-    pose_from_proto,
-    pose_to_proto,
-    rows,
-    twist_from_proto,
-    twist_to_proto,
-    vector_to_proto,
-)
+from simd_client.geometry import FloatArray, Pose, rows
 from simd_client.layout import Gains, JointLimits, Layout, joint_properties
 from simd_client.method import decoded
 from simd_client.proto import methods
@@ -49,7 +39,7 @@ from simd_client.trajectory import (
 from simd_client.world import Stamp, stamp_from_proto
 
 
-class Robot(RobotContacts):
+class Robot(RobotPose):
     """A robot in the world. Arrays are float64, in joint order: one entry for each joint that moves along one axis,
     none for fixed joints (`joint_names` lists the others).
 
@@ -266,61 +256,12 @@ class Robot(RobotContacts):
         self._connection.cache.mark_stale(self.name)
         return stamp_from_proto(answer.stamp)
 
-    # Pose.
-
-    @property
-    def pose(self) -> Pose:
-        """`world_from_root`."""
-        return pose_from_proto(self._entity_state().pose)
-
-    @property
-    def twist(self) -> Twist:
-        """Velocity of the root link's origin, world axes."""
-        return twist_from_proto(self._entity_state().twist)
-
-    def set_state(self, pose: Pose | None = None, twist: Twist | None = None) -> Stamp:
-        """Sets the pose or the twist of the root link, or both. The twist of a fixed base must be zero."""
-        request = proto.SetEntityStateRequest(
-            robot=self.name,
-            pose=None if pose is None else pose_to_proto(pose),
-            twist=None if twist is None else twist_to_proto(twist),
-        )
-        return stamp_from_proto(self._connection.call(methods.SetEntityState, request).stamp)
-
     def link_poses(self) -> dict[str, Pose]:
         """`world_from_link` of each link."""
         request = proto.GetLinkPosesRequest(robots=[self.name])
         answer = self._connection.call(methods.GetLinkPoses, request)
         poses = rows(answer.robots[0].poses if answer.robots else (), 7)
         return {name: Pose(pose[:3], pose[3:]) for name, pose in zip(self.links, poses)}
-
-    def apply_wrench(
-        self,
-        link: str,
-        force: npt.ArrayLike = (0, 0, 0),
-        torque: npt.ArrayLike = (0, 0, 0),
-        *,
-        frame: str = "world",
-        point: npt.ArrayLike | None = None,
-        persistent: bool = False,
-    ) -> Stamp:
-        """Applies a force (N) at `point` (in the link's frame, metres) and a torque (N m) to a link for the next
-        step, or, if it is `persistent`, until it is replaced or cleared. `frame` says whose axes the force and
-        torque are in: `world` or `link`."""
-        frames = {"world": proto.WrenchFrame.WRENCH_FRAME_WORLD, "link": proto.WrenchFrame.WRENCH_FRAME_LINK}
-        if frame not in frames:
-            raise ValueError(f"frame is 'world' or 'link', not {frame!r}")
-        request = proto.ApplyLinkWrenchRequest(
-            robot=self.name,
-            link=link,
-            wrench=proto.Wrench(
-                force=vector_to_proto(force, "a force"), torque=vector_to_proto(torque, "a torque")
-            ),
-            frame=frames[frame],
-            point=None if point is None else vector_to_proto(point, "a point"),
-            persistent=persistent,
-        )
-        return stamp_from_proto(self._connection.call(methods.ApplyLinkWrench, request).stamp)
 
     # Description.
 
@@ -391,10 +332,6 @@ class Robot(RobotContacts):
         joints = layout.joints if layout else ()
         lines = [(joint.name, joint.type.name.lower(), joint.mode.name.lower()) for joint in joints]
         return Table(("joint", "type", "mode"), lines)
-
-    def _entity_state(self) -> proto.GetEntityStateResponse:
-        request = proto.GetEntityStateRequest(robot=self.name)
-        return self._connection.call(methods.GetEntityState, request)
 
     def _reload(self, source: proto.DescriptionSource | None, strict: bool) -> Reloaded:
         request = proto.ReloadEntityRequest(robot=self.name, source=source, strict=strict)

@@ -5,10 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from types import TracebackType
 
-import numpy as np
 import numpy.typing as npt
 
 from simd_client import keys, proto
@@ -16,33 +14,21 @@ from simd_client.blocking.callbacks import Callbacks, SomeEvents
 from simd_client.blocking.constraints import Constraints
 from simd_client.blocking.lockstep import Lockstep
 from simd_client.blocking.parameters import Parameters
-from simd_client.blocking.primitives import Primitives
-from simd_client.blocking.recording import Recording
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.runtime import in_thread
-from simd_client.blocking.upload import fetch_file, send_saved_state, write_file
+from simd_client.blocking.saved_states import SavedStates
+from simd_client.blocking.upload import fetch_file
 from simd_client.blocking.watch import EventWatch, Watch, WorldWatch, next_events
-from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
+from simd_client.contact import contacts_from_proto
 from simd_client.description import robot_info_from_proto
-from simd_client.description_files import AnyPath
 from simd_client.errors import AnswerError, RobotNotFound, listed, not_found
 from simd_client.event import Event
-from simd_client.geometry import Pose, pose_to_proto, vector_from_proto, vector_to_proto
+from simd_client.geometry import vector_to_proto
 from simd_client.link_states import link_states_from_proto
 from simd_client.method import decoded
 from simd_client.proto import methods
-from simd_client.query import (
-    ClosestPoints,
-    LinkBounds,
-    Shape,
-    Side,
-    bounds_from_proto,
-    closest_from_proto,
-    side_to_proto,
-)
-from simd_client.recording import RecordingInfo, recording_from_proto
 from simd_client.selection import Selection, selections_to_proto
-from simd_client.state import Named, States, clamped_from_proto, name_of
+from simd_client.state import States, clamped_from_proto
 from simd_client.target import BeyondLimit, Targets, beyond_limit_to_proto
 from simd_client.world import (
     Integrator,
@@ -50,14 +36,12 @@ from simd_client.world import (
     Physics,
     SimulationState,
     SimulatorInfo,
-    SavedState,
     Stamp,
     WorldStatistics,
     info_from_proto,
     integrator_to_proto,
     pace_to_proto,
     physics_from_proto,
-    saved_state_from_proto,
     stamp_from_proto,
     state_from_proto,
     state_to_proto,
@@ -70,11 +54,8 @@ STEP_SECONDS = 0.01
 LOCKSTEP_SECONDS = 60.0
 """How much longer than a member may take from step to step a call waits for the others."""
 
-FILE_SECONDS = 120.0
-"""How much longer an export or import may take than other calls: all robots of a world are read again."""
 
-
-class Simulation(Primitives):
+class Simulation(SavedStates):
     """A connection to one daemon. Make one by `connect`, and use it with `with` or `close` it.
 
     May be used from several threads at once; iterators (`watch`, `events`) and claims belong to one. Calls raise a `SimdError`; each has a timeout.
@@ -121,71 +102,6 @@ class Simulation(Primitives):
         info = robot_info_from_proto(answer.entity)
         self.fetch_layout(info.name)
         return Robot(self, info)
-
-    def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
-        """The contact points of the newest state: of all robots, or those of one robot."""
-        request = proto.GetContactsRequest(robot="" if robot is None else name_of(robot))
-        return contacts_from_proto(self.call(methods.GetContacts, request).contacts)
-
-    def cast_rays(
-        self, starts: npt.ArrayLike, ends: npt.ArrayLike, *, collision_mask: int | None = None
-    ) -> RayHits:
-        """The first hit of each ray in the newest state: one row per ray, metres, world axes; all rays may share
-        one start. Only links in one of the groups of `collision_mask` are hit. Up to 20,000 rays are one round trip."""
-        begin, end = ray_ends(starts, ends)
-        hits: list[proto.RayHit] = []
-        for request in ray_requests(begin, end, collision_mask):
-            hits.extend(self.call(methods.CastRays, request).hits)
-        return hits_from_proto(hits, end)
-
-    def closest_points(
-        self,
-        a: Side,
-        b: Side | None = None,
-        *,
-        max_distance: float | None = None,
-        nearest_only: bool = False,
-        filtered: bool = False,
-    ) -> tuple[ClosestPoints, ...]:
-        """Where links of two robots are nearest to each other, and how far apart: one for each pair of links. `b` is
-        every other robot if it is left out, and may be the same as `a`. A `Place` names one link, or a configuration
-        that the robot is not in; a `Shape` or `PlacedShape` is of no robot. `filtered` leaves out links that may not touch each other."""
-        request = proto.GetClosestPointsRequest(
-            a=side_to_proto(a),
-            b=None if b is None else side_to_proto(b),
-            max_distance=max_distance,
-            nearest_only=nearest_only,
-            filtered=filtered,
-        )
-        return closest_from_proto(self.call(methods.GetClosestPoints, request).pairs)
-
-    def overlaps(
-        self, shape: Shape, pose: Pose | None = None, *, bounds_only: bool = False
-    ) -> tuple[tuple[str, str], ...]:
-        """Robot and link of all that overlap a shape; with `bounds_only` those whose boxes along the world's axes meet
-        that of the shape."""
-        request = proto.FindOverlapsRequest(
-            shape=shape.message, pose=None if pose is None else pose_to_proto(pose), bounds_only=bounds_only
-        )
-        links = self.call(methods.FindOverlaps, request).links
-        return tuple((each.robot, each.link) for each in links)
-
-    def cast_shape(self, shape: Shape, translation: npt.ArrayLike, pose: Pose | None = None) -> RayHits:
-        """What a shape meets first that goes by `translation` from a pose, without turning: one hit."""
-        way = vector_to_proto(translation, "a translation")
-        request = proto.CastShapeRequest(
-            shape=shape.message, pose=None if pose is None else pose_to_proto(pose), translation=way
-        )
-        hit = self.call(methods.CastShape, request).hit
-        start = Pose() if pose is None else pose
-        end = np.asarray(start.position) + vector_from_proto(way)
-        return hits_from_proto([hit], end[None, :])
-
-    def link_bounds(self, *robots: str | Named) -> tuple[LinkBounds, ...]:
-        """The boxes around the shapes of links, along the world's axes: of these robots, or of all. Links that touch
-        nothing have none, nor have planes."""
-        request = proto.GetLinkBoundsRequest(robots=[name_of(robot) for robot in robots])
-        return bounds_from_proto(self.call(methods.GetLinkBounds, request).links)
 
     def asset(self, sha256: str) -> bytes:
         """The content of a file that a robot's scene refers to."""
@@ -355,77 +271,6 @@ class Simulation(Primitives):
         """The daemon's versions, limits and features."""
         return info_from_proto(self.call(methods.GetSimulatorInfo, proto.GetSimulatorInfoRequest()))
 
-    def record(
-        self,
-        name: str = "",
-        *,
-        rate: float = 100.0,
-        keep_last: float = 0.0,
-        max_bytes: int = 0,
-        max_duration: float = 0.0,
-    ) -> Recording:
-        """Begins a recording on the daemon's disk: every command from now on, and joint states and link poses at `rate` in a
-        simulated second (0: none). It can be used in a `with` block, which ends it.
-
-        With `keep_last`, only so many seconds are kept, in several files; it ends at `max_bytes` or after `max_duration`
-        seconds, of which 0 is no limit. Raises `RecordingNotPossible`, `RecordingExists`, `InvalidValue`.
-        """
-        request = proto.StartRecordingRequest(
-            name=name, state_rate=rate, keep_last=keep_last, max_bytes=max_bytes, max_duration=max_duration
-        )
-        answer = self.call(methods.StartRecording, request)
-        return Recording(self, recording_from_proto(answer.recording))
-
-    def recordings(self) -> tuple[RecordingInfo, ...]:
-        """The recordings on the daemon's disk, by name."""
-        answer = self.call(methods.ListRecordings, proto.ListRecordingsRequest())
-        return tuple(recording_from_proto(each) for each in answer.recordings)
-
-    def delete_recording(self, name: str) -> None:
-        """Deletes the files of a recording. Raises `RecordingNotFound`."""
-        self.call(methods.DeleteRecording, proto.DeleteRecordingRequest(name=name))
-
-    def save_state(self, name: str = "", *, take_over: bool = False) -> SavedState:
-        """Saves the state of the world in the daemon's memory. The daemon chooses a name if none is given. Raises
-        `OwnedByAnother` if it would replace another client's, unless `take_over`: where the daemon asks for tokens, that
-        needs an admin's."""
-        answer = self.call(methods.SaveState, proto.SaveStateRequest(name=name, take_over=take_over))
-        return saved_state_from_proto(answer.saved_state)
-
-    def restore_state(self, saved_state: str | SavedState) -> Stamp:
-        """Restores a saved state. Raises `SavedStateNotFound`."""
-        request = proto.RestoreStateRequest(name=_name(saved_state))
-        return stamp_from_proto(self.call(methods.RestoreState, request).stamp)
-
-    def export_saved_state(self, saved_state: str | SavedState, path: AnyPath) -> Path:
-        """Writes a saved state, with the descriptions and meshes of its robots, into a file on this disk; a file
-        at the path is replaced. Raises `SavedStateNotFound`, and `LimitExceeded` for more than 128 MiB of meshes."""
-        request = proto.ExportSavedStateRequest(name=_name(saved_state))
-        answer = self.call(methods.ExportSavedState, request, wait=FILE_SECONDS)
-        write_file(self, answer.sha256, Path(path))
-        return Path(path)
-
-    def import_saved_state(
-        self, path: AnyPath, name: str = "", *, take_over: bool = False
-    ) -> SavedState:
-        """Reads such a file into the daemon's memory. After `restore_state` the world continues bit for bit as
-        the one that was exported, on the same release and machine. By default the saved state keeps its name.
-        Raises `InvalidSavedState`, and `OwnedByAnother` as `save_state` does."""
-        sha256 = send_saved_state(self, Path(path))
-        request = proto.ImportSavedStateRequest(sha256=sha256, name=name, take_over=take_over)
-        answer = self.call(methods.ImportSavedState, request, wait=FILE_SECONDS)
-        return saved_state_from_proto(answer.saved_state)
-
-    def saved_states(self) -> list[SavedState]:
-        """The saved states, oldest first."""
-        answer = self.call(methods.ListSavedStates, proto.ListSavedStatesRequest())
-        return [saved_state_from_proto(each) for each in answer.saved_states]
-
-    def delete_saved_state(self, saved_state: str | SavedState, *, take_over: bool = False) -> None:
-        """Deletes a saved state. Raises `SavedStateNotFound`, and `OwnedByAnother` as `save_state` does."""
-        request = proto.DeleteSavedStateRequest(name=_name(saved_state), take_over=take_over)
-        self.call(methods.DeleteSavedState, request)
-
     def _get_state(self) -> proto.GetSimulationStateResponse:
         return self.call(methods.GetSimulationState, proto.GetSimulationStateRequest())
 
@@ -455,7 +300,3 @@ class _StatisticsWatch(Watch[WorldStatistics]):
 
     def _order(self, item: WorldStatistics) -> int:
         return item.stamp.sequence
-
-
-def _name(saved_state: str | SavedState) -> str:
-    return saved_state if isinstance(saved_state, str) else saved_state.name

@@ -18,6 +18,7 @@ from . import (
     filters,
     headless,
     inverse_kinematics,
+    joint_motors,
     joints,
     kinematics,
     loading,
@@ -47,6 +48,7 @@ from .files import *
 from .filters import *
 from .headless import *
 from .inverse_kinematics import *
+from .joint_motors import *
 from .joints import *
 from .kinematics import *
 from .loading import *
@@ -77,6 +79,7 @@ __all__ += files.__all__
 __all__ += filters.__all__
 __all__ += headless.__all__
 __all__ += inverse_kinematics.__all__
+__all__ += joint_motors.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__

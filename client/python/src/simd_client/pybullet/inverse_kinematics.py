@@ -1,4 +1,4 @@
-"""calculateInverseKinematics2: joint positions at which several links of a robot are at places."""
+"""Joint positions at which a link of a robot is at a pose, which the daemon finds, or several are at places."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simd_client.proto import ComputeInverseKinematicsRequest, methods
+
 from . import constants
-from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, vector
+from .arguments import ORIGIN, UPRIGHT, Pose, Vector, floats, formerly, indices, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
@@ -21,6 +23,48 @@ Array = NDArray[np.float64]
 _MOST_ITERATIONS = 1000
 # Levenberg and Marquardt's damping: where it starts, how it changes after a step that was good or bad, and where it is given up.
 _DAMPING, _BETTER, _WORSE, _MOST_DAMPING = 1e-3, 0.3, 4.0, 1e6
+
+
+@formerly("bodyIndex", "bodyUniqueId")
+def calculateInverseKinematics(
+    bodyUniqueId: int,
+    endEffectorLinkIndex: int,
+    targetPosition: Any,
+    targetOrientation: Any = None,
+    lowerLimits: Any = None,
+    upperLimits: Any = None,
+    jointRanges: Any = None,
+    restPoses: Any = None,
+    jointDamping: Any = None,
+    solver: int = 0,
+    currentPositions: Any = None,
+    maxNumIterations: int = 100,
+    residualThreshold: float = 1e-4,
+    physicsClientId: int = 0,
+) -> tuple[float, ...]:
+    """Joint positions, one per degree of freedom, at which a link's frame is at a world pose. The
+    robot's own limits bound them; rest poses are where the search starts."""
+    del solver, jointRanges, jointDamping, lowerLimits, upperLimits
+    world = connected(physicsClientId)
+    body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
+    link = body.link_name(endEffectorLinkIndex)
+    if link is None:
+        raise error("Error: endEffectorLinkIndex out-of-range.")
+    text = "calculateInverseKinematics: positions must be sequences of numbers"
+    request = ComputeInverseKinematicsRequest(robot=body.robot, link=link)
+    at = request.target.position
+    at.x, at.y, at.z = vector(targetPosition, text)
+    if targetOrientation is not None and len(targetOrientation):
+        turn = request.target.orientation
+        turn.x, turn.y, turn.z, turn.w = quaternion(targetOrientation, text)
+    request.max_iterations = _iterations(maxNumIterations)
+    request.tolerance = float(residualThreshold)
+    start = _start(currentPositions, restPoses, text)
+    if start:
+        # An empty guess is one of no joints.
+        request.guess.positions.extend(start)
+    answer = world.wire.call(methods.ComputeInverseKinematics, request)
+    return tuple(answer.positions)
 
 
 @formerly("bodyIndex", "bodyUniqueId")
@@ -55,16 +99,25 @@ def calculateInverseKinematics2(
     states = world.joint_states(body)
     moving = [place for place, joint in enumerate(body.joints) if joint.width == 1]
     q = np.array([states.position[body.joints[place].position_index] for place in moving])
-    start = currentPositions if currentPositions is not None and len(currentPositions) else restPoses
-    if start is not None and len(start):
-        given = floats(start, "calculateInverseKinematics2: positions must be sequences of numbers")
+    given = _start(currentPositions, restPoses, "calculateInverseKinematics2: positions must be sequences of numbers")
+    if given:
         if len(given) != len(moving):
             raise error(f"calculateInverseKinematics2: {len(given)} joint positions for {len(moving)} degrees of freedom")
         # What follows another joint stays where it is.
         q = np.where([body.joints[place].driven for place in moving], given, q)
-    most = max(1, min(int(maxNumIterations), _MOST_ITERATIONS))
-    found = _solve(_Chains(world, body, moving, links), q, np.array(goals), most, float(residualThreshold))
+    chains = _Chains(world, body, moving, links)
+    found = _solve(chains, q, np.array(goals), _iterations(maxNumIterations), float(residualThreshold))
     return tuple(found.tolist())
+
+
+def _start(current: Any, rest: Any, text: str) -> list[float]:
+    """Where the search starts; empty for where the robot is."""
+    start = current if current is not None and len(current) else rest
+    return floats(start, text) if start is not None and len(start) else []
+
+
+def _iterations(given: int) -> int:
+    return max(1, min(int(given), _MOST_ITERATIONS))
 
 
 class _Chains:
@@ -135,4 +188,4 @@ def _solve(chains: _Chains, q: Array, goals: Array, most: int, threshold: float)
     return q
 
 
-__all__ = ["calculateInverseKinematics2"]
+__all__ = ["calculateInverseKinematics", "calculateInverseKinematics2"]

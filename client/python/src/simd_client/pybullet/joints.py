@@ -1,4 +1,4 @@
-"""Joints: their properties, motors and states."""
+"""Joints: their properties and states, and how they are put elsewhere."""
 
 from __future__ import annotations
 
@@ -7,25 +7,16 @@ from typing import Any
 
 from simd_client.proto import JointReset, RobotJointStates
 
-from . import constants
-from .arguments import UPRIGHT, Vector, floats, formerly, indices, vector
+from .arguments import Vector, floats, indices
 from .ball_motors import spherical_reset, to_bullet, unit
 from .bodies import Body, JointInfoTuple
 from .connections import connected
 from .errors import error, unsupported
-from .motors import NO_LIMIT
 from .reactions import reaction
 from .rotations import conjugate, rotate
 from .world import World
 
 JointState = tuple[float, float, tuple[float, ...], float]
-
-_MODES = {
-    constants.VELOCITY_CONTROL,
-    constants.TORQUE_CONTROL,
-    constants.POSITION_CONTROL,
-    constants.PD_CONTROL,
-}
 
 
 def getNumJoints(bodyUniqueId: int, physicsClientId: int = 0) -> int:
@@ -40,135 +31,6 @@ def getJointInfo(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -
     if not 0 <= jointIndex < len(body.joints):
         raise error("GetJointInfo failed.")
     return body.joints[jointIndex].info
-
-
-@formerly("bodyIndex", "bodyUniqueId")
-def setJointMotorControl2(
-    bodyUniqueId: int,
-    jointIndex: int,
-    controlMode: int,
-    targetPosition: float = 0.0,
-    targetVelocity: float = 0.0,
-    force: float = NO_LIMIT,
-    positionGain: float = 0.1,
-    velocityGain: float = 1.0,
-    maxVelocity: float = -1.0,
-    physicsClientId: int = 0,
-) -> None:
-    """Sets a joint's motor, from the next step on."""
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "Joint index out-of-range.")
-    _tell(
-        world,
-        body,
-        jointIndex,
-        controlMode,
-        targetPosition,
-        targetVelocity,
-        force,
-        positionGain,
-        velocityGain,
-        maxVelocity,
-    )
-    world.sent_if_playing()
-
-
-def setJointMotorControl(
-    bodyIndex: int,
-    jointIndex: int,
-    controlMode: int,
-    targetValue: float = 0.0,
-    maxForce: float = NO_LIMIT,
-    positionGain: float = 0.1,
-    velocityGain: float = 1.0,
-) -> None:
-    """The old form, for the first connection only, with one value for the mode."""
-    position = targetValue if controlMode == constants.POSITION_CONTROL else 0.0
-    velocity = targetValue if controlMode == constants.VELOCITY_CONTROL else 0.0
-    force = targetValue if controlMode == constants.TORQUE_CONTROL else maxForce
-    setJointMotorControl2(
-        bodyIndex, jointIndex, controlMode, position, velocity, force, positionGain, velocityGain
-    )
-
-
-@formerly("bodyIndex", "bodyUniqueId")
-def setJointMotorControlArray(
-    bodyUniqueId: int,
-    jointIndices: Any,
-    controlMode: int,
-    targetPositions: Any = None,
-    targetVelocities: Any = None,
-    forces: Any = None,
-    positionGains: Any = None,
-    velocityGains: Any = None,
-    physicsClientId: int = 0,
-) -> None:
-    """`setJointMotorControl2` for several joints of a robot."""
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "Joint index out-of-range.")
-    joints = indices(jointIndices, "expected a sequence of joint indices")
-    values = [
-        _matching(given, len(joints), what, default)
-        for given, what, default in (
-            (targetPositions, "target positions", 0.0),
-            (targetVelocities, "target velocities", 0.0),
-            (forces, "forces", 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT),
-            (positionGains, "position gains", 0.1),
-            (velocityGains, "velocity gains", 1.0),
-        )
-    ]
-    _check(body, joints, controlMode)
-    for joint, position, velocity, force, kp, kd in zip(joints, *values, strict=True):
-        _tell(world, body, joint, controlMode, position, velocity, force, kp, kd, -1.0)
-    world.sent_if_playing()
-
-
-def _matching(given: Any, count: int, what: str, default: float) -> list[float]:
-    if given is None:
-        return [default] * count
-    refusal = f"number of {what} should match the number of joint indices"
-    return floats(given, refusal, count)
-
-
-def _check(body: Body, joints: list[int], mode: int) -> None:
-    if any(not 0 <= joint < len(body.joints) for joint in joints):
-        raise error("Joint index out-of-range.")
-    if mode == constants.STABLE_PD_CONTROL:
-        raise unsupported(
-            "setJointMotorControl2", "STABLE_PD_CONTROL is not there; PD_CONTROL is stable here"
-        )
-    if mode not in _MODES:
-        raise error("Illegal control mode.")
-
-
-def _tell(
-    world: World,
-    body: Body,
-    index: int,
-    mode: int,
-    position: float,
-    velocity: float,
-    force: float,
-    position_gain: float,
-    velocity_gain: float,
-    max_velocity: float,
-) -> None:
-    """Changes a motor; does nothing if the joint has none."""
-    _check(body, [index], mode)
-    joint = body.joints[index]
-    if not joint.driven:
-        if joint.width:
-            world.say_once(f"{body.robot}/{joint.name} has no motor: another joint or nothing moves it")
-        return
-    motor = joint.motor
-    if mode == constants.TORQUE_CONTROL:
-        motor.torque = float(force)
-    else:
-        motor.mode = mode
-        motor.position, motor.velocity = float(position), float(velocity)
-        motor.position_gain, motor.velocity_gain = float(position_gain), float(velocity_gain)
-        motor.force, motor.max_velocity = abs(float(force)), max(float(max_velocity), 0.0)
-    world.drive(body, index)
 
 
 def getJointState(bodyUniqueId: int, jointIndex: int, physicsClientId: int = 0) -> JointState:
@@ -326,127 +188,6 @@ def _reset(
         world.put_joints(body, joints)
 
 
-def setJointMotorControlMultiDof(
-    bodyUniqueId: int,
-    jointIndex: int,
-    controlMode: int,
-    targetPosition: Any = None,
-    targetVelocity: Any = None,
-    force: Any = None,
-    positionGain: Any = None,
-    velocityGain: Any = None,
-    maxVelocity: Any = None,
-    damping: Any = None,
-    physicsClientId: int = 0,
-) -> None:
-    """`setJointMotorControl2` with sequences of one value; of a spherical joint a quaternion and sequences of three."""
-    setJointMotorControlMultiDofArray(
-        bodyUniqueId,
-        [jointIndex],
-        controlMode,
-        None if targetPosition is None else [targetPosition],
-        None if targetVelocity is None else [targetVelocity],
-        None if force is None else [force],
-        None if positionGain is None else [positionGain],
-        None if velocityGain is None else [velocityGain],
-        None if maxVelocity is None else [maxVelocity],
-        physicsClientId,
-    )
-    del damping
-
-
-def setJointMotorControlMultiDofArray(
-    bodyUniqueId: int,
-    jointIndices: Any,
-    controlMode: int,
-    targetPositions: Any = None,
-    targetVelocities: Any = None,
-    forces: Any = None,
-    positionGains: Any = None,
-    velocityGains: Any = None,
-    maxVelocities: Any = None,
-    physicsClientId: int = 0,
-) -> None:
-    """`setJointMotorControlMultiDof` for several joints of a robot."""
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "Joint index out-of-range.")
-    wanted = indices(jointIndices, "expected a sequence of joint indices")
-    _check(body, wanted, controlMode)
-    if any(body.joints[index].width > 1 and body.joints[index].ball is None for index in wanted):
-        raise unsupported("setJointMotorControlMultiDof", "planar and floating joints have no motors here")
-    no_force = 0.0 if controlMode == constants.TORQUE_CONTROL else NO_LIMIT
-    for place, index in enumerate(wanted):
-        if body.joints[index].width == 0:
-            continue
-        if body.joints[index].ball is not None:
-            all_given = (targetPositions, targetVelocities, forces, positionGains, velocityGains, maxVelocities)
-            given = [None if values is None else values[place] for values in all_given]
-            _tell_ball(world, body, index, controlMode, *given)
-            continue
-        _tell(
-            world,
-            body,
-            index,
-            controlMode,
-            _first(targetPositions, place, 0.0),
-            _first(targetVelocities, place, 0.0),
-            _first(forces, place, no_force),
-            _first(positionGains, place, 0.1),
-            _first(velocityGains, place, 1.0),
-            _first(maxVelocities, place, -1.0),
-        )
-    world.sent_if_playing()
-
-
-def _tell_ball(
-    world: World,
-    body: Body,
-    index: int,
-    mode: int,
-    orientation: Any,
-    velocity: Any,
-    force: Any,
-    position_gain: Any,
-    velocity_gain: Any,
-    max_velocity: Any,
-) -> None:
-    """Changes the motor of a spherical joint. Of forces the largest holds about each axis, of gains the first."""
-    motor = body.joints[index].ball
-    if motor is None:
-        return
-    if mode == constants.TORQUE_CONTROL:
-        motor.torque = _three(force, (0.0, 0.0, 0.0))
-        world.drive(body, index)
-        return
-    motor.mode = mode
-    motor.orientation = UPRIGHT if orientation is None else unit(floats(orientation, "a quaternion", 4))
-    motor.velocity = _three(velocity, (0.0, 0.0, 0.0))
-    motor.force = max(map(abs, _three(force, (NO_LIMIT, NO_LIMIT, NO_LIMIT))))
-    motor.position_gain = _first([position_gain], 0, 0.1) if position_gain is not None else 0.1
-    motor.velocity_gain = _first([velocity_gain], 0, 1.0) if velocity_gain is not None else 1.0
-    motor.max_velocity = max(_first([max_velocity], 0, -1.0), 0.0) if max_velocity is not None else 0.0
-    world.drive(body, index)
-
-
-def _three(given: Any, default: Vector) -> Vector:
-    """Three numbers, or one for all."""
-    if given is None:
-        return default
-    values = floats(given if hasattr(given, "__len__") else [given], "expected a sequence of three numbers")
-    if len(values) == 1:
-        values *= 3
-    x, y, z = vector(values, "expected a sequence of three numbers")
-    return (x, y, z)
-
-
-def _first(given: Any, place: int, default: float) -> float:
-    """A value, or the only one of a sequence."""
-    if given is None:
-        return default
-    value = given[place]
-    return float(value[0]) if hasattr(value, "__len__") else float(value)
-
-
 __all__ = [
     "getJointInfo",
     "getJointState",
@@ -457,9 +198,4 @@ __all__ = [
     "resetJointState",
     "resetJointStateMultiDof",
     "resetJointStatesMultiDof",
-    "setJointMotorControl",
-    "setJointMotorControl2",
-    "setJointMotorControlArray",
-    "setJointMotorControlMultiDof",
-    "setJointMotorControlMultiDofArray",
 ]

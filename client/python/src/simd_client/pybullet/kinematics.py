@@ -1,4 +1,4 @@
-"""Poses and velocities of links, Jacobians, inverse dynamics and kinematics."""
+"""Poses and velocities of links, Jacobians, inverse dynamics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from simd_client.proto import (
     ApplyLinkWrenchRequest,
     ComputeInverseDynamicsRequest,
-    ComputeInverseKinematicsRequest,
     Configuration,
     GetJacobianRequest,
     GetMassMatrixRequest,
@@ -24,7 +23,7 @@ from simd_client.proto import (
 from simd_client.proto import Pose as PoseMessage
 
 from . import constants
-from .arguments import Pose, Quaternion, Vector, floats, formerly, indices, quaternion, vector
+from .arguments import Pose, Vector, floats, formerly, indices, quaternion, vector
 from .bodies import Body
 from .connections import connected
 from .errors import error, unsupported
@@ -328,54 +327,9 @@ def _rows(matrix: Array) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix.tolist())
 
 
-@formerly("bodyIndex", "bodyUniqueId")
-def calculateInverseKinematics(
-    bodyUniqueId: int,
-    endEffectorLinkIndex: int,
-    targetPosition: Any,
-    targetOrientation: Any = None,
-    lowerLimits: Any = None,
-    upperLimits: Any = None,
-    jointRanges: Any = None,
-    restPoses: Any = None,
-    jointDamping: Any = None,
-    solver: int = 0,
-    currentPositions: Any = None,
-    maxNumIterations: int = 100,
-    residualThreshold: float = 1e-4,
-    physicsClientId: int = 0,
-) -> tuple[float, ...]:
-    """Joint positions, one per degree of freedom, at which a link's frame is at a world pose. The
-    robot's own limits bound them; rest poses are where the search starts."""
-    del solver, jointRanges, jointDamping, lowerLimits, upperLimits
-    world = connected(physicsClientId)
-    body = world.body(bodyUniqueId, "calculateInverseKinematics failed.")
-    link = body.link_name(endEffectorLinkIndex)
-    if link is None:
-        raise error("Error: endEffectorLinkIndex out-of-range.")
-    text = "calculateInverseKinematics: positions must be sequences of numbers"
-    request = ComputeInverseKinematicsRequest(robot=body.robot, link=link)
-    at = request.target.position
-    at.x, at.y, at.z = vector(targetPosition, text)
-    if targetOrientation is not None and len(targetOrientation):
-        turn = request.target.orientation
-        turn.x, turn.y, turn.z, turn.w = quaternion(targetOrientation, text)
-    request.max_iterations = max(1, min(int(maxNumIterations), 1000))
-    request.tolerance = float(residualThreshold)
-    start = currentPositions if currentPositions is not None and len(currentPositions) else restPoses
-    if start is not None and len(start):
-        request.guess.positions.extend(floats(start, text))
-    answer = world.wire.call(methods.ComputeInverseKinematics, request)
-    return tuple(answer.positions)
-
-
 def _put_pose(message: PoseMessage, pose: Pose) -> None:
     (x, y, z), turn = pose
     message.position.x, message.position.y, message.position.z = x, y, z
-    _put_turn(message, turn)
-
-
-def _put_turn(message: PoseMessage, turn: Quaternion) -> None:
     x, y, z, w = turn
     message.orientation.x, message.orientation.y = x, y
     message.orientation.z, message.orientation.w = z, w
@@ -385,7 +339,6 @@ __all__ = [
     "applyExternalForce",
     "applyExternalTorque",
     "calculateInverseDynamics",
-    "calculateInverseKinematics",
     "calculateJacobian",
     "calculateMassMatrix",
     "getBasePositionAndOrientation",

@@ -1,0 +1,75 @@
+# Generated from simd_client/aio/robot_pose.py by tools/make_blocking.py; do not edit.
+"""Where a robot is, how it moves there, and what pushes its links."""
+
+from __future__ import annotations
+
+import numpy.typing as npt
+
+from simd_client import proto
+from simd_client.blocking.robot_contacts import RobotContacts
+from simd_client.geometry import (
+    Pose,
+    Twist,
+    pose_from_proto,
+    pose_to_proto,
+    twist_from_proto,
+    twist_to_proto,
+    vector_to_proto,
+)
+from simd_client.proto import methods
+from simd_client.world import Stamp, stamp_from_proto
+
+
+class RobotPose(RobotContacts):
+    """The part of a robot that is its pose and what pushes it."""
+
+    @property
+    def pose(self) -> Pose:
+        """`world_from_root`."""
+        return pose_from_proto(self._entity_state().pose)
+
+    @property
+    def twist(self) -> Twist:
+        """Velocity of the root link's origin, world axes."""
+        return twist_from_proto(self._entity_state().twist)
+
+    def set_state(self, pose: Pose | None = None, twist: Twist | None = None) -> Stamp:
+        """Sets the pose or the twist of the root link, or both. The twist of a fixed base must be zero."""
+        request = proto.SetEntityStateRequest(
+            robot=self.name,
+            pose=None if pose is None else pose_to_proto(pose),
+            twist=None if twist is None else twist_to_proto(twist),
+        )
+        return stamp_from_proto(self._connection.call(methods.SetEntityState, request).stamp)
+
+    def apply_wrench(
+        self,
+        link: str,
+        force: npt.ArrayLike = (0, 0, 0),
+        torque: npt.ArrayLike = (0, 0, 0),
+        *,
+        frame: str = "world",
+        point: npt.ArrayLike | None = None,
+        persistent: bool = False,
+    ) -> Stamp:
+        """Applies a force (N) at `point` (in the link's frame, metres) and a torque (N m) to a link for the next
+        step, or, if it is `persistent`, until it is replaced or cleared. `frame` says whose axes the force and
+        torque are in: `world` or `link`."""
+        frames = {"world": proto.WrenchFrame.WRENCH_FRAME_WORLD, "link": proto.WrenchFrame.WRENCH_FRAME_LINK}
+        if frame not in frames:
+            raise ValueError(f"frame is 'world' or 'link', not {frame!r}")
+        request = proto.ApplyLinkWrenchRequest(
+            robot=self.name,
+            link=link,
+            wrench=proto.Wrench(
+                force=vector_to_proto(force, "a force"), torque=vector_to_proto(torque, "a torque")
+            ),
+            frame=frames[frame],
+            point=None if point is None else vector_to_proto(point, "a point"),
+            persistent=persistent,
+        )
+        return stamp_from_proto(self._connection.call(methods.ApplyLinkWrench, request).stamp)
+
+    def _entity_state(self) -> proto.GetEntityStateResponse:
+        request = proto.GetEntityStateRequest(robot=self.name)
+        return self._connection.call(methods.GetEntityState, request)

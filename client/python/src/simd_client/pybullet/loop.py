@@ -1,0 +1,195 @@
+"""The loop of a script: what a step sends, and what its answer brings.
+
+A step costs one round trip: motors are sent with it, its answer has the joint states, and
+readings are answered from those.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simd_client.proto import (
+    GetPhysicsRequest,
+    GetSimulationStateRequest,
+    JointReset,
+    NextJointStatesRequest,
+    Physics,
+    ResetJointsRequest,
+    RobotTargets,
+    SetJointPropertiesRequest,
+    SetJointTargetsRequest,
+    SetPhysicsRequest,
+    SimulationState,
+    StepSimulationRequest,
+    methods,
+)
+
+from . import motors
+from .ball_motors import ball_target
+from .bodies import Body, BodyJoint
+from .errors import error
+from .readings import Readings
+from .targets import joint_target
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
+
+    from .arguments import Vector
+    from .wire import Wire
+
+
+# How long stepSimulation waits for the next state of a world that plays, seconds.
+_NEXT_STATE = 1.0
+# PyBullet's time step, until a script sets another.
+TIME_STEP = 1.0 / 240.0
+
+
+class Loop(Readings):
+    """What goes to the daemon with each step, and the settings by which it steps."""
+
+    def __init__(self, wire: Wire) -> None:
+        super().__init__(wire)
+        self.bodies: dict[int, Body] = {}
+        # As they were last read.
+        self.physics = Physics()
+        self.gravity: Vector = (0.0, 0.0, 0.0)
+        self.time_step = TIME_STEP
+        self.substeps = 0
+        # Motors that have changed since the last step, by body and joint.
+        self._waiting: dict[tuple[int, int], None] = {}
+        # Joints to be put elsewhere, by robot: position and velocity by the joint's name and axis. They go with the next call
+        # of any kind.
+        self._resets: dict[str, dict[tuple[str, int], JointReset]] = {}
+        wire.before = self._send_resets
+
+    def drive(self, body: Body, index: int) -> None:
+        """Marks a motor as changed: it is sent with the next step, or at once if the world plays."""
+        self._waiting[(body.unique_id, index)] = None
+
+    def put_joints(self, body: Body, joints: Mapping[tuple[str, int], JointReset]) -> None:
+        """Puts joints elsewhere, by name and axis."""
+        self._resets.setdefault(body.robot, {}).update(joints)
+        if self.playing:
+            self._send_resets()
+        self.forget_states()
+
+    def _send_resets(self) -> None:
+        if self._resets:
+            resets, self._resets = self._resets, {}
+            request = ResetJointsRequest()
+            for name, joints in resets.items():
+                request.robots.add(robot=name, joints=joints.values())
+            self.wire.call(methods.ResetJoints, request)
+
+    def sent_if_playing(self) -> None:
+        """Sends the motors at once if the world plays."""
+        if self.playing:
+            self.flush()
+
+    def flush(self) -> None:
+        """Sends the changed motors, and joints that are put elsewhere."""
+        self._send_resets()
+        if self._waiting:
+            request = SetJointTargetsRequest()
+            self._put_targets(request.robots)
+            self.wire.call(methods.SetJointTargets, request)
+            self._sent()
+
+    def advance(self) -> None:
+        """One step, or the next state of a world that plays by itself."""
+        if self.playing:
+            self._follow()
+        else:
+            request = StepSimulationRequest(
+                steps=1,
+                return_states=True,
+                return_link_states=self.wants_links(),
+                return_contacts=self.wants_contacts(),
+            )
+            self._put_targets(request.robots)
+            try:
+                answer = self.wire.call(methods.StepSimulation, request)
+            except error as refusal:
+                if refusal.reason != "WRONG_STATE":
+                    raise
+                # Another client started the world.
+                self.now_playing(True)
+                self._follow()
+            else:
+                self._sent()
+                self.take_step(answer)
+
+    def _follow(self) -> None:
+        """Waits for a state that is newer than the last, in a world that plays by itself."""
+        self.flush()
+        request = NextJointStatesRequest(after_sequence=self.sequence, timeout=_NEXT_STATE)
+        before = self.sequence
+        self.take(self.wire.call(methods.NextJointStates, request).states)
+        if self.sequence == before:
+            # There was no step for a second: another client may have paused the world.
+            self.read_state()
+            if not self.playing:
+                self.advance()
+
+    def _put_targets(self, robots: RepeatedCompositeFieldContainer[RobotTargets]) -> None:
+        """Adds the changed motors to a request."""
+        by_body: dict[int, list[int]] = {}
+        for number, index in self._waiting:
+            by_body.setdefault(number, []).append(index)
+        for number, joints in by_body.items():
+            body = self.bodies[number]
+            target = robots.add()
+            target.robot = body.robot
+            friction: list[tuple[BodyJoint, float]] = []
+            for index in joints:
+                joint = body.joints[index]
+                if joint.ball is not None:
+                    turn = body.frame(joint.link)[1]
+                    ball_target(joint.name, joint.ball, joint.inertia, self.time_step, turn, target.joints.add())
+                    continue
+                law = motors.law(joint.motor, joint.inertia, self.time_step)
+                joint_target(joint.name, law, target.joints.add())
+                if joint.friction + law.friction != joint.friction_sent:
+                    friction.append((joint, joint.friction + law.friction))
+            if friction:
+                self._set_friction(body, friction)
+
+    def _set_friction(self, body: Body, friction: Iterable[tuple[BodyJoint, float]]) -> None:
+        request = SetJointPropertiesRequest(robot=body.robot)
+        for joint, value in friction:
+            request.joints.add(joint=joint.name, friction=value)
+            joint.friction_sent = value
+        self.wire.call(methods.SetJointProperties, request)
+
+    def _sent(self) -> None:
+        """The daemon has the changed motors. A torque lasts one step; then the motor is set again."""
+        waiting = self._waiting
+        self._waiting = {}
+        for number, index in waiting:
+            joint = self.bodies[number].joints[index]
+            motor = joint.motor if joint.ball is None else joint.ball
+            joint.torque_sent = joint.motor.torque or 0.0
+            if motor.torque is not None:
+                motor.torque = None
+                self._waiting[(number, index)] = None
+
+    # The settings.
+
+    def set_physics(self, request: SetPhysicsRequest) -> None:
+        """Changes only what is given."""
+        self._learn(self.wire.call(methods.SetPhysics, request).physics)
+
+    def read_state(self) -> None:
+        """Fetches the settings of the world, and whether it plays."""
+        self._learn(self.wire.call(methods.GetPhysics, GetPhysicsRequest()).physics)
+        state = self.wire.call(methods.GetSimulationState, GetSimulationStateRequest()).state
+        self.now_playing(state == SimulationState.SIMULATION_STATE_PLAYING)
+
+    def _learn(self, physics: Physics) -> None:
+        self.physics = physics
+        self.gravity = (physics.gravity.x, physics.gravity.y, physics.gravity.z)
+        self.time_step = physics.time_step
+        if self.substeps or physics.substeps > 1:
+            self.substeps = physics.substeps
