@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from inspect import isawaitable
 from typing import TypeVar
 
@@ -37,6 +37,14 @@ async def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -
     if reply is None:
         raise link.unavailable()
     return link.opened(reply, timeout)
+
+
+async def queries(
+    link: Link, requests: Sequence[tuple[AnyMethod, bytes]], timeout: float
+) -> list[bytes | BaseException]:
+    """Sends several requests at once and waits for all replies: the bytes of each, or why there are none."""
+    waiting = (query(link, method, payload, timeout) for method, payload in requests)
+    return await asyncio.gather(*waiting, return_exceptions=True)
 
 
 async def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> AsyncIterator[bytes]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from time import sleep
 from typing import TypeVar
 
 import zenoh
 
+from simd_client.errors import SimdError
 from simd_client.link import MOST_REPLIES, AnyMethod, Link
 
-__all__ = ["Background", "LatestSample", "in_thread", "query", "replies", "sleep"]
+__all__ = ["Background", "LatestSample", "in_thread", "queries", "query", "replies", "sleep"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -21,6 +23,33 @@ Result = TypeVar("Result")
 def query(link: Link, method: AnyMethod, payload: bytes, timeout: float) -> bytes:
     """Sends a request and waits for its reply. Returns the reply's bytes."""
     return link.query(method, payload, timeout)
+
+
+def queries(
+    link: Link, requests: Sequence[tuple[AnyMethod, bytes]], timeout: float
+) -> list[bytes | BaseException]:
+    """Sends several requests at once and waits for all replies: the bytes of each, or why there are none."""
+    arrived: dict[int, zenoh.Reply] = {}
+    ended: list[None] = []
+    has_ended = threading.Condition()
+
+    def end() -> None:
+        with has_ended:
+            ended.append(None)
+            has_ended.notify()
+
+    for index, (method, payload) in enumerate(requests):
+        link.start(method, payload, timeout, partial(arrived.__setitem__, index), end)
+    with has_ended:
+        has_ended.wait_for(lambda: len(ended) == len(requests))
+    answers: list[bytes | BaseException] = []
+    for index in range(len(requests)):
+        reply = arrived.get(index)
+        try:
+            answers.append(link.unavailable() if reply is None else link.opened(reply, timeout))
+        except SimdError as error:
+            answers.append(error)
+    return answers
 
 
 def replies(link: Link, method: AnyMethod, payload: bytes, seconds: float) -> Iterator[bytes]:
