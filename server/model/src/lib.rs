@@ -29,5 +29,5 @@ pub use robot::RobotModel;
 pub use translation::{Format, TranslatedModel, Translation, describe_with, translate};
 pub use urdf::{
     Asset, Assets, Description, ReadOptions, Refused, Srdf, SrdfPair, describe, first_places, other_case,
-    read, read_srdf, readdress,
+    read, read_srdf, readdress, with_states,
 };

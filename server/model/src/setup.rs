@@ -1,5 +1,9 @@
 //! How a robot begins, as far as its description says: drives and first positions of its joints, named
-//! states, and what of it touches what. A spawn may ask for something else.
+//! states, what of it touches what, and what holds links together beside the joints. A spawn may ask for something else.
+
+use std::collections::BTreeSet;
+
+use glamx::{DPose3, DVec3};
 
 /// What a description says beside the links and joints themselves. Indices are those of the model.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,6 +18,78 @@ pub struct Setup {
     pub pairs: Vec<LinkPair>,
     /// Links of which groups are given.
     pub groups: Vec<LinkGroups>,
+    /// In the order of the file.
+    pub constraints: Vec<LinkConstraint>,
+}
+
+/// What holds two links together, or a link and the world, beside the tree of joints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkConstraint {
+    /// As in the file; empty where it gives none.
+    pub name: String,
+    /// What it asks for.
+    pub kind: LinkConstraintKind,
+    /// Parent and child. At least one of them is of the robot itself.
+    pub ends: [ConstraintEnd; 2],
+    /// N, at least 0; of a gear the effort on the child's joint, N m or N. `None`: no limit.
+    pub max_force: Option<f64>,
+    /// N m, at least 0. `None`: no limit.
+    pub max_torque: Option<f64>,
+    /// The two links touch each other all the same.
+    pub collisions: bool,
+}
+
+/// What a constraint asks for. Axes are in the frames of both ends, of length 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LinkConstraintKind {
+    /// The frames are one.
+    Weld,
+    /// Their origins are one.
+    PointToPoint,
+    /// What is left is a turn about the axis.
+    Hinge(DVec3),
+    /// What is left is a shift along the axis.
+    Slide(DVec3),
+    /// Position of the child's joint = ratio * position of the parent's + offset.
+    Gear {
+        /// Of the units of the two joints.
+        ratio: f64,
+        /// rad or m. `None`: as the robot begins.
+        offset: Option<f64>,
+    },
+    /// The origins are so far from each other.
+    Distance {
+        /// Metres. `None`: as the robot begins.
+        length: Option<f64>,
+        /// They may be nearer.
+        is_rope: bool,
+    },
+}
+
+/// An end of a constraint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstraintEnd {
+    /// What it is on.
+    pub on: ConstraintOn,
+    /// `link_from_frame`; of the world in the frame that the root link begins at. `None`: of the parent the link's own,
+    /// of the child where the parent's is as the robot begins.
+    pub pose: Option<DPose3>,
+}
+
+/// What an end of a constraint is on. Of a gear it is a joint, by its index or its name, and of all others a link.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ConstraintOn {
+    /// The world.
+    World,
+    /// Of the robot, by index.
+    Own(usize),
+    /// Of another robot that comes at the same moment.
+    Other {
+        /// The other one's name in its description.
+        robot: String,
+        /// The name of the link or joint.
+        name: String,
+    },
 }
 
 /// How a joint of one axis begins.
@@ -88,6 +164,16 @@ impl Setup {
             }
         };
         &mut self.joints[at]
+    }
+
+    /// Names of the other robots that constraints are on, each once.
+    pub fn partners(&self) -> BTreeSet<&str> {
+        let ends = self.constraints.iter().flat_map(|constraint| &constraint.ends);
+        ends.filter_map(|end| match &end.on {
+            ConstraintOn::Other { robot, .. } => Some(robot.as_str()),
+            ConstraintOn::World | ConstraintOn::Own(_) => None,
+        })
+        .collect()
     }
 
     /// Adds states; of those of one name the first is kept. Gives the names of those that are left out.

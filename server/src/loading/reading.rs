@@ -274,7 +274,11 @@ fn read_parts(
 ) -> Result<Vec<Part>, CallError> {
     let translation = match simd_model::translate(&bytes, files, &options.read.limits) {
         Ok(None) => {
-            let outcome = read(&bytes, files, options, decoded, reporter)?;
+            let mut outcome = read(&bytes, files, options, decoded, reporter)?;
+            if let Ok(made) = &mut outcome {
+                let names = BTreeSet::from([made.model.name.as_str()]);
+                report_absent(&made.model, &names, &mut made.report);
+            }
             return Ok(vec![(bytes, outcome)]);
         }
         Ok(Some(translation)) => translation,
@@ -287,6 +291,7 @@ fn read_parts(
             Err(refused) => return Ok(vec![(bytes, Err(refused))]),
         },
     };
+    let names: BTreeSet<&str> = models.iter().map(|model| model.name.as_str()).collect();
     let mut parts = Vec::with_capacity(models.len());
     for model in models {
         let urdf: Arc<[u8]> = Arc::from(model.urdf.as_bytes());
@@ -300,6 +305,7 @@ fn read_parts(
         };
         match &mut outcome {
             Ok(made) => {
+                report_absent(&made.model, &names, &mut made.report);
                 made.report = whole(std::mem::take(&mut made.report));
                 made.placement = Some(Placement { pose: model.pose, fixed });
             }
@@ -345,6 +351,22 @@ fn read(
     decoded.admit_shapes(&shapes)?;
     report_stand_ins(&shapes, options.read.limits.findings, &mut report);
     Ok(Ok(LoadedRobot { model: Arc::new(model), shapes, report, placement: None }))
+}
+
+/// Adds that constraints are left out which are on robots that do not come.
+fn report_absent(model: &RobotModel, names: &BTreeSet<&str>, report: &mut LoadReport) {
+    for absent in model.setup.partners().difference(names) {
+        let message =
+            format!("constraints on {absent:?} are left out: that robot does not come at the same moment");
+        report.findings.push(Finding {
+            severity: Severity::Warning,
+            disposition: Disposition::Ignored,
+            element: format!("robot {:?}", model.name),
+            file: None,
+            line: None,
+            message,
+        });
+    }
 }
 
 /// Adds what the collision meshes became, with at most `most` findings of a severity.

@@ -35,8 +35,10 @@ pub(super) struct Mesh {
 pub(super) enum MeshInertia {
     /// Of volumes that count as positive, or with their sign.
     Volume { signed: bool },
-    /// As in a URDF.
-    Other,
+    /// Of the convex hull's volume.
+    Hull,
+    /// Of the surface, which weighs the density, kg/m^2.
+    Shell,
 }
 
 impl Library {
@@ -104,10 +106,12 @@ impl Library {
         let inertia = match mesh.word("inertia").unwrap_or("legacy") {
             "legacy" => MeshInertia::Volume { signed: false },
             "exact" => MeshInertia::Volume { signed: true },
+            "convex" => MeshInertia::Hull,
+            "shell" => MeshInertia::Shell,
             other => {
-                let message = format!("its inertia is taken of its volume, and not as {other:.20}");
+                let message = format!("simd knows no inertia {other:.20}: that of its volume is taken");
                 notes.warn(element, Repaired, message);
-                MeshInertia::Other
+                MeshInertia::Volume { signed: false }
             }
         };
         let uri = compiler.mesh_uri(file);

@@ -92,7 +92,8 @@ impl<'a> Reader<'a> {
                         slot.given = Some(given);
                     }
                 }
-                "site" | "camera" | "light" => {}
+                "site" => self.site(element, body, inside)?,
+                "camera" | "light" => {}
                 "composite" | "flexcomp" | "replicate" | "attach" | "plugin" => {
                     let message = "not read by simd: the robot is without it";
                     self.notes.warn(element, Ignored, message);
@@ -197,6 +198,20 @@ impl<'a> Reader<'a> {
         );
         let read = joint::read(&joint, name, &inside.frame, &self.compiler, &mut self.notes)?;
         slot.joints.push(read);
+        Ok(())
+    }
+
+    /// Where one is that something may be held at.
+    fn site(&mut self, element: Element<'a>, body: usize, inside: Inside) -> Result<(), Stop> {
+        let Some(name) = element.word("name") else { return Ok(()) };
+        let site = self.classes.of(element, inside.class, ["site", "site"]);
+        let mut pose = site.pose(&self.compiler, &mut self.notes)?;
+        if let Some([a, b, c, d, e, f]) = site.numbers("fromto", &mut self.notes)? {
+            let (from, to) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
+            let along = (from - to).try_normalize().unwrap_or(DVec3::Z);
+            pose = DPose3::from_parts((from + to) * 0.5, glamx::DQuat::from_rotation_arc(DVec3::Z, along));
+        }
+        self.sites.insert(name.to_owned(), (body, inside.frame * pose));
         Ok(())
     }
 

@@ -1,34 +1,57 @@
-//! `<equality>`: joints that follow one another. What holds bodies together is no part of a tree.
+//! `<equality>`: joints that follow one another, and bodies that are held together, which become constraints.
+
+use glamx::{DPose3, DQuat, DVec3};
 
 use super::Reader;
+use super::body::Body;
 use super::joint::{Joints, Kind};
 use super::value;
-use crate::report::Disposition::{Ignored, Repaired};
+use crate::report::Disposition::{Ignored, Repaired, Used};
+use crate::translation::draft::{At, DraftConstraintKind};
 use crate::translation::element::Element;
 use crate::translation::notes::Stop;
 use crate::urdf::findings::quoted;
+
+/// What becomes a constraint, between bodies by their indices; of a gear they are those of the joints.
+#[derive(Clone, Debug)]
+pub(super) struct Held {
+    pub(super) name: String,
+    pub(super) at: At,
+    pub(super) kind: DraftConstraintKind,
+    pub(super) ends: [End; 2],
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct End {
+    pub(super) body: usize,
+    /// `body_from_frame`.
+    pub(super) pose: DPose3,
+    /// Of a gear.
+    pub(super) joint: Option<String>,
+}
+
+/// Constraints that one file may have.
+const MOST: usize = 1024;
 
 pub(super) fn read<'a>(
     elements: &[Element<'a>],
     reader: &mut Reader<'a>,
     joints: &mut Joints,
+    held: &mut Vec<Held>,
 ) -> Result<(), Stop> {
     for element in elements.iter().copied() {
-        if element.word("active") == Some("false") {
+        let equality = reader.classes.of(element, None, ["equality", "equality"]);
+        if equality.word("active") == Some("false") {
             reader.notes.info(element, Ignored, "it is not active; left out");
             continue;
         }
+        if held.len() >= MOST {
+            reader.notes.warn(element, Ignored, format!("there are more than {MOST} equalities: left out"));
+            break;
+        }
         match element.tag() {
-            "joint" => follow(element, reader, joints)?,
-            "weld" | "connect" => {
-                let bodies = [element.word("body1"), element.word("body2")];
-                let named =
-                    bodies.map(|body| body.map_or_else(|| "the world".to_owned(), quoted)).join(" and ");
-                let message = format!(
-                    "no tree holds {named} together: left out; `simctl constraint create` does it once the robots are there"
-                );
-                reader.notes.warn(element, Ignored, message);
-            }
+            "joint" => follow(element, reader, joints, held)?,
+            "weld" | "connect" => hold(element, reader, held)?,
             _ => {
                 let message = "not read by simd: the robot is without it";
                 reader.notes.warn(element, Ignored, message);
@@ -38,15 +61,74 @@ pub(super) fn read<'a>(
     Ok(())
 }
 
-/// q1 - ref1 = c0 + c1 (q2 - ref2) + ...
-fn follow<'a>(element: Element<'a>, reader: &mut Reader<'a>, joints: &mut Joints) -> Result<(), Stop> {
-    let (Some(follower), Some(leader)) = (element.word("joint1"), element.word("joint2")) else {
-        reader.notes.warn(element, Ignored, "it holds one joint in place: left out; give the joint a range");
-        return Ok(());
+fn name_of(element: Element, held: &[Held]) -> String {
+    let name = element.word("name").map(str::to_owned);
+    name.unwrap_or_else(|| format!("{}_{}", element.tag(), held.len() + 1))
+}
+
+/// Two bodies, or one and the world, that are one or joined at a point.
+fn hold<'a>(element: Element<'a>, reader: &mut Reader<'a>, held: &mut Vec<Held>) -> Result<(), Stop> {
+    let sites = [element.word("site1"), element.word("site2")];
+    let kind = match element.tag() {
+        "weld" => DraftConstraintKind::Weld,
+        _ => DraftConstraintKind::PointToPoint,
     };
-    let known = |name: &str| joints.known.get(name).copied().filter(|(kind, _)| *kind != Kind::Ball);
-    let (Some((_, first)), Some((_, second))) = (known(follower), known(leader)) else {
-        reader.notes.warn(element, Ignored, "it names a joint that is not there or is a ball: left out");
+    let mut ends = if let [Some(one), Some(other)] = sites {
+        let found = [one, other].map(|site| reader.sites.get(site).copied());
+        let [Some(one), Some(other)] = found else {
+            reader.notes.warn(element, Ignored, "it names a site that is not there: left out");
+            return Ok(());
+        };
+        [one, other].map(|(body, pose)| End { body, pose, joint: None })
+    } else {
+        let named = [element.word("body1"), element.word("body2")];
+        let found = named.map(|name| match name {
+            None | Some("world") => Some(0),
+            Some(name) => reader.bodies.iter().position(|body| body.name == name),
+        });
+        let ([Some(one), Some(other)], [Some(_), _]) = (found, named) else {
+            reader.notes.warn(element, Ignored, "it names a body that is not there: left out");
+            return Ok(());
+        };
+        let [from_one, from_other] = [one, other].map(|body| world_from_body(&reader.bodies, body));
+        let equality = reader.classes.of(element, None, ["equality", "equality"]);
+        let anchor = equality.numbers("anchor", &mut reader.notes)?.map_or(DVec3::ZERO, DVec3::from_array);
+        let point = DPose3::from_translation(anchor);
+        let [first, second] = if kind == DraftConstraintKind::PointToPoint {
+            [point, from_other.inverse() * from_one * point]
+        } else {
+            let relative = equality.numbers::<7>("relpose", &mut reader.notes)?;
+            let relative = relative.and_then(|[x, y, z, w, i, j, k]| {
+                let turn = DQuat::from_xyzw(i, j, k, w);
+                (turn.length() > 1e-9).then(|| DPose3::from_parts(DVec3::new(x, y, z), turn.normalize()))
+            });
+            let one_from_other = relative.unwrap_or(from_one.inverse() * from_other);
+            [one_from_other * point, point]
+        };
+        [(one, first), (other, second)].map(|(body, pose)| End { body, pose, joint: None })
+    };
+    if ends[0].body == ends[1].body {
+        reader.notes.warn(element, Ignored, "its two ends are one body: left out");
+        return Ok(());
+    }
+    if kind == DraftConstraintKind::PointToPoint {
+        // Where a point is turned does not matter.
+        ends.iter_mut().for_each(|end| end.pose.rotation = DQuat::IDENTITY);
+    }
+    let name = name_of(element, held);
+    held.push(Held { name, at: (element.file, element.line()), kind, ends });
+    Ok(())
+}
+
+/// q1 - ref1 = c0 + c1 (q2 - ref2) + ...
+fn follow<'a>(
+    element: Element<'a>,
+    reader: &mut Reader<'a>,
+    joints: &mut Joints,
+    held: &mut Vec<Held>,
+) -> Result<(), Stop> {
+    let Some(follower) = element.word("joint1") else {
+        reader.notes.warn(element, Ignored, "it names no joint: left out");
         return Ok(());
     };
     let equality = reader.classes.of(element, None, ["equality", "equality"]);
@@ -55,16 +137,114 @@ fn follow<'a>(element: Element<'a>, reader: &mut Reader<'a>, joints: &mut Joints
         None => vec![0.0, 1.0],
     };
     let of = |place: usize| polynomial.get(place).copied().unwrap_or(0.0);
+    let (offset, factor) = (of(0), of(1));
+    let known = |name: &str| joints.known.get(name).copied().filter(|(kind, _)| *kind != Kind::Ball);
+    let Some((_, first)) = known(follower) else {
+        reader.notes.warn(element, Ignored, "it names a joint that is not there or is a ball: left out");
+        return Ok(());
+    };
+    let Some(leader) = element.word("joint2") else {
+        return keep(element, follower, offset, reader, held);
+    };
+    let Some((_, second)) = known(leader) else {
+        reader.notes.warn(element, Ignored, "it names a joint that is not there or is a ball: left out");
+        return Ok(());
+    };
     if (2..5).any(|place| of(place) != 0.0) {
         let message = "joints follow one another by a factor in simd: the first two coefficients are taken";
         reader.notes.warn(element, Repaired, message);
     }
-    let (offset, factor) = (of(0), of(1));
     if follower == leader {
         reader.notes.warn(element, Ignored, "a joint does not follow itself: left out");
         return Ok(());
     }
-    let mimic = (leader.to_owned(), factor, first + offset - factor * second);
-    joints.mimics.insert(follower.to_owned(), mimic);
+    let offset = first + offset - factor * second;
+    let [Some(one), Some(other)] = [leader, follower].map(|joint| body_of(&reader.bodies, joint)) else {
+        return Ok(());
+    };
+    let is_of_one = top_of(&reader.bodies, one) == top_of(&reader.bodies, other);
+    if is_of_one && !joints.mimics.contains_key(follower) && !follows(joints, leader, follower) {
+        joints.mimics.insert(follower.to_owned(), (leader.to_owned(), factor, offset));
+        return Ok(());
+    }
+    let end = |body: usize, joint: &str| End { body, pose: DPose3::IDENTITY, joint: Some(joint.to_owned()) };
+    let ends = [end(one, leader), end(other, follower)];
+    let message = format!("a gear between {} and {}", quoted(leader), quoted(follower));
+    reader.notes.info(element, Used, message);
+    let (name, at) = (name_of(element, held), (element.file, element.line()));
+    held.push(Held { name, at, kind: DraftConstraintKind::Gear(factor, offset), ends });
     Ok(())
+}
+
+/// A joint that stays where it is: its body is welded to the one above it.
+fn keep<'a>(
+    element: Element<'a>,
+    joint: &str,
+    offset: f64,
+    reader: &mut Reader<'a>,
+    held: &mut Vec<Held>,
+) -> Result<(), Stop> {
+    let index = body_of(&reader.bodies, joint);
+    let found = index.and_then(|index| Some((index, reader.bodies.get(index)?)));
+    let Some((index, Body { parent, parent_from_body, joints, .. })) = found else { return Ok(()) };
+    let [only] = &joints[..] else {
+        let message = "it holds one joint of several of a body in place: left out; give the joint a range";
+        reader.notes.warn(element, Ignored, message);
+        return Ok(());
+    };
+    let moved = match only.kind {
+        Kind::Slide => DPose3::from_translation(only.axis * offset),
+        Kind::Hinge | Kind::Ball => {
+            let to_anchor = DPose3::from_translation(only.anchor);
+            to_anchor
+                * DPose3::from_rotation(DQuat::from_axis_angle(only.axis, offset))
+                * DPose3::from_translation(-only.anchor)
+        }
+    };
+    let ends = [(*parent, *parent_from_body * moved), (index, DPose3::IDENTITY)].map(|(body, pose)| End {
+        body,
+        pose,
+        joint: None,
+    });
+    let (name, at) = (name_of(element, held), (element.file, element.line()));
+    held.push(Held { name, at, kind: DraftConstraintKind::Weld, ends });
+    Ok(())
+}
+
+/// Whether a joint follows another one, maybe over others.
+fn follows(joints: &Joints, joint: &str, other: &str) -> bool {
+    let mut at = joint;
+    // None follows itself, so no chain is longer than there are followers.
+    for _ in 0..=joints.mimics.len() {
+        if at == other {
+            return true;
+        }
+        let Some((leader, _, _)) = joints.mimics.get(at) else { return false };
+        at = leader;
+    }
+    true
+}
+
+fn body_of(bodies: &[Body], joint: &str) -> Option<usize> {
+    bodies.iter().position(|body| body.joints.iter().any(|own| own.name == joint))
+}
+
+/// The child of the world that a body hangs below.
+fn top_of(bodies: &[Body], body: usize) -> usize {
+    let mut at = body;
+    while let Some(up) = bodies.get(at).map(|body| body.parent).filter(|up| *up != 0) {
+        at = up;
+    }
+    at
+}
+
+/// Where the file puts a body.
+pub(super) fn world_from_body(bodies: &[Body], body: usize) -> DPose3 {
+    let mut pose = DPose3::IDENTITY;
+    let mut at = body;
+    while let Some(body) = bodies.get(at).filter(|_| at != 0) {
+        pose = body.parent_from_body * pose;
+        at = body.parent;
+    }
+    pose
 }

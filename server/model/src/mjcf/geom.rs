@@ -2,9 +2,10 @@
 
 use glamx::{DMat3, DPose3, DQuat, DVec3};
 
-use super::assets::{Library, MeshInertia};
+use super::assets::Library;
 use super::compiler::Compiler;
 use super::defaults::Classed;
+use super::mesh_inertia;
 use super::value;
 use crate::inertia;
 use crate::limits::LoadLimits;
@@ -210,59 +211,8 @@ fn mesh_geom(
     // Only where its mass may count.
     let weighs = context.compiler.inertia_from_geoms != Some(false) && geom.number("mass")? != Some(0.0);
     let read = if weighs { read_mesh(&asset.uri, context) } else { None };
-    let inertial = read.and_then(|read| match asset.inertia {
-        MeshInertia::Volume { signed } => mesh_inertia(&read, asset.scale, signed),
-        MeshInertia::Other => {
-            inertia_of(&Geometry::Mesh { uri: asset.uri.clone(), scale: asset.scale, asset: Some(read) })
-        }
-    });
+    let inertial = read.and_then(|read| mesh_inertia::of(&read, asset.scale, asset.inertia));
     Ok(Some((pose, geometry, inertial)))
-}
-
-/// As MuJoCo computes it, of water: tetrahedra from the centroid of the surface to each triangle, and then from the centre
-/// of mass. By default each volume counts as positive, whichever way its triangle looks.
-fn mesh_inertia(mesh: &MeshAsset, scale: DVec3, signed: bool) -> Option<Inertial> {
-    let corner = |index: u32| mesh.vertices.get(index as usize).map(|corner| *corner * scale);
-    let triangles =
-        || mesh.triangles.iter().filter_map(|[a, b, c]| Some([corner(*a)?, corner(*b)?, corner(*c)?]));
-    let (mut area, mut centroid) = (0.0, DVec3::ZERO);
-    for [a, b, c] in triangles() {
-        let own = (b - a).cross(c - a).length() * 0.5;
-        area += own;
-        centroid += (a + b + c) / 3.0 * own;
-    }
-    if area.is_nan() || area <= 0.0 {
-        return None;
-    }
-    centroid /= area;
-    let volume_of = |[a, b, c]: [DVec3; 3]| {
-        let volume = a.dot(b.cross(c)) / 6.0;
-        if signed { volume } else { volume.abs() }
-    };
-    let (mut volume, mut center) = (0.0, DVec3::ZERO);
-    for triangle in triangles() {
-        let [a, b, c] = triangle.map(|corner| corner - centroid);
-        let own = volume_of([a, b, c]);
-        volume += own;
-        center += ((a + b + c) * 0.25 + centroid) * own;
-    }
-    if volume.is_nan() || volume <= 0.0 {
-        return None;
-    }
-    center /= volume;
-    let mut products = DMat3::ZERO;
-    for triangle in triangles() {
-        let [a, b, c] = triangle.map(|corner| corner - center);
-        let outer = |u: DVec3, v: DVec3| DMat3::from_cols(u * v.x, u * v.y, u * v.z);
-        let sum = a + b + c;
-        // Integral of r r' over a tetrahedron with one corner in the origin.
-        let own = outer(a, a) + outer(b, b) + outer(c, c) + outer(sum, sum);
-        products += own * (volume_of([a, b, c]) / 20.0);
-    }
-    let trace = products.x_axis.x + products.y_axis.y + products.z_axis.z;
-    let tensor = (DMat3::from_diagonal(DVec3::splat(trace)) - products) * inertia::DENSITY;
-    let found = Inertial { mass: volume * inertia::DENSITY, center_of_mass: center, inertia: tensor };
-    (found.mass.is_finite() && center.is_finite() && tensor.is_finite()).then_some(found)
 }
 
 /// What cannot be read the reader of URDF reports.

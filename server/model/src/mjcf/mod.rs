@@ -1,7 +1,7 @@
 //! MJCF, MuJoCo's own format, to drafts of robots, as far as its bodies go.
 //!
 //! `files`: what is included. `compiler`: how the file is to be read. `defaults`: classes. `value`: numbers and
-//! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`: what moves. `actuator`, `equality`
+//! orientations. `assets`: meshes, height fields, materials. `body`, `joint`, `geom`, `mesh_inertia`: what moves. `actuator`, `equality`
 //! and `keyframe`: what belongs to joints. `split`: as robots.
 //!
 //! A body that hangs on the world by no joint stands still. All that stands still is one robot; each other child of the
@@ -17,10 +17,13 @@ mod files;
 mod geom;
 mod joint;
 mod keyframe;
+mod mesh_inertia;
 mod split;
 mod value;
 
 use std::collections::BTreeMap;
+
+use glamx::DPose3;
 
 use crate::limits::LoadLimits;
 use crate::report::Disposition::Ignored;
@@ -51,6 +54,8 @@ struct Reader<'a> {
     /// Of bodies.
     names: Names,
     geoms: usize,
+    /// By name: the body that each is on, and `body_from_site`.
+    sites: BTreeMap<String, (usize, DPose3)>,
 }
 
 /// As URDF.
@@ -78,6 +83,7 @@ pub(crate) fn translate(
         bodies: Vec::new(),
         names: Names::default(),
         geoms: 0,
+        sites: BTreeMap::new(),
     };
     let drafts = match reader.all() {
         Ok(drafts) => drafts,
@@ -119,9 +125,10 @@ impl<'a> Reader<'a> {
             let elements = files::expanded(section, self.sources, self.places)?;
             actuator::read(&elements, self, &mut joints)?;
         }
+        let mut held = Vec::new();
         for section in of("equality") {
             let elements = files::expanded(section, self.sources, self.places)?;
-            equality::read(&elements, self, &mut joints)?;
+            equality::read(&elements, self, &mut joints, &mut held)?;
         }
         let mut keys = Vec::new();
         for section in of("keyframe") {
@@ -134,7 +141,8 @@ impl<'a> Reader<'a> {
             apart.extend(self.excludes(&elements));
         }
         let name = root.word("model").unwrap_or_default();
-        let drafts = split::robots(root, name, &self.bodies, &joints, &keys, &apart, &mut self.notes);
+        let said = split::Said { joints: &joints, keys: &keys, apart: &apart, held: &held };
+        let drafts = split::robots(root, name, &self.bodies, &said, &mut self.notes);
         if drafts.is_empty() {
             return Err(Stop::at(root, "it has no body that simd could have in its world"));
         }

@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use glamx::{DPose3, DVec3};
 
 use super::body::Body;
+use super::equality::{End, Held, world_from_body};
 use super::joint::{BodyJoint, Joints, Kind};
 use crate::report::Disposition::Ignored;
 use crate::robot::Inertial;
-use crate::translation::draft::{At, Draft, DraftDrive, DraftJoint, DraftLink, DraftState, Names};
+use crate::translation::draft::{
+    At, Draft, DraftConstraint, DraftDrive, DraftEnd, DraftJoint, DraftLink, DraftState, Names,
+};
 use crate::translation::element::Element;
 use crate::translation::notes::Notes;
 use crate::urdf::findings::quoted;
@@ -16,15 +19,24 @@ use crate::urdf::findings::quoted;
 /// What a robot hangs on that cannot move.
 const WORLD: &str = "world";
 
+/// What the file says of its bodies beside them.
+pub(super) struct Said<'s> {
+    pub(super) joints: &'s Joints,
+    pub(super) keys: &'s [DraftState],
+    /// Bodies that do not touch.
+    pub(super) apart: &'s [([String; 2], At)],
+    /// Bodies that are held together.
+    pub(super) held: &'s [Held],
+}
+
 pub(super) fn robots(
     root: Element,
     name: &str,
     bodies: &[Body],
-    joints: &Joints,
-    keys: &[DraftState],
-    apart: &[([String; 2], At)],
+    said: &Said,
     notes: &mut Notes,
 ) -> Vec<Draft> {
+    let Said { joints, keys, apart, held } = *said;
     let moves = moving(bodies);
     // The child of the world that a body is below; of what stands still the world.
     let mut tops: Vec<usize> = Vec::with_capacity(bodies.len());
@@ -47,13 +59,19 @@ pub(super) fn robots(
     let still = members.remove(&0).unwrap_or_default();
     let mut drafts: Vec<Draft> = Vec::new();
     let mut names = Names::default();
+    let mut place_of_top: BTreeMap<usize, usize> = BTreeMap::new();
     for (top, members_of) in &members {
         let Some(body) = bodies.get(*top) else { continue };
+        place_of_top.insert(*top, drafts.len());
         let own = if members.len() == 1 && !name.is_empty() { name } else { &body.name };
         let draft = robot(own, *top, members_of, bodies, joints, has_groups);
         drafts.push(Draft { name: names.unique(&draft.name), ..draft });
     }
     give_states(keys, &mut drafts);
+    let place = |body: usize| tops.get(body).and_then(|top| place_of_top.get(top)).copied();
+    for held in held {
+        hold(held, bodies, &place, &mut drafts, notes);
+    }
     let has_content =
         |index: &usize| bodies.get(*index).is_some_and(|body| *index > 0 || !body.geoms.is_empty());
     if still.iter().any(has_content) {
@@ -70,6 +88,43 @@ pub(super) fn robots(
     }
     exclude(apart, &mut drafts, root, notes);
     drafts
+}
+
+/// Gives a constraint to the robot of its first end that moves. What stands still is the world.
+fn hold(
+    held: &Held,
+    bodies: &[Body],
+    place: &dyn Fn(usize) -> Option<usize>,
+    drafts: &mut [Draft],
+    notes: &mut Notes,
+) {
+    let places = held.ends.each_ref().map(|end| place(end.body));
+    let Some(own) = places[0].or(places[1]) else {
+        let message = format!("both ends of {} stand still: left out", quoted(&held.name));
+        return notes.of_place(Ignored, held.at, message);
+    };
+    let root_from_world = drafts.get(own).map_or(DPose3::IDENTITY, |draft| draft.pose.inverse());
+    let end = |end: &End| {
+        let Some(at) = place(end.body) else {
+            let pose = root_from_world * world_from_body(bodies, end.body) * end.pose;
+            return DraftEnd { robot: None, name: None, pose };
+        };
+        let robot = drafts.get(at).filter(|_| at != own).map(|draft| draft.name.clone());
+        let body = bodies.get(end.body).map(|body| body.name.clone());
+        DraftEnd { robot, name: end.joint.clone().or(body), pose: end.pose }
+    };
+    let ends = held.ends.each_ref().map(end);
+    if let Some(draft) = drafts.get_mut(own) {
+        let Held { name, at, kind, .. } = held;
+        // As in MuJoCo, where bodies that are held together touch.
+        draft.constraints.push(DraftConstraint {
+            name: name.clone(),
+            at: *at,
+            kind: *kind,
+            ends,
+            collisions: true,
+        });
+    }
 }
 
 /// Gives each robot the positions of its own joints.

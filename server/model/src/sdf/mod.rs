@@ -11,6 +11,8 @@ pub(crate) use link::ellipsoid;
 mod model;
 mod split;
 
+use std::collections::BTreeMap;
+
 use glamx::DPose3;
 
 use crate::limits::LoadLimits;
@@ -88,7 +90,23 @@ impl<'a> Reader<'a> {
         let mut names = Names::default();
         let (mut links, mut shapes) = (0, 0);
         for (model, pose) in models {
-            for mut draft in split::robots(model, pose, &mut self.notes) {
+            let mut of_model = split::robots(model, pose, &mut self.notes);
+            let given: BTreeMap<String, String> = of_model
+                .iter_mut()
+                .map(|draft| {
+                    let name = names.unique(&draft.name);
+                    (std::mem::replace(&mut draft.name, name.clone()), name)
+                })
+                .collect();
+            for draft in of_model.iter_mut() {
+                let ends = draft.constraints.iter_mut().flat_map(|constraint| &mut constraint.ends);
+                for other in ends.filter_map(|end| end.robot.as_mut()) {
+                    if let Some(name) = given.get(other) {
+                        other.clone_from(name);
+                    }
+                }
+            }
+            for draft in of_model {
                 links += draft.links.len();
                 shapes +=
                     draft.links.iter().map(|link| link.visuals.len() + link.collisions.len()).sum::<usize>();
@@ -99,7 +117,6 @@ impl<'a> Reader<'a> {
                         format!("all its models together have more than {most} links or {shapes} shapes");
                     return Err(Stop::of_file(None, None, message));
                 }
-                draft.name = names.unique(&draft.name);
                 drafts.push(draft);
             }
         }

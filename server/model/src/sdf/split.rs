@@ -1,7 +1,7 @@
 //! A model as robots: links that joints hold together are one, of which the root is on nothing or on the world.
 //!
 //! What URDF has not: a joint whose frame is not its child's gets a link without mass between the two, and so does a
-//! joint of two axes. A link of two parents keeps the first: simd's constraints close loops.
+//! joint of two axes. A link of two parents keeps the first: constraints close loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,9 @@ use glamx::DPose3;
 use super::joint::{Joint, WORLD};
 use super::model::Model;
 use crate::report::Disposition::Ignored;
-use crate::translation::draft::{At, Draft, DraftJoint, DraftLink, Names};
+use crate::translation::draft::{
+    At, Draft, DraftConstraint, DraftConstraintKind, DraftEnd, DraftJoint, DraftLink, Names,
+};
 use crate::translation::notes::Notes;
 
 /// The robots of a model that is there in the world.
@@ -25,7 +27,7 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
     }
     let index: BTreeMap<String, usize> =
         links.iter().enumerate().map(|(index, (link, _))| (link.name.clone(), index)).collect();
-    keep_trees(&mut joints, &index, notes);
+    let closing = keep_trees(&mut joints, &index);
 
     // The root of each link: of a link on the world that is the world, after all links.
     let world = links.len();
@@ -100,11 +102,78 @@ pub(super) fn robots(model: Model, world_from_model: DPose3, notes: &mut Notes) 
         }
         drafts.push(draft);
     }
+    let mut place_of: BTreeMap<String, (usize, DPose3)> = BTreeMap::new();
+    for (place, draft) in drafts.iter().enumerate() {
+        let own = draft.links.iter().filter_map(|link| index.get(&link.name)).filter_map(|at| links.get(*at));
+        place_of.extend(own.map(|(link, pose)| (link.name.clone(), (place, *pose))));
+    }
+    for joint in &closing {
+        close(joint, &mut drafts, &place_of, world_from_model, notes);
+    }
     drafts
 }
 
-/// Leaves out joints whose child hangs on another one already, and those that close a circle.
-fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>, notes: &mut Notes) {
+/// Holds the links of a joint that is in no tree together by a constraint, which belongs to the robot of its child.
+fn close(
+    joint: &Joint,
+    drafts: &mut [Draft],
+    place_of: &BTreeMap<String, (usize, DPose3)>,
+    world_from_model: DPose3,
+    notes: &mut Notes,
+) {
+    let kind = match (&joint.axes[..], joint.is_ball) {
+        (_, true) => DraftConstraintKind::PointToPoint,
+        ([], false) => DraftConstraintKind::Weld,
+        ([axis], false) if axis.kind == "prismatic" => DraftConstraintKind::Slide(axis.direction),
+        ([axis], false) => DraftConstraintKind::Hinge(axis.direction),
+        _ => {
+            let message = format!("the joint {:?} closes a loop, and has two axes: left out", joint.name);
+            return notes.of_place(Ignored, joint.at, message);
+        }
+    };
+    let has_more = |axis: &super::joint::Axis| {
+        let limits = axis.limits;
+        axis.damping > 0.0
+            || axis.friction > 0.0
+            || axis.spring.is_some()
+            || limits.lower.is_some()
+            || limits.upper.is_some()
+    };
+    if joint.axes.iter().any(has_more) || joint.mimic.is_some() {
+        let message = format!(
+            "the joint {:?} closes a loop: what holds its links together has no limits, damping or friction",
+            joint.name
+        );
+        notes.of_place(Ignored, joint.at, message);
+    }
+    let Some((own, model_from_child)) = place_of.get(&joint.child).copied() else { return };
+    let child = DraftEnd {
+        robot: None,
+        name: Some(joint.child.clone()),
+        pose: model_from_child.inverse() * joint.model_from_joint,
+    };
+    let parent = match joint.parent.as_ref() {
+        Some(name) => {
+            let Some((place, model_from_parent)) = place_of.get(name).copied() else { return };
+            let robot = drafts.get(place).filter(|_| place != own).map(|draft| draft.name.clone());
+            let pose = model_from_parent.inverse() * joint.model_from_joint;
+            DraftEnd { robot, name: Some(name.clone()), pose }
+        }
+        None => {
+            let root = drafts.get(own).map_or(DPose3::IDENTITY, |draft| draft.pose);
+            let pose = root.inverse() * world_from_model * joint.model_from_joint;
+            DraftEnd { robot: None, name: None, pose }
+        }
+    };
+    if let Some(draft) = drafts.get_mut(own) {
+        let (name, at) = (joint.name.clone(), joint.at);
+        draft.constraints.push(DraftConstraint { name, at, kind, ends: [parent, child], collisions: false });
+    }
+}
+
+/// Takes out joints whose child hangs on another one already, and those that close a circle.
+fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>) -> Vec<Joint> {
+    let mut closing = Vec::new();
     let mut above: Vec<Option<usize>> = vec![None; index.len()];
     let mut held: BTreeSet<usize> = BTreeSet::new();
     joints.retain(|joint| {
@@ -120,11 +189,7 @@ fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>, notes: &
             }
         }
         if is_circle || !held.insert(child) {
-            let message = format!(
-                "the joint {:?} closes a loop: left out; a constraint holds its links together",
-                joint.name
-            );
-            notes.of_place(Ignored, joint.at, message);
+            closing.push(joint.clone());
             return false;
         }
         if let Some(slot) = above.get_mut(child) {
@@ -132,6 +197,7 @@ fn keep_trees(joints: &mut Vec<Joint>, index: &BTreeMap<String, usize>, notes: &
         }
         true
     });
+    closing
 }
 
 /// None of its links moves, whatever its joints say.

@@ -25,6 +25,39 @@ pub(crate) struct Draft {
     /// Links of one name each that do not touch.
     pub(crate) apart: Vec<([String; 2], At)>,
     pub(crate) self_collision: bool,
+    pub(crate) constraints: Vec<DraftConstraint>,
+}
+
+/// What holds links together beside the joints.
+#[derive(Clone, Debug)]
+pub(crate) struct DraftConstraint {
+    pub(crate) name: String,
+    pub(crate) at: At,
+    pub(crate) kind: DraftConstraintKind,
+    /// Parent and child.
+    pub(crate) ends: [DraftEnd; 2],
+    /// The links touch each other all the same.
+    pub(crate) collisions: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum DraftConstraintKind {
+    Weld,
+    PointToPoint,
+    Hinge(DVec3),
+    Slide(DVec3),
+    /// Ratio and offset.
+    Gear(f64, f64),
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct DraftEnd {
+    /// Another robot's name; none is its own.
+    pub(crate) robot: Option<String>,
+    /// A link, of a gear a joint; none is the world.
+    pub(crate) name: Option<String>,
+    /// `link_from_frame`; of the world in the frame that the root link begins at.
+    pub(crate) pose: DPose3,
 }
 
 #[derive(Clone, Debug)]

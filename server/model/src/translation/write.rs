@@ -5,7 +5,10 @@ use std::fmt::Write as _;
 use glamx::{DPose3, DQuat, DVec3};
 
 use super::TranslatedModel;
-use super::draft::{At, Draft, DraftDrive, DraftGeometry, DraftJoint, DraftLink, DraftShape, DraftState};
+use super::draft::{
+    At, Draft, DraftConstraint, DraftConstraintKind, DraftDrive, DraftGeometry, DraftJoint, DraftLink,
+    DraftShape, DraftState,
+};
 use crate::robot::{Inertial, Material};
 
 /// Lines, and where each comes from.
@@ -41,6 +44,9 @@ pub(crate) fn urdf(draft: &Draft, files: Vec<String>) -> TranslatedModel {
     write_drives(&mut text, draft);
     for state in &draft.states {
         write_state(&mut text, state);
+    }
+    for constraint in &draft.constraints {
+        write_constraint(&mut text, constraint);
     }
     for ([a, b], at) in &draft.apart {
         let (a, b) = (escaped(a), escaped(b));
@@ -245,6 +251,45 @@ fn write_state(text: &mut Text, state: &DraftState) {
         text.line(state.at, 2, &format!("<joint name=\"{joint}\" value=\"{position}\"/>"));
     }
     text.line(state.at, 1, "</group_state>");
+}
+
+fn write_constraint(text: &mut Text, constraint: &DraftConstraint) {
+    let DraftConstraint { name, at, kind, ends, collisions } = constraint;
+    let (word, axis, said) = match *kind {
+        DraftConstraintKind::Weld => ("weld", None, String::new()),
+        DraftConstraintKind::PointToPoint => ("point_to_point", None, String::new()),
+        DraftConstraintKind::Hinge(axis) => ("hinge", Some(axis), String::new()),
+        DraftConstraintKind::Slide(axis) => ("slide", Some(axis), String::new()),
+        DraftConstraintKind::Gear(ratio, offset) => {
+            ("gear", None, format!(" ratio=\"{ratio}\" offset=\"{offset}\""))
+        }
+    };
+    let name = escaped(name);
+    let line = format!("<constraint name=\"{name}\" type=\"{word}\"{said} collide=\"{collisions}\">");
+    text.line(*at, 1, &line);
+    for (tag, end) in ["parent", "child"].into_iter().zip(ends) {
+        let mut said = String::new();
+        let of = if word == "gear" { "joint" } else { "link" };
+        for (attribute, value) in [(of, &end.name), ("robot", &end.robot)] {
+            if let Some(value) = value {
+                // Writing to a string cannot fail.
+                let _ = write!(said, " {attribute}=\"{}\"", escaped(value));
+            }
+        }
+        if word == "gear" {
+            text.line(*at, 2, &format!("<{tag}{said}/>"));
+            continue;
+        }
+        text.line(*at, 2, &format!("<{tag}{said}>"));
+        let (xyz, quat) = (end.pose.translation.to_array(), end.pose.rotation.to_array());
+        let origin = format!("<origin xyz=\"{}\" quat_xyzw=\"{}\"/>", numbers(xyz), numbers(quat));
+        text.line(*at, 3, &origin);
+        text.line(*at, 2, &format!("</{tag}>"));
+    }
+    if let Some(axis) = axis {
+        text.line(*at, 2, &format!("<axis xyz=\"{}\"/>", numbers(axis.to_array())));
+    }
+    text.line(*at, 1, "</constraint>");
 }
 
 fn numbers<const N: usize>(values: [f64; N]) -> String {

@@ -63,7 +63,11 @@ impl Gazebo {
             self.all_collide = true;
             findings.used(own, || "links of the robot touch each other".to_owned());
         }
-        if node.children().filter(Node::is_element).any(|child| !is_self_collide(child)) || own.is_none() {
+        // Joints that close loops are constraints.
+        let is_read = |child: &Node| is_self_collide(*child) || is(*child, "joint");
+        let has_joint = node.children().any(|child| is(child, "joint"));
+        let has_others = node.children().filter(Node::is_element).any(|child| !is_read(&child));
+        if has_others || (own.is_none() && !has_joint) {
             findings.info(node, Ignored, "not read by simd: it is for Gazebo and its plugins");
         }
     }

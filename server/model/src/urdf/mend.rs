@@ -321,8 +321,10 @@ const ONE_TOO_MANY: &str = "one too many: the one before it is used";
 
 /// Whether an element is read by [`setup`](super::setup), from the robot's own node.
 fn is_of_setup(child: &Node, parent: &Element) -> bool {
-    const TAGS: [&str; 6] = [
+    const TAGS: [&str; 8] = [
         "gazebo",
+        "constraint",
+        "transmission",
         "ros2_control",
         "group_state",
         "disable_collisions",

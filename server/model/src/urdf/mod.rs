@@ -6,6 +6,7 @@
 //! urdf-rs, `tree` (one root, no loops), `link`, `joint` and `inertial` (what the
 //! numbers mean), `scale`. `findings` is the report on the way.
 
+mod constraints;
 mod control;
 mod deadline;
 mod document;
@@ -30,6 +31,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 pub(crate) mod text;
+mod transmission;
 mod tree;
 mod unknown;
 mod used;
@@ -45,7 +47,7 @@ use findings::{Findings, Refusal};
 use gazebo::Gazebo;
 
 pub use meshes::{first_places, other_case};
-pub use rewrite::readdress;
+pub use rewrite::{readdress, with_states};
 pub use srdf::{Srdf, SrdfPair, read_srdf};
 
 /// A file that a description names.

@@ -1,10 +1,12 @@
-//! A description with other addresses of its meshes, and nothing else changed.
+//! A description with other addresses of its meshes, or with more named states, and nothing else changed.
 
 use std::ops::Range;
 
 use super::findings::Findings;
 use super::{Refused, document, prescan};
 use crate::limits::LoadLimits;
+use crate::robot::RobotModel;
+use crate::setup::NamedState;
 
 /// The description's text with the file name of each mesh for which `address` gives
 /// another one. All else stays as it is, byte for byte, but for what [`describe`](super::describe)
@@ -26,6 +28,38 @@ pub fn readdress(
         Ok(replaced(root.document().input_text(), &places))
     });
     text.map_err(|refusal| findings.refused(refusal))
+}
+
+/// The description's text with these named states of the robot too, as [`readdress`] gives it. `None` where there would be
+/// nothing new in it, and where it could not be read any more within the limits.
+pub fn with_states(
+    urdf: &[u8],
+    limits: &LoadLimits,
+    model: &RobotModel,
+    states: &[NamedState],
+) -> Option<String> {
+    if states.is_empty() {
+        return None;
+    }
+    let mut written = String::new();
+    for NamedState { name, group, positions } in states {
+        written += &format!("<group_state name=\"{}\" group=\"{}\">", escaped(name), escaped(group));
+        for (joint, position) in positions {
+            let joint = escaped(&model.joints.get(*joint)?.name);
+            written += &format!("<joint name=\"{joint}\" value=\"{position}\"/>");
+        }
+        written += "</group_state>";
+    }
+    let mut findings = Findings::new(limits.findings);
+    let text = document::open(urdf, limits, &mut findings, |root, _| {
+        let text = root.document().input_text();
+        let end = text.get(..root.range().end).and_then(|text| text.rfind("</"));
+        let parts = end.and_then(|end| Some((text.get(..end)?, text.get(end..)?)));
+        Ok(parts.map(|(before, after)| format!("{before}{written}{after}")))
+    });
+    let text = text.ok().flatten().filter(|text| text.len() <= limits.urdf_bytes)?;
+    // Elements and depth have limits too.
+    super::describe(text.as_bytes(), limits).is_ok().then_some(text)
 }
 
 /// The text with whole attributes replaced by file names. They are in the order of the text.

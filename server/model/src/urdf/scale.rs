@@ -5,7 +5,7 @@ use glamx::DPose3;
 use super::findings::Refusal;
 use crate::limits;
 use crate::robot::{Geometry, JointKind, RobotModel};
-use crate::setup::DriveMode;
+use crate::setup::{ConstraintOn, DriveMode, LinkConstraintKind, Setup};
 
 /// Whether a scale can be asked for.
 pub(super) fn check(scale: f64) -> Result<(), Refusal> {
@@ -45,6 +45,7 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
     for (joint, position) in model.setup.states.iter_mut().flat_map(|state| &mut state.positions) {
         *position *= factor(*joint);
     }
+    constraints(&mut model.setup, &slides, scale);
     for (joint, slides_itself) in model.joints.iter_mut().zip(&slides) {
         pose(&mut joint.parent_from_joint, scale);
         let own = if *slides_itself { scale } else { 1.0 };
@@ -57,6 +58,25 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
             mimic.offset *= own;
             mimic.multiplier *= own / leader;
         }
+    }
+}
+
+fn constraints(setup: &mut Setup, slides: &[bool], scale: f64) {
+    for constraint in &mut setup.constraints {
+        let factor = |on: &ConstraintOn| match on {
+            ConstraintOn::Own(joint) if slides.get(*joint) == Some(&true) => scale,
+            _ => 1.0,
+        };
+        let [parent, child] = [factor(&constraint.ends[0].on), factor(&constraint.ends[1].on)];
+        match &mut constraint.kind {
+            LinkConstraintKind::Gear { ratio, offset } => {
+                *ratio *= child / parent;
+                *offset = offset.map(|offset| offset * child);
+            }
+            LinkConstraintKind::Distance { length, .. } => *length = length.map(|length| length * scale),
+            _ => {}
+        }
+        constraint.ends.iter_mut().filter_map(|end| end.pose.as_mut()).for_each(|end| pose(end, scale));
     }
 }
 

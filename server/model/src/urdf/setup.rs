@@ -1,5 +1,7 @@
-//! How the robot begins: what `<gazebo>`, `<ros2_control>`, `<group_state>` and `<disable_collisions>` say, put together.
+//! How the robot begins: what `<gazebo>`, `<ros2_control>`, `<group_state>`, `<constraint>` and `<disable_collisions>` say, put
+//! together.
 
+use super::constraints;
 use super::control;
 use super::findings::Findings;
 use super::gazebo::Gazebo;
@@ -7,6 +9,7 @@ use super::mend::Mended;
 use super::numbers::{self, Shape};
 use super::srdf;
 use super::states;
+use super::transmission;
 use super::tree::Tree;
 use crate::report::Disposition::Ignored;
 use crate::robot::{Joint, JointKind, Link};
@@ -28,10 +31,12 @@ pub(super) fn read(
     }
     of_joints(mended, tree, gazebo, joints, &mut setup, findings);
     control::read(mended.root, joints, &mut setup, findings);
+    transmission::read(mended.root, joints, &mut setup, findings);
     setup.states = states::read(mended.root, joints, findings);
     self_collisions(gazebo, links, &mut setup, mended, findings);
     setup.pairs.extend(srdf::of_robot(mended.root, links, findings));
     groups(mended, tree, &mut setup, findings);
+    setup.constraints = constraints::read(mended.root, (links, joints), findings);
     setup.joints.retain(|joint| !joint.is_silent());
     setup
 }

@@ -9,7 +9,6 @@ use crate::report::Disposition::Ignored;
 
 /// Elements that real files have and simd has no use for.
 const REASONS: &[(&str, &str)] = &[
-    ("transmission", "simd drives joints directly"),
     ("safety_controller", "its soft limits are a controller's matter; <limit> is read"),
     ("calibration", "simulated joints know where they are"),
     ("texture", "simd has colours only"),

@@ -17,6 +17,13 @@ impl Simulation {
         &mut self,
         create: &CreateConstraint,
     ) -> Result<Reply, Error> {
+        let name = self.add_constraint(create)?;
+        self.constraints_came(vec![name.clone()]);
+        Ok(Reply::ConstraintCreated { name })
+    }
+
+    /// Makes a constraint; gives its name. [`Self::constraints_came`] has to follow.
+    pub(super) fn add_constraint(&mut self, create: &CreateConstraint) -> Result<String, Error> {
         let CreateConstraint { name, kind, parent, child, max_force, max_torque, breaks, disable_collisions } =
             create;
         if self.constraints.list.len() >= MAX_CONSTRAINTS {
@@ -63,10 +70,16 @@ impl Simulation {
         };
         self.wake_ends(&definition);
         self.constraints.list.push(LinkConstraint::new(definition));
+        Ok(name)
+    }
+
+    /// To be called when constraints were made.
+    pub(super) fn constraints_came(&mut self, names: Vec<String>) {
         self.constraints.changed();
         self.contacts.forget_apart(&self.constraints.apart);
-        self.happened(EventKind::ConstraintCreated { constraint: name.clone() });
-        Ok(Reply::ConstraintCreated { name })
+        for constraint in names {
+            self.happened(EventKind::ConstraintCreated { constraint });
+        }
     }
 
     pub(in crate::simulation) fn change_constraint(
@@ -208,7 +221,7 @@ impl Simulation {
     }
 
     fn free_constraint_name(&self, name: &str) -> Result<String, Error> {
-        let is_taken = |name: &str| self.constraint_index(name).is_ok();
+        let is_taken = |name: &str| self.constraints.list.iter().any(|of| of.definition.name == name);
         if name.is_empty() {
             let mut number = 1u64;
             loop {

@@ -6,6 +6,7 @@ use glamx::{DPose3, DVec3};
 use simd_model::RobotModel;
 use simd_model::setup::LinkPair;
 
+use super::described_constraints::Came;
 use crate::dynamics::{Actuator, Mode};
 use crate::simulation::command::{
     CollisionPair, ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration,
@@ -27,10 +28,17 @@ fn described_pairs(model: &RobotModel) -> Vec<CollisionPair> {
     model.setup.pairs.iter().filter_map(pair).collect()
 }
 
+fn came<'a>(name: &str, spawn: &'a Spawn) -> Came<'a> {
+    Came { name: name.to_owned(), model: &spawn.model, pose: spawn.pose }
+}
+
 impl Simulation {
     pub(in crate::simulation) fn spawn(&mut self, spawn: &Spawn) -> Result<Reply, Error> {
         let entity = self.prepared(spawn, &[])?;
-        Ok(Reply::Spawned { name: self.admit(entity) })
+        self.check_described_constraints([spawn])?;
+        let name = self.admit(entity);
+        self.make_described_constraints(&[came(&name, spawn)]);
+        Ok(Reply::Spawned { name })
     }
 
     /// All of them or none.
@@ -40,7 +48,11 @@ impl Simulation {
             let entity = self.prepared(spawn, &entities)?;
             entities.push(entity);
         }
-        Ok(Reply::SpawnedAll { names: entities.into_iter().map(|entity| self.admit(entity)).collect() })
+        self.check_described_constraints(spawns)?;
+        let names: Vec<String> = entities.into_iter().map(|entity| self.admit(entity)).collect();
+        let came: Vec<Came> = names.iter().zip(spawns).map(|(name, spawn)| came(name, spawn)).collect();
+        self.make_described_constraints(&came);
+        Ok(Reply::SpawnedAll { names })
     }
 
     /// A robot that can come into the world, where these come with it.
@@ -164,10 +176,13 @@ impl Simulation {
         self.contacts.forget(robot_index);
         self.contacts.reload_pairs(robot_index, &link);
         let robot = reload.robot.clone();
-        self.entities[robot_index] = new;
+        let began = new.state.spawned.root_pose(new.body.tree());
+        let old = std::mem::replace(&mut self.entities[robot_index], new);
         let gone = self.reload_constraints(robot_index, &link);
         self.lay_out();
         self.constraints_went(gone, ConstraintDeletion::LinkGone);
+        let now = Came { name: robot.clone(), model: &reload.model, pose: began };
+        self.remake_described_constraints(&old.model, &now);
         self.happened(EventKind::EntityReloaded { robot, layout_version: version });
         Ok(Reply::Reloaded { added, removed })
     }

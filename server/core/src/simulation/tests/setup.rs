@@ -1,6 +1,8 @@
 //! Robots begin as their description says, and several come at one moment.
 
-use simd_model::setup::{DriveMode, JointSetup, Setup};
+use simd_model::setup::{
+    ConstraintEnd, ConstraintOn, DriveMode, JointSetup, LinkConstraint, LinkConstraintKind, Setup,
+};
 
 use super::*;
 
@@ -77,4 +79,88 @@ fn several_robots_come_at_one_moment_or_none_of_them() {
     let renamed = renamed.map(|spawn| Spawn { allow_renaming: true, ..spawn }).into();
     let applied = world.apply(&Command::SpawnAll(renamed)).unwrap();
     assert_eq!(applied.reply, Reply::SpawnedAll { names: vec!["a_1".into(), "a_2".into()] });
+}
+
+/// A box that is alone, and held to what is named.
+fn held_to(name: &str, others: impl IntoIterator<Item = ConstraintOn>) -> Arc<RobotModel> {
+    let inertia = DMat3::from_diagonal(DVec3::splat(0.1));
+    let inertial = Inertial { mass: 1.0, center_of_mass: DVec3::ZERO, inertia };
+    let held = |on: ConstraintOn| LinkConstraint {
+        name: "held".into(),
+        kind: LinkConstraintKind::Weld,
+        ends: [on, ConstraintOn::Own(0)].map(|on| ConstraintEnd { on, pose: Some(DPose3::IDENTITY) }),
+        max_force: None,
+        max_torque: None,
+        collisions: false,
+    };
+    let setup = Setup { constraints: others.into_iter().map(held).collect(), ..Setup::default() };
+    let links = vec![link("box", inertial)];
+    Arc::new(RobotModel { name: name.into(), links, setup, ..RobotModel::default() })
+}
+
+fn free(name: &str, model: Arc<RobotModel>, z: f64) -> Spawn {
+    let pose = DPose3::from_translation(DVec3::Z * z);
+    Spawn { fixed_base: Some(false), pose, ..spawn(name, model) }
+}
+
+fn constraint_names(world: &Simulation) -> Vec<String> {
+    world.constraints.list.iter().map(|of| of.definition.name.clone()).collect()
+}
+
+fn height(world: &Simulation, robot: usize) -> f64 {
+    world.entities[robot].body.root_pose().translation.z
+}
+
+#[test]
+fn what_a_description_holds_together_is_held_from_the_first_step_on() {
+    let mut world = world_with(1e-3, free("hung", held_to("a", [ConstraintOn::World]), 2.0));
+    assert_eq!(constraint_names(&world), ["hung_held"]);
+    world.apply(&Command::Spawn(Box::new(free("falls", held_to("b", []), 5.0)))).unwrap();
+    run(&mut world, 0.2);
+    assert!((height(&world, 0) - 2.0).abs() < 1e-9, "{}", height(&world, 0));
+    assert!(height(&world, 1) < 4.9, "one without it falls");
+}
+
+#[test]
+fn robots_of_one_command_are_held_together_and_others_are_not() {
+    let on = |robot: &str| ConstraintOn::Other { robot: robot.into(), name: "box".into() };
+    let mut world = world(1e-3);
+    let both = |prefix: &str| {
+        let own = free(&format!("{prefix}_a"), held_to("a", []), 0.0);
+        Command::SpawnAll(vec![own, free(&format!("{prefix}_b"), held_to("b", [on("a"), on("gone")]), 0.0)])
+    };
+    world.apply(&both("x")).unwrap();
+    world.apply(&both("y")).unwrap();
+    assert_eq!(constraint_names(&world), ["x_b_held", "y_b_held"]);
+    let robots: Vec<usize> = world.constraints.list[1].definition.robots().collect();
+    assert_eq!(robots, [2, 3], "the second pair and not the first");
+    world.apply(&Command::Spawn(Box::new(free("alone", held_to("b", [on("a")]), 0.0)))).unwrap();
+    assert_eq!(constraint_names(&world).len(), 2);
+}
+
+#[test]
+fn robots_with_too_many_constraints_do_not_come_at_all() {
+    let mut world = world(1e-3);
+    let before = world.fingerprint();
+    let many = held_to("a", vec![ConstraintOn::World; 4097]);
+    world.apply(&Command::Spawn(Box::new(free("a", many, 0.0)))).unwrap_err();
+    assert_eq!((world.fingerprint(), world.entities.len()), (before, 0));
+    let some = held_to("a", vec![ConstraintOn::World; 3]);
+    world.apply(&Command::Spawn(Box::new(free("a", some, 0.0)))).unwrap();
+    assert_eq!(constraint_names(&world), ["a_held", "a_held_1", "a_held_2"]);
+}
+
+#[test]
+fn a_reload_holds_what_the_new_description_says() {
+    let mut world = world_with(1e-3, free("a", held_to("a", [ConstraintOn::World]), 2.0));
+    let reload = |world: &mut Simulation, model: Arc<RobotModel>| {
+        let reload = Reload { robot: "a".into(), model, shapes: Default::default() };
+        world.apply(&Command::Reload(Box::new(reload))).unwrap();
+    };
+    reload(&mut world, held_to("a", [ConstraintOn::World]));
+    assert_eq!(constraint_names(&world), ["a_held"]);
+    run(&mut world, 0.1);
+    assert!((height(&world, 0) - 2.0).abs() < 1e-9);
+    reload(&mut world, held_to("a", []));
+    assert_eq!(constraint_names(&world), [""; 0]);
 }

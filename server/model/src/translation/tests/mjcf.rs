@@ -1,8 +1,8 @@
 //! MJCF.
 
 use super::*;
-use crate::robot::{Geometry, JointKind};
-use crate::setup::DriveMode;
+use crate::robot::{Geometry, Inertial, JointKind};
+use crate::setup::{ConstraintOn, DriveMode, LinkConstraintKind};
 
 fn mjcf(sections: &str, bodies: &str) -> String {
     format!("<mujoco model='m'>\n{sections}\n<worldbody>\n{bodies}\n</worldbody></mujoco>")
@@ -125,10 +125,8 @@ fn keyframes_are_named_states_and_equal_joints_follow_one_another() {
         said.iter().any(|(_, message)| message.contains("qpos has 1 numbers where the joints have 2")),
         "{said:?}"
     );
-    assert!(
-        said.iter().any(|(_, message)| message.contains("holds \"one\" and the world together")),
-        "{said:?}"
-    );
+    let [weld] = &model.setup.constraints[..] else { panic!("{:?}", model.setup.constraints) };
+    assert_eq!((weld.kind, &weld.ends[1].on), (LinkConstraintKind::Weld, &ConstraintOn::World));
 }
 
 #[test]
@@ -162,6 +160,42 @@ fn meshes_weigh_what_they_enclose_and_stand_where_their_reference_puts_them() {
     assert!((a.inertial.mass - 100.0).abs() < 1e-9, "{}", a.inertial.mass);
     assert!(near(a.collisions[0].link_from_shape.translation, [-0.5, -0.5, -0.5]));
     assert!(a.inertial.center_of_mass.length() < 1e-9, "{:?}", a.inertial.center_of_mass);
+}
+
+#[test]
+fn meshes_weigh_what_they_weigh_in_mujoco_of_every_kind() {
+    // A U of 5 m^3, 1 m deep.
+    let u = "v 0 0 0\nv 3 0 0\nv 3 0 2\nv 2 0 2\nv 2 0 1\nv 1 0 1\nv 1 0 2\nv 0 0 2\nv 0 1 0\nv 3 1 0\nv 3 1 2\nv 2 1 2\nv 2 1 1\nv 1 1 1\nv 1 1 2\nv 0 1 2\n\
+             f 1 10 2\nf 1 9 10\nf 2 11 3\nf 2 10 11\nf 3 12 4\nf 3 11 12\nf 4 13 5\nf 4 12 13\nf 5 14 6\nf 5 13 14\nf 6 15 7\nf 6 14 15\nf 7 16 8\nf 7 15 16\nf 8 9 1\nf 8 16 9\n\
+             f 1 2 5\nf 9 13 10\nf 1 5 6\nf 9 14 13\nf 2 3 4\nf 10 12 11\nf 2 4 5\nf 10 13 12\nf 1 6 7\nf 9 15 14\nf 1 7 8\nf 9 16 15\n";
+    // Mass, height of the centre of mass, moments, as MuJoCo 4.0.0 has them.
+    for (kind, mass, z, moments) in [
+        (
+            "legacy",
+            566.666_666_666_666_7,
+            0.954_545_454_545_454_1,
+            [223.388_429_752_067_3, 630.055_096_418_736_3, 496.666_666_666_669_4],
+        ),
+        ("exact", 500.0, 0.9, [203.333_333_333_334_45, 603.333_333_333_336_6, 483.333_333_333_335_93]),
+        ("convex", 600.0, 1.0, [250.0, 650.0, 500.0]),
+        (
+            "shell",
+            2200.0,
+            0.954_545_454_545_454_7,
+            [1_378.787_878_787_886_5, 3_312.121_212_121_230_7, 2_633.333_333_333_347],
+        ),
+    ] {
+        let text = mjcf(
+            &format!("<asset><mesh name='u' file='u.obj' inertia='{kind}'/></asset>"),
+            "<body name='a'><freejoint/><geom type='mesh' mesh='u' density='100'/></body>",
+        );
+        let (model, _) = robot_with(&text, &Files::default().with("u.obj", u));
+        let Inertial { mass: found, center_of_mass: at, inertia } = link(&model, "a").inertial;
+        assert!((found - mass).abs() < 1e-9 * mass, "{kind}: {found}");
+        assert!((at - glamx::DVec3::new(1.5, 0.5, z)).length() < 1e-12, "{kind}: {at}");
+        let diagonal = glamx::DVec3::new(inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z);
+        assert!((diagonal - glamx::DVec3::from_array(moments)).length() < 1e-9 * mass, "{kind}: {diagonal}");
+    }
 }
 
 #[test]
@@ -214,4 +248,85 @@ fn files_that_include_one_another_are_refused() {
     let files = Files::default().with("a.xml", "<mujoco><include file='a.xml'/></mujoco>");
     let refused = translate(text.as_bytes(), &files, &LoadLimits::default()).unwrap_err().message;
     assert!(refused.contains("included twice"), "{refused}");
+}
+
+#[test]
+fn bodies_that_are_welded_or_connected_are_held_by_constraints() {
+    let text = mjcf(
+        "<equality><weld name='w' body1='one' body2='two'/><connect body1='one' anchor='0 0 1'/>\
+         <connect site1='s' site2='t'/><weld body1='two' body2='still' relpose='0 0 0.5 1 0 0 0'/>\
+         <weld body1='one' body2='gone'/><weld body1='still'/></equality>",
+        "<body name='still' pos='0 0 3'><geom size='1'/></body>\
+         <body name='one' pos='1 0 0'><freejoint/><geom size='1'/><site name='s' pos='0 1 0'/>\
+         <body name='two' pos='0 2 0' euler='0 0 90'><joint name='j'/><geom size='1'/><site name='t' pos='0 1 0'/></body></body>",
+    );
+    let translation = translated(&text);
+    let urdf = &translation.model("m").unwrap().urdf;
+    let (model, _) = read(urdf.as_bytes(), &Files::default(), &ReadOptions::default()).unwrap();
+    let [weld, connect, sites, to_still] = &model.setup.constraints[..] else {
+        panic!("{:#?}", model.setup.constraints)
+    };
+    let place = |constraint: &crate::setup::LinkConstraint, end: usize| {
+        constraint.ends[end].pose.unwrap().translation
+    };
+    assert_eq!((weld.name.as_str(), weld.kind, weld.collisions), ("w", LinkConstraintKind::Weld, true));
+    // The second body is where the file puts it.
+    assert!(near(place(weld, 0), [0.0, 2.0, 0.0]) && near(place(weld, 1), [0.0; 3]));
+    assert_eq!(connect.kind, LinkConstraintKind::PointToPoint);
+    assert_eq!(connect.ends[1].on, ConstraintOn::World);
+    // The world's end is in the frame of the root, which is the body itself.
+    assert!(near(place(connect, 0), [0.0, 0.0, 1.0]) && near(place(connect, 1), [0.0, 0.0, 1.0]));
+    assert!(near(place(sites, 0), [0.0, 1.0, 0.0]) && near(place(sites, 1), [0.0, 1.0, 0.0]));
+    // In the world the body that stands still is at z = 3, and the root at x = 1.
+    assert!(near(place(to_still, 0), [0.0, 0.0, 0.5]) && near(place(to_still, 1), [-1.0, 0.0, 3.0]));
+    let said = warnings(&translation.report);
+    assert!(said.iter().any(|(_, message)| message.contains("a body that is not there")), "{said:?}");
+    assert!(said.iter().any(|(_, message)| message.contains("both ends of")), "{said:?}");
+}
+
+#[test]
+fn joints_of_two_robots_are_geared_and_a_joint_alone_is_kept() {
+    let text = mjcf(
+        "<compiler angle='radian'/><equality><joint joint1='k' joint2='j' polycoef='0.1 2 0 0 0'/>\
+         <joint joint1='j' joint2='i' polycoef='0 1 0 0 0'/><joint joint1='i' joint2='j'/><joint joint1='s' polycoef='0.25'/></equality>",
+        "<body name='a'><joint name='i'/><geom size='1'/><body name='b'><joint name='j'/><geom size='1'/></body></body>\
+         <body name='c'><joint name='k'/><geom size='1'/><body name='d'><joint name='s' type='slide'/><geom size='1'/></body></body>",
+    );
+    let translation = translated(&text);
+    let model = |name: &str| {
+        let urdf = &translation.model(name).unwrap().urdf;
+        read(urdf.as_bytes(), &Files::default(), &ReadOptions::default()).unwrap().0
+    };
+    let (first, second) = (model("a"), model("c"));
+    assert_eq!(joint(&first, "j").mimic.map(|mimic| mimic.multiplier), Some(1.0));
+    let kinds: Vec<LinkConstraintKind> = first.setup.constraints.iter().map(|of| of.kind).collect();
+    let gear = |ratio, offset| LinkConstraintKind::Gear { ratio, offset: Some(offset) };
+    assert_eq!(kinds, [gear(2.0, 0.1), gear(1.0, 0.0)], "to the other robot, and round in a circle");
+    assert_eq!(
+        first.setup.constraints[0].ends[1].on,
+        ConstraintOn::Other { robot: "c".into(), name: "k".into() }
+    );
+    let [kept] = &second.setup.constraints[..] else { panic!("{:?}", second.setup.constraints) };
+    assert_eq!(kept.kind, LinkConstraintKind::Weld);
+    assert!(near(kept.ends[0].pose.unwrap().translation, [0.0, 0.0, 0.25]));
+}
+
+#[test]
+fn hostile_equalities_are_bounded_and_refused_in_a_sentence() {
+    let bodies = "<body name='a'><freejoint/><geom size='1'/></body><body name='b'><freejoint/><geom size='1'/></body>";
+    let many = "<weld body1='a' body2='b'/>".repeat(5_000);
+    let translation = translated(&mjcf(&format!("<equality>{many}</equality>"), bodies));
+    let count: usize =
+        translation.models.iter().map(|model| model.urdf.matches("<constraint ").count()).sum();
+    assert_eq!(count, 1024);
+    assert!(warnings(&translation.report).iter().any(|(_, said)| said.contains("more than 1024 equalities")));
+    for (equality, why) in [
+        ("<connect body1='a' body2='b' anchor='nan 0 0'/>", "does not compute with"),
+        ("<connect body1='a' body2='b' anchor='1 2'/>", "anchor has 2 numbers"),
+        ("<weld body1='a' body2='b' relpose='0 0 inf 1 0 0 0'/>", "does not compute with"),
+        ("<weld body1='a' body2='b'", ""),
+    ] {
+        let said = refusal(&mjcf(&format!("<equality>{equality}</equality>"), bodies));
+        assert!(said.contains(why) && said.len() < 500, "{said}");
+    }
 }

@@ -5,6 +5,7 @@ use glamx::DVec3;
 use super::*;
 use crate::robot::{Geometry, JointKind};
 use crate::setup::DriveMode;
+use crate::setup::LinkConstraintKind;
 
 fn sdf(content: &str) -> String {
     format!("<sdf version='1.9'>\n<model name='m'>\n{content}\n</model></sdf>")
@@ -183,17 +184,26 @@ fn what_cannot_be_meant_is_refused_with_the_line() {
 }
 
 #[test]
-fn a_loop_of_joints_is_opened_with_a_warning() {
+fn a_joint_that_closes_a_loop_becomes_a_constraint() {
     let text = sdf(&format!(
-        "<link name='a'>{INERTIAL}</link><link name='b'>{INERTIAL}</link>\n\
-         <joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>\n\
-         <joint name='k' type='fixed'><parent>b</parent><child>a</child></joint>"
+        "<link name='a'>{INERTIAL}</link><link name='b'><pose>1 0 0 0 0 0</pose>{INERTIAL}</link>\n\
+         <link name='c'><pose>0 1 0 0 0 0</pose>{INERTIAL}</link>\n\
+         <joint name='j' type='revolute'><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz></axis></joint>\n\
+         <joint name='k' type='revolute'><parent>a</parent><child>c</child><axis><xyz>0 0 1</xyz></axis></joint>\n\
+         <joint name='l' type='revolute'><pose>0 0.5 0 0 0 0</pose><parent>b</parent><child>c</child>\
+         <axis><xyz>0 0 1</xyz></axis></joint>\n\
+         <joint name='m' type='universal'><parent>b</parent><child>c</child><axis><xyz>0 0 1</xyz></axis>\
+         <axis2><xyz>0 1 0</xyz></axis2></joint>"
     ));
     let (model, report) = robot(&text);
-    assert_eq!(model.joints.len(), 1);
+    assert_eq!(model.joints.len(), 2);
+    let [constraint] = &model.setup.constraints[..] else { panic!("{:?}", model.setup.constraints) };
+    assert_eq!(constraint.kind, LinkConstraintKind::Hinge(glamx::DVec3::Z));
+    let places = constraint.ends.each_ref().map(|end| end.pose.unwrap().translation);
+    assert!(near(places[0], [-1.0, 1.5, 0.0]) && near(places[1], [0.0, 0.5, 0.0]), "{places:?}");
     let [(line, message)] = warnings(&report)[..] else { panic!("{:?}", warnings(&report)) };
-    assert_eq!(line, Some(5));
-    assert!(message.contains("\"k\" closes a loop"), "{message}");
+    assert_eq!(line, Some(8));
+    assert!(message.contains("\"m\" closes a loop, and has two axes"), "{message}");
 }
 
 #[test]

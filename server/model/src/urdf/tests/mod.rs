@@ -1,5 +1,6 @@
 //! The rules of reading, each as a sentence.
 
+mod constraints;
 mod documents;
 mod hostile;
 mod inertials;

@@ -1,7 +1,8 @@
 //! Descriptions with other addresses of their meshes.
 
 use crate::limits::LoadLimits;
-use crate::urdf::{describe, readdress};
+use crate::setup::NamedState;
+use crate::urdf::{describe, readdress, with_states};
 
 /// The text with each mesh at `/assets/` and its number.
 fn rewritten(urdf: &[u8]) -> String {
@@ -48,4 +49,22 @@ fn text_in_another_encoding_is_utf_8_afterwards() {
     assert!(text.contains("name=\"\u{e4}\"") && text.contains("filename=\"/assets/0.stl\""), "{text}");
     assert!(!text.contains("utf-16"));
     assert_eq!(describe(text.as_bytes(), &LoadLimits::default()).unwrap().asset_uris, ["/assets/0.stl"]);
+}
+
+#[test]
+fn states_that_are_added_are_read_again_and_lines_stay() {
+    let urdf = super::one_joint("continuous", "");
+    let (model, _) = super::robot(&urdf);
+    let home =
+        |name: &str| NamedState { name: name.into(), group: "g \"&".into(), positions: vec![(0, -0.25)] };
+    let states = [home("home"), home("<away>")];
+    let text = with_states(urdf.as_bytes(), &LoadLimits::default(), &model, &states).unwrap();
+    assert_eq!(text.lines().count(), urdf.lines().count());
+    let (again, report) = super::robot(&text);
+    assert_eq!(again.setup.states, states);
+    assert_eq!(super::warnings(&report), [""; 0]);
+    let none = with_states(urdf.as_bytes(), &LoadLimits::default(), &model, &[]);
+    assert_eq!(none, None);
+    let tight = LoadLimits { urdf_bytes: urdf.len() + 10, ..LoadLimits::default() };
+    assert_eq!(with_states(urdf.as_bytes(), &tight, &model, &states), None, "too large to be read again");
 }

@@ -1,0 +1,101 @@
+//! Masses and tensors of meshes, as MuJoCo computes them.
+
+use glamx::{DMat3, DVec3};
+
+use super::assets::MeshInertia;
+use crate::inertia;
+use crate::robot::{Inertial, MeshAsset};
+
+type Triangle = [DVec3; 3];
+
+/// Of water, or of a surface of a density of water's number. `None` where it has no extent.
+pub(super) fn of(mesh: &MeshAsset, scale: DVec3, kind: MeshInertia) -> Option<Inertial> {
+    match kind {
+        MeshInertia::Volume { signed } => {
+            of_volume(&triangles(&mesh.vertices, &mesh.triangles, scale), signed)
+        }
+        MeshInertia::Hull => {
+            let points: Vec<DVec3> = mesh.vertices.iter().map(|corner| *corner * scale).collect();
+            let (corners, faces) = parry3d_f64::transformation::try_convex_hull(&points).ok()?;
+            of_volume(&triangles(&corners, &faces, DVec3::ONE), true)
+        }
+        MeshInertia::Shell => of_surface(&triangles(&mesh.vertices, &mesh.triangles, scale)),
+    }
+}
+
+fn triangles(corners: &[DVec3], faces: &[[u32; 3]], scale: DVec3) -> Vec<Triangle> {
+    let corner = |index: u32| corners.get(index as usize).map(|corner| *corner * scale);
+    faces.iter().filter_map(|[a, b, c]| Some([corner(*a)?, corner(*b)?, corner(*c)?])).collect()
+}
+
+fn area([a, b, c]: Triangle) -> f64 {
+    (b - a).cross(c - a).length() * 0.5
+}
+
+/// The area, and its centroid; `None` where there is none.
+fn surface(triangles: &[Triangle]) -> Option<(f64, DVec3)> {
+    let (mut whole, mut centroid) = (0.0, DVec3::ZERO);
+    for triangle in triangles {
+        let own = area(*triangle);
+        let [a, b, c] = triangle;
+        whole += own;
+        centroid += (a + b + c) / 3.0 * own;
+    }
+    (whole > 0.0 && whole.is_finite()).then(|| (whole, centroid / whole))
+}
+
+/// Tetrahedra from the centroid of the surface to each triangle, and then from the centre of mass, of which both the
+/// volume and the moments are. Unless they are signed each counts as positive, whichever way its triangle looks, so that
+/// the volume depends on the point.
+fn of_volume(triangles: &[Triangle], signed: bool) -> Option<Inertial> {
+    let (_, centroid) = surface(triangles)?;
+    let volume_of = |[a, b, c]: Triangle| {
+        let volume = a.dot(b.cross(c)) / 6.0;
+        if signed { volume } else { volume.abs() }
+    };
+    let from = |point: DVec3| triangles.iter().map(move |triangle| triangle.map(|corner| corner - point));
+    let (mut volume, mut center) = (0.0, DVec3::ZERO);
+    for triangle in from(centroid) {
+        let [a, b, c] = triangle;
+        let own = volume_of(triangle);
+        volume += own;
+        center += ((a + b + c) * 0.25 + centroid) * own;
+    }
+    if volume.is_nan() || volume <= 0.0 {
+        return None;
+    }
+    center /= volume;
+    let (mut volume, mut products) = (0.0, DMat3::ZERO);
+    for triangle in from(center) {
+        let own = volume_of(triangle);
+        volume += own;
+        // Integral of r r' over a tetrahedron with one corner in the origin.
+        products += squares(triangle) * (own / 20.0);
+    }
+    made(volume, center, products)
+}
+
+/// Of thin triangles.
+fn of_surface(triangles: &[Triangle]) -> Option<Inertial> {
+    let (whole, center) = surface(triangles)?;
+    let mut products = DMat3::ZERO;
+    for triangle in triangles {
+        // Integral of r r' over a triangle.
+        products += squares(triangle.map(|corner| corner - center)) * (area(*triangle) / 12.0);
+    }
+    made(whole, center, products)
+}
+
+/// Sum of the outer squares of the corners and of their sum.
+fn squares([a, b, c]: Triangle) -> DMat3 {
+    let square = |u: DVec3| DMat3::from_cols(u * u.x, u * u.y, u * u.z);
+    square(a) + square(b) + square(c) + square(a + b + c)
+}
+
+fn made(extent: f64, center: DVec3, products: DMat3) -> Option<Inertial> {
+    let trace = products.x_axis.x + products.y_axis.y + products.z_axis.z;
+    let tensor = (DMat3::from_diagonal(DVec3::splat(trace)) - products) * inertia::DENSITY;
+    let found = Inertial { mass: extent * inertia::DENSITY, center_of_mass: center, inertia: tensor };
+    let is_sound = found.mass > 0.0 && found.mass.is_finite() && center.is_finite() && tensor.is_finite();
+    is_sound.then_some(found)
+}
