@@ -26,6 +26,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
+use bytes::Bytes;
 use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::Spawn;
 use simd_model::robot::Sha256;
@@ -82,6 +83,8 @@ pub(crate) struct Known {
     pub(crate) mesh_shapes: MeshShapes,
     /// Its root link cannot move.
     pub(crate) fixed_base: bool,
+    /// Beside the description; empty is none.
+    pub(crate) srdf: Bytes,
     /// The description and the files.
     pinned: Vec<Sha256>,
 }
@@ -151,6 +154,7 @@ impl Loader {
         model: &Arc<RobotModel>,
         used: Used,
         origin: Origin,
+        srdf: Bytes,
         options: LoadOptions,
     ) -> Result<(), CallError> {
         let Used { description, urdf, files, uris } = used;
@@ -184,7 +188,7 @@ impl Loader {
         let LoadOptions { read: ReadOptions { scale, .. }, mesh_shapes, fixed_base } = options;
         let fixed_base = Spawn::is_base_fixed(model, fixed_base);
         let model = Arc::downgrade(model);
-        cache.known.push(Known { model, origin, description, scale, mesh_shapes, fixed_base, pinned });
+        cache.known.push(Known { model, origin, description, scale, mesh_shapes, fixed_base, srdf, pinned });
         Ok(())
     }
 

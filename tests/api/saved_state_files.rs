@@ -206,7 +206,44 @@ async fn limits_hold_for_saved_states_in_files(via: Via) {
     assert!(refused.to_string().contains("the saved state's file"), "{refused}");
 }
 
+async fn named_states_of_an_srdf_survive_a_file_and_a_reload(via: Via) {
+    let folder = tempfile::tempdir().unwrap();
+    let here = Daemon::paused_via(via).await;
+    let layout_of = async |client: &Client| client.joint_layout("arm").await.unwrap();
+    let package = Package::open(assets().join("seven_arm")).unwrap();
+    let source = Some(here.client.upload(&package).await.unwrap());
+    here.client.spawn(proto::SpawnEntityRequest { source: source.clone(), ..fixed("probe") }).await.unwrap();
+    let joint = here.client.joint_layout("probe").await.unwrap().joints[0].name.clone();
+    let srdf = format!(
+        "<robot name='seven_arm'><group_state name='home' group='arm'><joint name='{joint}' value='0.25'/></group_state></robot>"
+    );
+    let request = proto::SpawnEntityRequest { source, srdf: srdf.into(), ..fixed("arm") };
+    let spawned = here.client.spawn(request).await.unwrap();
+    let names =
+        |entity: &proto::EntityInfo| entity.states.iter().map(|state| state.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&spawned.entity), ["home"]);
+    let reload = proto::ReloadEntityRequest { robot: "arm".into(), ..Default::default() };
+    let reloaded = here.client.reload(reload.clone()).await.unwrap();
+    assert_eq!(names(&reloaded.entity), ["home"]);
+    let source = Some(here.client.upload(&package).await.unwrap());
+    let anew = here.client.reload(proto::ReloadEntityRequest { source, ..reload.clone() }).await.unwrap();
+    assert_eq!(names(&anew.entity), ["home"], "the SRDF is read for the new description too");
+
+    here.client.save_state("mark").await.unwrap();
+    let (file, _) = export(&here.client, folder.path(), "mark").await;
+    let there = Daemon::paused_via(via).await;
+    there.client.import_saved_state(&file, "").await.unwrap();
+    there.client.restore_state("mark").await.unwrap();
+    let robots = there.client.robots().await.unwrap();
+    let arm = robots.iter().find(|robot| robot.name == "arm").unwrap();
+    assert_eq!(names(arm), ["home"]);
+    let reloaded = there.client.reload(reload).await.unwrap();
+    assert_eq!(names(&reloaded.entity), ["home"]);
+    assert_eq!(layout_of(&there.client).await.joints.len(), layout_of(&here.client).await.joints.len());
+}
+
 crate::over_every_transport![
+    named_states_of_an_srdf_survive_a_file_and_a_reload,
     a_world_is_taken_to_another_daemon_and_runs_on_to_the_same_bits,
     what_is_no_saved_state_is_refused_and_changes_nothing,
     limits_hold_for_saved_states_in_files,

@@ -231,7 +231,8 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
     line.clear();
     let spawned = spawned.map_err(|error| naming(path, error))?;
     warn_of(&spawned.report, package.as_ref());
-    if spawned.entity.base() == Base::Free && !is_base_given {
+    // Of several some mostly stand still: the file says which.
+    if spawned.entity.base() == Base::Free && !is_base_given && spawned.others.is_empty() {
         hint("its base is free, so it falls; --fixed holds it in place");
     }
     output.one(&Loaded::from(spawned))

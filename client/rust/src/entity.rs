@@ -16,6 +16,8 @@ use crate::{Client, Error, client::present};
 pub struct Spawned {
     /// What it is, under the name it got.
     pub entity: EntityInfo,
+    /// Those that came with it, of an SDF or MJCF with several robots.
+    pub others: Vec<EntityInfo>,
     /// What was done to its description on the way in.
     pub report: LoadReport,
     /// The moment from which it is in the world.
@@ -26,6 +28,7 @@ impl Spawned {
     fn new(answer: SpawnEntityResponse) -> Result<Self, Error> {
         Ok(Self {
             entity: present(answer.entity, "entity")?,
+            others: answer.others,
             report: present(answer.report, "report")?,
             stamp: present(answer.stamp, "stamp")?,
         })

@@ -294,32 +294,32 @@ impl SimHandle {
         strict: bool,
     ) -> Result<Reloaded, CallError> {
         self.note_robots([robot.as_str()]);
-        let (origin, model, scale, mesh_shapes, fixed_base) = {
+        let (origin, model, scale, mesh_shapes, srdf, fixed_base) = {
             let newest = self.newest();
             let Some((_, entity)) = newest.state.entity(&robot) else {
                 let entities = newest.state.world.entities.iter();
                 let known = entities.map(|entity| entity.name.clone()).collect();
                 return Err(simd_core::Error::RobotNotFound { robot, known }.into());
             };
-            let known = self
-                .loader()
-                .with_known(&entity.model, |known| (known.origin.clone(), known.scale, known.mesh_shapes));
-            let (origin, scale, mesh_shapes) = match (source, known) {
-                (Some(source), known) => {
-                    let (scale, mesh_shapes) = known.map_or((1.0, MeshShapes::default()), |(_, s, m)| (s, m));
-                    (source.into(), scale, mesh_shapes)
+            let known = self.loader().with_known(&entity.model, |known| {
+                (known.origin.clone(), known.scale, known.mesh_shapes, known.srdf.clone())
+            });
+            let (origin, scale, mesh_shapes, srdf) = match (source, known) {
+                (Some(source), Some((_, scale, mesh_shapes, srdf))) => {
+                    (source.into(), scale, mesh_shapes, srdf)
                 }
+                (Some(source), None) => (source.into(), 1.0, MeshShapes::default(), Bytes::new()),
                 (None, Some(known)) => known,
                 (None, None) => {
                     let message = format!("it is not known where robot {robot:?} came from");
                     return Err(CallError::Internal { message });
                 }
             };
-            (origin, entity.model.name.clone(), scale, mesh_shapes, entity.fixed_base)
+            (origin, entity.model.name.clone(), scale, mesh_shapes, srdf, entity.fixed_base)
         };
         let options = self.loader().load_options(scale, strict, mesh_shapes, Some(fixed_base));
         let LoadedRobot { model, shapes, report, .. } =
-            self.loader().load(origin, &model, options, Reporter::default()).await?;
+            self.loader().load(origin, &model, srdf, options, Reporter::default()).await?;
         let summary = summary(&model, &report);
         tracing::info!(robot, "reloads {summary}");
         let done = self.command(Command::Reload(Box::new(Reload { robot, model, shapes }))).await?;

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use bytes::Bytes;
 use simd_core::simulation::command::SavedStateInfo;
 use simd_core::simulation::{RobotParts, Saved};
 use simd_core::{Command, Reply};
@@ -146,7 +147,7 @@ impl Loader {
         let origin = Origin::Sent { urdf, files: assets.collect::<Result<_, CallError>>()? };
         let Recipe { scale, mesh_shapes, fixed_base, .. } = *recipe;
         let options = self.load_options(f64::from_bits(scale), false, mesh_shapes, Some(fixed_base));
-        let made = self.load(origin, robot, options, Reporter::default()).await;
+        let made = self.load(origin, robot, Bytes::new(), options, Reporter::default()).await;
         match made {
             Ok(LoadedRobot { model, shapes, .. }) => Ok((model, shapes)),
             Err(error @ (CallError::InvalidDescription { .. } | CallError::InvalidValue { .. })) => {

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use bytes::Bytes;
 use simd_core::collision::MeshShapes;
 use simd_model::robot::{MeshAsset, Sha256};
+use simd_model::setup::NamedState;
 use simd_model::{Asset, Assets, RobotModel, Srdf, wire_name};
 use tokio::time::Instant;
 
 use super::Loader;
 use super::partial;
 use super::progress::Reporter;
-use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Which, summary};
+use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Used, Which, summary};
 use super::source::{AssetState, Prepared, Source, Validated};
 use crate::call_error::CallError;
 
@@ -181,8 +182,29 @@ impl Loader {
         self.off_thread(read).await?.map_err(refused)
     }
 
+    /// What a robot was made from, with states of an SRDF in its description.
+    async fn with_states(
+        &self,
+        used: Used,
+        model: Arc<RobotModel>,
+        states: Vec<NamedState>,
+    ) -> Result<Used, CallError> {
+        let limits = self.limits.reading;
+        let write = move || {
+            let text = simd_model::with_states(&used.urdf, &limits, &model, &states);
+            match text {
+                Some(text) => {
+                    let urdf: Arc<[u8]> = Arc::from(text.into_bytes());
+                    Used { description: Sha256::of(&urdf), urdf, ..used }
+                }
+                None => used,
+            }
+        };
+        self.off_thread(write).await
+    }
+
     /// Reads a robot, and keeps what it was made from for as long as its model lives. Of a file with several robots it is
-    /// the one of the name that the robot had.
+    /// the one of the name that the robot had. Of an SRDF the named states alone are taken; empty is none.
     ///
     /// # Errors
     /// Where its bytes cannot be had, and where they are no robot.
@@ -190,12 +212,15 @@ impl Loader {
         &self,
         origin: Origin,
         name: &str,
+        srdf: Bytes,
         options: LoadOptions,
         reporter: Reporter,
     ) -> Result<LoadedRobot, CallError> {
         let which = Which::One(name.to_owned());
-        let mut made = self.load_with_srdf(origin, which, Bytes::new(), options, reporter).await?;
-        made.pop().map(|(made, _srdf)| made).ok_or_else(nothing_read)
+        let mut made = self.load_with_srdf(origin, which, srdf, options, reporter).await?;
+        let (mut made, found) = made.pop().ok_or_else(nothing_read)?;
+        made.report.findings.extend(found.report.findings);
+        Ok(made)
     }
 
     /// The same of several robots, with an SRDF, of which the named states become the model's; empty is none.
@@ -211,16 +236,24 @@ impl Loader {
         reporter: Reporter,
     ) -> Result<Vec<(LoadedRobot, Srdf)>, CallError> {
         let mut all = Vec::new();
-        for Reading { used, outcome } in self.read(&origin, which, options, reporter).await? {
+        for Reading { mut used, outcome } in self.read(&origin, which, options, reporter).await? {
             let mut made = outcome.map_err(refused)?;
             let mut found = Srdf::default();
             if !srdf.is_empty() {
                 found = self.read_srdf(srdf.clone(), Arc::clone(&made.model), options.read.strict).await?;
                 let states = std::mem::take(&mut found.states);
-                Arc::make_mut(&mut made.model).setup.add_states(states);
+                let model = Arc::make_mut(&mut made.model);
+                let own = model.setup.states.len();
+                model.setup.add_states(states);
+                // What is kept has them too, and so has what is saved.
+                let added = model.setup.states.get(own..).unwrap_or_default().to_vec();
+                if !added.is_empty() {
+                    used = self.with_states(used, Arc::clone(&made.model), added).await?;
+                }
             }
             let fixed_base = made.placement.map(|placement| placement.fixed).or(options.fixed_base);
-            self.keep(&made.model, used, origin.clone(), LoadOptions { fixed_base, ..options })?;
+            let options = LoadOptions { fixed_base, ..options };
+            self.keep(&made.model, used, origin.clone(), srdf.clone(), options)?;
             all.push((made, found));
         }
         Ok(all)

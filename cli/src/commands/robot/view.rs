@@ -132,19 +132,29 @@ impl From<LoadReport> for ReportView {
 #[derive(Serialize)]
 pub(super) struct Loaded {
     robot: RobotView,
+    /// Those that came with it.
+    others: Vec<RobotView>,
     report: ReportView,
     stamp: Stamp,
 }
 
 impl From<Spawned> for Loaded {
     fn from(spawned: Spawned) -> Self {
-        Self { robot: spawned.entity.into(), report: spawned.report.into(), stamp: spawned.stamp.into() }
+        Self {
+            robot: spawned.entity.into(),
+            others: spawned.others.into_iter().map(RobotView::from).collect(),
+            report: spawned.report.into(),
+            stamp: spawned.stamp.into(),
+        }
     }
 }
 
 impl View for Loaded {
     fn page(&self) -> Page {
-        Page::of_line(format!("loaded {}: {}", self.robot.name, self.robot.in_short()))
+        let robots = std::iter::once(&self.robot).chain(&self.others);
+        robots.fold(Page::new(), |page, robot| {
+            page.line(format!("loaded {}: {}", robot.name, robot.in_short()))
+        })
     }
 }
 
