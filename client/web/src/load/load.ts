@@ -8,7 +8,7 @@ import { scenes } from "../state/scene";
 import { toast } from "../state/toasts";
 import { selectedRobot } from "../state/view";
 import { frame } from "../state/world";
-import { Locator } from "./locator";
+import { includes, Locator } from "./locator";
 import { nextSpawnPosition } from "./spawn-position";
 import { sha256 } from "./sha256";
 import { MOUNT, nameOf, Tree } from "./tree";
@@ -50,17 +50,31 @@ async function manifestsOf(files: Map<string, File>): Promise<Map<string, string
 async function load(entities: Entities, files: Map<string, File>, tree: Tree, urdf: string): Promise<void> {
   loading.value = { what: nameOf(urdf), phase: "reading", done: 0, total: 0, item: "" };
   const bytes = await bytesOf(files, urdf);
-  const prepared = await entities.prepareDescription({ urdf: bytes });
-  const what = prepared.name;
-  const found = await find(files, new Locator(tree, urdf), prepared.assets.map((asset) => asset.uri));
-  const lacking = await lackingOf(entities, bytes, found.hashes);
-  await upload(entities, files, what, found, lacking);
+  let prepared = await entities.prepareDescription({ urdf: bytes });
+  const locator = new Locator(tree, urdf);
+  const found: Found = { hashes: {}, paths: new Map(), missing: {}, known: new Map() };
+  const sent = new Set<string>();
+  // What an SDF or MJCF includes names more. A file is looked for once, so that this ends.
+  for (;;) {
+    const named = prepared.assets.map((asset) => asset.uri).filter((uri) => !(uri in found.hashes || uri in found.missing));
+    await find(files, locator, named, found);
+    if (!named.some((uri) => uri in found.hashes)) break;
+    prepared = await entities.prepareDescription({ urdf: bytes, assets: found.hashes });
+    const lacking = prepared.assets.filter((asset) => asset.state === AssetState.LACKING);
+    const hashes = new Set(lacking.flatMap((asset) => found.hashes[asset.uri] ?? []).filter((hash) => !sent.has(hash)));
+    await upload(entities, files, prepared.name, found, hashes);
+    for (const hash of hashes) sent.add(hash);
+    if (includes(urdf) && hashes.size > 0) {
+      prepared = await entities.prepareDescription({ urdf: bytes, assets: found.hashes });
+    }
+  }
+  const what = prepared.name === "" ? nameOf(urdf) : prepared.name;
   const spawned = await spawn(entities, what, {
     source: { case: "description", value: prepared.description },
     assets: found.hashes,
     missing: found.missing,
-  });
-  keepReport(spawned);
+  }, prepared.models.length > 0);
+  keepReport(spawned, prepared.models.length > 0);
 }
 
 /** The files of the URIs of a robot. */
@@ -71,12 +85,11 @@ interface Found {
   paths: Map<string, string>;
   /** By URI. */
   missing: Record<string, { places: string[] }>;
+  /** Hashes by path: a visual and its collision often share a file. */
+  known: Map<string, string>;
 }
 
-async function find(files: Map<string, File>, locator: Locator, uris: string[]): Promise<Found> {
-  const found: Found = { hashes: {}, paths: new Map(), missing: {} };
-  // A visual and its collision often share a file.
-  const known = new Map<string, string>();
+async function find(files: Map<string, File>, locator: Locator, uris: string[], found: Found): Promise<void> {
   for (const uri of uris) {
     const result = locator.find(uri);
     if ("why" in result) {
@@ -85,24 +98,11 @@ async function find(files: Map<string, File>, locator: Locator, uris: string[]):
       continue;
     }
     const { path } = result;
-    const hash = known.get(path) ?? (await sha256(await bytesOf(files, path)));
-    known.set(path, hash);
+    const hash = found.known.get(path) ?? (await sha256(await bytesOf(files, path)));
+    found.known.set(path, hash);
     found.paths.set(hash, path);
     found.hashes[uri] = hash;
   }
-  return found;
-}
-
-/** The hashes of the files that the daemon does not have. */
-async function lackingOf(
-  entities: Entities,
-  urdf: Uint8Array<ArrayBuffer>,
-  assets: Record<string, string>,
-): Promise<Set<string>> {
-  if (Object.keys(assets).length === 0) return new Set();
-  const { assets: required } = await entities.prepareDescription({ urdf, assets });
-  const lacking = required.filter((asset) => asset.state === AssetState.LACKING);
-  return new Set(lacking.flatMap((asset) => assets[asset.uri] ?? []));
 }
 
 async function upload(
@@ -127,10 +127,16 @@ async function upload(
   }
 }
 
-async function spawn(entities: Entities, what: string, source: Source): Promise<SpawnEntityResponse | undefined> {
-  // With a fixed base: most dropped robots are arms, which would fall in an empty world.
+async function spawn(
+  entities: Entities,
+  what: string,
+  source: Source,
+  saysBase: boolean,
+): Promise<SpawnEntityResponse | undefined> {
+  // With a fixed base: most dropped robots are arms, which would fall in an empty world. An SDF or MJCF says it itself.
   const pose = { position: nextSpawnPosition(scenes.value, frame.value) };
-  const request = { spawn: { source, allowRenaming: true, base: Base.FIXED, pose } };
+  const base = saysBase ? Base.UNSPECIFIED : Base.FIXED;
+  const request = { spawn: { source, allowRenaming: true, base, pose } };
   let spawned: SpawnEntityResponse | undefined;
   for await (const { event } of entities.spawnEntityWithProgress(request)) {
     if (event.case === "progress") loading.value = loadingOf(what, event.value);
@@ -139,14 +145,16 @@ async function spawn(entities: Entities, what: string, source: Source): Promise<
   return spawned;
 }
 
-function keepReport(spawned: SpawnEntityResponse | undefined): void {
+function keepReport(spawned: SpawnEntityResponse | undefined, saysBase: boolean): void {
   const name = spawned?.entity?.name;
   if (!spawned || name === undefined) throw new Error("The daemon ended the call without a result.");
   const report = reportOf(name, spawned.report);
   reports.value = new Map(reports.value).set(name, report);
   unmeasured.value = new Set(unmeasured.value).add(name);
+  const others = spawned.others.map((other) => other.name);
   selectedRobot.value = name;
-  toast("info", `${report.summary === "" ? `${name} is loaded` : report.summary}. Its base is fixed to the world.`);
+  const said = report.summary === "" ? `${[name, ...others].join(", ")} is loaded` : report.summary;
+  toast("info", saysBase ? `${said}.` : `${said}. Its base is fixed to the world.`);
 }
 
 async function bytesOf(files: Map<string, File>, path: string): Promise<Uint8Array<ArrayBuffer>> {

@@ -14,10 +14,25 @@ const EXTENSIONS = new Set(
   ).split(" "),
 );
 
+/** Extensions of files that an SDF or MJCF may include: such text becomes a part of a robot that is uploaded. */
+const DESCRIPTIONS = ["sdf", "world", "xml", "mjcf", "config"];
+
+/** Whether a file is, by its name, an SDF or MJCF, which may include others. */
+export function includes(description: string): boolean {
+  return DESCRIPTIONS.includes(extensionOf(description) ?? "");
+}
+
+function extensionOf(path: string): string | undefined {
+  const name = nameOf(path);
+  const dot = name.lastIndexOf(".");
+  return dot <= 0 ? undefined : name.slice(dot + 1).toLowerCase();
+}
+
 /** Finds the files that one URDF refers to. */
 export class Locator {
   private readonly folder: string;
   private readonly above: string[];
+  private readonly extensions: ReadonlySet<string>;
 
   /** For a URDF at this path of the tree. */
   constructor(
@@ -26,18 +41,19 @@ export class Locator {
   ) {
     this.folder = parent(urdf);
     this.above = ancestors(this.folder);
+    this.extensions = includes(urdf) ? new Set([...EXTENSIONS, ...DESCRIPTIONS]) : EXTENSIONS;
   }
 
   /** The path of the file of `uri`. */
   find(uri: string): { path: string } | Missing {
     const wanted = readings(uri);
     if (typeof wanted === "string") return { why: wanted, places: [] };
-    const search = new Search(this.tree);
+    const search = new Search(this.tree, this.extensions);
     // Other spellings in case are tried only if there is no exact match.
     for (const anyCase of [false, true]) {
       search.anyCase = anyCase;
       for (const reading of wanted) {
-        const path = this.look(search, reading);
+        const path = this.look(search, reading) ?? this.inRoots(search, reading);
         if (path !== undefined) return { path };
       }
     }
@@ -68,6 +84,16 @@ export class Locator {
     }
     // The folder of an export is often renamed without its URDF.
     folders.push(...this.above.filter((folder) => this.looksLikePackage(folder)));
+    return firstOf(folders, (folder) => search.look(folder, folder, rest));
+  }
+
+  /** Exports name files from the folder of their package, also where the URDF lies deeper. */
+  private inRoots(search: Search, reading: Reading): string | undefined {
+    if (reading.kind === "absolute" || (reading.kind === "package" && reading.name !== "")) return undefined;
+    const rest = reading.kind === "package" ? reading.rest : reading.path;
+    const folders = this.above.filter((folder) => this.looksLikePackage(folder));
+    const home = this.home();
+    if (home !== undefined && !folders.includes(home)) folders.push(home);
     return firstOf(folders, (folder) => search.look(folder, folder, rest));
   }
 
@@ -123,7 +149,10 @@ class Search {
   readonly places: string[] = [];
   why: MissingReason | undefined;
 
-  constructor(private readonly tree: Tree) {}
+  constructor(
+    private readonly tree: Tree,
+    private readonly extensions: ReadonlySet<string>,
+  ) {}
 
   /** The path of `folder/rest`, if it is a file that may be uploaded and is within `boundary`. */
   look(folder: string, boundary: string, rest: string): string | undefined {
@@ -135,9 +164,7 @@ class Search {
     if (!this.places.includes(candidate)) this.places.push(candidate);
     const found = this.tree.exists(candidate) || !this.anyCase ? candidate : this.inOtherCase(boundary, candidate);
     if (found === undefined || !this.tree.isFile(found)) return undefined;
-    const name = nameOf(found);
-    const dot = name.lastIndexOf(".");
-    if (dot <= 0 || !EXTENSIONS.has(name.slice(dot + 1).toLowerCase())) {
+    if (!this.extensions.has(extensionOf(found) ?? "")) {
       this.reject("not_a_mesh");
       return undefined;
     }
