@@ -151,3 +151,18 @@ def test_joints_are_known_by_name_and_by_index(arm: Robot) -> None:
         KeyError, match="robot `arm` has no joint `knee`; it has `shoulder joint`, `elbow joint`"
     ):
         arm.joints["knee"]
+
+
+def test_included_files_are_sent_and_one_robot_of_several_can_be_named(sim: Simulation, tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    leg = "<mujocoinclude><body name='leg' pos='2 0 1'><freejoint/><geom size='0.2' mass='3'/></body></mujocoinclude>"
+    (tmp_path / "parts" / "leg.xml").write_text(leg)
+    arm = "<body name='arm'><joint name='j'/><geom size='0.1' mass='1'/></body>"
+    scene = tmp_path / "scene.xml"
+    scene.write_text(f"<mujoco><worldbody>{arm}<include file='parts/leg.xml'/></worldbody></mujoco>")
+    first = sim.load(scene, "scene")
+    assert first.name == "scene_arm"
+    assert set(sim.robots) >= {"scene_arm", "scene_leg"}
+    alone = sim.load(scene, "alone", model="leg")
+    assert alone.name == "alone"
+    assert alone.info().mass == pytest.approx(3.0)

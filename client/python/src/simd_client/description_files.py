@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from simd_client import proto
-from simd_client.assets import Locator, Missing, find_urdf
+from simd_client.assets import Locator, Missing, find_urdf, includes
 from simd_client.errors import XacroError
 from simd_client.expansion import Arguments, expanded, is_xacro
 
@@ -36,6 +36,8 @@ class DescriptionFiles:
         else:
             self.urdf = urdf.read_bytes()
         self._locator = Locator(urdf, packages)
+        self.includes = includes(urdf)
+        """It is an SDF or MJCF, of which more is known once the files are there that it includes."""
         self.hashes: dict[str, str] = {}
         """By URI."""
         self.paths: dict[str, Path] = {}
@@ -43,10 +45,16 @@ class DescriptionFiles:
         self.missing: dict[str, proto.AssetSearch] = {}
         """By URI."""
 
+    def knows(self, uri: str) -> bool:
+        """Whether it was looked for."""
+        return uri in self.hashes or uri in self.missing
+
     def find(self, uris: list[str]) -> None:
-        """Finds and hashes the files; a visual and its collision shape often share one."""
-        known: dict[Path, str] = {}
+        """Finds and hashes files that were not looked for yet; a visual and its collision shape often share one."""
+        known = {path: sha256 for sha256, path in self.paths.items()}
         for uri in uris:
+            if self.knows(uri):
+                continue
             try:
                 path = self._locator.find(uri)
             except Missing as missing:

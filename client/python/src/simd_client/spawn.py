@@ -47,6 +47,7 @@ class SpawnOptions:
     self_collision: bool = False
     srdf: bytes = b""
     collision: Collision = "mesh"
+    model: str = ""
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
         """The request that spawns a description. Raises `ValueError` for another word for `collision`."""
@@ -68,6 +69,7 @@ class SpawnOptions:
             self_collision=self.self_collision,
             srdf=self.srdf,
             mesh_shapes=mesh_shapes,
+            model=self.model,
         )
 
 

@@ -38,7 +38,7 @@ def test_states_are_true() -> None:
     raising = {name for name, state in listed.items() if state == "raises"}
     assert set(unsupported.__all__) <= raising
     # That raises from a module that does other things too.
-    assert raising - set(unsupported.__all__) == {"loadBullet", "loadMJCF"}
+    assert raising - set(unsupported.__all__) == {"loadBullet"}
     accepted = {name for name, state in listed.items() if state == "accepted"}
     # Sliders are taken down by the same function as drawings.
     drawn = set(headless.__all__) - {"removeUserDebugItem"}

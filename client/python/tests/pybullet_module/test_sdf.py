@@ -105,8 +105,6 @@ def test_what_is_no_sdf_is_told(script: ModuleType, tmp_path: Path, capsys: pyte
         script.loadSDF(str(file))
     with pytest.raises(script.error, match="Cannot load SDF file. Not found"):
         script.loadSDF("lost.sdf")
-    with pytest.raises(NotImplementedError, match="loadMJCF: files of MuJoCo are not read"):
-        script.loadMJCF("humanoid.xml")
     mesh = "<collision name='c'><geometry><mesh><uri>lost.obj</uri></mesh></geometry></collision>"
     file.write_text(f"<sdf><model name='a'><link name='l'>{mesh}</link></model></sdf>")
     assert script.loadSDF(str(file)) == (0,)

@@ -50,10 +50,14 @@ class Loading(Connection):
         packages: Packages | None = None,
         xacro_arguments: Arguments | None = None,
         progress: Progress = False,
+        model: str = "",
     ) -> Robot:
-        """Loads a robot from this disk: a URDF file, or a package folder that contains one. The files that it
-        refers to are sent too; `report` has a warning for each that was not found. A `.xacro` file is expanded first,
-        by the package that `pip install 'simd-client[xacro]'` installs, with `xacro_arguments`.
+        """Loads a robot from this disk: a URDF, SDF or MJCF file, or a package folder that contains one. The files that it
+        refers to and includes are sent too; `report` has a warning for each that was not found. A `.xacro` file is expanded
+        first, by the package that `pip install 'simd-client[xacro]'` installs, with `xacro_arguments`.
+
+        Of a file with several robots `model` names one. Without it all come at one moment: the first is returned, and
+        `robots` of the simulation has the others.
 
         `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to the
         world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`.
@@ -68,7 +72,7 @@ class Loading(Connection):
         """
         options = SpawnOptions(
             name, allow_renaming, Pose.of(position, orientation), fixed, passive, joint_positions, scale, strict,
-            surfaces, self_collision, srdf_bytes(srdf), collision,
+            surfaces, self_collision, srdf_bytes(srdf), collision, model,
         )  # fmt: skip
         if progress is False:
             return await self._spawn(await upload(self, path, packages, xacro_arguments), options)

@@ -4,8 +4,8 @@ A URDF may be untrusted, so it can only refer to meshes and images below the fol
 links resolved. Nothing is fetched and no ROS tool is executed.
 """
 
-from simd_client.assets.locator import Locator
+from simd_client.assets.locator import Locator, includes
 from simd_client.assets.missing import Missing, Why
 from simd_client.assets.urdf import find_urdf
 
-__all__ = ["Locator", "Missing", "Why", "find_urdf"]
+__all__ = ["Locator", "Missing", "Why", "find_urdf", "includes"]

@@ -11,7 +11,7 @@ from simd_client.assets import package
 from simd_client.assets.boundary import Outcome, inside, join_within, real_path
 from simd_client.assets.missing import Missing, Why
 from simd_client.assets.package import RosPaths
-from simd_client.assets.uri import Absolute, InPackage, Unreadable, readings
+from simd_client.assets.uri import Absolute, InPackage, Relative, Unreadable, readings
 
 EXTENSIONS = frozenset(
     (
@@ -21,6 +21,14 @@ EXTENSIONS = frozenset(
 )
 """Of what a URDF may name. Without this list, `package://.ssh/id_rsa` in an untrusted URDF would make a
 client upload a private key."""
+
+DESCRIPTIONS = frozenset(("sdf", "world", "xml", "mjcf", "config"))
+"""Of what an SDF or MJCF may include: such text becomes a part of a robot that is sent."""
+
+
+def includes(description: str | os.PathLike[str]) -> bool:
+    """Whether a file is, by its name, one that may include others."""
+    return Path(description).suffix.lower().removeprefix(".") in DESCRIPTIONS
 
 
 class Locator:
@@ -35,6 +43,7 @@ class Locator:
         """For a URDF file, whose packages are looked for in `packages`, then where ROS has them (by default from the
         environment of this process), then in the folders above the file."""
         self._folder = Path(urdf).parent
+        self._extensions = EXTENSIONS | DESCRIPTIONS if includes(urdf) else EXTENSIONS
         self._packages = {name: Path(folder) for name, folder in (packages or {}).items()}
         self._ros = RosPaths.of_environment() if ros is None else ros
 
@@ -49,7 +58,7 @@ class Locator:
         except Unreadable as unreadable:
             raise Missing(uri, unreadable.why) from None
         above = package.ancestors(self._folder)
-        search = _Search()
+        search = _Search(self._extensions)
         # Files in other case only where there is none as it is written.
         for search.any_case in (False, True):
             for reading in wanted:
@@ -59,9 +68,25 @@ class Locator:
                     found = self._absolute(search, above, Path(reading.path))
                 else:
                     found = self._relative(search, above, reading.path)
+                found = found or self._in_roots(search, above, reading)
                 if found is not None:
                     return found
         raise Missing(uri, search.why or Why.MISSING, search.places)
+
+    def _in_roots(self, search: _Search, above: Sequence[Path], uri: InPackage | Absolute | Relative) -> Path | None:
+        """Exports name files from the folder of their package, also where the URDF lies deeper."""
+        if isinstance(uri, Absolute) or (isinstance(uri, InPackage) and uri.name):
+            return None
+        rest = uri.rest if isinstance(uri, InPackage) else uri.path
+        folders = [folder for folder in above if package.looks_like_one(folder)]
+        home = package.home(above)
+        if home is not None and home not in folders:
+            folders.append(home)
+        for folder in folders:
+            found = search.look(folder, folder, rest, None)
+            if found is not None:
+                return found
+        return None
 
     def _in_package(self, search: _Search, above: Sequence[Path], uri: InPackage) -> Path | None:
         """In the order of likelihood. The files of an installed package may be links into its source."""
@@ -120,6 +145,7 @@ class Locator:
 class _Search:
     """One search: the places it looked in, and why it rejected files."""
 
+    extensions: frozenset[str]
     any_case: bool = False
     places: list[Path] = field(default_factory=list[Path])
     why: Why | None = None
@@ -150,7 +176,7 @@ class _Search:
             found = real
         if not isinstance(found, Path) or not found.is_file():
             return None
-        if found.suffix.lower().removeprefix(".") not in EXTENSIONS:
+        if found.suffix.lower().removeprefix(".") not in self.extensions:
             self.pass_by(Why.NOT_A_MESH)
             return None
         return found

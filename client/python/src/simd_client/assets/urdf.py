@@ -9,8 +9,8 @@ from simd_client.errors import NoUrdf
 
 
 def find_urdf(path: str | os.PathLike[str]) -> Path:
-    """The URDF file at a path: the file itself, or the only `.urdf` of a folder or, if
-    the folder has none, of its folder `urdf`.
+    """The description at a path: the file itself, or the only `.urdf` of a folder or, if
+    the folder has none, of its folder `urdf`; then the same for `model.sdf`.
 
     A `.xacro` file is named itself. Raises `NoUrdf` if there is none or more than one.
     """
@@ -27,14 +27,15 @@ def find_urdf(path: str | os.PathLike[str]) -> Path:
 
 def _only_urdf(folder: Path) -> Path:
     inner = folder / "urdf"
-    found = _urdfs_in(folder) or (_urdfs_in(inner) if inner.is_dir() else [])
-    if len(found) == 1:
-        return found[0]
-    if not found:
-        raise NoUrdf(f"{folder} holds no .urdf file, and neither does a folder `urdf` in it")
-    raise NoUrdf(f"{folder} holds several .urdf files; name one of {', '.join(map(str, found))}")
+    for ending in (".urdf", "model.sdf"):
+        found = _files_in(folder, ending) or (_files_in(inner, ending) if inner.is_dir() else [])
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise NoUrdf(f"{folder} holds several {ending} files; name one of {', '.join(map(str, found))}")
+    raise NoUrdf(f"{folder} holds no .urdf file, and neither does a folder `urdf` in it")
 
 
-def _urdfs_in(folder: Path) -> list[Path]:
+def _files_in(folder: Path, ending: str) -> list[Path]:
     """Sorted, so that the sentence that lists them is the same each time."""
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() == ".urdf" and path.is_file())
+    return sorted(path for path in folder.iterdir() if path.name.lower().endswith(ending) and path.is_file())

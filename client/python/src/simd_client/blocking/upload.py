@@ -41,18 +41,26 @@ def upload_files(
     """The same for a URDF that was read."""
     request = proto.PrepareDescriptionRequest(urdf=files.urdf)
     prepared = connection.call(methods.PrepareDescription, request)
-    uris = [asset.uri for asset in prepared.assets]
-    in_thread(lambda: files.find(uris))
-    if files.hashes:
+    sent: set[str] = set()
+    # What an SDF or MJCF includes names more. A file is looked for once, so that this ends.
+    while True:
+        new = [asset.uri for asset in prepared.assets if not files.knows(asset.uri)]
+        in_thread(lambda: files.find(new))
+        if not any(uri in files.hashes for uri in new):
+            break
         request = proto.PrepareDescriptionRequest(urdf=files.urdf, assets=files.hashes)
         prepared = connection.call(methods.PrepareDescription, request)
         lacking = proto.AssetState.ASSET_STATE_LACKING
-        hashes = sorted({files.hashes[a.uri] for a in prepared.assets if a.state == lacking})
+        named = {files.hashes[a.uri] for a in prepared.assets if a.state == lacking and a.uri in files.hashes}
+        hashes = sorted(named - sent)
         if bars is not None:
             total = in_thread(lambda: sum(files.paths[each].stat().st_size for each in hashes))
             bars.begin(f"{files.name}: sending", total, "B")
         for sha256 in hashes:
             send_file(connection, files.paths[sha256], sha256, bars)
+        sent.update(hashes)
+        if files.includes and hashes:
+            prepared = connection.call(methods.PrepareDescription, request)
     return proto.DescriptionSource(
         description=prepared.description, assets=files.hashes, missing=files.missing
     )

@@ -22,6 +22,7 @@ from . import (
     joints,
     kinematics,
     loading,
+    mjcf,
     plugins,
     reactions,
     rotations,
@@ -52,6 +53,7 @@ from .joint_motors import *
 from .joints import *
 from .kinematics import *
 from .loading import *
+from .mjcf import *
 from .plugins import *
 from .reactions import *
 from .rotations import *
@@ -83,6 +85,7 @@ __all__ += joint_motors.__all__
 __all__ += joints.__all__
 __all__ += kinematics.__all__
 __all__ += loading.__all__
+__all__ += mjcf.__all__
 __all__ += plugins.__all__
 __all__ += reactions.__all__
 __all__ += rotations.__all__

@@ -1,4 +1,4 @@
-"""loadSDF: the models of an SDF file as URDF, as far as Bullet reads them, and loadMJCF's refusal.
+"""loadSDF: the models of an SDF file as URDF, as far as Bullet reads them.
 
 A joint's frame is that of its child link, as Bullet takes it: a pose of the joint itself is not read. Nor are lights, plugins,
 nested models, and what is about Gazebo's own physics.
@@ -10,7 +10,6 @@ import hashlib
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
 
 from simd_client.proto import DescriptionSource
 
@@ -58,15 +57,6 @@ def loadSDF(
     if not models:
         raise error(f"{refusal} {path} has no model")
     return tuple(_spawned(world, model, float(globalScaling)) for model in models)
-
-
-def loadMJCF(mjcfFileName: str, flags: int = 0, physicsClientId: int = 0) -> NoReturn:
-    """Raises: files of MuJoCo are not read."""
-    del mjcfFileName, flags
-    connected(physicsClientId)
-    raise unsupported(
-        "loadMJCF", "files of MuJoCo are not read: their joints have several axes in one place, and balls, which robots here lack"
-    )
 
 
 def _spawned(world: World, model: Model, scale: float) -> int:
@@ -224,4 +214,4 @@ def _origin(parent: ElementTree.Element, pose: Pose) -> None:
     ElementTree.SubElement(parent, "origin", xyz=f"{x!r} {y!r} {z!r}", rpy=f"{a!r} {b!r} {c!r}")
 
 
-__all__ = ["loadMJCF", "loadSDF"]
+__all__ = ["loadSDF"]

@@ -32,6 +32,7 @@ from simd_client.proto import (
     PrepareDescriptionRequest,
     ReloadEntityRequest,
     SpawnEntityRequest,
+    SpawnEntityResponse,
     UploadAssetRequest,
     methods,
 )
@@ -159,13 +160,19 @@ class Wire:
 
     def load(self, path: Path, spawn: Spawn) -> tuple[EntityInfo, dict[str, str], dict[str, str]]:
         """Spawns a robot from this disk. Returns it with the hashes of its files, and with their paths, by URI."""
+        entities, hashes, paths = self.load_all(path, spawn)
+        return entities[0], hashes, paths
+
+    def load_all(self, path: Path, spawn: Spawn) -> tuple[list[EntityInfo], dict[str, str], dict[str, str]]:
+        """The same for a file that may describe several."""
         try:
             files = DescriptionFiles(path, None)
             source = upload_files(self._connection, files)
-        except SimdError as problem:
-            raise error(str(problem), problem.reason) from None
+        except (SimdError, OSError) as problem:
+            raise error(str(problem), getattr(problem, "reason", "")) from None
         paths = {uri: str(files.paths[sha256]) for uri, sha256 in files.hashes.items()}
-        return self.spawn(source, spawn), dict(source.assets), paths
+        answer = self._spawn(source, spawn)
+        return [answer.entity, *answer.others], dict(source.assets), paths
 
     def send(self, urdf: bytes, hashes: Mapping[str, str], files: Mapping[str, bytes]) -> None:
         """Sends the files of a description, with their hashes by URI and their bytes by hash, as far as the daemon lacks
@@ -193,6 +200,9 @@ class Wire:
 
     def spawn(self, source: DescriptionSource, spawn: Spawn) -> EntityInfo:
         """Spawns a robot."""
+        return self._spawn(source, spawn).entity
+
+    def _spawn(self, source: DescriptionSource, spawn: Spawn) -> SpawnEntityResponse:
         bases = {None: Base.BASE_UNSPECIFIED, True: Base.BASE_FIXED, False: Base.BASE_FREE}
         request = SpawnEntityRequest(
             source=source,
@@ -208,7 +218,7 @@ class Wire:
         at, turn = request.pose.position, request.pose.orientation
         at.x, at.y, at.z = spawn.position
         turn.x, turn.y, turn.z, turn.w = spawn.orientation
-        return self.call(methods.SpawnEntity, request).entity
+        return self.call(methods.SpawnEntity, request)
 
     def reload(self, robot: str, urdf: bytes, files: dict[str, str]) -> EntityInfo:
         """Replaces the description of a robot; the daemon has its files."""
