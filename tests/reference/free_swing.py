@@ -1,0 +1,177 @@
+"""Models of MJCF that swing freely for half a second in simd and in MuJoCo, both by Euler at 1 ms: masses, and the largest
+difference of a joint.
+
+    SIMD_BINARY=target/debug/simd target/reference-venv/bin/python tests/reference/free_swing.py FOLDER...
+
+needs `mujoco` and what the Python client needs. Each `.xml` below the folders is a model, unless MuJoCo cannot load it. What simd
+does not read is switched off in MuJoCo: contacts, limits, dry friction, equalities, actuators, tendons, fluids, gravcomp. In simd
+nothing touches, joints have no limits and no dry friction, and constraints are taken out. Both begin where simd does.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(REPOSITORY / "client/python/src"), str(REPOSITORY / "client/python/tests")]
+
+import mujoco
+import numpy as np
+from daemon import Daemon
+
+import simd_client
+
+STEPS = 500
+TIME_STEP = 1e-3
+HINGE, SLIDE, BALL, FREE = (
+    mujoco.mjtJoint.mjJNT_HINGE,
+    mujoco.mjtJoint.mjJNT_SLIDE,
+    mujoco.mjtJoint.mjJNT_BALL,
+    mujoco.mjtJoint.mjJNT_FREE,
+)
+
+
+def free(model: Any) -> None:
+    """Leaves the tree of bodies alone."""
+    off = mujoco.mjtDisableBit
+    for bit in (off.mjDSBL_CONTACT, off.mjDSBL_LIMIT, off.mjDSBL_FRICTIONLOSS, off.mjDSBL_EQUALITY, off.mjDSBL_ACTUATION):
+        model.opt.disableflags |= int(bit)
+    model.opt.timestep, model.opt.integrator = TIME_STEP, int(mujoco.mjtIntegrator.mjINT_EULER)
+    model.opt.density = model.opt.viscosity = 0.0
+    model.opt.gravity[:] = (0, 0, -9.81)
+    model.body_gravcomp[:] = 0.0
+    if model.ntendon:
+        model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
+        model.tendon_armature[:] = 0.0
+
+
+def joint_names(model: Any) -> list[str]:
+    """As simd names those that the file does not name."""
+    names: list[str] = []
+    for index in range(model.njnt):
+        body = int(model.jnt_bodyid[index])
+        own = model.body(body).name or f"body_{body}"
+        place = index - int(model.body_jntadr[body])
+        names.append(model.joint(index).name or (f"{own}_joint" if place == 0 else f"{own}_joint_{place + 1}"))
+    return names
+
+
+def swing(path: Path, simulation: Any) -> str:
+    """A row of the table."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    free(model)
+    data = mujoco.MjData(model)
+    simulation.load(path, passive=True)
+    robots = dict(simulation.robots)
+    for robot in robots.values():
+        robot.set_collision_groups(0, 0)
+        for joint in robot.layout.moving:
+            if joint.dof == 1:
+                robot.joints[joint.name].set_properties(friction=0.0, limits=simd_client.JointLimits())
+    for constraint in simulation.constraints.list():
+        simulation.constraints.delete(constraint.name)
+    masses = mass_difference(model, robots)
+    follows = begin(model, data, robots)
+    simulation.step(STEPS)
+    for _ in range(STEPS):
+        mujoco.mj_step(model, data)
+    worst, where = 0.0, ""
+    for name, difference in differences(model, data, robots, follows):
+        if not difference <= worst:
+            worst, where = difference, name
+    return f"| {path.name} | {model.nbody - 1} | {model.nv} | {masses:.1e} | {worst:.1e} | {where} |"
+
+
+def places(robots: dict[str, Any]) -> dict[str, tuple[Any, slice]]:
+    """Robot and range of positions by the name of a joint."""
+    found: dict[str, tuple[Any, slice]] = {}
+    for robot in robots.values():
+        for joint in robot.layout.moving:
+            found[joint.name] = (robot, joint.positions)
+    return found
+
+
+def mass_difference(model: Any, robots: dict[str, Any]) -> float:
+    """Of all that moves, relative."""
+    still = {0}
+    for body in range(1, model.nbody):
+        if model.body_parentid[body] in still and model.body_dofnum[body] == 0:
+            still.add(body)
+    theirs = float(sum(model.body_mass[body] for body in range(model.nbody) if body not in still))
+    moving = [robot for robot in robots.values() if robot.layout.moving or not robot.info().is_fixed]
+    return abs(sum(robot.info().mass for robot in moving) - theirs) / max(theirs, 1e-12)
+
+
+def begin(model: Any, data: Any, robots: dict[str, Any]) -> set[str]:
+    """Puts MuJoCo where simd begins. Gives the joints that follow others, which they do in MuJoCo by equalities alone."""
+    # Away from positions of rest, each joint otherwise.
+    for robot in robots.values():
+        turned = [joint for joint in robot.layout.moving if joint.dof == 1 and joint.mimic is None]
+        state = robot.read()
+        started = {joint.name: float(state.position[joint.positions][0]) + 0.1 * math.sin(1.0 + i) for i, joint in enumerate(turned)}
+        if started:
+            robot.reset_joints(started)
+    found = places(robots)
+    states = {name: robot.read() for name, robot in robots.items()}
+    for index, name in enumerate(joint_names(model)):
+        at = int(model.jnt_qposadr[index])
+        if name not in found or model.jnt_type[index] == FREE:
+            continue
+        robot, where = found[name]
+        values = states[robot.name].position[where]
+        data.qpos[at : at + len(values)] = values if len(values) == 1 else np.roll(values, 1)
+    return {joint.name for robot in robots.values() for joint in robot.layout.joints if joint.mimic is not None}
+
+
+def differences(model: Any, data: Any, robots: dict[str, Any], follows: set[str]) -> list[tuple[str, float]]:
+    found = places(robots)
+    states = {name: robot.read() for name, robot in robots.items()}
+    rows: list[tuple[str, float]] = []
+    for index, name in enumerate(joint_names(model)):
+        at = int(model.jnt_qposadr[index])
+        kind = model.jnt_type[index]
+        if kind == FREE:
+            body = model.body(int(model.jnt_bodyid[index])).name or f"body_{int(model.jnt_bodyid[index])}"
+            robot = next((robot for robot in robots.values() if robot.links[0] == body), None)
+            if robot is not None:
+                rows.append((name, float(np.abs(np.asarray(robot.pose.position) - data.qpos[at : at + 3]).max())))
+        elif name not in found:
+            rows.append((name, math.inf))
+        elif name not in follows:
+            robot, where = found[name]
+            values = states[robot.name].position[where]
+            if kind == BALL:
+                theirs = np.roll(data.qpos[at : at + 4], -1)
+                rows.append((name, float(min(np.abs(values - theirs).max(), np.abs(values + theirs).max()))))
+            else:
+                rows.append((name, float(abs(values[0] - data.qpos[at]))))
+    return rows
+
+
+def main(folders: list[str]) -> None:
+    print("| model | bodies | degrees of freedom | mass | after 0.5 s | worst joint |\n|---|---|---|---|---|---|")
+    for path in sorted(path for folder in folders for path in Path(folder).rglob("*.xml")):
+        try:
+            mujoco.MjModel.from_xml_path(str(path))
+        except ValueError as why:
+            print(f"| {path.name} | MuJoCo: {str(why).splitlines()[0][:80]} |||||", flush=True)
+            continue
+        daemon = Daemon(name=f"swing{os.getpid()}")
+        try:
+            with simd_client.connect(f"{daemon.endpoint}#{daemon.name}") as simulation:
+                simulation.pause()
+                simulation.set_physics(time_step=TIME_STEP, integrator="euler")
+                print(swing(path, simulation), flush=True)
+        except (simd_client.SimdError, subprocess.SubprocessError) as why:
+            print(f"| {path.name} | simd: {str(why).splitlines()[0][:100]} |||||", flush=True)
+        finally:
+            daemon.kill()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
