@@ -9,6 +9,8 @@ import pytest
 
 from simd_client.pybullet.arguments import Vector
 
+from .conftest import SEVEN_ARM
+
 
 def _box(p: Any, at: Vector, mass: float = 0.5) -> int:
     shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.05, 0.05, 0.05])
@@ -91,3 +93,142 @@ def test_what_is_not_there_is_answered_as_by_pybullet(bullet: Any, script: Modul
         box = _box(p, (0, 0, 1))
         with pytest.raises(p.error, match="createConstraint failed"):
             p.createConstraint(box, -1, -1, -1, p.JOINT_REVOLUTE, [0, 0, 1], [0, 0, 0], [0, 0, 1])
+
+
+_CHANGES: list[dict[str, Any]] = [
+    {"jointChildPivot": [0.1, 0.2, 0.3]},
+    {"jointChildFrameOrientation": [0, 0, 0.6, 0.8]},
+    {"maxForce": 12},
+    {"maxForce": -5},
+    {"gearRatio": -0.3},
+    {"gearRatio": 0},
+    {"gearAuxLink": 2},
+    {"gearAuxLink": -1},
+    {"relativePositionTarget": 0.4},
+    {"relativePositionTarget": -0.2},
+    {"erp": 0.3},
+    {"erp": -1},
+    {"maxForce": 0},
+    {},
+]
+
+
+@pytest.mark.parametrize("kind", ["JOINT_FIXED", "JOINT_POINT2POINT", "JOINT_PRISMATIC", "JOINT_GEAR"])
+def test_each_change_leaves_the_fields_that_pybullets_does(bullet: Any, script: ModuleType, kind: str) -> None:
+    found: list[Any] = []
+    for p in (bullet, script):
+        arm = p.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+        ends = (arm, 1, arm, 3) if kind == "JOINT_GEAR" else (_box(p, (0, 0, 5)), -1, _box(p, (0.3, 0, 5)), -1)
+        frames = ([0, 0, 2], [0.15, 0, 0], [-0.15, 0, 0], [0, 0, 0.6, 0.8], [0.6, 0, 0, 0.8])
+        made = p.createConstraint(*ends, getattr(p, kind), *frames)
+        infos = [p.getConstraintInfo(made)]
+        for change in _CHANGES:
+            assert p.changeConstraint(made, **change) is None
+            infos.append(p.getConstraintInfo(made))
+        # PyBullet ends the process where a gear is asked for its force before a step.
+        lengths = 0 if kind == "JOINT_GEAR" else len(p.getConstraintState(made))
+        found.append((made, lengths, infos))
+    assert found[0] == found[1]
+
+
+def test_a_gear_turns_a_joint_as_pybullets_does(bullet: Any, script: ModuleType) -> None:
+    found: list[Any] = []
+    for p in _both(bullet, script):
+        arm = p.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+        for joint in range(p.getNumJoints(arm)):
+            p.setJointMotorControl2(arm, joint, p.VELOCITY_CONTROL, force=0)
+        made = p.createConstraint(arm, 1, arm, 3, p.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
+        p.changeConstraint(made, gearRatio=-0.5, maxForce=10000)
+        _run(p, 60)
+        (first, _, *_), (second, _, *_) = p.getJointState(arm, 1), p.getJointState(arm, 3)
+        (size,) = p.getConstraintState(made)
+        assert abs(size) > 0
+        found.append((first, second))
+    (theirs, their_second), (ours, our_second) = found
+    assert ours - 0.5 * our_second == pytest.approx(0, abs=1e-6)
+    # Bullet's slips.
+    assert theirs - 0.5 * their_second == pytest.approx(0, abs=1e-2)
+    assert ours == pytest.approx(theirs, abs=0.02)
+
+
+def test_numbers_come_and_go_as_pybullets_do(bullet: Any, script: ModuleType) -> None:
+    found: list[Any] = []
+    for p in (bullet, script):
+
+        def numbers(p: Any = p) -> list[int]:
+            count = p.getNumConstraints()
+            assert p.getConstraintUniqueId(count) == p.getConstraintUniqueId(-1) == -1
+            return [p.getConstraintUniqueId(index) for index in range(count)]
+
+        def fixed(a: int, b: int, p: Any = p) -> int:
+            made: int = p.createConstraint(a, -1, b, -1, p.JOINT_FIXED, [0, 0, 0], [0.15, 0, 0], [-0.15, 0, 0])
+            return made
+
+        seen: list[Any] = [numbers()]
+        boxes = [_box(p, (0.3 * index, 0, 1)) for index in range(4)]
+        made = [fixed(a, b) for a, b in ((0, 1), (1, 2), (2, 3), (0, 3), (0, -1), (3, 1))]
+        seen += [boxes, made, numbers()]
+        p.removeConstraint(made[1])
+        seen.append(numbers())
+        for gone in (p.getConstraintInfo, p.getConstraintState):
+            with pytest.raises(p.error):
+                gone(made[1])
+        seen += [fixed(1, 2), numbers()]
+        # What is on a body goes with it, as parent and as child.
+        p.removeBody(boxes[1])
+        seen.append(numbers())
+        p.stepSimulation()
+        p.resetSimulation()
+        seen.append(numbers())
+        seen.append(fixed(_box(p, (0, 0, 1)), -1))
+        found.append(seen)
+    assert found[0] == found[1]
+
+
+def test_ends_that_are_not_there_are_refused(bullet: Any, script: ModuleType) -> None:
+    for p in (bullet, script):
+        box, other = _box(p, (0, 0, 1)), _box(p, (0.3, 0, 1))
+        for ends in ((9, -1, other, -1), (box, 3, other, -1), (box, -1, other, 4), (box, -2, other, -1)):
+            for kind in (p.JOINT_FIXED, p.JOINT_GEAR):
+                with pytest.raises(p.error, match="createConstraint"):
+                    p.createConstraint(*ends, kind, [1, 0, 0], [0, 0, 0], [0, 0, 0])
+        for kind in (p.JOINT_REVOLUTE, p.JOINT_SPHERICAL, p.JOINT_PLANAR, 77):
+            with pytest.raises(p.error, match="createConstraint failed"):
+                p.createConstraint(box, -1, -1, -1, kind, [1, 0, 0], [0, 0, 0], [0, 0, 0])
+        assert p.getNumConstraints() == 0
+
+
+def test_what_pybullet_takes_for_nothing_is_refused(bullet: Any, script: ModuleType) -> None:
+    """A child that is not there, a link held to itself, a slide without an axis and vectors of a wrong length make constraints in
+    PyBullet that hold something else than the script says, or nothing."""
+    for p, refuses in ((bullet, False), (script, True)):
+        box = _box(p, (0, 0, 1))
+        zero = [0, 0, 0]
+        for ends, kind, axis in (
+            ((box, -1, 9, -1), p.JOINT_FIXED, zero),
+            ((box, -1, box, -1), p.JOINT_FIXED, zero),
+            ((box, -1, -1, -1), p.JOINT_PRISMATIC, zero),
+            ((box, -1, -1, -1), p.JOINT_FIXED, [0, 0]),
+        ):
+            if refuses:
+                with pytest.raises(p.error):
+                    p.createConstraint(*ends, kind, axis, zero, zero)
+            else:
+                assert p.createConstraint(*ends, kind, axis, zero, zero) > 0
+        made = p.createConstraint(box, -1, -1, -1, p.JOINT_FIXED, zero, zero, [0, 0, 1])
+        before = p.getConstraintInfo(made)
+        if refuses:
+            with pytest.raises(p.error, match="3 numbers"):
+                p.changeConstraint(made, [1, 2])
+        else:
+            p.changeConstraint(made, [1, 2])
+        assert p.getConstraintInfo(made) == before
+
+
+def test_what_the_daemon_refuses_changes_nothing(script: ModuleType) -> None:
+    arm = script.loadURDF(str(SEVEN_ARM), useFixedBase=1)
+    made = script.createConstraint(arm, 1, arm, 3, script.JOINT_GEAR, [0, 0, 1], [0, 0, 0], [0, 0, 0])
+    before = script.getConstraintInfo(made)
+    with pytest.raises(script.error, match="offset"):
+        script.changeConstraint(made, maxForce=3, relativePositionTarget=1e300)
+    assert script.getConstraintInfo(made) == before

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from simd_client import proto
@@ -103,11 +103,13 @@ def changeConstraint(
     physicsClientId: int = 0,
 ) -> None:
     """Moves the frame on the child, or sets the largest force, or the ratio of a gear. `gearAuxLink` and `erp` have no
-    effect."""
+    effect. As in PyBullet, a ratio of 0 and what is negative of `maxForce`, `gearAuxLink` and `erp` are not read."""
     world = connected(physicsClientId)
-    made = world.constraints.get(userConstraintUniqueId)
-    if made is None:
+    found = world.constraints.get(userConstraintUniqueId)
+    if found is None:
         return
+    # What the daemon refuses changes nothing.
+    made = replace(found)
     request = proto.ChangeConstraintRequest(name=made.name)
     text = "changeConstraint: a pivot needs 3 numbers, an orientation 4"
     if jointChildPivot is not None or jointChildFrameOrientation is not None:
@@ -120,24 +122,27 @@ def changeConstraint(
         if made.kind != constants.JOINT_GEAR:
             body = world.bodies.get(made.child)
             request.child_pose.CopyFrom(_pose(_frame(body, made.child_link, made.child_frame)))
-    if maxForce is not None:
+    if maxForce is not None and maxForce >= 0:
         made.force = request.max_force = request.max_torque = float(maxForce)
-    if made.kind == constants.JOINT_GEAR and (gearRatio is not None or relativePositionTarget is not None):
-        made.ratio = made.ratio if gearRatio is None else float(gearRatio)
-        if relativePositionTarget is not None:
-            made.offset = float(relativePositionTarget)
+    made.ratio = float(gearRatio) if gearRatio else made.ratio
+    if relativePositionTarget is not None:
+        made.offset = float(relativePositionTarget)
+    if made.kind == constants.JOINT_GEAR and (gearRatio or relativePositionTarget is not None):
         request.ratio = -(made.ratio or 1.0)
         request.offset = _gear_position(world, made) + made.offset
-    made.aux_link = made.aux_link if gearAuxLink is None else int(gearAuxLink)
-    made.erp = made.erp if erp is None else float(erp)
+    if gearAuxLink is not None and gearAuxLink >= 0:
+        made.aux_link = int(gearAuxLink)
+    if erp is not None and erp >= 0:
+        made.erp = float(erp)
     if made.name:
         world.wire.call(methods.ChangeConstraint, request)
+    world.constraints[userConstraintUniqueId] = made
 
 
 def removeConstraint(userConstraintUniqueId: int, physicsClientId: int = 0) -> None:
     """Lets two links go."""
     world = connected(physicsClientId)
-    made = world.constraints.pop(userConstraintUniqueId, None)
+    made = world.forget_constraint(userConstraintUniqueId)
     if made is not None and made.name and _reading(world, made) is not None:
         world.wire.call(methods.DeleteConstraint, proto.DeleteConstraintRequest(name=made.name))
 
@@ -149,7 +154,7 @@ def getNumConstraints(physicsClientId: int = 0) -> int:
 
 def getConstraintUniqueId(serialIndex: int, physicsClientId: int = 0) -> int:
     """The number of the constraint at that index; -1 beyond the last."""
-    numbers = sorted(connected(physicsClientId).constraints)
+    numbers = list(connected(physicsClientId).constraints)
     return numbers[serialIndex] if 0 <= serialIndex < len(numbers) else -1
 
 

@@ -176,10 +176,23 @@ class World(Loop):
         self.notes.forget(number)
         self.pairs = {key: on for key, on in self.pairs.items() if number not in (key[0][0], key[1][0])}
         self.scenes.pop(robot, None)
-        self.constraints = {n: c for n, c in self.constraints.items() if c.body != number}
+        for constraint, made in reversed(list(self.constraints.items())):
+            if number in (made.body, made.child):
+                self.forget_constraint(constraint)
         for waiting in [key for key in self._waiting if key[0] == number]:
             del self._waiting[waiting]
         self.forget_states()
+
+    def forget_constraint(self, number: int) -> Constraint | None:
+        """Takes a constraint out of the script's list, where the last one gets its place, as in PyBullet. The daemon keeps it."""
+        made = self.constraints.get(number)
+        if made is not None:
+            numbers = list(self.constraints)
+            last = numbers.pop()
+            if last != number:
+                numbers[numbers.index(number)] = last
+            self.constraints = {each: self.constraints[each] for each in numbers}
+        return made
 
     def remove_own(self) -> None:
         """Removes the script's robots from the daemon's world."""
@@ -245,6 +258,7 @@ class World(Loop):
         self.remove_own()
         self._waiting.clear()
         self.constraints.clear()
+        self.next_constraint = 1
         self.sliders.remove_own()
         if not self.guest:
             self.wire.call(methods.ResetSimulation, ResetSimulationRequest(time=True))
