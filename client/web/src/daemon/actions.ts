@@ -1,25 +1,26 @@
 // Every change that the user makes to the world. Each resolves once it is applied; errors are shown as toasts.
-import type { MessageInitShape } from "@bufbuild/protobuf";
 import { WrenchFrame } from "../gen/simd/v1/entity_pb";
-import { JointMode, type JointTargetSchema, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
+import { JointMode, type SetJointTargetsResponse } from "../gen/simd/v1/joint_pb";
 import { PaceMode, SimulationState } from "../gen/simd/v1/simulation_pb";
 import { loadDropped, type DroppedFile } from "../load/load";
 import { toast } from "../state/toasts";
-import { simulation, type Axis, type Mode } from "../state/world";
+import { frame, simulation, type Axis, type Mode } from "../state/world";
+import { BallTargets } from "./ball-targets";
 import { Coalescer } from "./coalesce";
 import { daemonConnection } from "./page";
 import { messageOf } from "./error-message";
 import { services } from "./services";
+import { ballTargetOf, targetOf, type WireTarget } from "./targets";
 
 export type { DroppedFile };
 
 type Vector = readonly [number, number, number];
-type WireTarget = MessageInitShape<typeof JointTargetSchema>;
 
 /** Simulated seconds after which a pull ends unless it is renewed, so that it does not outlive the page. */
 const PULL_DURATION = 0.2;
 
 const targets = new Coalescer<string, { axis: Axis; mode: Mode; value: number }>((values) => attempt(() => sendTargets(values)));
+const balls = new BallTargets();
 const sliders = new Coalescer<string, number>((values) => attempt(() => sendParameters(values)));
 const speed = new Coalescer<"speed", number>((values) => attempt(() => sendSpeed(values.get("speed") ?? 1)));
 const pulls = new Coalescer<string, Pull>((values) => attempt(() => sendPulls(values)));
@@ -133,33 +134,17 @@ async function attempt(change: () => Promise<unknown>): Promise<void> {
 
 async function sendTargets(values: Map<string, { axis: Axis; mode: Mode; value: number }>): Promise<void> {
   const robots = new Map<string, WireTarget[]>();
-  for (const { axis, mode, value } of values.values()) {
-    const target = targetOf(axis, mode, value);
+  const add = (axis: Axis, target: WireTarget | undefined): void => {
     if (target) robots.set(axis.robot, [...(robots.get(axis.robot) ?? []), target]);
+  };
+  for (const { axis, mode, value } of values.values()) {
+    if (!axis.isBall) add(axis, targetOf(axis, mode, value));
   }
+  for (const { axis, mode, values: three } of balls.of(values.values(), frame.peek(), performance.now())) add(axis, ballTargetOf(axis, mode, three));
   if (robots.size === 0) return;
   const wire = [...robots].map(([robot, joints]) => ({ robot, joints }));
   reportClamped(await services().joints.setJointTargets({ robots: wire }));
   daemonConnection().pollNow();
-}
-
-/** A target as a message; undefined for joints without an actuator. */
-export function targetOf(axis: Axis, mode: Mode, value: number): WireTarget | undefined {
-  const where = { joint: axis.joint, axis: axis.axis };
-  switch (mode) {
-    case "position":
-      return { ...where, target: { case: "position", value: { position: value } } };
-    case "velocity":
-      return { ...where, target: { case: "velocity", value: { velocity: value } } };
-    case "effort":
-      return { ...where, target: { case: "effort", value: { effort: value } } };
-    case "passive":
-      return { ...where, target: { case: "passive", value: {} } };
-    case "hold":
-      return { ...where, target: { case: "hold", value: {} } };
-    case "none":
-      return undefined;
-  }
 }
 
 function reportClamped(response: SetJointTargetsResponse): void {

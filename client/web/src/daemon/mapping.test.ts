@@ -62,8 +62,19 @@ describe("axes", () => {
     expect(axesOf("hand", joint)[0]).toMatchObject({ actuated: false, mimics: "thumb" });
   });
 
-  test("fixed, floating and spherical joints are no rows", () => {
-    for (const type of [JointType.FIXED, JointType.FLOATING, JointType.SPHERICAL]) {
+  test("a spherical joint is three rows of one quaternion", () => {
+    const joint = create(JointInfoSchema, { name: "hip", type: JointType.SPHERICAL, positionIndex: 7, velocityIndex: 6, limits: { effort: 3 } });
+    const axes = axesOf("dog", joint);
+    expect(axes.map(({ key, label, positionIndex, velocityIndex }) => [key, label, positionIndex, velocityIndex])).toEqual([
+      ["dog/hip", "hip roll", 7, 6],
+      ["dog/hip/1", "hip pitch", 7, 7],
+      ["dog/hip/2", "hip yaw", 7, 8],
+    ]);
+    expect(axes.every(({ isBall, effortLimit }) => isBall === true && effortLimit === 3)).toBe(true);
+  });
+
+  test("fixed and floating joints are no rows", () => {
+    for (const type of [JointType.FIXED, JointType.FLOATING]) {
       expect(axesOf("arm", create(JointInfoSchema, { name: "x", type }))).toEqual([]);
     }
   });

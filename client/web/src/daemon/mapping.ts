@@ -44,7 +44,9 @@ export function robotOf(entity: EntityInfo, layout: JointLayout): Robot {
   };
 }
 
-/** The axes of a joint: three for planar ones, none for fixed, floating and spherical ones, else one. */
+const BALL = ["roll", "pitch", "yaw"] as const;
+
+/** The axes of a joint: three for planar and spherical ones, none for fixed and floating ones, else one. */
 export function axesOf(robot: string, joint: JointInfo): Axis[] {
   const base = {
     robot,
@@ -85,6 +87,21 @@ export function axesOf(robot: string, joint: JointInfo): Axis[] {
         positionIndex: joint.positionIndex + axis,
         velocityIndex: joint.velocityIndex + axis,
       }));
+    case JointType.SPHERICAL: {
+      const limits = joint.limits;
+      return BALL.map((suffix, axis) => ({
+        ...base,
+        key: axis === 0 ? `${robot}/${joint.name}` : `${robot}/${joint.name}/${axis}`,
+        axis,
+        label: `${joint.name} ${suffix}`,
+        kind: "angle" as const,
+        isBall: true as const,
+        positionIndex: joint.positionIndex,
+        velocityIndex: joint.velocityIndex + axis,
+        ...(limits?.velocity !== undefined && { velocityLimit: limits.velocity }),
+        ...(limits?.effort !== undefined && { effortLimit: limits.effort }),
+      }));
+    }
     default:
       return [];
   }

@@ -1,5 +1,6 @@
 // Updates one row of the joint panel from the state of its axis, and sends the targets that the user sets.
 import { setTarget } from "../daemon/actions";
+import { axisValues } from "../state/joint-values";
 import { toast } from "../state/toasts";
 import { degrees } from "../state/view";
 import type { Axis, JointValues, Mode } from "../state/world";
@@ -52,17 +53,16 @@ export class AxisControl implements Follower {
   }
 
   update(values: JointValues): void {
-    const { positionIndex, velocityIndex } = this.axis;
-    const position = values.position[positionIndex];
-    const mode = values.mode[velocityIndex];
-    if (position === undefined || mode === undefined) return;
-    this.present = { position, velocity: values.velocity[velocityIndex] ?? 0, effort: values.effort[velocityIndex] ?? 0 };
-    const shown = this.pending.shown({ mode, value: values.target[velocityIndex] ?? 0 }, performance.now());
+    const own = axisValues(this.axis, values);
+    if (!own) return;
+    const { position, velocity, effort, mode, target, flags } = own;
+    this.present = { position, velocity, effort };
+    const shown = this.pending.shown({ mode, value: target }, performance.now());
     this.mode = shown.mode;
     // A joint that is not driven has no target: the handle follows its position.
     this.target = shown.mode === "passive" || shown.mode === "none" ? position : shown.value;
     this.updateRange();
-    this.write(values.flags[velocityIndex] ?? 0);
+    this.write(flags);
   }
 
   /** Sets the range of the slider for the mode. */

@@ -2,6 +2,7 @@
 import { computed, effect } from "@preact/signals";
 import type { Quantity } from "../panels/quantity";
 import { shownRobot } from "../panels/shown-robot";
+import { axisValues } from "../state/joint-values";
 import { frame, robots, type Axis, type Frame, type Mode } from "../state/world";
 import { plotted } from "./plotted";
 import { Samples } from "./samples";
@@ -70,13 +71,7 @@ function record(now: Frame): void {
 
 function valueOf(now: Frame, { axis, part }: Source): number {
   const joints = now.joints.get(axis.robot);
-  if (!joints) return NaN;
-  switch (part) {
-    case "position":
-      return joints.position[axis.positionIndex] ?? NaN;
-    case "mode":
-      return MODES.indexOf(joints.mode[axis.velocityIndex] ?? "none");
-    default:
-      return joints[part][axis.velocityIndex] ?? NaN;
-  }
+  const own = joints && axisValues(axis, joints);
+  if (!own) return NaN;
+  return part === "mode" ? MODES.indexOf(own.mode) : own[part];
 }

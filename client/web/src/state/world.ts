@@ -10,8 +10,10 @@ export interface Axis {
   key: string;
   robot: string;
   joint: string;
-  /** Which of a planar joint's axes: 0 x, 1 y, 2 angle; else 0. */
+  /** Which of a planar joint's axes: 0 x, 1 y, 2 angle; of a ball joint 0 roll, 1 pitch, 2 yaw; else 0. */
   axis: number;
+  /** It is one of three of a ball joint, whose position is a quaternion: see `axisValues`. */
+  isBall?: true;
   /** The label of its row. */
   label: string;
   kind: "angle" | "length";
@@ -19,7 +21,7 @@ export interface Axis {
   upper?: number;
   velocityLimit?: number;
   effortLimit?: number;
-  /** Index into `JointValues.position`. */
+  /** Index into `JointValues.position`; of a ball joint that of its quaternion. */
   positionIndex: number;
   /** Index into the other arrays of `JointValues`. */
   velocityIndex: number;
@@ -56,7 +58,7 @@ export interface JointValues {
   position: number[];
   velocity: number[];
   effort: number[];
-  /** A position, a velocity or an effort, as `mode` says. */
+  /** A position, a velocity or an effort, as `mode` says; of a ball joint's position the rotation vector. */
   target: number[];
   mode: Mode[];
   /** Bits: 1 saturated, 2 at the lower limit, 4 at the upper. */

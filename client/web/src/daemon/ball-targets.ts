@@ -1,0 +1,47 @@
+// Targets of ball joints: each row sets one of three, and the daemon takes all three at once.
+import { ballNow, type Triple } from "../state/joint-values";
+import type { Axis, Frame, Mode } from "../state/world";
+
+/** Milliseconds for which what was sent counts, and not what the daemon says: its state may be older. */
+const RECENT = 1000;
+
+/** What a row was set to. */
+export interface AxisTarget {
+  axis: Axis;
+  mode: Mode;
+  value: number;
+}
+
+/** All three of a joint. */
+export interface BallTarget {
+  axis: Axis;
+  mode: Mode;
+  values: Triple;
+}
+
+/** Completes targets by what was sent before, or by the state of the daemon. */
+export class BallTargets {
+  private readonly sent = new Map<string, BallTarget & { at: number }>();
+
+  /** The targets of the ball joints among these, one a joint. The newest mode of a joint is that of all its rows. Times are milliseconds. */
+  of(targets: Iterable<AxisTarget>, frame: Frame | null, now: number): BallTarget[] {
+    const joints = new Map<string, BallTarget>();
+    for (const { axis, mode, value } of targets) {
+      if (!axis.isBall) continue;
+      const key = `${axis.robot}/${axis.joint}`;
+      const before = joints.get(key);
+      const values: Triple = before?.mode === mode ? before.values : this.present(key, axis, mode, frame, now);
+      values[axis.axis] = value;
+      joints.set(key, { axis, mode, values });
+    }
+    for (const [key, target] of joints) this.sent.set(key, { ...target, at: now });
+    return [...joints.values()];
+  }
+
+  private present(key: string, axis: Axis, mode: Mode, frame: Frame | null, now: number): Triple {
+    const last = this.sent.get(key);
+    if (last && last.mode === mode && now - last.at <= RECENT) return [...last.values];
+    const values = frame?.joints.get(axis.robot);
+    return values ? ballNow(axis, mode, values) : [0, 0, 0];
+  }
+}
