@@ -19,13 +19,15 @@ use super::gains::set_default_gains;
 use super::gravity_compensation::{Carried, compensate, is_compensated};
 use super::implicit_inertia::implicit_inertia;
 use super::inertia::Rigid;
-use super::integrate::advance;
+use super::integrate::{advance, advance_joint};
 use super::integrator::Integrator;
-use super::kinematics::{BodyMotion, update_kinematics};
+use super::kinematics::{BodyMotion, joint_placement, update_kinematics};
+use super::ldlt::Ldlt6;
 use super::scratch::{BodyScratch, Scratch, SixTrips};
 use super::spatial::{Placement, Spatial};
 use super::spherical;
 use super::spin::{Drift, FreeBody};
+use super::symmetric::Symmetric;
 use super::tree::{Body, JointType, Tree};
 use super::velocity_terms::{VelocityTerms, is_fast};
 
@@ -34,6 +36,9 @@ pub use body_state::BodyState;
 /// Rounds at the most in which actuators are found to saturate. Each round that
 /// changes something saturates one actuator more, and two are the rule.
 pub(super) const MAX_ROUNDS: usize = 4;
+
+/// Positions of a body at the most: those of a free one.
+const MOST_POSITIONS: usize = 7;
 
 /// One robot: how it is built, where it is and how it moves, and the scratch of its step.
 ///
@@ -72,6 +77,9 @@ struct StepScratch {
     /// How that goes through the step without constraints.
     drift: Drift,
     velocity_terms: VelocityTerms,
+    /// What resists the turning of a single free body beside its own moment, base axes; none before
+    /// [`Articulation::stiffen`] says so.
+    stiffening: Symmetric,
 }
 
 impl Articulation {
@@ -103,6 +111,7 @@ impl Articulation {
             free_body,
             drift: Drift::default(),
             velocity_terms: VelocityTerms::new(&tree),
+            stiffening: Symmetric::ZERO,
             constraints: Constraints::default(),
             passes: Scratch {
                 bodies: vec![BodyScratch::default(); tree.bodies.len()],
@@ -252,6 +261,7 @@ impl Articulation {
     /// Second and third pass: the new velocities without constraints.
     pub(super) fn predict(&mut self, gravity: DVec3, h: f64) {
         let tree = &*self.tree;
+        self.scratch.stiffening = Symmetric::ZERO;
         let BodyState { positions, velocities, half_velocities, .. } = &self.state;
         let StepScratch { new_velocities, passes, integrator, velocity_terms, free_body, .. } =
             &mut self.scratch;
@@ -357,7 +367,44 @@ impl Articulation {
 
     /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
     pub(super) fn single_body_rows(&self, at: (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
-        single_body_rows(&self.tree, &self.scratch.passes, at, numbers)
+        self.scratch.stiffening == Symmetric::ZERO
+            && single_body_rows(&self.tree, &self.scratch.passes, at, numbers)
+    }
+
+    /// Of a single free body: its centre of mass, and its moment of inertia about that; world. `None` of other robots.
+    pub(super) fn free_moment(&self) -> Option<(DVec3, Symmetric)> {
+        let (center, moment) = self.scratch.free_body.as_ref()?.about_own_center();
+        let at = &self.scratch.passes.bodies[0];
+        Some((at.origin + at.rotation * center, moment.turned(&at.rotation)))
+    }
+
+    /// Has a single free body resist impulses that turn it with this moment beside its own, world, until velocities are
+    /// [found](Self::start) again.
+    pub(super) fn stiffen(&mut self, moment: Symmetric) {
+        let StepScratch { passes, stiffening, .. } = &mut self.scratch;
+        if let ([at], [factors]) = (&mut passes.bodies[..], &mut passes.free[..]) {
+            at.articulated.moment += moment + *stiffening * -1.0;
+            *factors = Ldlt6::new(&at.articulated);
+            *stiffening = moment;
+        }
+    }
+
+    /// Where a body is once these velocities have moved it for `h` seconds: `world_from_body`.
+    pub(super) fn pose_after(&self, body: usize, velocities: &[f64], h: f64) -> DPose3 {
+        let mut base_from_body = Placement::IDENTITY;
+        let mut next = Some(body);
+        while let Some(body) = next {
+            let body = &self.tree.bodies[body];
+            let mut q = [0.0; MOST_POSITIONS];
+            let own = &self.state.positions[body.position..][..body.joint_type.positions()];
+            q[..own.len()].copy_from_slice(own);
+            advance_joint(body.joint_type, &mut q, &velocities[body.velocity..], h);
+            base_from_body = joint_placement(body, &q).then(&base_from_body);
+            next = body.parent;
+        }
+        let Placement { rotation, origin } = base_from_body;
+        let rotation = self.state.base.rotation * DQuat::from_mat3(&rotation);
+        DPose3::from_parts(self.state.base.transform_point(origin), rotation.normalize())
     }
 
     /// Gives `velocities` the impulses that the rows of joints start from.
@@ -388,7 +435,20 @@ impl Articulation {
 
     /// Writes what impulses work against, as this step's passes found it; see [`implicit_inertia`].
     pub(super) fn write_implicit_inertia(&self, composite: &mut Vec<Rigid>, matrix: &mut [f64]) -> bool {
-        implicit_inertia(&self.tree, &self.state.positions, &self.scratch.passes, composite, matrix)
+        if !implicit_inertia(&self.tree, &self.state.positions, &self.scratch.passes, composite, matrix) {
+            return false;
+        }
+        if self.scratch.stiffening != Symmetric::ZERO {
+            // Angular velocities are in the body's own axes.
+            let own_from_base = self.scratch.passes.bodies[0].rotation.transpose();
+            let own = self.scratch.stiffening.turned(&own_from_base).matrix();
+            for (i, row) in own.to_cols_array_2d().into_iter().enumerate() {
+                for (j, value) in row.into_iter().enumerate() {
+                    matrix[6 * (3 + i) + 3 + j] += value;
+                }
+            }
+        }
+        true
     }
 
     /// Keeps the impulses of the rows of joints for the next step.

@@ -58,7 +58,7 @@ impl AddAssign for Rigid {
 }
 
 /// The symmetric part of -a~ b~ = (a . b) 1 - b a': a point mass' moment where b is m a.
-fn around(a: DVec3, b: DVec3) -> Symmetric {
+pub(super) fn around(a: DVec3, b: DVec3) -> Symmetric {
     let product = |i: usize, j: usize| -0.5 * (a[i] * b[j] + a[j] * b[i]);
     let dot = a.dot(b);
     Symmetric {

@@ -10,18 +10,21 @@ use super::tree::{JointType, Tree};
 /// exponential map of the angular velocity in the body's own axes.
 pub fn advance(tree: &Tree, q: &mut [f64], qd: &[f64], h: f64) {
     for body in &tree.bodies {
-        let q = &mut q[body.position..];
-        let qd = &qd[body.velocity..];
-        match body.joint_type {
-            JointType::Revolute | JointType::Prismatic => q[0] += h * qd[0],
-            JointType::Spherical { axis: 0 } => turn_by(q, DVec3::new(qd[0], qd[1], qd[2]) * h),
-            JointType::Spherical { .. } => {}
-            JointType::Free { .. } => {
-                let (origin, rotation) = free_pose(q);
-                let origin = origin + DVec3::new(qd[0], qd[1], qd[2]) * h;
-                let turn = DQuat::from_scaled_axis(DVec3::new(qd[3], qd[4], qd[5]) * h);
-                write_free_pose(q, origin, (rotation * turn).normalize());
-            }
+        advance_joint(body.joint_type, &mut q[body.position..], &qd[body.velocity..], h);
+    }
+}
+
+/// The same for one body, whose positions and velocities come first.
+pub fn advance_joint(joint_type: JointType, q: &mut [f64], qd: &[f64], h: f64) {
+    match joint_type {
+        JointType::Revolute | JointType::Prismatic => q[0] += h * qd[0],
+        JointType::Spherical { axis: 0 } => turn_by(q, DVec3::new(qd[0], qd[1], qd[2]) * h),
+        JointType::Spherical { .. } => {}
+        JointType::Free { .. } => {
+            let (origin, rotation) = free_pose(q);
+            let origin = origin + DVec3::new(qd[0], qd[1], qd[2]) * h;
+            let turn = DQuat::from_scaled_axis(DVec3::new(qd[3], qd[4], qd[5]) * h);
+            write_free_pose(q, origin, (rotation * turn).normalize());
         }
     }
 }

@@ -3,7 +3,9 @@
 
 mod impulses;
 mod links;
+mod projection;
 mod rows;
+mod stiffening;
 
 use std::ops::Range;
 
@@ -15,6 +17,7 @@ use super::constraint::direct::Direct;
 use super::constraint::link_constraint::LinkConstraint;
 use super::constraint::link_rows::LinkRows;
 use super::constraint::turning::TurningRows;
+use super::symmetric::Symmetric;
 
 /// Sweeps of position correction; the rest is left to the next step.
 const CORRECTION_SWEEPS: usize = 5;
@@ -50,6 +53,10 @@ pub struct Island {
     direct: Direct,
     /// All impulses that it starts from are the least of the step before, and it is so with those that it ends with.
     was_least: bool,
+    /// Of each member, what it resists turning with beside its own moment, world.
+    stiffening: Vec<Symmetric>,
+    /// Of each member, what constraints have it resist turning by, times the square of the step.
+    stiffness: Vec<Symmetric>,
 }
 
 /// Where the responses to a body's six wrenches are.
@@ -112,8 +119,12 @@ impl Island {
         self.list(robots, members);
         let at = self.make_rows(robots, contacts);
         self.make_links(robots, constraints, (h, at));
+        self.stiffening.clear();
+        self.find_stiffening(robots, h);
         for round in 0..MAX_ROUNDS {
+            self.stiffen(robots);
             self.gather(robots);
+            self.brake(robots);
             if !(self.measure(robots, contacts, interrupt) && self.measure_links(robots, interrupt)) {
                 return false;
             }
@@ -134,7 +145,10 @@ impl Island {
             if self.postpone_hits(contacts, gravity.length(), h) && !self.find_impulses(robots, interrupt) {
                 return false;
             }
-            let mut changed = false;
+            if !self.project(robots, constraints, h, interrupt) {
+                return false;
+            }
+            let mut changed = self.find_stiffening(robots, h);
             for (robot, member) in robots.iter_mut().zip(&self.members) {
                 let body = robot.as_mut();
                 body.new_velocities_mut().copy_from_slice(&self.velocities[member.velocities()]);

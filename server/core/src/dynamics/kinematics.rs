@@ -105,8 +105,12 @@ fn turned_about_z(frame: &DMat3, angle: f64) -> DMat3 {
 
 /// `parent_from_body` at a position.
 pub fn placement(body: &Body, q: &[f64]) -> Placement {
+    joint_placement(body, &q[body.position..])
+}
+
+/// The same at positions of its own, which come first.
+pub fn joint_placement(body: &Body, q: &[f64]) -> Placement {
     let zero = &body.at_zero;
-    let q = &q[body.position..];
     match body.joint_type {
         JointType::Revolute => {
             Placement { rotation: turned_about_z(&zero.rotation, q[0]), origin: zero.origin }

@@ -86,6 +86,11 @@ impl FreeBody {
         inverse_moment.is_finite().then_some(Self { mass: rigid.mass, center, moment, inverse_moment, taken })
     }
 
+    /// The centre of mass, and the moment of inertia about it; body axes.
+    pub fn about_own_center(&self) -> (DVec3, Symmetric) {
+        (self.center, Symmetric::of(&self.moment))
+    }
+
     /// From the velocities at a moment.
     pub fn momentum(&self, world_from_body: DQuat, twist: Twist) -> Momentum {
         let arm = twist.angular.cross(self.center);

@@ -1,6 +1,6 @@
 //! Symmetric 3x3 matrices: six numbers instead of nine.
 
-use std::ops::{Add, AddAssign};
+use std::ops::{Add, AddAssign, Mul};
 
 use glamx::{DMat3, DVec3};
 
@@ -93,6 +93,22 @@ impl Symmetric {
     #[inline]
     pub fn largest(&self) -> f64 {
         self.xx.max(self.yy).max(self.zz)
+    }
+}
+
+impl Mul<f64> for Symmetric {
+    type Output = Self;
+    #[inline]
+    fn mul(self, factor: f64) -> Self {
+        let Self { xx, xy, xz, yy, yz, zz } = self;
+        Self {
+            xx: xx * factor,
+            xy: xy * factor,
+            xz: xz * factor,
+            yy: yy * factor,
+            yz: yz * factor,
+            zz: zz * factor,
+        }
     }
 }
 

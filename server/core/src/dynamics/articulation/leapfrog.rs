@@ -105,6 +105,13 @@ impl Articulation {
         free_body.is_none() && passes.bodies.iter().all(|at| at.implicitness == Implicitness::MEAN)
     }
 
+    /// Whether this step may take half of the change of its velocities, where nothing holds it.
+    pub(in crate::dynamics) fn may_halve_its_kick(&self) -> bool {
+        let StepScratch { integrator, free_body, .. } = &self.scratch;
+        // What acts on a single body is a kick before its drift.
+        *integrator == Integrator::Leapfrog && self.state.history == History::Given && free_body.is_none()
+    }
+
     /// Whether this step takes half of the change of its velocities: these were given at its beginning.
     pub(in crate::dynamics) fn halves_its_kick(&self) -> bool {
         let is_smooth = !self.scratch.is_held && !self.scratch.is_touched;

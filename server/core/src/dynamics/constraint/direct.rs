@@ -109,6 +109,8 @@ pub struct Direct {
     kept_velocities: Vec<f64>,
     kept_impulses: Vec<[f64; 3]>,
     kept_links: Vec<[f64; 3]>,
+    /// The matrix has the factors of the last solution.
+    is_solved: bool,
 }
 
 /// A row of a joint.
@@ -154,6 +156,7 @@ impl Direct {
     /// Forgets the last island.
     pub fn begin(&mut self) {
         self.hardness.clear();
+        self.is_solved = false;
     }
 
     /// Takes in an island whose contacts are measured. Whether it can be solved here: the matrix and its factorisation must
@@ -166,6 +169,7 @@ impl Direct {
         rows: &[ContactRows],
         links: &[LinkRows],
     ) -> bool {
+        self.is_solved = false;
         if members.len() > MOST_NODES {
             return false;
         }
@@ -219,6 +223,7 @@ impl Direct {
                 Some(Progress::Goes) => {}
                 Some(Progress::Settled) if self.refine(&mut system) && self.holds(&system) => {
                     self.finish(&mut system);
+                    self.is_solved = true;
                     return Outcome::Solved;
                 }
                 Some(Progress::Settled) | None => break,
@@ -228,13 +233,24 @@ impl Direct {
         Outcome::Unsolved
     }
 
+    /// Solves once more, with the factors of the last solution, where only what constraints between links aim at has changed
+    /// since. False where there are none, or other rows are equations now: then velocities and impulses are as they were.
+    pub fn follow<R: AsMut<Articulation>>(&mut self, mut system: System<'_, R>) -> bool {
+        if !self.is_solved {
+            return false;
+        }
+        self.keep_impulses(&system);
+        self.is_solved = self.refine(&mut system) && self.holds(&system);
+        if self.is_solved {
+            self.finish(&mut system);
+        } else {
+            self.go_back(&mut system);
+        }
+        self.is_solved
+    }
+
     fn keep<R: AsMut<Articulation>>(&mut self, system: &mut System<'_, R>) {
-        self.kept_velocities.clear();
-        self.kept_velocities.extend_from_slice(system.velocities);
-        self.kept_impulses.clear();
-        self.kept_impulses.extend(system.rows.iter().map(|rows| rows.impulse));
-        self.kept_links.clear();
-        self.kept_links.extend(system.links.iter().map(|link| link.rows.impulse));
+        self.keep_impulses(system);
         self.joints.clear();
         for (index, member) in system.members.iter().enumerate() {
             let robot = system.robots[index].as_mut();
@@ -260,6 +276,15 @@ impl Direct {
         }
         self.residuals.clear();
         self.residuals.resize(system.rows.len(), [0.0; 3]);
+    }
+
+    fn keep_impulses<R>(&mut self, system: &System<'_, R>) {
+        self.kept_velocities.clear();
+        self.kept_velocities.extend_from_slice(system.velocities);
+        self.kept_impulses.clear();
+        self.kept_impulses.extend(system.rows.iter().map(|rows| rows.impulse));
+        self.kept_links.clear();
+        self.kept_links.extend(system.links.iter().map(|link| link.rows.impulse));
     }
 
     fn go_back<R>(&mut self, system: &mut System<'_, R>) {

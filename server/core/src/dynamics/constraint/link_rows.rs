@@ -7,9 +7,10 @@
 //! The target has two parts. A part [`ERROR_REDUCTION`] of the error is put right in each step (Baumgarte's method; as PyBullet's `erp`
 //! and MuJoCo's `solref` of 2.2 steps). And what the velocities of the last step bent away from is put right beforehand: positions
 //! move along curves, and rows are tangents. Where q + h v is off the curve by h^2/2 v' H v, the velocity that stays on it has
-//! J v = -h/2 v' H v (SHAKE: Ryckaert, Ciccotti and Berendsen (1977)). That is taken from the last step, as the
-//! difference between the error that it foresaw and the error that is found. So the error is of third order in h
-//! and no energy goes into or out of what moves on a curve.
+//! J v = -h/2 v' H v (SHAKE: Ryckaert, Ciccotti and Berendsen (1977)). That is first taken from the last step, as the
+//! difference between the error that it foresaw and the error that is found, which leaves an error of third order in h; and then, where
+//! rows are solved directly, [from the positions that the velocities lead to](crate::dynamics::island). So no energy goes
+//! into or out of what moves on a curve.
 
 use glamx::DVec3;
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,9 @@ const IMMOVABLE: [f64; 2] = [1e-10, 1e-4];
 /// Along directions in which J M^-1 J' is less than this part of its largest, a block has no row: links of a plane linkage that its
 /// description places a micrometre out of the plane would press against each other as steel does.
 const SINGULAR: f64 = 1e-8;
+
+/// The identity: nn, nt, nu, tt, tu, uu.
+const ALL_DIRECTIONS: [f64; 6] = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 
 /// A velocity before the step that is not yet what the rows ask for, m/s or rad/s.
 const AT_REST: f64 = 1e-6;
@@ -96,6 +100,16 @@ pub struct LinkRows {
     pub bent: [f64; 3],
     /// m/s or rad/s.
     pub targets: [f64; 3],
+    /// The targets without what is put right beforehand.
+    pub aimed: [f64; 3],
+    /// By how much this step is taken to leave its tangent, m or rad: what is put right beforehand.
+    pub ahead: [f64; 3],
+    /// The same as it was taken from the step before.
+    pub first_ahead: [f64; 3],
+    /// By how much the velocities found now would leave it.
+    pub bending: [f64; 3],
+    /// What takes directions without rows out of targets: nn, nt, nu, tt, tu, uu.
+    pub directions: [f64; 6],
     /// The impulse's norm at the most, N s or N m s.
     pub most: f64,
     /// Its only row pulls and does not push.
@@ -121,10 +135,11 @@ pub struct LinkRows {
 impl LinkRows {
     /// What it aims at in a step of `h`, from errors found now and what the last step left.
     pub fn aim(&mut self, last: Option<Motion>, h: f64) {
-        self.bent = [0.0; 3];
+        (self.bent, self.ahead, self.first_ahead) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         if self.is_one_sided && self.errors[0] > 0.0 {
             // Slack: it may go on to where it is tight.
-            self.targets = [-self.errors[0] / h, 0.0, 0.0];
+            self.aimed = [-self.errors[0] / h, 0.0, 0.0];
+            self.targets = self.aimed;
             return;
         }
         let most = MAX_CORRECTION[usize::from(self.turns)];
@@ -139,7 +154,15 @@ impl LinkRows {
             }
             self.bent = bent.to_array();
         }
-        self.targets = (correction.clamp_length_max(most) - ahead / h).to_array();
+        self.aimed = correction.clamp_length_max(most).to_array();
+        (self.ahead, self.first_ahead) = (ahead.to_array(), ahead.to_array());
+        self.targets = (DVec3::from_array(self.aimed) - ahead / h).to_array();
+    }
+
+    /// Aims anew, with what a step of `h` is taken to leave its tangent by, m or rad.
+    pub fn aim_ahead(&mut self, ahead: [f64; 3], h: f64) {
+        self.ahead = ahead;
+        self.targets = weigh(self.directions, [0, 1, 2].map(|k| self.aimed[k] - ahead[k] / h));
     }
 
     /// Takes J M^-1 J' from the blocks. What no joint can move, as what leads out of the plane of a plane linkage, has no row:
@@ -149,6 +172,7 @@ impl LinkRows {
             side.drop_small_rows(IMMOVABLE[usize::from(self.turns)], blocks);
         }
         self.rows.measure(blocks);
+        self.directions = ALL_DIRECTIONS;
         self.drop_singular(blocks);
         let [nn, nt, nu, tt, tu, uu] = self.rows.effect;
         let count = [nn, tt, uu].into_iter().filter(|effect| *effect > 0.0).count().max(1);
@@ -172,7 +196,7 @@ impl LinkRows {
         let (values, vectors) = eigen(self.rows.effect);
         let largest = values.into_iter().fold(0.0, f64::max);
         // I - v v' for each of them.
-        let mut kept = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
+        let mut kept = ALL_DIRECTIONS;
         for (value, [n, t, u]) in values.into_iter().zip(vectors) {
             if value <= SINGULAR * largest {
                 let square = [n * n, n * t, n * u, t * t, t * u, u * u];
@@ -182,6 +206,7 @@ impl LinkRows {
         for side in self.rows.sides.iter().filter(|side| side.len > 0) {
             side.combine_rows(|rows| weigh(kept, rows), blocks);
         }
+        self.directions = kept;
         self.targets = weigh(kept, self.targets);
         self.rows.impulse = weigh(kept, self.rows.impulse);
         self.rows.measure(blocks);
@@ -279,7 +304,7 @@ impl LinkRows {
 }
 
 /// Eigenvalues and eigenvectors of a symmetric matrix, nn, nt, nu, tt, tu, uu, by Jacobi's rotations.
-fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
+pub fn eigen([nn, nt, nu, tt, tu, uu]: [f64; 6]) -> ([f64; 3], [[f64; 3]; 3]) {
     /// Each makes what is beside the diagonal quadratically smaller.
     const ROUNDS: usize = 8;
     let mut matrix = [[nn, nt, nu], [nt, tt, tu], [nu, tu, uu]];

@@ -1,6 +1,7 @@
 //! Tests of constraints between links.
 
 mod bodies;
+mod extremes;
 mod loops;
 mod rules;
 mod threads;
