@@ -23,6 +23,10 @@ const ENOUGH: f64 = 1e-10;
 /// What leaves its tangent farther than this in a step is not followed, m or rad.
 const MOST_BENT: f64 = 0.1;
 
+/// Robots with joints are not stiffened as [single bodies](super::stiffening) are: what leaves its tangent otherwise than in the step
+/// before by more than this is not resolved by steps, m or rad, and is damped where it is not followed.
+const MOST_SUDDEN: f64 = 1e-5;
+
 /// What is this far from where it is to be does not hold, and is not on a curve, m or rad.
 const MOST_ERROR: f64 = 0.05;
 
@@ -107,7 +111,13 @@ impl Island {
             let errors = constraint.aims(frames)[usize::from(link.turns)].errors;
             let speeds = link.rows.velocities(blocks, velocities);
             let bending = [0, 1, 2].map(|k| errors[k] - link.errors[k] - h * speeds[k]);
-            let is_followed = DVec3::from_array(bending).length() <= MOST_BENT;
+            let is_single = link
+                .ends
+                .iter()
+                .all(|(member, body)| body.is_none() || robots[*member].as_mut().free_moment().is_some());
+            let sudden = DVec3::from_array(bending).distance(DVec3::from_array(link.first_ahead));
+            let is_followed =
+                DVec3::from_array(bending).length() <= MOST_BENT && (is_single || sudden <= MOST_SUDDEN);
             if is_followed {
                 link.bending = bending;
                 let change = weigh(link.directions, [0, 1, 2].map(|k| bending[k] - link.ahead[k]));
