@@ -168,6 +168,7 @@ async fn load(handle: &SimHandle, robot: Robot) -> Result<(), Error> {
         fixed_base: robot.fixed,
         passive: robot.passive,
         joint_positions: robot.positions.into_iter().collect(),
+        joint_orientations: Vec::new(),
         scale: robot.scale,
         strict: robot.strict,
         mesh_shapes: Default::default(),

@@ -35,6 +35,7 @@ fn spawn(world: &mut Simulation, name: &str, model: &Arc<RobotModel>, fixed: boo
         fixed_base: Some(fixed),
         passive,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),

@@ -144,8 +144,30 @@ async fn kinematics_turn_ball_joints(via: Via) {
     assert!(found.converged && apart(&found.positions, PLACE) < 1e-3, "{found:?}");
 }
 
+async fn a_ball_joint_starts_at_an_orientation(via: Via) {
+    let daemon = Daemon::paused_via(via).await;
+    let urdf = assets().join("../reference/robots/ball_pendulum.urdf");
+    // Of any length.
+    let [x, y, z, w] = PLACE.map(|part| 2.0 * part);
+    let start = |joint: &str, w: f64| proto::SpawnEntityRequest {
+        joint_orientations: [(joint.to_owned(), proto::Quaternion { x, y, z, w })].into(),
+        ..fixed("pendulum")
+    };
+    for (request, phrase) in
+        [(start("ball", f64::NAN), "joint_orientations[\"ball\"].w"), (start("hinge", w), "hinge")]
+    {
+        let error = daemon.client.load(&urdf, request).await.unwrap_err().to_string();
+        assert!(error.contains(phrase), "{error}");
+    }
+    daemon.client.load(&urdf, start("ball", w)).await.unwrap();
+    let seen = ball(&daemon).await;
+    assert!(apart(&seen.position, PLACE) < 1e-7, "{:?}", seen.position);
+    assert_eq!(seen.mode, [JointMode::Hold; 3]);
+}
+
 over_every_transport! {
     a_ball_joint_is_read_and_put_by_a_quaternion,
+    a_ball_joint_starts_at_an_orientation,
     a_ball_joint_follows_its_targets,
     what_is_not_for_a_ball_joint_is_refused,
     kinematics_turn_ball_joints,

@@ -13,11 +13,11 @@ use simd_model::robot::{Inertial, Joint, JointKind, JointLimits, Link};
 
 const G: f64 = 9.81;
 
-fn vector(rng: &mut Rng, size: f64) -> DVec3 {
+pub(crate) fn vector(rng: &mut Rng, size: f64) -> DVec3 {
     DVec3::new(rng.f64() - 0.5, rng.f64() - 0.5, rng.f64() - 0.5) * 2.0 * size
 }
 
-/// A tree of links of some kilograms and decimetres, with joints that turn or slide.
+/// A tree of links of some kilograms and decimetres, with joints that turn, slide, or turn about any axis.
 pub(crate) fn tree(rng: &mut Rng) -> Arc<RobotModel> {
     let count = rng.usize(1..=6);
     let links = (0..count).map(|index| {
@@ -32,7 +32,11 @@ pub(crate) fn tree(rng: &mut Rng) -> Arc<RobotModel> {
     let links: Vec<Link> = links.collect();
     let joints = (1..count).map(|child| Joint {
         name: format!("joint-{child}"),
-        kind: if rng.u8(0..4) == 0 { JointKind::Prismatic } else { JointKind::Continuous },
+        kind: match rng.u8(0..4) {
+            0 => JointKind::Prismatic,
+            1 => JointKind::Spherical,
+            _ => JointKind::Continuous,
+        },
         parent: child - 1,
         child,
         parent_from_joint: DPose3::from_parts(vector(rng, 0.2), DQuat::from_scaled_axis(vector(rng, 2.0))),
@@ -73,6 +77,7 @@ fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
             fixed_base: Some(rng.bool()),
             passive: true,
             joint_positions: Vec::new(),
+            joint_orientations: Vec::new(),
             shapes: Default::default(),
             contact_settings: Default::default(),
             collision_pairs: Vec::new(),
@@ -101,21 +106,36 @@ fn world(rng: &mut Rng, integrator: Integrator) -> Simulation {
         } else {
             parent
         };
-        let (max_force, max_torque) = (None, None);
-        let create = CreateConstraint {
-            name: String::new(),
-            kind,
-            parent,
-            child,
-            max_force,
-            max_torque,
-            breaks: false,
-            disable_collisions: false,
-        };
+        let create = held(kind, parent, child);
         // Two links that are one body, or nothing that moves: refused.
         let _ = world.apply(&Command::CreateConstraint(Box::new(create)));
     }
+    let mut joint = || {
+        let robot = rng.usize(0..models.len());
+        let has_axis = |joint: &&Joint| joint.kind != JointKind::Spherical;
+        let joint = models[robot].joints.iter().find(has_axis)?.name.clone();
+        Some(RequestedEnd { robot: format!("robot-{robot}"), joint, ..RequestedEnd::default() })
+    };
+    if let (Some(parent), Some(child)) = (joint(), joint()) {
+        let kind = RequestedConstraint::Gear { ratio: 2.0 * rng.f64() - 1.0, offset: None };
+        // One with itself: refused.
+        let _ = world.apply(&Command::CreateConstraint(Box::new(held(kind, parent, child))));
+    }
     world
+}
+
+/// A constraint without limits.
+pub(crate) fn held(kind: RequestedConstraint, parent: RequestedEnd, child: RequestedEnd) -> CreateConstraint {
+    CreateConstraint {
+        name: String::new(),
+        kind,
+        parent,
+        child,
+        max_force: None,
+        max_torque: None,
+        breaks: false,
+        disable_collisions: false,
+    }
 }
 
 fn energy(state: &PublishedState) -> (f64, f64) {

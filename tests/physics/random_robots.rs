@@ -108,6 +108,7 @@ pub(crate) fn spawn(rng: &mut Rng, name: &str) -> Spawn {
         fixed_base: Some(rng.bool()),
         passive: rng.bool(),
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),

@@ -36,6 +36,7 @@ pub(crate) fn passive(model: &Arc<RobotModel>, free: bool, positions: &[f64]) ->
         fixed_base: Some(!free),
         passive: true,
         joint_positions: moving.map(|joint| joint.name.clone()).zip(positions.iter().copied()).collect(),
+        joint_orientations: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),

@@ -98,6 +98,7 @@ pub fn robot(name: &str, model: &Arc<RobotModel>, pose: DPose3, fixed: bool) -> 
         fixed_base: Some(fixed),
         passive: true,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         contact_settings: ContactSettings::default(),
         collision_pairs: Vec::new(),
         loaded_at_start: false,

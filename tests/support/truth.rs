@@ -160,6 +160,7 @@ impl Case {
             fixed_base: Some(self.root_velocity.is_empty()),
             passive: true,
             joint_positions: Vec::new(),
+            joint_orientations: Vec::new(),
             shapes: Default::default(),
             contact_settings: Default::default(),
             collision_pairs: Vec::new(),

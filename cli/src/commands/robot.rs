@@ -15,8 +15,8 @@ use clap::{Args, Subcommand, ValueEnum};
 use simd_client::{
     Client, Error, OpenOptions, Package,
     proto::{
-        Base, DescriptionSource, ErrorReason, InitialMode, LoadReport, MeshShapes, Pose, ReloadEntityRequest,
-        Severity, SpawnEntityRequest, description_source::Source,
+        Base, DescriptionSource, ErrorReason, InitialMode, LoadReport, MeshShapes, Pose, Quaternion,
+        ReloadEntityRequest, Severity, SpawnEntityRequest, description_source::Source,
     },
 };
 
@@ -89,7 +89,7 @@ pub(crate) struct Load {
     /// The root link moves freely
     #[arg(long)]
     free: bool,
-    /// A joint's first position; may be given again
+    /// A joint's first position, of a spherical joint quat:X,Y,Z,W; may be given again
     #[arg(long = "position", value_name = "JOINT=POSITION", value_parser = position)]
     positions: Vec<Placement>,
     /// Multiplies all lengths
@@ -198,6 +198,11 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         hint("its links do not touch each other, whatever the SRDF says; --self-collision makes them");
     }
     let is_base_given = arguments.fixed || arguments.free;
+    let turned: (Vec<_>, Vec<_>) = arguments.positions.into_iter().partition(|at| at.orientation.is_some());
+    let orientation = |at: Placement| {
+        let [x, y, z, w] = at.orientation?;
+        Some((at.joint, Quaternion { x, y, z, w }))
+    };
     let request = SpawnEntityRequest {
         source: Some(source),
         name: arguments.name.unwrap_or_default(),
@@ -211,7 +216,8 @@ async fn load(arguments: Load, client: &Client, output: Output) -> anyhow::Resul
         }
         .into(),
         initial_mode: if arguments.passive { InitialMode::Passive } else { InitialMode::Holding }.into(),
-        joint_positions: arguments.positions.into_iter().map(|at| (at.joint, at.position)).collect(),
+        joint_positions: turned.1.into_iter().map(|at| (at.joint, at.position)).collect(),
+        joint_orientations: turned.0.into_iter().filter_map(orientation).collect(),
         scale: arguments.scale,
         strict: arguments.strict,
         link_properties: arguments.surface.of(None).into_iter().collect(),
@@ -344,13 +350,10 @@ fn xacro_argument(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Reads `JOINT=POSITION`.
+/// Reads `JOINT=POSITION` or `JOINT=quat:X,Y,Z,W`.
 fn position(text: &str) -> Result<Placement, String> {
     match placement(text)? {
         placement if placement.velocity != 0.0 => Err("a robot is spawned at rest: give no rate".to_owned()),
-        placement if placement.orientation.is_some() => {
-            Err("a spherical joint is spawned at 0 0 0 1: `simctl joint reset` puts it elsewhere".to_owned())
-        }
         placement => Ok(placement),
     }
 }

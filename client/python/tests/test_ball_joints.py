@@ -59,3 +59,15 @@ def test_its_targets_are_orientations_velocities_and_torques(sim: Simulation, pe
     np.testing.assert_array_equal(pendulum.effort, [0.1, 0.0, -0.2])
     ball.set_passive()
     assert pendulum.read().mode.tolist() == [JointMode.PASSIVE] * 3
+
+
+def test_it_starts_at_an_orientation(sim: Simulation) -> None:
+    ball = sim.load(PENDULUM, name="turned", fixed=True, joint_positions={"ball": PLACE}).joints["ball"]
+    np.testing.assert_allclose(ball.read().positions, PLACE, atol=1e-15)
+    # A quaternion of any length is one.
+    other = sim.load(PENDULUM, name="other", fixed=True, joint_positions={"ball": [0, 0, 0, 2]})
+    np.testing.assert_array_equal(other.position, [0, 0, 0, 1])
+    with pytest.raises(ValueError, match="the orientation of joint 'ball' has 4 numbers"):
+        sim.load(PENDULUM, name="wrong", fixed=True, joint_positions={"ball": [0, 0, 1]})
+    with pytest.raises(Exception, match="joint_orientations"):
+        sim.load(PENDULUM, name="wrong", fixed=True, joint_positions={"ball": 0.5})

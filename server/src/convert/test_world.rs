@@ -70,6 +70,7 @@ pub(crate) fn spawn(name: &str, joint_positions: &[(&str, f64)]) -> Command {
         fixed_base: Some(true),
         passive: false,
         joint_positions: joint_positions.iter().map(|(name, at)| ((*name).to_owned(), *at)).collect(),
+        joint_orientations: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use glamx::DPose3;
 use simd_core::collision::{ConvexMesh, MeshShapes};
-use simd_core::simulation::command::{CollisionPair, ContactSettings, Reload, Spawn};
+use simd_core::simulation::command::{CollisionPair, ContactSettings, JointOrientation, Reload, Spawn};
 use simd_core::simulation::queries::Sunk;
 use simd_core::{Command, Reply};
 use simd_model::robot::{MeshAsset, Sha256};
@@ -41,6 +41,8 @@ pub struct SpawnRequest {
     pub passive: bool,
     /// Positions to start from, rad or m, by joint name.
     pub joint_positions: Vec<(String, f64)>,
+    /// Orientations of spherical joints to start from.
+    pub joint_orientations: Vec<JointOrientation>,
     /// Lengths are multiplied by it; above 0, at most 1,000.
     pub scale: f64,
     /// Refuse a robot whose report has a warning.
@@ -60,9 +62,10 @@ pub struct SpawnRequest {
 impl SpawnRequest {
     /// Whether it says what only one robot can be meant by.
     fn is_of_one(&self) -> bool {
-        let Self { srdf, joint_positions, collision_pairs, contact_settings, .. } = self;
+        let Self { srdf, joint_positions, joint_orientations, collision_pairs, contact_settings, .. } = self;
         !srdf.is_empty()
             || !joint_positions.is_empty()
+            || !joint_orientations.is_empty()
             || !collision_pairs.is_empty()
             || contact_settings.links.iter().any(|link| !link.link.is_empty())
     }
@@ -217,6 +220,7 @@ impl SimHandle {
                 fixed_base: placement.map(|placement| placement.fixed).or(request.fixed_base),
                 passive: request.passive,
                 joint_positions: request.joint_positions.clone(),
+                joint_orientations: request.joint_orientations.clone(),
                 loaded_at_start,
             });
         }

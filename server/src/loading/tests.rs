@@ -63,6 +63,7 @@ fn request(source: Source) -> SpawnRequest {
         fixed_base: Some(true),
         passive: false,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         scale: 1.0,
         strict: false,
         mesh_shapes: Default::default(),

@@ -68,6 +68,7 @@ async fn spawn(handle: &SimHandle, urdf: &str, name: &str, xyz: [f64; 3]) {
         fixed_base: None,
         passive: false,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         scale: 1.0,
         strict: false,
         mesh_shapes: Default::default(),

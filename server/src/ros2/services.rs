@@ -290,6 +290,7 @@ async fn spawn(handle: SimHandle, request: SpawnEntityRequest) -> Answer<String>
         fixed_base: None,
         passive: false,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         scale: 1.0,
         strict: false,
         mesh_shapes: Default::default(),

@@ -62,6 +62,7 @@ fn spawn(world: &mut Simulation, i: usize, model: &Arc<RobotModel>, shapes: &Arc
         fixed_base: Some(true),
         passive: false,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         shapes: Arc::clone(shapes),
         contact_settings: ContactSettings::default(),
         collision_pairs: Vec::new(),

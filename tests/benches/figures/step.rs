@@ -58,6 +58,7 @@ fn world(model: &Arc<RobotModel>, arms: usize, driven: bool) -> Simulation {
             fixed_base: Some(true),
             passive: !driven,
             joint_positions: moving.map(|j| j.name.clone()).zip(bent).collect(),
+            joint_orientations: Vec::new(),
             shapes: Default::default(),
             contact_settings: Default::default(),
             collision_pairs: Vec::new(),

@@ -188,6 +188,7 @@ fn read_with(urdf: &[u8], name: &str, x: f64, assets: &super::Only, meshes: Mesh
         fixed_base: Some(name == "arm"),
         passive: false,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
         loaded_at_start: false,

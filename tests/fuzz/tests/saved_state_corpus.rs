@@ -108,6 +108,7 @@ impl Scene {
             fixed_base: Some(fixed),
             passive: false,
             joint_positions: Vec::new(),
+            joint_orientations: Vec::new(),
             contact_settings: ContactSettings { self_collision: true, links: Vec::new() },
             collision_pairs: Vec::new(),
             loaded_at_start: fixed,

@@ -31,6 +31,7 @@ impl Simd {
                 fixed_base: Some(!scene.free),
                 passive: false,
                 joint_positions: positions.clone(),
+                joint_orientations: Vec::new(),
                 shapes: Default::default(),
                 contact_settings: Default::default(),
                 collision_pairs: Vec::new(),

@@ -22,6 +22,9 @@ Collision = Literal["mesh", "hull", "parts"]
 """What collision meshes become: of links that can never move the triangles that they are, and of others the hull; the
 hull of all; convex parts of all."""
 
+JointPositions = Mapping[str, float | Sequence[float] | npt.NDArray[np.float64]]
+"""Where joints start: radians or metres by joint name, of spherical joints a quaternion x y z w."""
+
 _MESH_SHAPES = {
     "mesh": proto.MeshShapes.MESH_SHAPES_MESH,
     "hull": proto.MeshShapes.MESH_SHAPES_HULL,
@@ -40,7 +43,7 @@ class SpawnOptions:
     pose: Pose = field(default_factory=Pose)
     fixed: bool | None = None
     passive: bool = False
-    joint_positions: Mapping[str, float] | None = None
+    joint_positions: JointPositions | None = None
     scale: float | None = None
     strict: bool = False
     surfaces: Surfaces | None = None
@@ -50,10 +53,20 @@ class SpawnOptions:
     model: str = ""
 
     def to_proto(self, source: proto.DescriptionSource) -> proto.SpawnEntityRequest:
-        """The request that spawns a description. Raises `ValueError` for another word for `collision`."""
+        """The request that spawns a description. Raises `ValueError` for another word for `collision`, and for a joint's
+        position that is neither one number nor a quaternion."""
         mesh_shapes = _MESH_SHAPES.get(self.collision)
         if mesh_shapes is None:
             raise ValueError(f"collision is 'mesh', 'hull' or 'parts', and not {self.collision!r}")
+        positions: dict[str, float] = {}
+        orientations: dict[str, proto.Quaternion] = {}
+        for joint, at in (self.joint_positions or {}).items():
+            values = np.asarray(at, dtype=np.float64)
+            if values.ndim == 0:
+                positions[joint] = float(values)
+            else:
+                x, y, z, w = vector(values, 4, f"the orientation of joint {joint!r}").tolist()
+                orientations[joint] = proto.Quaternion(x=x, y=y, z=z, w=w)
         passive, holding = proto.InitialMode.INITIAL_MODE_PASSIVE, proto.InitialMode.INITIAL_MODE_HOLDING
         return proto.SpawnEntityRequest(
             source=source,
@@ -62,7 +75,8 @@ class SpawnOptions:
             pose=pose_to_proto(self.pose),
             base=_BASES[self.fixed],
             initial_mode=passive if self.passive else holding,
-            joint_positions={name: float(at) for name, at in (self.joint_positions or {}).items()},
+            joint_positions=positions,
+            joint_orientations=orientations,
             scale=self.scale,
             strict=self.strict,
             link_properties=surfaces_to_proto(self.surfaces),

@@ -92,6 +92,7 @@ fn world(fixed: bool) -> Simulation {
         fixed_base: Some(fixed),
         passive: true,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
         loaded_at_start: false,

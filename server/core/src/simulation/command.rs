@@ -15,7 +15,9 @@ use simd_model::RobotModel;
 use simd_model::robot::{Collision, Geometry, Link};
 
 pub use self::constraint::{ChangeConstraint, CreateConstraint, RequestedConstraint, RequestedEnd};
-pub use self::joint::{FollowTrajectory, JointProperties, JointReset, RobotReset, SphericalReset};
+pub use self::joint::{
+    FollowTrajectory, JointOrientation, JointProperties, JointReset, RobotReset, SphericalReset,
+};
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
 pub use super::contact_settings::{
@@ -204,6 +206,8 @@ pub struct Spawn {
     /// Positions to start from, rad or m, by joint name. Others start at zero, or
     /// at the nearest limit where zero lies outside.
     pub joint_positions: Vec<(String, f64)>,
+    /// Orientations of spherical joints to start from. Others start at 0 0 0 1.
+    pub joint_orientations: Vec<JointOrientation>,
     /// How its contacts are configured.
     pub contact_settings: ContactSettings,
     /// Pairs of its own links that are switched off or on.

@@ -7,7 +7,7 @@ use glamx::DPose3;
 use simd_core::Command;
 use simd_core::collision::MeshShapes;
 use simd_core::simulation::command::{
-    CollisionFilterChange, CollisionPair, ContactSettings, LinkWrench, WrenchDuration,
+    CollisionFilterChange, CollisionPair, ContactSettings, JointOrientation, LinkWrench, WrenchDuration,
 };
 use simd_model::robot::Sha256;
 use simd_proto::v1;
@@ -124,6 +124,7 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
         fixed_base,
         passive,
         joint_positions: request.joint_positions.into_iter().collect(),
+        joint_orientations: orientations(request.joint_orientations)?,
         scale: request.scale.unwrap_or(1.0),
         strict: request.strict,
         mesh_shapes: match Path::ROOT.field("mesh_shapes").known(request.mesh_shapes)? {
@@ -139,6 +140,15 @@ pub fn spawn(request: v1::SpawnEntityRequest) -> Result<SpawnRequest, BadField> 
             links: link_properties(&Path::ROOT, "link_properties", request.link_properties)?,
         },
     })
+}
+
+/// Orientations that spherical joints start at.
+fn orientations(given: BTreeMap<String, v1::Quaternion>) -> Result<Vec<JointOrientation>, BadField> {
+    let orientations = given.into_iter().map(|(joint, quaternion)| {
+        let orientation = geometry::rotation(&Path::ROOT.entry("joint_orientations", &joint), quaternion)?;
+        Ok(JointOrientation { joint, orientation })
+    });
+    orientations.collect()
 }
 
 /// The robot's name, and where its new description comes from.

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy.typing as npt
@@ -21,7 +20,7 @@ from simd_client.geometry import Pose
 from simd_client.method import decoded
 from simd_client.progress import Bars, Progress
 from simd_client.proto import methods
-from simd_client.spawn import UPRIGHT, Collision, SpawnOptions, srdf_bytes
+from simd_client.spawn import UPRIGHT, Collision, JointPositions, SpawnOptions, srdf_bytes
 from simd_client.surface import Surfaces
 
 READING_SECONDS = 120.0
@@ -40,7 +39,7 @@ class Loading(Connection):
         orientation: npt.ArrayLike = UPRIGHT,
         fixed: bool | None = None,
         passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
+        joint_positions: JointPositions | None = None,
         scale: float | None = None,
         strict: bool = False,
         allow_renaming: bool = False,
@@ -61,7 +60,8 @@ class Loading(Connection):
         `robots` of the simulation has the others.
 
         `position` (metres) and `orientation` (x y z w) are `world_from_root`. `fixed` fixes the root link to the
-        world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`.
+        world; by default it is fixed if it is called `world`. Joints hold their position unless `passive`, and start at
+        `joint_positions`, which of a spherical joint is a quaternion x y z w.
         `scale` multiplies lengths. `packages` are searched for ROS packages first.
         `surfaces` replaces the file's friction and restitution: one `Surface` for all links, or some by link.
         With `self_collision` its links collide with each other, except those that a joint connects and those that
@@ -90,7 +90,7 @@ class Loading(Connection):
         orientation: npt.ArrayLike = UPRIGHT,
         fixed: bool | None = None,
         passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
+        joint_positions: JointPositions | None = None,
         scale: float | None = None,
         strict: bool = False,
         allow_renaming: bool = False,
@@ -116,7 +116,7 @@ class Loading(Connection):
         orientation: npt.ArrayLike = UPRIGHT,
         fixed: bool | None = None,
         passive: bool = False,
-        joint_positions: Mapping[str, float] | None = None,
+        joint_positions: JointPositions | None = None,
         scale: float | None = None,
         strict: bool = False,
         allow_renaming: bool = False,

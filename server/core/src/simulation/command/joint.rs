@@ -35,6 +35,16 @@ pub struct JointReset {
     pub spherical: Option<SphericalReset>,
 }
 
+/// Where a spherical joint starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JointOrientation {
+    /// Its name.
+    pub joint: String,
+    /// Of the child in the joint's frame, of unit length.
+    #[serde(with = "quaternion")]
+    pub orientation: DQuat,
+}
+
 /// Where a spherical joint is put.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SphericalReset {

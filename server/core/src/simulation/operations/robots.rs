@@ -7,9 +7,11 @@ use simd_model::RobotModel;
 use simd_model::setup::LinkPair;
 
 use super::described_constraints::Came;
+use crate::dynamics::spherical::{rotation_vector, write_orientation};
 use crate::dynamics::{Actuator, Mode};
 use crate::simulation::command::{
-    CollisionPair, ContactSettings, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn, WrenchDuration,
+    CollisionPair, ContactSettings, JointOrientation, LinkWrench, MAX_WRENCH_DURATION, Reload, Spawn,
+    WrenchDuration,
 };
 use crate::simulation::entity::{Entity, apply_mimics, is_robot_name};
 use crate::simulation::error::Error;
@@ -76,7 +78,7 @@ impl Simulation {
             let index = entity.joint(joint)?;
             let body = entity.axis_body(index, 0)?;
             if entity.is_spherical(index) {
-                let expected = "a spherical joint starts at 0 0 0 1; reset it to another orientation";
+                let expected = "a spherical joint starts at an orientation: name it in `joint_orientations`";
                 return Err(check::refuse(format!("joint_positions[{joint:?}]"), value, expected));
             }
             let body = &entity.body.tree().bodies[body];
@@ -85,6 +87,25 @@ impl Simulation {
             let axis = &mut entity.body.axes_mut()[velocity];
             if axis.actuator.mode == Mode::Hold {
                 axis.actuator = Actuator::hold(value, 0.0);
+            }
+        }
+        for JointOrientation { joint, orientation } in &spawn.joint_orientations {
+            let field = || format!("joint_orientations[{joint:?}]");
+            let orientation = check::orientation(&field(), *orientation)?;
+            let index = entity.joint(joint)?;
+            let body = entity.axis_body(index, 0)?;
+            if !entity.is_spherical(index) {
+                let expected = "the joint is not spherical: name it in `joint_positions`";
+                return Err(check::refuse(field(), orientation, expected));
+            }
+            let first = &entity.body.tree().bodies[body];
+            let (position, velocity) = (first.position, first.velocity);
+            write_orientation(&mut entity.body.positions_mut()[position..], orientation);
+            let place = rotation_vector(orientation).to_array();
+            for (axis, place) in entity.body.axes_mut()[velocity..velocity + 3].iter_mut().zip(place) {
+                if axis.actuator.mode == Mode::Hold {
+                    axis.actuator = Actuator::hold(place, 0.0);
+                }
             }
         }
         let tree = std::sync::Arc::clone(entity.body.tree());

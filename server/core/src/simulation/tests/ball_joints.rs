@@ -158,7 +158,79 @@ fn what_is_not_for_a_ball_joint_is_refused_and_changes_nothing() {
     let start = vec![("shoulder".to_owned(), 0.3)];
     let refusal =
         world.apply(&Command::Spawn(Box::new(Spawn { joint_positions: start, ..spawn("ball", ball()) })));
-    assert!(said(refusal).contains("starts at 0 0 0 1"));
+    assert!(said(refusal).contains("name it in `joint_orientations`"));
+}
+
+fn start(orientation: DQuat) -> Vec<JointOrientation> {
+    vec![JointOrientation { joint: "shoulder".into(), orientation }]
+}
+
+#[test]
+fn a_ball_joint_starts_at_an_orientation_and_holds_it() {
+    let there = turn(DVec3::new(0.4, -1.0, 0.7));
+    let mut world = world_with(1e-3, Spawn { joint_orientations: start(there), ..spawn("arm", ball()) });
+    let seen = look(&world);
+    assert!(orientation(&seen).angle_between(there) < 1e-14);
+    assert!((DVec3::from_slice(&seen.targets) - rotation_vector(there)).length() < 1e-14);
+    assert!(orientation(&run(&mut world, 1.0)).angle_between(there) < 2e-3);
+    // A reset of all joints goes back there.
+    reset(&mut world, at(DQuat::IDENTITY, DVec3::ZERO)).unwrap();
+    world
+        .apply(&Command::ResetJoints { robots: vec![RobotReset { robot: "arm".into(), joints: vec![] }] })
+        .unwrap();
+    assert!(orientation(&look(&world)).angle_between(there) < 1e-14);
+}
+
+#[test]
+fn an_orientation_that_no_joint_can_start_at_is_refused() {
+    let mut world = world_with(1e-3, spawn("first", ball()));
+    let before = world.fingerprint();
+    let mut said = |model, joint_orientations| {
+        let spawn = Spawn { joint_orientations, ..spawn("second", model) };
+        world.apply(&Command::Spawn(Box::new(spawn))).unwrap_err().to_string()
+    };
+    let refusal = said(arm(), start(DQuat::IDENTITY));
+    assert!(refusal.contains("the joint is not spherical: name it in `joint_positions`"), "{refusal}");
+    for wrong in [DQuat::from_xyzw(0.0, 0.0, 2.0, 0.0), DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 1.0)] {
+        let refusal = said(ball(), start(wrong));
+        assert!(refusal.contains("joint_orientations[\"shoulder\"]"), "{refusal}");
+        assert!(refusal.contains("unit length"), "{refusal}");
+    }
+    let unknown = vec![JointOrientation { joint: "elbow".into(), orientation: DQuat::IDENTITY }];
+    let refusal = said(ball(), unknown);
+    assert!(refusal.contains("elbow"), "{refusal}");
+    assert_eq!(world.fingerprint(), before);
+}
+
+/// Springs, gears and trajectories are of joints of one axis: a ball joint is refused in one sentence.
+#[test]
+fn a_gear_of_a_ball_joint_is_refused() {
+    let mut world = world_with(1e-3, spawn("arm", ball()));
+    world.apply(&Command::Spawn(Box::new(spawn("other", arm())))).unwrap();
+    let before = world.fingerprint();
+    let joint = |robot: &str| RequestedEnd {
+        robot: robot.into(),
+        joint: "shoulder".into(),
+        ..RequestedEnd::default()
+    };
+    for (parent, child, field) in
+        [("arm", "other", "parent.joint"), ("other", "arm", "child.joint"), ("arm", "arm", "parent.joint")]
+    {
+        let create = CreateConstraint {
+            name: String::new(),
+            kind: RequestedConstraint::Gear { ratio: 2.0, offset: None },
+            parent: joint(parent),
+            child: joint(child),
+            max_force: None,
+            max_torque: None,
+            breaks: false,
+            disable_collisions: false,
+        };
+        let refusal = world.apply(&Command::CreateConstraint(Box::new(create))).unwrap_err().to_string();
+        assert!(refusal.contains(field), "{refusal}");
+        assert!(refusal.contains("a gear is of joints that turn or slide about one axis"), "{refusal}");
+    }
+    assert_eq!(world.fingerprint(), before);
 }
 
 #[test]

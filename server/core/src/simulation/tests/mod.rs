@@ -76,6 +76,7 @@ fn spawn(name: &str, model: Arc<RobotModel>) -> Spawn {
         fixed_base: Some(true),
         passive: false,
         joint_positions: Vec::new(),
+        joint_orientations: Vec::new(),
         shapes: Default::default(),
         contact_settings: Default::default(),
         collision_pairs: Vec::new(),
