@@ -42,9 +42,8 @@ fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         right.swap(k, pivot);
         for i in (0..n).filter(|&i| i != k) {
             let factor = matrix[i][k] / matrix[k][k];
-            for j in k..n {
-                matrix[i][j] -= factor * matrix[k][j];
-            }
+            let pivot = matrix[k].clone();
+            matrix[i].iter_mut().zip(&pivot).skip(k).for_each(|(value, pivot)| *value -= factor * pivot);
             for j in 0..right[i].len() {
                 right[i][j] -= factor * right[k][j];
             }

@@ -1,3 +1,5 @@
+// Which files of what was dropped are robots, and in which order.
+
 import { expect, test } from "vitest";
 import { findUrdfs } from "./urdfs";
 

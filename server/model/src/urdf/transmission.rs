@@ -1,6 +1,8 @@
 //! `<transmission>`: what ROS 1 says of how a joint is driven, for joints of which no `<ros2_control>` says it.
 //!
-//! The interface of a simple transmission is its joint's mode, as in `control`. A reduction is between the actuator and
+//! The interface of a simple transmission is its joint's mode, as in `control`, except for efforts: most robots of ROS 1
+//! name that interface for a controller that holds their position, and an arm that no controller holds would fall when it
+//! is loaded. So such a joint holds its position until it is given an effort. A reduction is between the actuator and
 //! the joint: interfaces of joints are on the joint's side of it, so that it changes nothing here.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -79,16 +81,15 @@ pub(super) fn read(root: Node, joints: &[Joint], setup: &mut Setup, findings: &m
         let of = setup.joint(index);
         if !matches!(of.mode, Some(DriveMode::Spring(_))) {
             of.mode = match interface {
-                Interface::Position => None,
+                Interface::Position | Interface::Effort => None,
                 Interface::Velocity => Some(DriveMode::Velocity),
-                Interface::Effort => Some(DriveMode::Effort),
             };
         }
         findings.used(node, || {
             let driven = match interface {
                 Interface::Position => "holds its position",
                 Interface::Velocity => "keeps its velocity",
-                Interface::Effort => "applies an effort",
+                Interface::Effort => "holds its position until it is given an effort",
             };
             let reduction = reduction(node).map_or_else(String::new, |by| {
                 format!("; the reduction of {} is on the actuator's side", short(by))
