@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import pytest
@@ -49,12 +48,8 @@ def test_all_are_sent_before_the_first_is_answered(sim: Simulation) -> None:
     assert {each.list.version for each in seen} == {version + 1}
 
 
-def test_the_same_holds_with_asyncio(sim: Simulation, daemon: Daemon) -> None:
+async def test_the_same_holds_with_asyncio(sim: Simulation, daemon: Daemon) -> None:
     version = sim.parameters.all().version
-
-    async def together() -> None:
-        async with aio.connect(daemon.endpoint) as connected:
-            *seen, _ = await connected.call_all(*waiting(version))
-            assert {each.list.version for each in seen} == {version + 1}
-
-    asyncio.run(together())
+    async with aio.connect(daemon.endpoint) as connected:
+        *seen, _ = await connected.call_all(*waiting(version))
+    assert {each.list.version for each in seen} == {version + 1}
