@@ -1,4 +1,3 @@
-# Generated from simd_client/aio/surroundings.py by tools/make_blocking.py; do not edit.
 """What is near what in a world: contacts, rays, distances, overlaps."""
 
 from __future__ import annotations
@@ -7,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from simd_client import proto
-from simd_client.blocking.primitives import Primitives
+from simd_client.aio.primitives import Primitives
 from simd_client.contact import Contact, RayHits, contacts_from_proto, hits_from_proto, ray_ends, ray_requests
 from simd_client.geometry import Pose, pose_to_proto, vector_from_proto, vector_to_proto
 from simd_client.proto import methods
@@ -23,15 +22,15 @@ from simd_client.query import (
 from simd_client.state import Named, name_of
 
 
-class Surroundings(Primitives):
+class Queries(Primitives):
     """The part of a connection that asks what is near what."""
 
-    def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
+    async def contacts(self, robot: str | Named | None = None) -> tuple[Contact, ...]:
         """The contact points of the newest state: of all robots, or those of one robot."""
         request = proto.GetContactsRequest(robot="" if robot is None else name_of(robot))
-        return contacts_from_proto(self.call(methods.GetContacts, request).contacts)
+        return contacts_from_proto((await self.call(methods.GetContacts, request)).contacts)
 
-    def cast_rays(
+    async def cast_rays(
         self, starts: npt.ArrayLike, ends: npt.ArrayLike, *, collision_mask: int | None = None
     ) -> RayHits:
         """The first hit of each ray in the newest state: one row per ray, metres, world axes; all rays may share
@@ -39,10 +38,10 @@ class Surroundings(Primitives):
         begin, end = ray_ends(starts, ends)
         hits: list[proto.RayHit] = []
         for request in ray_requests(begin, end, collision_mask):
-            hits.extend(self.call(methods.CastRays, request).hits)
+            hits.extend((await self.call(methods.CastRays, request)).hits)
         return hits_from_proto(hits, end)
 
-    def closest_points(
+    async def closest_points(
         self,
         a: Side,
         b: Side | None = None,
@@ -61,9 +60,9 @@ class Surroundings(Primitives):
             nearest_only=nearest_only,
             filtered=filtered,
         )
-        return closest_from_proto(self.call(methods.GetClosestPoints, request).pairs)
+        return closest_from_proto((await self.call(methods.GetClosestPoints, request)).pairs)
 
-    def overlaps(
+    async def overlaps(
         self, shape: Shape, pose: Pose | None = None, *, bounds_only: bool = False
     ) -> tuple[tuple[str, str], ...]:
         """Robot and link of all that overlap a shape; with `bounds_only` those whose boxes along the world's axes meet
@@ -71,22 +70,22 @@ class Surroundings(Primitives):
         request = proto.FindOverlapsRequest(
             shape=shape.message, pose=None if pose is None else pose_to_proto(pose), bounds_only=bounds_only
         )
-        links = self.call(methods.FindOverlaps, request).links
+        links = (await self.call(methods.FindOverlaps, request)).links
         return tuple((each.robot, each.link) for each in links)
 
-    def cast_shape(self, shape: Shape, translation: npt.ArrayLike, pose: Pose | None = None) -> RayHits:
+    async def cast_shape(self, shape: Shape, translation: npt.ArrayLike, pose: Pose | None = None) -> RayHits:
         """What a shape meets first that goes by `translation` from a pose, without turning: one hit."""
         way = vector_to_proto(translation, "a translation")
         request = proto.CastShapeRequest(
             shape=shape.message, pose=None if pose is None else pose_to_proto(pose), translation=way
         )
-        hit = self.call(methods.CastShape, request).hit
+        hit = (await self.call(methods.CastShape, request)).hit
         start = Pose() if pose is None else pose
         end = np.asarray(start.position) + vector_from_proto(way)
         return hits_from_proto([hit], end[None, :])
 
-    def link_bounds(self, *robots: str | Named) -> tuple[LinkBounds, ...]:
+    async def link_bounds(self, *robots: str | Named) -> tuple[LinkBounds, ...]:
         """The boxes around the shapes of links, along the world's axes: of these robots, or of all. Links that touch
         nothing have none, nor have planes."""
         request = proto.GetLinkBoundsRequest(robots=[name_of(robot) for robot in robots])
-        return bounds_from_proto(self.call(methods.GetLinkBounds, request).links)
+        return bounds_from_proto((await self.call(methods.GetLinkBounds, request)).links)
