@@ -1,5 +1,7 @@
 //! Constraints that come with robots, because their descriptions have them.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glamx::DPose3;
 use simd_model::setup::{ConstraintEnd, ConstraintOn, LinkConstraint, LinkConstraintKind};
 use simd_model::{RobotModel, wire_name};
@@ -35,10 +37,14 @@ impl Simulation {
     /// Makes the constraints of robots that came at one moment. What none of them can hold is left out: links that cannot
     /// move against each other, and robots that did not come.
     pub(super) fn make_described_constraints(&mut self, came: &[Came]) {
+        if came.iter().all(|own| own.model.setup.constraints.is_empty()) {
+            return;
+        }
         let mut made = Vec::new();
+        let mut names = FreeNames::beside(self.constraints.list.iter().map(|of| of.definition.name.as_str()));
         for own in came {
             for constraint in &own.model.setup.constraints {
-                let create = self.requested(own, constraint, came);
+                let create = requested(own, constraint, came, &mut names);
                 // Its numbers were judged when it was read: what is refused holds nothing.
                 made.extend(create.and_then(|create| self.add_constraint(&create).ok()));
             }
@@ -53,7 +59,7 @@ impl Simulation {
         if old.setup.constraints.is_empty() && new.model.setup.constraints.is_empty() {
             return;
         }
-        let names: Vec<String> = old
+        let names: BTreeSet<String> = old
             .setup
             .constraints
             .iter()
@@ -65,55 +71,75 @@ impl Simulation {
         let gone: Vec<String> = self
             .constraints
             .list
-            .extract_if(.., |of| names.contains(&of.definition.name) && of.definition.robots().all(is_own))
+            .extract_if(.., |of| {
+                is_numbered(&of.definition.name, &names) && of.definition.robots().all(is_own)
+            })
             .map(|of| of.definition.name)
             .collect();
         self.constraints.changed();
         self.constraints_went(gone, ConstraintDeletion::LinkGone);
         self.make_described_constraints(std::slice::from_ref(new));
     }
+}
 
-    /// The command that makes a constraint; `None` where a robot that it names is not among those that came.
-    fn requested(&self, own: &Came, constraint: &LinkConstraint, came: &[Came]) -> Option<CreateConstraint> {
-        let kind = match constraint.kind {
-            LinkConstraintKind::Weld => RequestedConstraint::Weld,
-            LinkConstraintKind::PointToPoint => RequestedConstraint::PointToPoint,
-            LinkConstraintKind::Hinge(axis) => RequestedConstraint::Hinge { axis },
-            LinkConstraintKind::Slide(axis) => RequestedConstraint::Slide { axis },
-            LinkConstraintKind::Gear { ratio, offset } => RequestedConstraint::Gear { ratio, offset },
-            LinkConstraintKind::Distance { length, is_rope } => {
-                RequestedConstraint::Distance { length, is_rope }
-            }
-        };
-        let is_gear = matches!(constraint.kind, LinkConstraintKind::Gear { .. });
-        let [parent, child] = constraint.ends.each_ref().map(|end| requested_end(end, is_gear, own, came));
-        Some(CreateConstraint {
-            name: self.free_described_name(described_name(&own.name, &constraint.name)),
-            kind,
-            parent: parent?,
-            child: child?,
-            max_force: constraint.max_force,
-            max_torque: constraint.max_torque,
-            breaks: false,
-            disable_collisions: !constraint.collisions,
-        })
+/// The command that makes a constraint; `None` where a robot that it names is not among those that came.
+fn requested(
+    own: &Came,
+    constraint: &LinkConstraint,
+    came: &[Came],
+    names: &mut FreeNames,
+) -> Option<CreateConstraint> {
+    let kind = match constraint.kind {
+        LinkConstraintKind::Weld => RequestedConstraint::Weld,
+        LinkConstraintKind::PointToPoint => RequestedConstraint::PointToPoint,
+        LinkConstraintKind::Hinge(axis) => RequestedConstraint::Hinge { axis },
+        LinkConstraintKind::Slide(axis) => RequestedConstraint::Slide { axis },
+        LinkConstraintKind::Gear { ratio, offset } => RequestedConstraint::Gear { ratio, offset },
+        LinkConstraintKind::Distance { length, is_rope } => RequestedConstraint::Distance { length, is_rope },
+    };
+    let is_gear = matches!(constraint.kind, LinkConstraintKind::Gear { .. });
+    let [parent, child] = constraint.ends.each_ref().map(|end| requested_end(end, is_gear, own, came));
+    Some(CreateConstraint {
+        name: names.take(described_name(&own.name, &constraint.name)),
+        kind,
+        parent: parent?,
+        child: child?,
+        max_force: constraint.max_force,
+        max_torque: constraint.max_torque,
+        breaks: false,
+        disable_collisions: !constraint.collisions,
+    })
+}
+
+/// Names of constraints that are not taken.
+struct FreeNames {
+    taken: BTreeSet<String>,
+    /// The number that comes after a name that is taken.
+    next: BTreeMap<String, u64>,
+}
+
+impl FreeNames {
+    fn beside<'n>(taken: impl Iterator<Item = &'n str>) -> Self {
+        Self { taken: taken.map(str::to_owned).collect(), next: BTreeMap::new() }
     }
 
     /// The name, or the first free one of the name with a number.
-    fn free_described_name(&self, name: String) -> String {
-        let is_free = |name: &str| !self.constraints.list.iter().any(|of| of.definition.name == name);
-        if is_free(&name) {
-            return name;
+    fn take(&mut self, name: String) -> String {
+        let mut candidate = name.clone();
+        while self.taken.contains(&candidate) {
+            let next = self.next.entry(name.clone()).or_insert(1);
+            candidate = format!("{name}_{next}");
+            *next += 1;
         }
-        let mut number = 1u64;
-        loop {
-            let candidate = format!("{name}_{number}");
-            if is_free(&candidate) {
-                return candidate;
-            }
-            number += 1;
-        }
+        self.taken.insert(candidate.clone());
+        candidate
     }
+}
+
+/// Whether this is one of the names, or one of them with the number that [`FreeNames::take`] adds.
+fn is_numbered(name: &str, names: &BTreeSet<String>) -> bool {
+    let numbered = || name.rsplit_once('_').filter(|(_, number)| number.parse::<u64>().is_ok());
+    names.contains(name) || numbered().is_some_and(|(stem, _)| names.contains(stem))
 }
 
 /// Whether all that a constraint is on is one robot or the world.

@@ -161,6 +161,10 @@ fn a_reload_holds_what_the_new_description_says() {
     assert_eq!(constraint_names(&world), ["a_held"]);
     run(&mut world, 0.1);
     assert!((height(&world, 0) - 2.0).abs() < 1e-9);
+    for _ in 0..2 {
+        reload(&mut world, held_to("a", [ConstraintOn::World, ConstraintOn::World]));
+        assert_eq!(constraint_names(&world), ["a_held", "a_held_1"], "those of one name are replaced too");
+    }
     reload(&mut world, held_to("a", []));
     assert_eq!(constraint_names(&world), [""; 0]);
 }
