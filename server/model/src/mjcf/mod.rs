@@ -135,13 +135,13 @@ impl<'a> Reader<'a> {
             let elements = files::expanded(section, self.sources, self.places)?;
             keys.extend(keyframe::read(&elements, &self.bodies, &mut self.notes)?);
         }
-        let mut apart = Vec::new();
+        let mut excluded = Vec::new();
         for section in of("contact") {
             let elements = files::expanded(section, self.sources, self.places)?;
-            apart.extend(self.excludes(&elements));
+            excluded.extend(self.excludes(&elements));
         }
         let name = root.word("model").unwrap_or_default();
-        let said = split::Said { joints: &joints, keys: &keys, apart: &apart, held: &held };
+        let said = split::Said { joints: &joints, keys: &keys, excluded: &excluded, held: &held };
         let drafts = split::robots(root, name, &self.bodies, &said, &mut self.notes);
         if drafts.is_empty() {
             return Err(Stop::at(root, "it has no body that simd could have in its world"));
@@ -172,11 +172,11 @@ impl<'a> Reader<'a> {
 
     /// Pairs of bodies that do not touch.
     fn excludes(&mut self, elements: &[Element<'a>]) -> Vec<([String; 2], (usize, u32))> {
-        let mut apart = Vec::new();
+        let mut excluded = Vec::new();
         for element in elements {
             match (element.tag(), element.word("body1"), element.word("body2")) {
                 ("exclude", Some(one), Some(other)) => {
-                    apart.push(([one.to_owned(), other.to_owned()], (element.file, element.line())));
+                    excluded.push(([one.to_owned(), other.to_owned()], (element.file, element.line())));
                 }
                 ("exclude", _, _) => {
                     self.notes.warn(*element, Ignored, "it does not name two bodies; left out")
@@ -187,6 +187,6 @@ impl<'a> Reader<'a> {
                 }
             }
         }
-        apart
+        excluded
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Said<'s> {
     pub(super) joints: &'s Joints,
     pub(super) keys: &'s [DraftState],
     /// Bodies that do not touch.
-    pub(super) apart: &'s [([String; 2], At)],
+    pub(super) excluded: &'s [([String; 2], At)],
     /// Bodies that are held together.
     pub(super) held: &'s [Held],
 }
@@ -36,7 +36,7 @@ pub(super) fn robots(
     said: &Said,
     notes: &mut Notes,
 ) -> Vec<Draft> {
-    let Said { joints, keys, apart, held } = *said;
+    let Said { joints, keys, excluded, held } = *said;
     let moves = moving(bodies);
     // The child of the world that a body is below; of what stands still the world.
     let mut tops: Vec<usize> = Vec::with_capacity(bodies.len());
@@ -86,7 +86,7 @@ pub(super) fn robots(
         draft.name = names.unique(&draft.name);
         drafts.push(draft);
     }
-    exclude(apart, &mut drafts, root, notes);
+    exclude(excluded, &mut drafts, root, notes);
     drafts
 }
 
@@ -301,13 +301,13 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
     }
     // As in MuJoCo: a body and the one that it hangs on do not touch, also where links are between them.
     if is_chain {
-        draft.apart.push(([top_parent, body.name.clone()], body.at));
+        draft.excluded.push(([top_parent, body.name.clone()], body.at));
     }
 }
 
 /// Puts pairs of bodies where they belong.
-fn exclude(apart: &[([String; 2], At)], drafts: &mut [Draft], root: Element, notes: &mut Notes) {
-    if apart.is_empty() {
+fn exclude(excluded: &[([String; 2], At)], drafts: &mut [Draft], root: Element, notes: &mut Notes) {
+    if excluded.is_empty() {
         return;
     }
     // Names of bodies differ, those of links between joints are not named in the file.
@@ -315,12 +315,12 @@ fn exclude(apart: &[([String; 2], At)], drafts: &mut [Draft], root: Element, not
     for (place, draft) in drafts.iter().enumerate() {
         places.extend(draft.links.iter().map(|link| (link.name.clone(), place)));
     }
-    for (pair, at) in apart {
+    for (pair, at) in excluded {
         let [one, other] = pair.each_ref().map(|name| places.get(name).copied());
         let draft =
             one.filter(|_| one == other && pair[0] != pair[1]).and_then(|place| drafts.get_mut(place));
         match draft {
-            Some(draft) => draft.apart.push((pair.clone(), *at)),
+            Some(draft) => draft.excluded.push((pair.clone(), *at)),
             None => {
                 let [one, other] = pair;
                 let message = format!(

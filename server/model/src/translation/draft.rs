@@ -23,7 +23,7 @@ pub(crate) struct Draft {
     pub(crate) joints: Vec<DraftJoint>,
     pub(crate) states: Vec<DraftState>,
     /// Links of one name each that do not touch.
-    pub(crate) apart: Vec<([String; 2], At)>,
+    pub(crate) excluded: Vec<([String; 2], At)>,
     pub(crate) self_collision: bool,
     pub(crate) constraints: Vec<DraftConstraint>,
 }

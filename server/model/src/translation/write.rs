@@ -48,7 +48,7 @@ pub(crate) fn urdf(draft: &Draft, files: Vec<String>) -> TranslatedModel {
     for constraint in &draft.constraints {
         write_constraint(&mut text, constraint);
     }
-    for ([a, b], at) in &draft.apart {
+    for ([a, b], at) in &draft.excluded {
         let (a, b) = (escaped(a), escaped(b));
         text.line(*at, 1, &format!("<disable_collisions link1=\"{a}\" link2=\"{b}\"/>"));
     }
