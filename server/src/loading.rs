@@ -14,6 +14,7 @@ mod disk;
 mod partial;
 mod progress;
 mod reading;
+mod report;
 pub mod saved_state_file;
 mod saved_states;
 mod source;
@@ -35,7 +36,8 @@ use tokio::time::Instant;
 
 pub(crate) use progress::Reporter;
 pub use progress::{Phase, Progress};
-pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, Which, summary};
+pub(crate) use reading::{LoadOptions, LoadedRobot, Origin, Which};
+pub(crate) use report::summary;
 pub(crate) use saved_states::Files;
 pub use source::{AssetState, Prepared, Source, Validated};
 
@@ -83,9 +85,9 @@ pub(crate) struct Known {
     pub(crate) mesh_shapes: MeshShapes,
     /// Its root link cannot move.
     pub(crate) fixed_base: bool,
-    /// Beside the description; empty is none.
-    pub(crate) srdf: Bytes,
-    /// The description and the files.
+    /// The SRDF beside the description, if there is one.
+    pub(crate) srdf: Option<Sha256>,
+    /// The description, the files and the SRDF.
     pinned: Vec<Sha256>,
 }
 
@@ -173,10 +175,12 @@ impl Loader {
             }
             Origin::BelowRoot(_) | Origin::Operator(_) => origin,
         };
+        let beside = (!srdf.is_empty()).then(|| (Sha256::of(&srdf), Arc::<[u8]>::from(&srdf[..])));
+        let srdf = beside.as_ref().map(|(sha256, _)| *sha256);
         let mut cache = self.lock();
         cache.release_unused();
-        let mut pinned = Vec::with_capacity(files.len() + 1);
-        for (sha256, bytes) in std::iter::once((description, urdf)).chain(files) {
+        let mut pinned = Vec::with_capacity(files.len() + 2);
+        for (sha256, bytes) in std::iter::once((description, urdf)).chain(files).chain(beside) {
             if let Err(full) = cache.store.insert(sha256, bytes) {
                 cache.store.unpin(&pinned);
                 return Err(full);

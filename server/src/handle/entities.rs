@@ -306,19 +306,20 @@ impl SimHandle {
                 return Err(simd_core::Error::RobotNotFound { robot, known }.into());
             };
             let known = self.loader().with_known(&entity.model, |known| {
-                (known.origin.clone(), known.scale, known.mesh_shapes, known.srdf.clone())
+                (known.origin.clone(), known.scale, known.mesh_shapes, known.srdf)
             });
             let (origin, scale, mesh_shapes, srdf) = match (source, known) {
                 (Some(source), Some((_, scale, mesh_shapes, srdf))) => {
                     (source.into(), scale, mesh_shapes, srdf)
                 }
-                (Some(source), None) => (source.into(), 1.0, MeshShapes::default(), Bytes::new()),
+                (Some(source), None) => (source.into(), 1.0, MeshShapes::default(), None),
                 (None, Some(known)) => known,
                 (None, None) => {
                     let message = format!("it is not known where robot {robot:?} came from");
                     return Err(CallError::Internal { message });
                 }
             };
+            let srdf = srdf.and_then(|srdf| self.loader().asset(&srdf)).unwrap_or_default();
             (origin, entity.model.name.clone(), scale, mesh_shapes, srdf, entity.fixed_base)
         };
         let options = self.loader().load_options(scale, strict, mesh_shapes, Some(fixed_base));

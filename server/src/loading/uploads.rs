@@ -13,7 +13,8 @@ use tokio::time::Instant;
 use super::Loader;
 use super::partial;
 use super::progress::Reporter;
-use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Used, Which, summary};
+use super::reading::{LoadOptions, LoadedRobot, Origin, Reading, Used, Which};
+use super::report::summary;
 use super::source::{AssetState, Prepared, Source, Validated};
 use crate::call_error::CallError;
 
