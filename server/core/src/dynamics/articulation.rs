@@ -2,6 +2,7 @@
 
 mod body_state;
 mod leapfrog;
+mod rows;
 mod state;
 
 use std::sync::Arc;
@@ -10,19 +11,12 @@ use glamx::{DPose3, DQuat, DVec3};
 
 use super::actuator::{Actuator, Axis, Drive};
 use super::articulated::{accelerate, base_acceleration, gather_inertia};
-use super::constraint::side::Side;
-use super::constraint::{
-    Constraints, Impulses, collect, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces,
-    single_body_rows, solve, sweep,
-};
+use super::constraint::{Constraints, Impulses, collect, respond, solve};
 use super::gains::set_default_gains;
 use super::gravity_compensation::{Carried, compensate, is_compensated};
-use super::implicit_inertia::implicit_inertia;
-use super::inertia::Rigid;
-use super::integrate::{advance, advance_joint};
+use super::integrate::advance;
 use super::integrator::Integrator;
-use super::kinematics::{BodyMotion, joint_placement, update_kinematics};
-use super::ldlt::Ldlt6;
+use super::kinematics::{BodyMotion, update_kinematics};
 use super::scratch::{BodyScratch, Scratch, SixTrips};
 use super::spatial::{Placement, Spatial};
 use super::spherical;
@@ -36,9 +30,6 @@ pub use body_state::BodyState;
 /// Rounds at the most in which actuators are found to saturate. Each round that
 /// changes something saturates one actuator more, and two are the rule.
 pub(super) const MAX_ROUNDS: usize = 4;
-
-/// Positions of a body at the most: those of a free one.
-const MOST_POSITIONS: usize = 7;
 
 /// One robot: how it is built, where it is and how it moves, and the scratch of its step.
 ///
@@ -335,126 +326,6 @@ impl Articulation {
     /// A unit torque impulse on a body about a world direction, in the base's axes.
     pub(super) fn torque(&self, direction: DVec3) -> Spatial {
         Spatial::new(self.state.base.rotation.inverse() * direction, DVec3::ZERO)
-    }
-
-    /// Adds J for three impulses on a body about its origin, in the base's axes, to that of a side.
-    pub(super) fn add_wrench_rows(
-        &self,
-        body: usize,
-        wrenches: [Spatial; 3],
-        side: &Side,
-        jacobian: &mut [f64],
-    ) {
-        let (q, bodies) = (&self.state.positions, &self.scratch.passes.bodies);
-        project_onto(&self.tree, q, bodies, (body, wrenches), side, jacobian);
-    }
-
-    /// Writes M^-1 J' for an impulse on a body about its origin, in the base's axes.
-    pub(super) fn wrench_response(&mut self, body: usize, wrench: Spatial, response: &mut [f64]) {
-        respond_to_force(
-            &self.tree,
-            &self.state.positions,
-            (body, wrench),
-            &mut self.scratch.passes,
-            response,
-        );
-    }
-
-    /// Writes M^-1 J' for the six unit impulses on a body about its origin, in the base's axes; not for single bodies.
-    pub(super) fn unit_wrench_responses(&mut self, body: usize, responses: &mut [f64]) {
-        respond_to_unit_forces(&self.tree, &self.state.positions, body, &mut self.scratch.passes, responses);
-    }
-
-    /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
-    pub(super) fn single_body_rows(&self, at: (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
-        self.scratch.stiffening == Symmetric::ZERO
-            && single_body_rows(&self.tree, &self.scratch.passes, at, numbers)
-    }
-
-    /// Of a single free body: its centre of mass, and its moment of inertia about that; world. `None` of other robots.
-    pub(super) fn free_moment(&self) -> Option<(DVec3, Symmetric)> {
-        let (center, moment) = self.scratch.free_body.as_ref()?.about_own_center();
-        let at = &self.scratch.passes.bodies[0];
-        Some((at.origin + at.rotation * center, moment.turned(&at.rotation)))
-    }
-
-    /// Has a single free body resist impulses that turn it with this moment beside its own, world, until velocities are
-    /// [found](Self::start) again.
-    pub(super) fn stiffen(&mut self, moment: Symmetric) {
-        let StepScratch { passes, stiffening, .. } = &mut self.scratch;
-        if let ([at], [factors]) = (&mut passes.bodies[..], &mut passes.free[..]) {
-            at.articulated.moment += moment + *stiffening * -1.0;
-            *factors = Ldlt6::new(&at.articulated);
-            *stiffening = moment;
-        }
-    }
-
-    /// Where a body is once these velocities have moved it for `h` seconds: `world_from_body`.
-    pub(super) fn pose_after(&self, body: usize, velocities: &[f64], h: f64) -> DPose3 {
-        let mut base_from_body = Placement::IDENTITY;
-        let mut next = Some(body);
-        while let Some(body) = next {
-            let body = &self.tree.bodies[body];
-            let mut q = [0.0; MOST_POSITIONS];
-            let own = &self.state.positions[body.position..][..body.joint_type.positions()];
-            q[..own.len()].copy_from_slice(own);
-            advance_joint(body.joint_type, &mut q, &velocities[body.velocity..], h);
-            base_from_body = joint_placement(body, &q).then(&base_from_body);
-            next = body.parent;
-        }
-        let Placement { rotation, origin } = base_from_body;
-        let rotation = self.state.base.rotation * DQuat::from_mat3(&rotation);
-        DPose3::from_parts(self.state.base.transform_point(origin), rotation.normalize())
-    }
-
-    /// Gives `velocities` the impulses that the rows of joints start from.
-    pub(super) fn prepare_rows(&mut self, velocities: &mut [f64]) {
-        prepare(
-            &self.tree,
-            &self.state.positions,
-            &mut self.scratch.constraints,
-            &mut self.scratch.passes,
-            velocities,
-        );
-    }
-
-    /// Once through the rows of joints: the largest change of a velocity.
-    pub(super) fn sweep_rows(&mut self, velocities: &mut [f64]) -> f64 {
-        sweep(&mut self.scratch.constraints, velocities)
-    }
-
-    /// Writes M^-1 J' for an impulse of a size at the joint of a body.
-    pub(super) fn joint_response(&mut self, joint: (usize, f64), response: &mut [f64]) {
-        respond(&self.tree, &self.state.positions, &[joint], &mut self.scratch.passes, response);
-    }
-
-    /// The rows of joints, and what they do.
-    pub(super) fn constraints_mut(&mut self) -> &mut Constraints {
-        &mut self.scratch.constraints
-    }
-
-    /// Writes what impulses work against, as this step's passes found it; see [`implicit_inertia`].
-    pub(super) fn write_implicit_inertia(&self, composite: &mut Vec<Rigid>, matrix: &mut [f64]) -> bool {
-        if !implicit_inertia(&self.tree, &self.state.positions, &self.scratch.passes, composite, matrix) {
-            return false;
-        }
-        if self.scratch.stiffening != Symmetric::ZERO {
-            // Angular velocities are in the body's own axes.
-            let own_from_base = self.scratch.passes.bodies[0].rotation.transpose();
-            let own = self.scratch.stiffening.turned(&own_from_base).matrix();
-            for (i, row) in own.to_cols_array_2d().into_iter().enumerate() {
-                for (j, value) in row.into_iter().enumerate() {
-                    matrix[6 * (3 + i) + 3 + j] += value;
-                }
-            }
-        }
-        true
-    }
-
-    /// Keeps the impulses of the rows of joints for the next step.
-    pub(super) fn keep_rows(&mut self) {
-        self.judge_rows();
-        self.state.impulses.keep(&self.scratch.constraints.rows);
     }
 
     /// The new velocities, as far as they are found.

@@ -1,0 +1,152 @@
+//! What rows of constraints need of a robot: Jacobians, responses to impulses, and where velocities lead to.
+
+use glamx::{DPose3, DQuat, DVec3};
+
+use super::Articulation;
+use super::StepScratch;
+use crate::dynamics::constraint::side::Side;
+use crate::dynamics::constraint::{
+    Constraints, prepare, project_onto, respond, respond_to_force, respond_to_unit_forces, single_body_rows,
+    sweep,
+};
+use crate::dynamics::implicit_inertia::implicit_inertia;
+use crate::dynamics::inertia::Rigid;
+use crate::dynamics::integrate::advance_joint;
+use crate::dynamics::kinematics::joint_placement;
+use crate::dynamics::ldlt::Ldlt6;
+use crate::dynamics::spatial::{Placement, Spatial};
+use crate::dynamics::symmetric::Symmetric;
+
+/// Positions of a body at the most: those of a free one.
+const MOST_POSITIONS: usize = 7;
+
+impl Articulation {
+    /// Adds J for three impulses on a body about its origin, in the base's axes, to that of a side.
+    pub(in crate::dynamics) fn add_wrench_rows(
+        &self,
+        body: usize,
+        wrenches: [Spatial; 3],
+        side: &Side,
+        jacobian: &mut [f64],
+    ) {
+        let (q, bodies) = (&self.state.positions, &self.scratch.passes.bodies);
+        project_onto(&self.tree, q, bodies, (body, wrenches), side, jacobian);
+    }
+
+    /// Writes M^-1 J' for an impulse on a body about its origin, in the base's axes.
+    pub(in crate::dynamics) fn wrench_response(
+        &mut self,
+        body: usize,
+        wrench: Spatial,
+        response: &mut [f64],
+    ) {
+        respond_to_force(
+            &self.tree,
+            &self.state.positions,
+            (body, wrench),
+            &mut self.scratch.passes,
+            response,
+        );
+    }
+
+    /// Writes M^-1 J' for the six unit impulses on a body about its origin, in the base's axes; not for single bodies.
+    pub(in crate::dynamics) fn unit_wrench_responses(&mut self, body: usize, responses: &mut [f64]) {
+        respond_to_unit_forces(&self.tree, &self.state.positions, body, &mut self.scratch.passes, responses);
+    }
+
+    /// Writes both for impulses along three axes at a point, world, where the robot is one free body; else says false.
+    pub(in crate::dynamics) fn single_body_rows(&self, at: (DVec3, [DVec3; 3]), numbers: &mut [f64]) -> bool {
+        self.scratch.stiffening == Symmetric::ZERO
+            && single_body_rows(&self.tree, &self.scratch.passes, at, numbers)
+    }
+
+    /// Of a single free body: its centre of mass, and its moment of inertia about that; world. `None` of other robots.
+    pub(in crate::dynamics) fn free_moment(&self) -> Option<(DVec3, Symmetric)> {
+        let (center, moment) = self.scratch.free_body.as_ref()?.about_own_center();
+        let at = &self.scratch.passes.bodies[0];
+        Some((at.origin + at.rotation * center, moment.turned(&at.rotation)))
+    }
+
+    /// Has a single free body resist impulses that turn it with this moment beside its own, world, until velocities are
+    /// [found](Self::start) again.
+    pub(in crate::dynamics) fn stiffen(&mut self, moment: Symmetric) {
+        let StepScratch { passes, stiffening, .. } = &mut self.scratch;
+        if let ([at], [factors]) = (&mut passes.bodies[..], &mut passes.free[..]) {
+            at.articulated.moment += moment + *stiffening * -1.0;
+            *factors = Ldlt6::new(&at.articulated);
+            *stiffening = moment;
+        }
+    }
+
+    /// Where a body is once these velocities have moved it for `h` seconds: `world_from_body`.
+    pub(in crate::dynamics) fn pose_after(&self, body: usize, velocities: &[f64], h: f64) -> DPose3 {
+        let mut base_from_body = Placement::IDENTITY;
+        let mut next = Some(body);
+        while let Some(body) = next {
+            let body = &self.tree.bodies[body];
+            let mut q = [0.0; MOST_POSITIONS];
+            let own = &self.state.positions[body.position..][..body.joint_type.positions()];
+            q[..own.len()].copy_from_slice(own);
+            advance_joint(body.joint_type, &mut q, &velocities[body.velocity..], h);
+            base_from_body = joint_placement(body, &q).then(&base_from_body);
+            next = body.parent;
+        }
+        let Placement { rotation, origin } = base_from_body;
+        let rotation = self.state.base.rotation * DQuat::from_mat3(&rotation);
+        DPose3::from_parts(self.state.base.transform_point(origin), rotation.normalize())
+    }
+
+    /// Gives `velocities` the impulses that the rows of joints start from.
+    pub(in crate::dynamics) fn prepare_rows(&mut self, velocities: &mut [f64]) {
+        prepare(
+            &self.tree,
+            &self.state.positions,
+            &mut self.scratch.constraints,
+            &mut self.scratch.passes,
+            velocities,
+        );
+    }
+
+    /// Once through the rows of joints: the largest change of a velocity.
+    pub(in crate::dynamics) fn sweep_rows(&mut self, velocities: &mut [f64]) -> f64 {
+        sweep(&mut self.scratch.constraints, velocities)
+    }
+
+    /// Writes M^-1 J' for an impulse of a size at the joint of a body.
+    pub(in crate::dynamics) fn joint_response(&mut self, joint: (usize, f64), response: &mut [f64]) {
+        respond(&self.tree, &self.state.positions, &[joint], &mut self.scratch.passes, response);
+    }
+
+    /// The rows of joints, and what they do.
+    pub(in crate::dynamics) fn constraints_mut(&mut self) -> &mut Constraints {
+        &mut self.scratch.constraints
+    }
+
+    /// Writes what impulses work against, as this step's passes found it; see [`implicit_inertia`].
+    pub(in crate::dynamics) fn write_implicit_inertia(
+        &self,
+        composite: &mut Vec<Rigid>,
+        matrix: &mut [f64],
+    ) -> bool {
+        if !implicit_inertia(&self.tree, &self.state.positions, &self.scratch.passes, composite, matrix) {
+            return false;
+        }
+        if self.scratch.stiffening != Symmetric::ZERO {
+            // Angular velocities are in the body's own axes.
+            let own_from_base = self.scratch.passes.bodies[0].rotation.transpose();
+            let own = self.scratch.stiffening.turned(&own_from_base).matrix();
+            for (i, row) in own.to_cols_array_2d().into_iter().enumerate() {
+                for (j, value) in row.into_iter().enumerate() {
+                    matrix[6 * (3 + i) + 3 + j] += value;
+                }
+            }
+        }
+        true
+    }
+
+    /// Keeps the impulses of the rows of joints for the next step.
+    pub(in crate::dynamics) fn keep_rows(&mut self) {
+        self.judge_rows();
+        self.state.impulses.keep(&self.scratch.constraints.rows);
+    }
+}
