@@ -5,7 +5,7 @@ difference of a joint.
 
 needs `mujoco` and what the Python client needs. Each `.xml` below the folders is a model, unless MuJoCo cannot load it. What simd
 does not read is switched off in MuJoCo: contacts, limits, dry friction, equalities, actuators, tendons, fluids, gravcomp. In simd
-nothing touches, joints have no limits and no dry friction, and constraints are taken out. Both begin where simd does.
+nothing touches, joints have no limits and no dry friction, and constraints are taken out. Both begin where simd does. Springs are implicit in both.
 """
 
 from __future__ import annotations
@@ -45,6 +45,10 @@ def free(model: Any) -> None:
     model.opt.density = model.opt.viscosity = 0.0
     model.opt.gravity[:] = (0, 0, -9.81)
     model.body_gravcomp[:] = 0.0
+    # simd's springs are implicit: by Euler k (rest - q - h v'), which in MuJoCo's terms is a damper of h k more.
+    for joint in range(model.njnt):
+        if model.jnt_type[joint] in (HINGE, SLIDE):
+            model.dof_damping[model.jnt_dofadr[joint]] += TIME_STEP * model.jnt_stiffness[joint]
     if model.ntendon:
         model.tendon_stiffness[:] = model.tendon_damping[:] = 0.0
         model.tendon_armature[:] = 0.0

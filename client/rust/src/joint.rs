@@ -129,7 +129,7 @@ impl Client {
         present(self.unary(self.joint().reset_joints(self.claimed(request))).await?.stamp, "stamp")
     }
 
-    /// Changes joints' damping, friction, armature, limits and default gains.
+    /// Changes joints' damping, friction, armature, springs, limits and default gains.
     ///
     /// # Errors
     /// `ROBOT_NOT_FOUND`, `JOINT_NOT_FOUND`, `INVALID_VALUE`.

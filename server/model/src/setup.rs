@@ -99,6 +99,8 @@ pub struct JointSetup {
     pub joint: usize,
     /// Rotor inertia seen at the joint, kg m^2 or kg, at least 0.
     pub armature: f64,
+    /// Acts beside whatever drives the joint.
+    pub spring: Option<Spring>,
     /// rad or m.
     pub position: Option<f64>,
     /// What its actuator does first; `None`: it holds its position.
@@ -118,8 +120,15 @@ pub enum DriveMode {
     Velocity,
     /// Applies the effort 0.
     Effort,
-    /// Is a spring that is at rest at this position, rad or m.
-    Spring(f64),
+}
+
+/// A spring at a joint: effort = stiffness (rest - position).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spring {
+    /// N m/rad or N/m, above 0.
+    pub stiffness: f64,
+    /// The position at which it pulls nowhere, rad or m.
+    pub rest: f64,
 }
 
 /// Positions of joints under a name.

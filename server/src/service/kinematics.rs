@@ -49,7 +49,10 @@ fn resistances(entity: &EntityLayout, joints: &[JointStatus]) -> Vec<Resistance>
     for body in entity.tree.bodies.iter().filter(|body| body.joint_type.velocities() == 1) {
         let joint = body.joint.and_then(|joint| joints.get(joint));
         if let (Some(joint), Some(resistance)) = (joint, resistances.get_mut(body.velocity)) {
-            *resistance = Resistance { armature: joint.settings.armature, damping: joint.settings.damping };
+            let of = &joint.settings;
+            let (spring_stiffness, spring_rest) = of.spring;
+            *resistance =
+                Resistance { armature: of.armature, damping: of.damping, spring_stiffness, spring_rest };
         }
     }
     resistances

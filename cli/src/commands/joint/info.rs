@@ -1,7 +1,7 @@
 //! What joints are, as `joint list` shows it.
 
 use serde::Serialize;
-use simd_client::proto::{JointGains, JointInfo, JointType};
+use simd_client::proto::{JointGains, JointInfo, JointSpring, JointType};
 
 use super::reading::Unit;
 use crate::output::{
@@ -28,6 +28,7 @@ pub(super) struct InfoView {
     damping: f64,
     friction: f64,
     armature: f64,
+    spring: Option<SpringView>,
     /// Its actuator holds the weight of what hangs on it.
     gravity_compensation: bool,
     mimic: Option<MimicView>,
@@ -53,6 +54,12 @@ struct MimicView {
     joint: String,
     multiplier: f64,
     offset: f64,
+}
+
+#[derive(Serialize)]
+struct SpringView {
+    stiffness: f64,
+    rest: f64,
 }
 
 #[derive(Serialize)]
@@ -95,6 +102,7 @@ impl From<&JointInfo> for InfoView {
             damping: joint.damping,
             friction: joint.friction,
             armature: joint.armature,
+            spring: joint.spring.map(|JointSpring { stiffness, rest }| SpringView { stiffness, rest }),
             gravity_compensation: joint.gravity_compensation,
             mimic,
             mode: json::name("JOINT_MODE_", joint.mode().as_str_name()),

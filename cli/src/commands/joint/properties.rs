@@ -5,7 +5,7 @@ use clap::Args;
 use serde::Serialize;
 use simd_client::{
     Client,
-    proto::{JointGains, JointProperties},
+    proto::{JointGains, JointProperties, JointSpring},
 };
 
 use crate::{
@@ -30,6 +30,9 @@ pub(crate) struct Properties {
     /// Rotor inertia seen at the joint, kg m^2 or kg
     #[arg(long, value_name = "INERTIA", allow_negative_numbers = true)]
     armature: Option<f64>,
+    /// A spring beside the actuator: stiffness, N m/rad or N/m, and where it pulls nowhere, rad or m; stiffness 0 takes it away
+    #[arg(long, value_names = ["STIFFNESS", "REST"], num_args = 2, allow_negative_numbers = true)]
+    spring: Option<Vec<f64>>,
     /// Stiffness and damping of targets that give none, N m/rad and N m s/rad or N/m and N s/m
     #[arg(long, value_names = ["KP", "KD"], num_args = 2, allow_negative_numbers = true)]
     default_gains: Option<Vec<f64>>,
@@ -47,16 +50,29 @@ fn on_or_off(text: &str) -> Result<bool, &'static str> {
 }
 
 pub(super) async fn set(arguments: Properties, client: &Client, output: Output) -> anyhow::Result<()> {
-    let Properties { robot, joints, damping, friction, armature, default_gains, gravity_compensation } =
-        arguments;
+    let Properties {
+        robot,
+        joints,
+        damping,
+        friction,
+        armature,
+        spring,
+        default_gains,
+        gravity_compensation,
+    } = arguments;
     let default_gains = match default_gains.as_deref() {
         Some(&[stiffness, damping]) => Some(JointGains { stiffness, damping }),
+        _ => None,
+    };
+    let spring = match spring.as_deref() {
+        Some(&[stiffness, rest]) => Some(JointSpring { stiffness, rest }),
         _ => None,
     };
     let changes = JointProperties {
         damping,
         friction,
         armature,
+        spring,
         default_gains,
         gravity_compensation,
         ..JointProperties::default()

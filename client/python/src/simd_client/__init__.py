@@ -86,7 +86,7 @@ from simd_client.errors import (
 from simd_client.event import Event
 from simd_client.geometry import Pose, Twist
 from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
-from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointType, Layout, Mimic
+from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointSpring, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
 from simd_client.parameter import Button, JointBinding, Parameter, ParameterList, Slider
 from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
@@ -163,6 +163,7 @@ __all__ = [
     "JointNotFound",
     "JointReactions",
     "JointState",
+    "JointSpring",
     "JointType",
     "Joints",
     "Layout",

@@ -90,6 +90,16 @@ class Gains:
 
 
 @dataclass(frozen=True)
+class JointSpring:
+    """A spring beside the actuator of a joint of one axis: effort = stiffness (rest - position)."""
+
+    stiffness: float
+    """N m/rad or N/m; 0 is no spring."""
+    rest: float = 0.0
+    """Where it pulls nowhere, rad or m."""
+
+
+@dataclass(frozen=True)
 class Mimic:
     """The joint follows another: position = multiplier * other + offset."""
 
@@ -119,6 +129,8 @@ class JointInfo:
     """Dry friction effort, N m or N."""
     armature: float
     """Rotor inertia seen at the joint, kg m^2 or kg."""
+    spring: JointSpring | None
+    """A spring beside the actuator; `None` where there is none."""
     mimic: Mimic | None
     mode: JointMode
     gains: Gains
@@ -217,6 +229,7 @@ def _joint(message: proto.JointInfo) -> JointInfo:
         damping=message.damping,
         friction=message.friction,
         armature=message.armature,
+        spring=JointSpring(message.spring.stiffness, message.spring.rest) if message.HasField("spring") else None,
         mimic=Mimic(mimic.joint, mimic.multiplier, mimic.offset) if message.HasField("mimic") else None,
         mode=JointMode(message.mode),
         gains=Gains(message.gains.stiffness, message.gains.damping),
@@ -233,6 +246,7 @@ def joint_properties(
     damping: float | None,
     friction: float | None,
     armature: float | None,
+    spring: JointSpring | None,
     limits: JointLimits | None,
     gains: Gains | None,
     gravity_compensation: bool | None = None,
@@ -243,6 +257,7 @@ def joint_properties(
         damping=damping,
         friction=friction,
         armature=armature,
+        spring=spring and proto.JointSpring(stiffness=spring.stiffness, rest=spring.rest),
         limits=None if limits is None else limits_to_proto(limits),
         default_gains=gains and proto.JointGains(stiffness=gains.stiffness, damping=gains.damping),
     )

@@ -53,6 +53,10 @@ pub struct AxisSettings {
     pub friction: f64,
     /// Rotor inertia seen at the joint, kg m^2 or kg.
     pub armature: f64,
+    /// N m/rad or N/m, of a spring beside the actuator.
+    pub spring_stiffness: f64,
+    /// Where the spring pulls nowhere, rad or m.
+    pub spring_rest: f64,
     /// Of position, effort and velocity.
     pub limits: JointLimits,
     /// Stiffness of position targets that give none.
@@ -126,9 +130,20 @@ impl Actuator {
 }
 
 impl AxisSettings {
-    /// What the joint itself adds to D: armature + h t damping.
+    /// What the joint itself adds to D: armature + h t damping + h^2 b spring stiffness.
     pub fn resistance(&self, h: f64, at: Implicitness) -> f64 {
-        self.armature + h * at.damper() * self.damping
+        self.armature + h * at.damper() * self.damping + h * h * at.spring_after() * self.spring_stiffness
+    }
+
+    /// What its damper and its spring apply if the velocity does not change, beside what they add to D.
+    pub fn steady_effort(&self, q: f64, velocity: f64, h: f64, at: Implicitness) -> f64 {
+        self.spring_stiffness * (self.spring_rest - q - h * at.spring_ahead() * velocity)
+            - self.damping * velocity
+    }
+
+    /// What its damper and its spring add to D for backward Euler.
+    pub fn stiffness_of_step(&self, h: f64) -> f64 {
+        h * self.damping + h * h * self.spring_stiffness
     }
 }
 
@@ -216,7 +231,9 @@ impl Axis {
             Integrator::Euler => (1.0 + (h * damping + h * h * stiffness) / inertia, 0.0),
             Integrator::Leapfrog => {
                 let law = Drive { saturated: None, ..*saturated };
-                let at = Implicitness::of((law.stiffness_of_step(h) + h * self.settings.damping) / inertia);
+                let at = Implicitness::of(
+                    (law.stiffness_of_step(h) + self.settings.stiffness_of_step(h)) / inertia,
+                );
                 // The setpoint is a step further when the law is next asked, the spring's position less.
                 (1.0 + law.resistance(h, at) / inertia, h * (at.spring_ahead() - 1.0) * qd)
             }

@@ -67,22 +67,23 @@ pub fn gather_inertia(
         let own = along(body.joint_type, column, z);
         let (axis, drive) = (&axes[body.velocity], &drives[body.velocity]);
         let (position, velocity) = (q[body.position], half[body.velocity]);
-        let damping = axis.settings.damping;
+        let settings = &axis.settings;
         at.implicitness = match integrator {
             Integrator::Euler => Implicitness::BACKWARD,
             Integrator::Leapfrog => {
-                let stiffness = h * damping + drive.stiffness_of_step(h);
+                let stiffness = settings.stiffness_of_step(h) + drive.stiffness_of_step(h);
                 if stiffness > 0.0 {
-                    Implicitness::of(stiffness / (own + axis.settings.armature))
+                    Implicitness::of(stiffness / (own + settings.armature))
                 } else {
                     Implicitness::MEAN
                 }
             }
         };
         let implicitness = at.implicitness;
-        let d = own + axis.settings.resistance(h, implicitness) + drive.resistance(h, implicitness);
+        let d = own + settings.resistance(h, implicitness) + drive.resistance(h, implicitness);
         let law = || drive.steady_law(position, velocity, h, implicitness);
-        let effort = drive.saturated.unwrap_or_else(law) - damping * velocity;
+        let effort =
+            drive.saturated.unwrap_or_else(law) + settings.steady_effort(position, velocity, h, implicitness);
         at.column = column;
         at.inverse_d = if d > largest * SINGULAR { 1.0 / d } else { 0.0 };
         at.drive = effort - along(body.joint_type, at.bias, z);

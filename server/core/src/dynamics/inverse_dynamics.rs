@@ -15,6 +15,10 @@ pub struct Resistance {
     pub armature: f64,
     /// N m s/rad or N s/m.
     pub damping: f64,
+    /// N m/rad or N/m; only of a joint of one axis.
+    pub spring_stiffness: f64,
+    /// Where the spring pulls nowhere, rad or m.
+    pub spring_rest: f64,
 }
 
 /// The efforts at which a robot in this configuration accelerates so, under gravity
@@ -22,8 +26,8 @@ pub struct Resistance {
 /// its origin, world axes. `accelerations` and `resistance` are by velocity too; what is
 /// missing is zero. Dry friction, limits and contacts are left out.
 ///
-/// The recursive Newton-Euler algorithm (Featherstone table 5.1), with armature and
-/// damping added at each joint, as a step has them.
+/// The recursive Newton-Euler algorithm (Featherstone table 5.1), with armature,
+/// damping and spring added at each joint, as a step has them.
 pub fn inverse_dynamics(
     tree: &Tree,
     configuration: &Configuration,
@@ -71,6 +75,9 @@ pub fn inverse_dynamics(
         match body.joint_type {
             JointType::Revolute | JointType::Prismatic | JointType::Spherical { .. } => {
                 out[0] = along(body.joint_type, force, scratch[i].rotation.z_axis);
+                if let Some(spring) = resistance.get(body.velocity).filter(|of| of.spring_stiffness > 0.0) {
+                    out[0] += spring.spring_stiffness * (q[body.position] - spring.spring_rest);
+                }
             }
             JointType::Free { .. } => {
                 let rotation = super::kinematics::free_pose(&q[body.position..]).1;

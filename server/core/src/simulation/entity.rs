@@ -248,9 +248,7 @@ fn axes(model: &RobotModel, tree: &Tree) -> Vec<Axis> {
             _ => joint.limits,
         };
     }
-    for (velocity, armature) in setup::armatures(model, tree) {
-        axes[velocity].settings.armature = armature;
-    }
+    setup::set_axes(model, tree, &mut axes);
     axes
 }
 

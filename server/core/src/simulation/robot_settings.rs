@@ -36,6 +36,8 @@ pub struct JointSettings {
     pub friction: f64,
     /// kg m^2 or kg.
     pub armature: f64,
+    /// Of a spring beside the actuator, N m/rad or N/m, and where it pulls nowhere, rad or m. Stiffness 0: there is none.
+    pub spring: (f64, f64),
     /// Stiffness and damping of targets that give none.
     pub default_gains: (f64, f64),
     /// Its actuator holds the weight of what hangs on it.
@@ -67,6 +69,7 @@ impl Entity {
             damping: settings.damping,
             friction: settings.friction,
             armature: settings.armature,
+            spring: (settings.spring_stiffness, settings.spring_rest),
             default_gains: (settings.default_stiffness, settings.default_damping),
             gravity_compensation: settings.gravity_compensation,
             claimed_by: self.claims.of_joint(joint).map(|claim| Arc::clone(&claim.holder)),

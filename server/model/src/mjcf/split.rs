@@ -282,14 +282,9 @@ fn hang(draft: &mut Draft, body: &Body, parent: String, said: &Joints, taken: &m
         written.mimic = said.mimics.get(&joint.name).cloned();
         if joint.kind != Kind::Ball && written.mimic.is_none() {
             written.position = (joint.reference != 0.0).then_some(joint.reference);
-            written.drive = said.drives.get(&joint.name).cloned();
-            if written.drive.is_none() {
-                written.spring = joint.spring;
-            }
-            // What has no actuator is not driven; a spring alone is in its place.
-            if written.drive.is_none() && written.spring.is_none() {
-                written.drive = Some(DraftDrive::default());
-            }
+            written.spring = joint.spring;
+            // What has no actuator is not driven.
+            written.drive = said.drives.get(&joint.name).cloned().or_else(|| Some(DraftDrive::default()));
         }
         draft.joints.push(written);
         (pose, anchor) = (DPose3::IDENTITY, joint.anchor);

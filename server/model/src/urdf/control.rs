@@ -74,7 +74,7 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
     said.extend(mode.map(|mode| match mode {
         DriveMode::Velocity => "keeps its velocity".to_owned(),
         DriveMode::Effort => "applies an effort".to_owned(),
-        DriveMode::Passive | DriveMode::Spring(_) => "is measured and not driven".to_owned(),
+        DriveMode::Passive => "is measured and not driven".to_owned(),
     }));
     let bounds = |interface: Option<Node>, findings: &mut Findings| {
         interface.map_or((None, None), |it| (param(it, &["min"], findings), param(it, &["max"], findings)))
@@ -124,7 +124,8 @@ fn of_joint(node: Node, index: usize, joints: &mut [Joint], setup: &mut Setup, f
         of_joint.position = Some(nearest);
         said.push(format!("starts at {}", short(nearest)));
     }
-    of_joint.mode = mode.or(of_joint.mode);
+    // What can be sent to a position holds one, also where a spring alone would leave it free.
+    of_joint.mode = if command("position").is_some() { None } else { mode.or(of_joint.mode) };
     of_joint.stiffness = stiffness.or(of_joint.stiffness);
     of_joint.damping = damping.or(of_joint.damping);
     of_joint.armature = armature.unwrap_or(of_joint.armature);

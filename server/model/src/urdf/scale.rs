@@ -5,7 +5,7 @@ use glamx::DPose3;
 use super::findings::Refusal;
 use crate::limits;
 use crate::robot::{Geometry, JointKind, RobotModel};
-use crate::setup::{ConstraintOn, DriveMode, LinkConstraintKind, Setup};
+use crate::setup::{ConstraintOn, LinkConstraintKind, Setup};
 
 /// Whether a scale can be asked for.
 pub(super) fn check(scale: f64) -> Result<(), Refusal> {
@@ -38,8 +38,8 @@ pub(super) fn apply(model: &mut RobotModel, scale: f64) {
     let factor = |joint: usize| if slides.get(joint) == Some(&true) { scale } else { 1.0 };
     for joint in &mut model.setup.joints {
         joint.position = joint.position.map(|position| position * factor(joint.joint));
-        if let Some(DriveMode::Spring(rest)) = &mut joint.mode {
-            *rest *= factor(joint.joint);
+        if let Some(spring) = &mut joint.spring {
+            spring.rest *= factor(joint.joint);
         }
     }
     for (joint, position) in model.setup.states.iter_mut().flat_map(|state| &mut state.positions) {

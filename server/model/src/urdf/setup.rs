@@ -13,7 +13,7 @@ use super::transmission;
 use super::tree::Tree;
 use crate::report::Disposition::Ignored;
 use crate::robot::{Joint, JointKind, Link};
-use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup};
+use crate::setup::{DriveMode, LinkGroups, LinkPair, Setup, Spring};
 
 /// Reads it all. Limits, damping and friction of joints are the joints' own; colours those of visuals.
 pub(super) fn read(
@@ -74,9 +74,9 @@ fn of_joints(
             continue;
         }
         let of_joint = setup.joint(index);
-        of_joint.mode = Some(DriveMode::Spring(of.reference.unwrap_or(0.0)));
-        of_joint.stiffness = Some(stiffness);
-        of_joint.damping = Some(0.0);
+        of_joint.spring = Some(Spring { stiffness, rest: of.reference.unwrap_or(0.0) });
+        // It is there to move the joint, which nothing else does unless the description says so.
+        of_joint.mode = Some(DriveMode::Passive);
     }
 }
 

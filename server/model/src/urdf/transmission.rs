@@ -78,13 +78,10 @@ pub(super) fn read(root: Node, joints: &[Joint], setup: &mut Setup, findings: &m
         };
         let interface = interface.max(driven.get(&index).copied().unwrap_or(interface));
         driven.insert(index, interface);
-        let of = setup.joint(index);
-        if !matches!(of.mode, Some(DriveMode::Spring(_))) {
-            of.mode = match interface {
-                Interface::Position | Interface::Effort => None,
-                Interface::Velocity => Some(DriveMode::Velocity),
-            };
-        }
+        setup.joint(index).mode = match interface {
+            Interface::Position | Interface::Effort => None,
+            Interface::Velocity => Some(DriveMode::Velocity),
+        };
         findings.used(node, || {
             let driven = match interface {
                 Interface::Position => "holds its position",

@@ -270,12 +270,14 @@ fn joint_properties(at: &Path<'_>, given: v1::JointProperties) -> Result<JointPr
         limits,
         default_gains,
         gravity_compensation,
+        spring,
     } = given;
     Ok(JointProperties {
         joint: at.field("joint").name(joint)?,
         damping,
         friction,
         armature,
+        spring: spring.map(|v1::JointSpring { stiffness, rest }| (stiffness, rest)),
         limits: limits.map(|v1::JointLimits { lower, upper, effort, velocity }| JointLimits {
             lower,
             upper,

@@ -59,6 +59,7 @@ fn joint_info(entity: &EntityLayout, index: usize, joint: &Joint, status: &Joint
         damping: status.settings.damping,
         friction: status.settings.friction,
         armature: status.settings.armature,
+        spring: spring(status.settings.spring),
         mimic: joint.mimic.map(|mimic| v1::JointMimic {
             joint: entity.model.joints.get(mimic.joint).map(|j| j.name.clone()).unwrap_or_default(),
             multiplier: mimic.multiplier,
@@ -134,6 +135,10 @@ fn limits(limits: &JointLimits) -> v1::JointLimits {
         effort: limits.effort,
         velocity: limits.velocity,
     }
+}
+
+fn spring((stiffness, rest): (f64, f64)) -> Option<v1::JointSpring> {
+    (stiffness > 0.0).then_some(v1::JointSpring { stiffness, rest })
 }
 
 fn gains((stiffness, damping): (f64, f64)) -> v1::JointGains {

@@ -21,7 +21,7 @@ from simd_client.errors import AnswerError  # asyncio only
 # blocking: from simd_client.errors import AnswerError, SimdError
 from simd_client.expansion import Arguments
 from simd_client.geometry import FloatArray, Pose, rows
-from simd_client.layout import Gains, JointLimits, Layout, joint_properties
+from simd_client.layout import Gains, JointLimits, JointSpring, Layout, joint_properties
 from simd_client.method import decoded
 from simd_client.proto import methods
 from simd_client.quantity import Quantity
@@ -247,13 +247,14 @@ class Robot(RobotPose):
         damping: float | None = None,
         friction: float | None = None,
         armature: float | None = None,
+        spring: JointSpring | None = None,
         limits: JointLimits | None = None,
         default_gains: Gains | None = None,
         gravity_compensation: bool | None = None,
     ) -> Stamp:
         """Changes what is given, of these joints, or of all that take targets: see `Joint.set_properties`. All or none."""
         joints = [
-            joint_properties(name, damping, friction, armature, limits, default_gains, gravity_compensation)
+            joint_properties(name, damping, friction, armature, spring, limits, default_gains, gravity_compensation)
             for name in names or tuple(each.name for each in self.layout.joints if each.is_actuated)
         ]
         request = proto.SetJointPropertiesRequest(robot=self.name, joints=joints)

@@ -198,6 +198,8 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
         damping,
         friction,
         armature,
+        spring_stiffness,
+        spring_rest,
         limits: JointLimits { lower, upper, effort, velocity },
         default_stiffness,
         default_damping,
@@ -216,13 +218,15 @@ fn check_axis(axis: &Axis) -> Result<(), String> {
         setpoint,
         setpoint_velocity,
     } = axis.actuator;
-    sizes("settings of axes", [damping, friction, armature, default_stiffness, default_damping])?;
+    let sizes_of_axis = [damping, friction, armature, spring_stiffness, default_stiffness, default_damping];
+    sizes("settings of axes", sizes_of_axis)?;
     let given = [effort, velocity, stiffness, target_damping, max_effort, max_velocity];
     sizes("limits and gains of axes", given.into_iter().flatten())?;
     finite("limits of axes", [lower, upper].into_iter().flatten())?;
     if lower > upper && upper.is_some() {
         return Err("limits of axes of which the lower is above the upper".into());
     }
+    finite("springs of axes", [spring_rest])?;
     finite(
         "targets of axes",
         [composite_inertia, target, target_velocity, feed_forward, setpoint, setpoint_velocity],

@@ -67,6 +67,9 @@ pub struct JointProperties {
     pub friction: Option<f64>,
     /// kg m^2 or kg.
     pub armature: Option<f64>,
+    /// Stiffness of a spring beside the actuator, N m/rad or N/m, 0 for none, and where it pulls nowhere, rad or m. Of joints of
+    /// one axis alone.
+    pub spring: Option<(f64, f64)>,
     /// Replaces all four limits.
     pub limits: Option<JointLimits>,
     /// Stiffness and damping of targets that give none.

@@ -1,12 +1,12 @@
 //! A robot as its description says that it begins: see [`simd_model::setup`].
 
 use simd_model::RobotModel;
-use simd_model::setup::{DriveMode, JointSetup};
+use simd_model::setup::{DriveMode, JointSetup, Spring};
 
 use super::Entity;
 use super::joints::is_actuated;
 use crate::collision::Groups;
-use crate::dynamics::{Actuator, Mode, Tree};
+use crate::dynamics::{Actuator, Axis, Mode, Tree};
 
 /// The body of each joint of one axis of which something is said.
 fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> impl Iterator<Item = (&'m JointSetup, usize)> {
@@ -18,9 +18,14 @@ fn bodies<'m>(model: &'m RobotModel, tree: &Tree) -> impl Iterator<Item = (&'m J
     model.setup.joints.iter().filter_map(body).collect::<Vec<_>>().into_iter()
 }
 
-/// Rotor inertias by index of the velocity, and first positions by index of the position.
-pub(super) fn armatures(model: &RobotModel, tree: &Tree) -> Vec<(usize, f64)> {
-    bodies(model, tree).map(|(setup, body)| (tree.bodies[body].velocity, setup.armature)).collect()
+/// Writes rotor inertias and springs into the settings of axes.
+pub(super) fn set_axes(model: &RobotModel, tree: &Tree, axes: &mut [Axis]) {
+    for (setup, body) in bodies(model, tree) {
+        let settings = &mut axes[tree.bodies[body].velocity].settings;
+        let Spring { stiffness, rest } = setup.spring.unwrap_or_default();
+        (settings.armature, settings.spring_stiffness, settings.spring_rest) =
+            (setup.armature, stiffness, rest);
+    }
 }
 
 /// First positions by index of the position.
@@ -41,23 +46,13 @@ pub(super) fn groups(model: &RobotModel) -> Vec<Groups> {
 }
 
 impl Entity {
-    /// Has actuators do what the description says. Springs are no actuators: they are there also in a robot that is
-    /// not driven.
+    /// Has actuators do what the description says, unless none of the robot is to be driven.
     pub(super) fn begin_as_described(&mut self, passive: bool) {
         let model = std::sync::Arc::clone(&self.model);
         let tree = std::sync::Arc::clone(self.body.tree());
         for (setup, body) in bodies(&model, &tree) {
             let actuator = &mut self.body.axes_mut()[tree.bodies[body].velocity].actuator;
-            *actuator = match setup.mode {
-                Some(DriveMode::Spring(rest)) => Actuator {
-                    mode: Mode::Position,
-                    target: rest,
-                    setpoint: rest,
-                    stiffness: setup.stiffness,
-                    damping: setup.damping,
-                    ..Actuator::default()
-                },
-                _ if passive => continue,
+            *actuator = match setup.mode.filter(|_| !passive) {
                 None => continue,
                 Some(DriveMode::Passive) => Actuator { mode: Mode::Passive, ..Actuator::default() },
                 Some(DriveMode::Velocity) => {
@@ -74,9 +69,6 @@ impl Entity {
         let model = std::sync::Arc::clone(&self.model);
         let tree = std::sync::Arc::clone(self.body.tree());
         for (setup, body) in bodies(&model, &tree) {
-            if matches!(setup.mode, Some(DriveMode::Spring(_))) {
-                continue;
-            }
             let settings = &mut self.body.axes_mut()[tree.bodies[body].velocity].settings;
             let Some(stiffness) = setup.stiffness else { continue };
             settings.default_stiffness = stiffness;

@@ -92,6 +92,10 @@ impl Simulation {
                 let expected = "a spherical joint has no limits of its position";
                 return Err(within(check::refuse("limits", "a range", expected)));
             }
+            if properties.spring.is_some() && entity.body.tree().joints[index].len() != 1 {
+                let expected = "only a joint of one axis can have one";
+                return Err(within(check::refuse("spring", "a spring", expected)));
+            }
             accepted.push((index, properties));
         }
         for (index, properties) in accepted {
@@ -176,6 +180,7 @@ fn check_properties(properties: &JointProperties) -> Result<(), Error> {
         damping,
         friction,
         armature,
+        spring,
         limits,
         default_gains,
         gravity_compensation: _,
@@ -183,6 +188,10 @@ fn check_properties(properties: &JointProperties) -> Result<(), Error> {
     check::optional_at_least_zero("damping", *damping)?;
     check::optional_at_least_zero("friction", *friction)?;
     check::optional_at_least_zero("armature", *armature)?;
+    if let Some((stiffness, rest)) = *spring {
+        check::optional_at_least_zero("spring.stiffness", Some(stiffness))?;
+        check::moderate("spring.rest", rest)?;
+    }
     let (stiffness, damping) = default_gains.unzip();
     check::optional_at_least_zero("default_gains.stiffness", stiffness)?;
     check::optional_at_least_zero("default_gains.damping", damping)?;
@@ -196,6 +205,7 @@ fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &J
         damping,
         friction,
         armature,
+        spring,
         limits,
         default_gains,
         gravity_compensation,
@@ -209,6 +219,9 @@ fn change(settings: &mut crate::dynamics::actuator::AxisSettings, properties: &J
     if let Some(armature) = armature {
         settings.composite_inertia += armature - settings.armature;
         settings.armature = *armature;
+    }
+    if let Some(spring) = spring {
+        (settings.spring_stiffness, settings.spring_rest) = *spring;
     }
     if let Some(limits) = limits {
         settings.limits = *limits;

@@ -1,7 +1,7 @@
 //! Robots begin as their description says, and several come at one moment.
 
 use simd_model::setup::{
-    ConstraintEnd, ConstraintOn, DriveMode, JointSetup, LinkConstraint, LinkConstraintKind, Setup,
+    ConstraintEnd, ConstraintOn, DriveMode, JointSetup, LinkConstraint, LinkConstraintKind, Setup, Spring,
 };
 
 use super::*;
@@ -52,7 +52,6 @@ fn modes_are_the_descriptions_unless_nothing_is_to_be_driven() {
         (DriveMode::Passive, Mode::Passive, Mode::Passive),
         (DriveMode::Velocity, Mode::Velocity, Mode::Passive),
         (DriveMode::Effort, Mode::Effort, Mode::Passive),
-        (DriveMode::Spring(0.3), Mode::Position, Mode::Position),
     ] {
         let setup = JointSetup { mode: Some(said), stiffness: Some(5.0), ..JointSetup::default() };
         for (asked, expected) in [(false, driven), (true, passive)] {
@@ -60,6 +59,49 @@ fn modes_are_the_descriptions_unless_nothing_is_to_be_driven() {
             assert_eq!(axis(&world).actuator.mode, expected, "{said:?}, passive: {asked}");
         }
     }
+}
+
+/// The shoulder, with a spring that is far stronger than its actuator may be.
+fn sprung(mode: DriveMode) -> Simulation {
+    let spring = Some(Spring { stiffness: 50.0, rest: 0.3 });
+    let mut model =
+        RobotModel::clone(&arm_that(JointSetup { spring, mode: Some(mode), ..JointSetup::default() }));
+    model.joints[0].limits.effort = Some(1e-3);
+    model.joints[0].limits.velocity = Some(1e-3);
+    world_with(1e-3, spawn("arm", Arc::new(model)))
+}
+
+#[test]
+fn a_spring_swings_about_its_rest_whatever_the_limits_of_the_actuator() {
+    for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+        let mut world = sprung(DriveMode::Passive);
+        let physics = PhysicsChange {
+            integrator: Some(integrator),
+            gravity: Some(DVec3::ZERO),
+            ..PhysicsChange::default()
+        };
+        world.apply(&Command::SetPhysics(physics)).unwrap();
+        let inertia = axis(&world).settings.composite_inertia;
+        let omega = (50.0 / inertia).sqrt();
+        assert!(omega < 100.0, "resolved by the step: {omega}");
+        let quarter = (std::f64::consts::FRAC_PI_2 / omega / 1e-3).round();
+        run(&mut world, quarter * 1e-3);
+        let closed = 0.3 - 0.3 * (omega * quarter * 1e-3).cos();
+        let there = look(&world).positions[0];
+        assert!((there - closed).abs() < 0.05, "{integrator:?}: {there} for {closed}");
+    }
+}
+
+#[test]
+fn a_target_leaves_the_spring_as_it_is() {
+    let mut world = sprung(DriveMode::Effort);
+    let joints = vec![JointTarget { joint: "shoulder".into(), axis: 0, target: Target::Effort(0.0) }];
+    let robots = vec![RobotTargets { robot: "arm".into(), joints, ..RobotTargets::default() }];
+    world.apply(&Command::SetTargets(SetTargets { robots, ..SetTargets::default() })).unwrap();
+    let settings = &axis(&world).settings;
+    assert_eq!((settings.spring_stiffness, settings.spring_rest), (50.0, 0.3));
+    run(&mut world, 1e-3);
+    assert!(look(&world).positions[0] > 0.0, "it pulls towards its rest");
 }
 
 #[test]

@@ -4,8 +4,8 @@ use glamx::DVec3;
 
 use super::*;
 use crate::robot::{Geometry, JointKind};
-use crate::setup::DriveMode;
 use crate::setup::LinkConstraintKind;
+use crate::setup::{DriveMode, Spring};
 
 fn sdf(content: &str) -> String {
     format!("<sdf version='1.9'>\n<model name='m'>\n{content}\n</model></sdf>")
@@ -71,7 +71,8 @@ fn a_joint_on_the_world_makes_a_robot_that_stands_on_it() {
     assert_eq!((j.kind, j.damping, j.friction), (JointKind::Continuous, 0.5, 0.1));
     assert!(near(j.axis, [0.0, 0.0, 1.0]));
     let setup = model.setup.joints[0];
-    assert_eq!((setup.mode, setup.stiffness), (Some(DriveMode::Spring(0.2)), Some(3.0)));
+    assert_eq!(setup.mode, Some(DriveMode::Passive));
+    assert_eq!(setup.spring, Some(Spring { stiffness: 3.0, rest: 0.2 }));
 }
 
 #[test]
