@@ -47,6 +47,8 @@ pub struct Config {
     pub name: String,
     /// Where gRPC is served; port 0 takes a free one.
     pub listen: SocketAddr,
+    /// A Unix socket at which the same is served, without TLS.
+    pub unix_socket: Option<PathBuf>,
     /// How it is reached over Zenoh.
     pub zenoh: Zenoh,
     /// A node on a graph of ROS 2.
@@ -145,6 +147,7 @@ impl Default for Config {
         Self {
             name: simd_proto::keys::DEFAULT_NAME.into(),
             listen: SocketAddr::from((Ipv4Addr::LOCALHOST, simd_proto::DEFAULT_PORT)),
+            unix_socket: None,
             zenoh: Zenoh::default(),
             ros2: Ros2::default(),
             allow_hosts: Vec::new(),

@@ -14,6 +14,7 @@ mod tests;
 
 use std::io::Write as _;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -29,7 +30,7 @@ use crate::blocking_threads::BlockingThreads;
 use crate::config::{Autosave, Config, Robot};
 use crate::convert::to_proto;
 use crate::driver;
-use crate::grpc::Tls;
+use crate::grpc::{FrontEndThreads, Listeners, Tls, UnixSocket};
 use crate::handle::{CallError, DaemonInfo, RunState, SimHandle, Source, SpawnRequest};
 use crate::http;
 use crate::loading::Loader;
@@ -52,6 +53,8 @@ pub struct Running {
     pub handle: SimHandle,
     /// Where it listens, with the port that it got.
     pub address: SocketAddr,
+    /// Where it listens beside that.
+    pub unix_socket: Option<PathBuf>,
     tls: Option<Arc<Tls>>,
     zenoh: Option<zenoh::Serving>,
     ros2: Option<ros2::Serving>,
@@ -70,9 +73,14 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     let access = config.tokens.map_or_else(|| Ok(Access::open()), Access::from_file);
     let access = access.map_err(Error::Security)?;
     let tls = config.tls.map(Tls::read).transpose().map_err(Error::Security)?.map(Arc::new);
-    let listen = |source| Error::Listen { address: config.listen, source };
+    let listen = |source| Error::Listen { address: config.listen.to_string(), source };
     let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
     let address = listener.local_addr().map_err(listen)?;
+    let unix_socket = config.unix_socket;
+    let unix = unix_socket.as_deref().map(UnixSocket::bind).transpose().map_err(|source| {
+        let path = unix_socket.as_deref().unwrap_or(Path::new("")).display();
+        Error::Listen { address: format!("unix:{path}"), source }
+    })?;
     let zenoh = match config.zenoh.enabled {
         true => Some(zenoh::open(&config.zenoh, &config.name).await?),
         false => None,
@@ -135,9 +143,12 @@ pub async fn start(config: Config) -> Result<Running, Error> {
     tokio::spawn(handle.draining().run_until_cancelled_owned(access.keep_current()));
     let ros2 = config.ros2.enabled.then(|| ros2::start(config.ros2, &handle)).transpose();
     let ros2 = ros2.map_err(Error::System)?;
-    let serving = crate::grpc::serve(handle.clone(), listener, tls.clone(), page, config.connections);
+    let threads = FrontEndThreads::start().map_err(Error::System)?;
+    let listeners = Listeners { tcp: listener, unix };
+    let serving =
+        crate::grpc::serve(threads, handle.clone(), listeners, tls.clone(), page, config.connections);
     let server = tokio::spawn(serving);
-    Ok(Running { handle, address, tls, zenoh, ros2, server, autosave: config.autosave })
+    Ok(Running { handle, address, unix_socket, tls, zenoh, ros2, server, autosave: config.autosave })
 }
 
 /// Whether the files that a configuration names can be used, without a daemon: certificates, tokens, robots.
@@ -311,7 +322,8 @@ pub async fn run(config: Config) -> Result<(), Error> {
     tracing::info!(address = %running.address, locators = ?running.locators(), "serving gRPC and Zenoh");
     let scheme = running.scheme();
     let places = std::iter::once(format!("{scheme}://{}", running.address));
-    let places: Vec<String> = places.chain(running.locators().iter().cloned()).collect();
+    let unix = running.unix_socket.iter().map(|path| format!("unix:{}", path.display()));
+    let places: Vec<String> = places.chain(running.locators().iter().cloned()).chain(unix).collect();
     let listening = format!("listening on {}", places.join(" and "));
     let viewer = viewer(scheme, running.address);
     announce(format!("simd {name} is {listening}\n{viewer}\n")).map_err(Error::System)?;

@@ -23,6 +23,7 @@ mod service_manager;
 mod soak;
 mod threads;
 mod transcript;
+mod unix_socket;
 mod untrusted_input;
 
 use simd_tests::process::Process;

@@ -101,7 +101,7 @@ impl Default for ConnectOptions {
 
 impl Client {
     /// Connects to the daemon at `endpoint`: over gRPC for `host`, `host:port`,
-    /// `http://host:port` or, with TLS, `https://host:port`, where the port is
+    /// `http://host:port` or, with TLS, `https://host:port`, and for `unix:PATH`, a daemon's Unix socket, where the port is
     /// [`DEFAULT_PORT`](crate::DEFAULT_PORT) if it is left out; over Zenoh for a locator like `tcp/host:7447`. Where several daemons are
     /// behind a locator, `tcp/host:7447#NAME` says which.
     ///

@@ -1,4 +1,4 @@
-//! Reads where a daemon is: `host`, `host:port`, `http://host:port`, `https://host:port`, or the Zenoh
+//! Reads where a daemon is: `host`, `host:port`, `http://host:port`, `https://host:port`, `unix:/path/of/its/socket`, or the Zenoh
 //! locator `tcp/host:port`, with `#NAME` where several daemons are behind it.
 
 use simd_proto::{DEFAULT_PORT, keys};
@@ -47,6 +47,13 @@ pub(crate) fn read(text: &str) -> Result<Place, Error> {
 fn url(text: &str) -> Result<String, Error> {
     let refuse = |reason: &str| Error::Endpoint { endpoint: text.to_owned(), reason: reason.to_owned() };
     let trimmed = text.trim();
+    if let Some(path) = trimmed.strip_prefix("unix:") {
+        let path = path.strip_prefix("//").unwrap_or(path);
+        return match path.is_empty() {
+            true => Err(refuse("it names no socket, as in unix:/run/simd/simd.sock")),
+            false => Ok(format!("unix:{path}")),
+        };
+    }
     let (scheme, authority) = match trimmed.split_once("://") {
         None => ("http", trimmed),
         Some((scheme @ ("http" | "https"), rest)) => (scheme, rest),
@@ -94,6 +101,9 @@ mod tests {
             ("[::1]:5", "http://[::1]:5"),
             ("::1", "http://[::1]:7400"),
             ("https://lab", "https://lab:7400"),
+            ("unix:/run/simd/simd.sock", "unix:/run/simd/simd.sock"),
+            ("unix:///run/simd/simd.sock", "unix:/run/simd/simd.sock"),
+            ("unix:simd.sock", "unix:simd.sock"),
         ] {
             assert_eq!(url(text).unwrap(), expected, "{text}");
         }
@@ -123,7 +133,9 @@ mod tests {
 
     #[test]
     fn an_endpoint_that_cannot_be_is_refused_in_one_sentence() {
-        for text in ["", "http://", ":7400", "lab:0", "lab:seventy", "lab/x", "ftp://lab", "a b"] {
+        for text in
+            ["", "http://", ":7400", "lab:0", "lab:seventy", "lab/x", "ftp://lab", "a b", "unix:", "unix://"]
+        {
             let refused = url(text).unwrap_err().to_string();
             assert!(refused.starts_with(&format!("`{text}` is not an endpoint: ")), "{refused}");
         }

@@ -80,6 +80,13 @@ fn daemon() -> Vec<Key> {
         )
         .flag("listen"),
         Key::new(
+            "unix_socket",
+            "a Unix socket at which the same is served without TLS, to processes of the daemon's user and group; left out: none",
+            Access::File(|draft| &mut draft.config.unix_socket),
+        )
+        .flag("unix-socket")
+        .example("\"/run/simd/simd.sock\""),
+        Key::new(
             "allow_hosts",
             "names under which browsers may ask, beside addresses and localhost; those of all places are taken",
             Access::Texts(

@@ -1,6 +1,5 @@
 //! Why a daemon does not start, or ends by itself.
 
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::handle::CallError;
@@ -17,11 +16,11 @@ pub enum Error {
         /// The system's words.
         source: std::io::Error,
     },
-    /// The address cannot be listened on.
+    /// The address or the socket cannot be listened on.
     #[error("cannot listen on {address}: {source}")]
     Listen {
         /// As the operator wrote it.
-        address: SocketAddr,
+        address: String,
         /// The system's words.
         source: std::io::Error,
     },

@@ -34,7 +34,7 @@ pub(super) async fn accept<S, T>(
     mut source: S,
     connections: &Arc<Connections>,
     draining: &CancellationToken,
-    mut serve: impl FnMut(Connection<T>),
+    mut serve: impl FnMut(T, Place, IpAddr),
 ) where
     S: Stream<Item = io::Result<(T, IpAddr)>> + Unpin,
 {
@@ -45,7 +45,7 @@ pub(super) async fn accept<S, T>(
                 is_failing = false;
                 let number = ACCEPTED.fetch_add(1, Ordering::Relaxed);
                 if let Ok(place) = connections.admit(number, Address::from(address), draining) {
-                    serve(Connection::new(io, place, address));
+                    serve(io, place, address);
                 }
             }
             Err(error) => {
@@ -83,7 +83,8 @@ enum Speaks {
 }
 
 impl<T> Connection<T> {
-    fn new(io: T, place: Place, address: IpAddr) -> Self {
+    /// Its deadlines are of the runtime that this is called on.
+    pub(super) fn new(io: T, place: Place, address: IpAddr) -> Self {
         let deadline = Box::pin(tokio::time::sleep(place.limits().begin));
         let is_cut = Box::pin(place.cut.clone().cancelled_owned());
         Self { io, speaks: Speaks::Opening { sent: 0, deadline }, is_cut, address, place }

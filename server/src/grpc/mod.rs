@@ -1,7 +1,8 @@
 //! The gRPC front-end: the services over HTTP/2, on one port with health and reflection, and
 //! beside them what browsers get.
 //!
-//! * `tls`: what a connection is before HTTP. `incoming`: connections as they come. `connections`: which of them are served, and how long.
+//! * `listeners`: where connections come in. `tls`: what one is before HTTP. `incoming`: connections as they come. `connections`: which of them are served, and how long.
+//! * `threads`: the threads that serve them.
 //! * `calls`: what each call does for its connection; `activity`: what that makes of the connection.
 //! * `health`: whether the daemon serves.
 
@@ -10,28 +11,32 @@ mod calls;
 mod connections;
 mod health;
 mod incoming;
+mod listeners;
 #[cfg(test)]
 mod tests;
+mod threads;
 mod tls;
 
 use std::convert::Infallible;
 use std::io;
-use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use axum::middleware;
 use futures_util::FutureExt as _;
-use tokio::net::TcpListener;
-use tokio_stream::{Stream, StreamExt as _};
+use tokio::net::UnixStream;
+use tokio_stream::StreamExt as _;
 use tokio_util::task::TaskTracker;
 use tonic::service::Routes;
 use tonic::transport::Server;
-use tonic::transport::server::{Router, TcpIncoming};
+use tonic::transport::server::Router;
 use tonic_health::pb::health_server::HealthServer;
 
 use self::connections::Connections;
 use self::incoming::{Connection, accept};
+pub use self::listeners::{Listeners, UnixSocket};
+use self::listeners::{Movable as _, accepted};
+pub use self::threads::FrontEndThreads;
 pub use self::tls::Tls;
 use self::tls::Wire;
 use crate::SimHandle;
@@ -45,37 +50,54 @@ const DRAIN_GRACE: Duration = Duration::from_secs(2);
 /// How often a silent connection gets a ping, and how long it may take to answer.
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
 const KEEPALIVE_TIMEOUT: Duration = Duration::from_secs(20);
-/// How many of the kernel's questions may stay without an answer: then the other side is gone.
-const KEEPALIVE_PROBES: u32 = 3;
 
 /// Serves until the daemon drains: then takes no more connections, lets every
 /// stream end with OK, and returns when all calls have ended or after two seconds.
 pub async fn serve(
+    threads: FrontEndThreads,
     handle: SimHandle,
-    listener: TcpListener,
+    listeners: Listeners,
     tls: Option<Arc<Tls>>,
     page: http::Settings,
     limits: DaemonLimits,
 ) {
     let connections = Connections::new(limits, handle.refused_unanswered());
-    serve_within(&connections, handle, listener, tls, page).await;
+    serve_within(&connections, threads, handle, listeners, tls, page).await;
 }
 
 async fn serve_within(
     connections: &Arc<Connections>,
+    threads: FrontEndThreads,
     handle: SimHandle,
-    listener: TcpListener,
+    listeners: Listeners,
     tls: Option<Arc<Tls>>,
     page: http::Settings,
 ) {
     let draining = handle.draining();
     let server = server(&handle, page, *connections.limits());
     let serving = TaskTracker::new();
-    let accepting = accept(accepted(listener, tls), connections, &draining, |connection| {
-        serving.spawn(serve_one(server.clone(), connection));
+    let Listeners { tcp, mut unix } = listeners;
+    let from_tcp = accept(accepted(tcp), connections, &draining, |io, place, address| {
+        let (server, tls) = (server.clone(), tls.clone());
+        threads.serve(&serving, async move {
+            let wire = io.moved_here().map(|io| Wire::new(io, tls.as_deref()));
+            serve_one(server, wire.map(|wire| Connection::new(wire, place, address))).await;
+        });
     });
+    let from_unix = async {
+        let Some(socket) = &mut unix else { return std::future::pending().await };
+        let serve = |io: UnixStream, place, address| {
+            let server = server.clone();
+            threads.serve(&serving, async move {
+                let wire = io.moved_here().map(Wire::Unix);
+                serve_one(server, wire.map(|wire| Connection::new(wire, place, address))).await;
+            });
+        };
+        accept(socket.accepted(), connections, &draining, serve).await;
+    };
     tokio::select! {
-        () = accepting => {}
+        () = from_tcp => {}
+        () = from_unix => {}
         () = connections.close_idle() => {}
         () = draining.cancelled() => {}
     }
@@ -83,23 +105,6 @@ async fn serve_within(
     if tokio::time::timeout(DRAIN_GRACE, serving.wait()).await.is_err() {
         tracing::warn!("connections were still open {} s after draining began", DRAIN_GRACE.as_secs());
     }
-}
-
-/// Connections with the addresses that they come from.
-fn accepted(
-    listener: TcpListener,
-    tls: Option<Arc<Tls>>,
-) -> impl Stream<Item = io::Result<(Wire, IpAddr)>> + Unpin {
-    let accepted = TcpIncoming::from(listener)
-        .with_nodelay(Some(true))
-        .with_keepalive(Some(KEEPALIVE_INTERVAL))
-        .with_keepalive_interval(Some(KEEPALIVE_INTERVAL))
-        .with_keepalive_retries(Some(KEEPALIVE_PROBES));
-    accepted.filter_map(move |accepted| match accepted {
-        // Where there is no address the other side is gone already.
-        Ok(io) => io.peer_addr().ok().map(|address| Ok((Wire::new(io, tls.as_deref()), address.ip()))),
-        Err(error) => Some(Err(error)),
-    })
 }
 
 /// What answers the calls of each connection.
@@ -121,7 +126,11 @@ fn server(handle: &SimHandle, page: http::Settings, limits: DaemonLimits) -> Rou
 
 /// Serves one connection until it ends. tonic lets connections end (in HTTP/2 by GOAWAY) all at once, when its server
 /// does: so each has a server of its own.
-async fn serve_one(server: Router, connection: Connection<Wire>) {
+async fn serve_one(server: Router, connection: io::Result<Connection<Wire>>) {
+    let connection = match connection {
+        Ok(connection) => connection,
+        Err(error) => return tracing::error!("a connection cannot be served: {error}"),
+    };
     let (end, ended) = (connection.end(), connection.ended());
     let one = tokio_stream::once(Ok::<_, Infallible>(connection));
     // The server lets its connections end where there will be no more of them.

@@ -25,6 +25,8 @@ use tonic::transport::{Channel, Endpoint};
 use tonic_types::StatusExt as _;
 
 use super::connections::Connections;
+use super::listeners::Listeners;
+use super::threads::FrontEndThreads;
 use crate::SimHandle;
 use crate::blocking_threads::BlockingThreads;
 use crate::config;
@@ -63,7 +65,9 @@ impl Daemon {
         let connections = Connections::new(connections, Arc::default());
         let (served, within) = (handle.clone(), Arc::clone(&connections));
         let server = tokio::spawn(async move {
-            super::serve_within(&within, served, listener, None, Default::default()).await;
+            let threads = FrontEndThreads::of_this_runtime();
+            let listeners = Listeners { tcp: listener, unix: None };
+            super::serve_within(&within, threads, served, listeners, None, Default::default()).await;
         });
         let channel = Endpoint::from_shared(format!("http://{address}")).unwrap().connect().await.unwrap();
         Self { handle, address, channel, connections, server }

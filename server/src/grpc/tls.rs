@@ -8,7 +8,7 @@ use std::task::{Context, Poll, ready};
 
 use arc_swap::ArcSwap;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
+use tokio::net::{TcpStream, UnixStream};
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::PemObject as _;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
@@ -96,6 +96,8 @@ fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, String> {
 /// A connection, with TLS or without. The handshake is part of the first reading, and so has its deadline.
 pub(super) enum Wire {
     Plain(TcpStream),
+    /// Without TLS: nothing of it leaves the machine.
+    Unix(UnixStream),
     Handshake(Box<Accept<TcpStream>>),
     Tls(Box<TlsStream<TcpStream>>),
 }
@@ -126,6 +128,7 @@ impl AsyncRead for Wire {
         ready!(self.shake_hands(context))?;
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_read(context, buffer),
+            Self::Unix(io) => Pin::new(io).poll_read(context, buffer),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_read(context, buffer),
             Self::Handshake(_) => Poll::Pending,
         }
@@ -141,6 +144,7 @@ impl AsyncWrite for Wire {
         ready!(self.shake_hands(context))?;
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_write(context, bytes),
+            Self::Unix(io) => Pin::new(io).poll_write(context, bytes),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_write(context, bytes),
             Self::Handshake(_) => Poll::Pending,
         }
@@ -149,6 +153,7 @@ impl AsyncWrite for Wire {
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_flush(context),
+            Self::Unix(io) => Pin::new(io).poll_flush(context),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_flush(context),
             // Nothing was written.
             Self::Handshake(_) => Poll::Ready(Ok(())),
@@ -158,6 +163,7 @@ impl AsyncWrite for Wire {
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         match &mut *self {
             Self::Plain(io) => Pin::new(io).poll_shutdown(context),
+            Self::Unix(io) => Pin::new(io).poll_shutdown(context),
             Self::Tls(io) => Pin::new(io.as_mut()).poll_shutdown(context),
             Self::Handshake(_) => Poll::Ready(Ok(())),
         }

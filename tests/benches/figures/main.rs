@@ -1,6 +1,6 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move; `-- recording` what a recording costs.
+//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- turns` round trips.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -20,9 +20,11 @@ fn main() {
     match std::env::args().nth(1).as_deref() {
         Some(round_trip::ECHO) => return round_trip::echo(),
         Some(round_trip::ASYNC_ECHO) => return round_trip::async_echo(),
+        Some(round_trip::UNIX_ECHO) => return round_trip::unix_echo(),
         Some("town") => return town::print(),
         Some("reads") => return lateness::print_reads(),
         Some("recording") => return recording::print(),
+        Some("turns") => return round_trip::print(),
         _ => {}
     }
     step::print();

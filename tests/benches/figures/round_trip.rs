@@ -1,9 +1,10 @@
 //! Round trips to a daemon process, beside raw TCP echo processes in the same run: one that
 //! blocks in the system calls, which is the floor of the machine, and one on tokio at both
-//! ends, which is the floor of anything that serves many clients.
+//! ends, which is the floor of anything that serves many clients; and, for the daemon's Unix socket, a blocking echo at another.
 
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Instant, SystemTime};
@@ -24,6 +25,7 @@ use zenoh::sample::Sample;
 /// The arguments that make this program an echo.
 pub(crate) const ECHO: &str = "--echo";
 pub(crate) const ASYNC_ECHO: &str = "--async-echo";
+pub(crate) const UNIX_ECHO: &str = "--unix-echo";
 
 /// Sizes of a request and a reply of six joints.
 const REQUEST: usize = 110;
@@ -37,8 +39,21 @@ const CALLS: usize = 500;
 pub(crate) fn echo() {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
     println!("{}", listener.local_addr().expect("it is bound"));
-    let (mut stream, _) = listener.accept().expect("a client");
+    let (stream, _) = listener.accept().expect("a client");
     stream.set_nodelay(true).expect("a TCP socket");
+    answer(stream);
+}
+
+/// The same at a Unix socket, in a folder that goes with it.
+pub(crate) fn unix_echo() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("echo.sock");
+    let listener = UnixListener::bind(&path).expect("a free name");
+    println!("{}", path.display());
+    answer(listener.accept().expect("a client").0);
+}
+
+fn answer(mut stream: impl Read + Write) {
     let (mut request, reply) = ([0; REQUEST], [0; REPLY]);
     while stream.read_exact(&mut request).is_ok() && stream.write_all(&reply).is_ok() {}
 }
@@ -91,6 +106,7 @@ pub(crate) fn print() {
     };
     let (_blocking, blocking_address) = echo(ECHO);
     let (_tokio, tokio_address) = echo(ASYNC_ECHO);
+    let (_unix, unix_path) = echo(UNIX_ECHO);
 
     let folder = this.ancestors().nth(2).map(PathBuf::from).expect("target/PROFILE/deps");
     let settings = tempfile::tempdir().expect("a folder");
@@ -99,11 +115,14 @@ pub(crate) fn print() {
     std::fs::write(&file, "[zenoh]\nstate_rate = 1000\n").expect("a file");
     let mut command = Command::new(folder.join("simd"));
     command.args(["--listen", "127.0.0.1:0", "--zenoh", "tcp/127.0.0.1:0", "--config"]).arg(&file);
+    let socket = settings.path().join("simd.sock");
+    command.arg("--unix-socket").arg(&socket);
     command.arg("--load").arg(assets().join("seven_arm/urdf/seven_arm.urdf"));
     let (_daemon, ready) = Process::start(command);
     let (address, locator) = ready
         .split_once("http://")
         .and_then(|(_, places)| places.split_once(" and "))
+        .and_then(|(address, places)| Some((address, places.split_once(" and ")?.0)))
         .expect("the daemon says where it listens");
 
     let mut times = [const { Vec::new() }; PATHS.len()];
@@ -117,16 +136,34 @@ pub(crate) fn print() {
         stream.set_nodelay(true).expect("a TCP socket");
         stream
     });
+    let mut unix_stream = UnixStream::connect(&unix_path).expect("the echo listens");
     let mut grpc = Peer::new(&runtime, address);
+    let mut over_unix = Peer::new(&runtime, &format!("unix:{}", socket.display()));
     let mut over_zenoh = Peer::new(&workers, locator);
     let plain = Plain::new(&workers, locator);
     for round in 0..ROUNDS {
         let value = round as f64 * 1e-3;
-        let [blocking, tokio, set, get, control, zenoh_set, zenoh_get, zenoh_control, raw, state] =
-            &mut times;
+        let [
+            blocking,
+            tokio,
+            unix,
+            set,
+            get,
+            control,
+            unix_set,
+            unix_get,
+            unix_control,
+            zenoh_set,
+            zenoh_get,
+            zenoh_control,
+            raw,
+            state,
+        ] = &mut times;
         echo_round(&mut stream, blocking);
+        echo_round(&mut unix_stream, unix);
         runtime.block_on(async_echo_round(&mut async_stream, tokio));
         grpc.round(&runtime, value, [set, get, control]);
+        over_unix.round(&runtime, value, [unix_set, unix_get, unix_control]);
         over_zenoh.round(&workers, value, [zenoh_set, zenoh_get, zenoh_control]);
         plain.get_round(raw);
         plain.state_round(state);
@@ -135,12 +172,16 @@ pub(crate) fn print() {
 }
 
 /// What is measured, in this order.
-const PATHS: [&str; 10] = [
+const PATHS: [&str; 14] = [
     "raw TCP echo, 110 B and 306 B, blocking",
     "the same on tokio at both ends",
+    "the same at a Unix socket, blocking",
     "gRPC SetJointTargets, seven joints",
     "gRPC GetJointStates, seven joints",
     "gRPC Control, seven targets, answered at once",
+    "the first of them at a Unix socket",
+    "the second",
+    "the third",
     "Zenoh SetJointTargets, Rust client",
     "Zenoh GetJointStates, Rust client",
     "Zenoh Control, a query each, Rust client",
@@ -153,21 +194,16 @@ fn report(times: &mut [Vec<f64>; PATHS.len()]) {
         "\nround trips, one in flight, world playing at 1 kHz: microseconds ({} calls each)",
         ROUNDS * CALLS
     );
-    println!("  {:46} {:>8} {:>8}   p50 and p99 to the blocking echo, to tokio's", "", "p50", "p99");
+    println!("  {:46} {:>8} {:>8}   p50 and p99 to the three echoes", "", "p50", "p99");
     for times in times.iter_mut() {
         times.sort_by(f64::total_cmp);
     }
     let both = |times: &[f64]| [percentile(times, 0.5), percentile(times, 0.99)];
-    let (floor, tokio) = (both(&times[0]), both(&times[1]));
+    let echoes = [0, 1, 2].map(|echo| both(&times[echo]));
     for (name, times) in PATHS.iter().zip(times.iter()) {
         let [p50, p99] = both(times);
-        println!(
-            "  {name:46} {p50:8.1} {p99:8.1}   {:5.2} {:5.2}   {:5.2} {:5.2}",
-            p50 / floor[0],
-            p99 / floor[1],
-            p50 / tokio[0],
-            p99 / tokio[1],
-        );
+        let ratios = echoes.map(|echo| format!("{:5.2} {:5.2}", p50 / echo[0], p99 / echo[1]));
+        println!("  {name:46} {p50:8.1} {p99:8.1}   {}", ratios.join("   "));
     }
 }
 
@@ -175,7 +211,7 @@ fn micros(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e6
 }
 
-fn echo_round(stream: &mut TcpStream, times: &mut Vec<f64>) {
+fn echo_round(stream: &mut (impl Read + Write), times: &mut Vec<f64>) {
     let (request, mut reply) = ([0; REQUEST], [0; REPLY]);
     for _ in 0..CALLS {
         let start = Instant::now();

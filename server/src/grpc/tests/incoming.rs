@@ -37,7 +37,8 @@ async fn accepted(
     let connections = Connections::new(limits(), std::sync::Arc::default());
     let mut served = Vec::new();
     let source = tokio_stream::iter(source.collect::<Vec<_>>());
-    accept(source, &connections, &CancellationToken::new(), |connection| served.push(connection)).await;
+    let serve = |io, place, address| served.push(Connection::new(io, place, address));
+    accept(source, &connections, &CancellationToken::new(), serve).await;
     served
 }
 

@@ -1,0 +1,149 @@
+//! Where connections come in: a port, and a Unix socket beside it for clients of the same machine.
+
+use std::io;
+use std::net::{IpAddr, Ipv4Addr};
+use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, PermissionsExt as _};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use tokio::net::{TcpListener, TcpStream, UnixListener, UnixStream};
+use tokio_stream::{Stream, StreamExt as _};
+use tonic::transport::server::TcpIncoming;
+
+/// How often a silent connection is asked by the kernel whether its other side is there, and after how long.
+const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(20);
+/// How many of the kernel's questions may stay without an answer: then the other side is gone.
+const KEEPALIVE_PROBES: u32 = 3;
+
+/// Who may open a Unix socket, whatever the umask: the daemon's user and its group.
+const SOCKET_MODE: u32 = 0o660;
+
+/// Where connections come in.
+#[derive(Debug)]
+pub struct Listeners {
+    /// gRPC, gRPC-Web and the page.
+    pub tcp: TcpListener,
+    /// The same without TLS: who may open the file is for its permissions to say.
+    pub unix: Option<UnixSocket>,
+}
+
+/// A Unix socket, whose file goes with it.
+#[derive(Debug)]
+pub struct UnixSocket {
+    listener: UnixListener,
+    path: PathBuf,
+    /// Device and number of the file, by which it is told from one that another process has put there since.
+    file: (u64, u64),
+}
+
+impl UnixSocket {
+    /// Makes the file. One that a daemon has left that was killed is replaced.
+    ///
+    /// # Errors
+    /// Where a process listens there, another file is there, or the file cannot be made.
+    pub fn bind(path: &Path) -> io::Result<Self> {
+        if is_abandoned(path) {
+            std::fs::remove_file(path)?;
+        }
+        let listener = UnixListener::bind(path)?;
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(SOCKET_MODE))?;
+        Ok(Self { listener, path: path.to_owned(), file: identity(path)? })
+    }
+
+    /// Connections, which count as some from the loopback address.
+    pub(super) fn accepted(
+        &mut self,
+    ) -> impl Stream<Item = io::Result<(UnixStream, IpAddr)>> + Unpin + use<'_> {
+        futures_util::stream::poll_fn(|context| {
+            let accepted = std::task::ready!(self.listener.poll_accept(context));
+            std::task::Poll::Ready(Some(accepted.map(|(io, _)| (io, Ipv4Addr::LOCALHOST.into()))))
+        })
+    }
+}
+
+impl Drop for UnixSocket {
+    fn drop(&mut self) {
+        if identity(&self.path).is_ok_and(|file| file == self.file) {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Whether this is a socket at which no process listens.
+fn is_abandoned(path: &Path) -> bool {
+    let is_socket = std::fs::symlink_metadata(path).is_ok_and(|file| file.file_type().is_socket());
+    let refuses = || {
+        let connected = std::os::unix::net::UnixStream::connect(path);
+        connected.is_err_and(|error| error.kind() == io::ErrorKind::ConnectionRefused)
+    };
+    is_socket && refuses()
+}
+
+fn identity(path: &Path) -> io::Result<(u64, u64)> {
+    std::fs::symlink_metadata(path).map(|file| (file.dev(), file.ino()))
+}
+
+/// Connections over TCP, with the addresses that they come from.
+pub(super) fn accepted(listener: TcpListener) -> impl Stream<Item = io::Result<(TcpStream, IpAddr)>> + Unpin {
+    let accepted = TcpIncoming::from(listener)
+        .with_nodelay(Some(true))
+        .with_keepalive(Some(KEEPALIVE_INTERVAL))
+        .with_keepalive_interval(Some(KEEPALIVE_INTERVAL))
+        .with_keepalive_retries(Some(KEEPALIVE_PROBES));
+    accepted.filter_map(|accepted| match accepted {
+        // Where there is no address the other side is gone already.
+        Ok(io) => io.peer_addr().ok().map(|address| Ok((io, address.ip()))),
+        Err(error) => Some(Err(error)),
+    })
+}
+
+/// A connection that may be taken to another runtime.
+pub(super) trait Movable: Send + 'static {
+    /// The same connection, on the runtime that this is called on.
+    fn moved_here(self) -> io::Result<Self>
+    where
+        Self: Sized;
+}
+
+impl Movable for TcpStream {
+    fn moved_here(self) -> io::Result<Self> {
+        Self::from_std(self.into_std()?)
+    }
+}
+
+impl Movable for UnixStream {
+    fn moved_here(self) -> io::Result<Self> {
+        Self::from_std(self.into_std()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_socket_that_was_left_behind_is_replaced_and_one_in_use_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("simd.sock");
+        // The standard library's listener leaves its file.
+        drop(std::os::unix::net::UnixListener::bind(&path).unwrap());
+        let first = UnixSocket::bind(&path).unwrap();
+        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, SOCKET_MODE);
+        assert_eq!(UnixSocket::bind(&path).unwrap_err().kind(), io::ErrorKind::AddrInUse);
+        drop(first);
+        assert!(!path.exists(), "the file goes with the socket");
+    }
+
+    #[tokio::test]
+    async fn a_file_that_is_no_socket_of_this_daemon_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("simd.sock");
+        let socket = UnixSocket::bind(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        std::fs::write(&path, "another's").unwrap();
+        drop(socket);
+        assert!(path.exists());
+        UnixSocket::bind(&path).unwrap_err();
+        assert_eq!(std::fs::read(&path).unwrap(), b"another's");
+    }
+}
