@@ -5,8 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, record, robot, server, sim,
-    state, token, top,
+    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, record, robot, sensor, server,
+    sim, state, token, top,
 };
 use crate::complete;
 
@@ -128,6 +128,9 @@ pub(crate) enum Command {
     /// What touches what: list, ray, surfaces, set
     #[command(subcommand)]
     Contact(contact::Contact),
+    /// What robots feel and see: add, list, read, watch, delete
+    #[command(subcommand)]
+    Sensor(sensor::Sensor),
     /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, export, delete
     #[command(subcommand)]
     Record(record::Record),
@@ -220,6 +223,7 @@ mod tests {
             "simctl joint set arm elbow=-0.5",
             "simctl parameter add speed -1 1 -0.5",
             "simctl parameter set speed=-0.5",
+            "simctl sensor add lidar arm --range 0.1,30 --horizontal 3,-1,1 --pose -1,0,0",
         ] {
             Arguments::try_parse_from(line.split(' ')).unwrap();
         }

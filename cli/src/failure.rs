@@ -106,6 +106,7 @@ fn remedy(error: &anyhow::Error) -> Option<String> {
         ErrorReason::ConstraintNotFound => {
             Some("`simctl constraint list` shows the constraints there are".to_owned())
         }
+        ErrorReason::SensorNotFound => Some("`simctl sensor list` shows the sensors there are".to_owned()),
         ErrorReason::ParameterNotFound => {
             Some("`simctl parameter list` shows the parameters there are".to_owned())
         }

@@ -3,7 +3,7 @@
 //!
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
-//! * `recordings`: what happens, into files.
+//! * `recordings`: what happens, into files. `sensors`: what sensors measured.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
@@ -24,6 +24,7 @@ mod once;
 mod owners;
 mod parameters;
 mod recordings;
+mod sensors;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -51,11 +52,13 @@ pub use lockstep::LockstepMember;
 pub(crate) use once::{IdentifiedRequest, Outcome};
 pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
+pub(crate) use sensors::MOST_FOLLOWED;
+pub use sensors::{SensorCursor, SensorReadings, SensorSelection};
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
-    AuditedCall, Done, EventBatch, Happened, LockstepChange, LoggedEvent, Pace, PaceChange, Published,
-    RecordingEnd, Statistics, Stepped,
+    AuditedCall, Done, EventBatch, Happened, LockstepChange, LoggedEvent, LoggedReading, Measured, Pace,
+    PaceChange, Published, ReadingBatch, RecordingEnd, Statistics, Stepped, Touch, TouchPartner,
 };
 pub use crate::info::{DaemonInfo, DaemonLimits};
 pub use crate::loading::{AssetState, Prepared, Source, Validated};
@@ -310,6 +313,7 @@ impl SimHandle {
     pub(crate) fn tidy(&self, now: Instant) {
         self.inner.answers.tidy(now);
         self.inner.loader.tidy(now);
+        self.inner.driver.sensors.tidy();
     }
 
     /// What is known of robots' descriptions.

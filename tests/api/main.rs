@@ -30,6 +30,7 @@ mod retries;
 mod robots;
 mod saved_state_files;
 mod security;
+mod sensors;
 mod streams;
 mod terrain;
 mod tls;

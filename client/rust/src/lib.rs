@@ -17,7 +17,7 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`, `recording`; `saved_state` has those that write and read files.
+//!   `clients`, `recording`, `sensor`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -43,6 +43,7 @@ mod parameter;
 mod reading;
 mod recording;
 mod saved_state;
+mod sensor;
 mod simulation;
 mod target;
 mod upload;
@@ -60,6 +61,7 @@ pub use joint::{JointWatch, every_joint, some_joints};
 pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
+pub use sensor::{SensorWatch, every_sensor, some_sensors};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
 pub use simd_proto::access;
 pub use simd_proto::text::{is_printable, printable, printable_lines};

@@ -80,6 +80,12 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     ("RecordingService", Role::Operator, &["StartRecording", "StopRecording"]),
     ("RecordingService", Role::Admin, &["DeleteRecording"]),
     (
+        "SensorService",
+        Role::Viewer,
+        &["ListSensors", "GetSensorReadings", "NextSensorReadings", "WatchSensorReadings"],
+    ),
+    ("SensorService", Role::Operator, &["CreateSensor", "DeleteSensor"]),
+    (
         "SimulationService",
         Role::Viewer,
         &[

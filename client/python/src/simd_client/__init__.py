@@ -22,6 +22,7 @@ from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.recording import Recording
 from simd_client.blocking.robot import Robot
+from simd_client.blocking.sensors import ReadingStream, Sensor, Sensors, WorldSensors
 from simd_client.blocking.simulation import Simulation
 from simd_client.blocking.watch import EventWatch, Watch
 from simd_client.collision_filter import CollisionFilter, CollisionPair
@@ -52,6 +53,7 @@ from simd_client.errors import (
     LinkNotFound,
     LockstepMemberNotFound,
     MailboxFull,
+    NoReading,
     NotFound,
     NotSupported,
     NoUrdf,
@@ -69,6 +71,8 @@ from simd_client.errors import (
     RobotExists,
     RobotNotAllowed,
     RobotNotFound,
+    SensorExists,
+    SensorNotFound,
     ShuttingDown,
     SimdError,
     SavedStateNotFound,
@@ -88,9 +92,32 @@ from simd_client.geometry import Pose, Twist
 from simd_client.kinematics import Configuration, InverseKinematics, Jacobian, JointReactions, Wrench
 from simd_client.layout import Gains, JointFlag, JointInfo, JointLimits, JointMode, JointType, Layout, Mimic
 from simd_client.link_states import LinkStates
+from simd_client.measurement import (
+    ContactMeasurement,
+    ContactPartner,
+    EncoderMeasurement,
+    ImuMeasurement,
+    LidarMeasurement,
+    MotionMeasurement,
+    SensorReading,
+)
 from simd_client.parameter import Button, JointBinding, Parameter, ParameterList, Slider
 from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
 from simd_client.recording import RecordingInfo
+from simd_client.sensor import (
+    CameraSensor,
+    ContactSensor,
+    EncoderSensor,
+    ForceTorqueSensor,
+    ImuSensor,
+    LidarSensor,
+    LinkStateSensor,
+    OdometrySensor,
+    RangeSensor,
+    SensorInfo,
+    SensorNoise,
+    Sweep,
+)
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
@@ -119,6 +146,7 @@ __all__ = [
     "AssetNotUploaded",
     "Button",
     "Callbacks",
+    "CameraSensor",
     "Claim",
     "ClaimNotFound",
     "Clamped",
@@ -133,17 +161,25 @@ __all__ = [
     "ConstraintNotFound",
     "Constraints",
     "Contact",
+    "ContactMeasurement",
+    "ContactPartner",
+    "ContactSensor",
     "DEFAULT_ENDPOINT",
     "DeadlineExceeded",
     "DescriptionNotUploaded",
     "Disposition",
+    "EncoderMeasurement",
+    "EncoderSensor",
     "Endpoint",
     "EndpointError",
     "Event",
     "EventWatch",
     "FileNotFound",
     "Finding",
+    "ForceTorqueSensor",
     "Gains",
+    "ImuMeasurement",
+    "ImuSensor",
     "Integrator",
     "Internal",
     "InvalidDescription",
@@ -167,18 +203,24 @@ __all__ = [
     "Joints",
     "Layout",
     "LayoutChanged",
+    "LidarMeasurement",
+    "LidarSensor",
     "LimitExceeded",
     "LinkBounds",
     "LinkInfo",
     "LinkNotFound",
+    "LinkStateSensor",
     "LockstepMemberNotFound",
     "LinkStates",
     "LoadReport",
     "MailboxFull",
     "Mimic",
+    "MotionMeasurement",
+    "NoReading",
     "NoUrdf",
     "NotFound",
     "NotSupported",
+    "OdometrySensor",
     "OwnedByAnother",
     "Pace",
     "Parameter",
@@ -191,7 +233,9 @@ __all__ = [
     "Place",
     "PlacedShape",
     "Pose",
+    "RangeSensor",
     "RayHits",
+    "ReadingStream",
     "Refused",
     "Reloaded",
     "RequestIdReused",
@@ -209,6 +253,13 @@ __all__ = [
     "RobotNotFound",
     "RobotState",
     "RobotTargets",
+    "Sensor",
+    "SensorExists",
+    "SensorInfo",
+    "SensorNoise",
+    "SensorNotFound",
+    "SensorReading",
+    "Sensors",
     "Severity",
     "Shape",
     "ShuttingDown",
@@ -224,6 +275,7 @@ __all__ = [
     "Superseded",
     "Surface",
     "Surfaces",
+    "Sweep",
     "Target",
     "TargetBeyondLimit",
     "Targets",
@@ -238,6 +290,7 @@ __all__ = [
     "VersionMismatch",
     "Watch",
     "Whole",
+    "WorldSensors",
     "WorldStatistics",
     "Wrench",
     "WorldClaimed",

@@ -265,6 +265,9 @@ impl StreamingService<Bytes> for Call {
                 "/simd.v1.JointService/WatchJointStates" => {
                     streams::joint_states(channel, method, asked).await?
                 }
+                "/simd.v1.SensorService/WatchSensorReadings" => {
+                    streams::sensor_readings(channel, method, asked).await?
+                }
                 "/simd.v1.EventService/WatchEvents" => streams::events(channel, asked).await?,
                 "/simd.v1.ParameterService/WatchParameters" => streams::parameters(channel, asked).await?,
                 _ if method.gives_many => channel.stream(method, asked).await?,

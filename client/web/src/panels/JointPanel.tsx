@@ -15,6 +15,7 @@ import { Parameters } from "./Parameters";
 import { Popover } from "./Popover";
 import { shortened } from "./quantity";
 import { openReport } from "./ReportSheet";
+import { Sensors } from "./Sensors";
 import { shownRobot } from "./shown-robot";
 
 const filter = signal("");
@@ -29,6 +30,7 @@ export function JointPanel(): JSX.Element {
       {robot && robot.axes.length > 0 && <JointTools />}
       <div class="panel-scroll" id="robot-panel" role={robots.value.length > 1 ? "tabpanel" : undefined} aria-label={robot?.name}>
         {robot && <JointList robot={robot} />}
+        {robot && <Sensors key={robot.name} robot={robot.name} />}
         <Parameters />
         <Constraints />
         <OpenFolder class="button quiet open-folder">

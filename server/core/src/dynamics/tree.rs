@@ -169,6 +169,12 @@ impl Tree {
         tree
     }
 
+    /// Whether a joint of the model turns or slides about one axis.
+    pub fn has_one_axis(&self, joint: usize) -> bool {
+        let bodies = self.joints.get(joint).map_or(&[][..], |bodies| &self.bodies[bodies.clone()]);
+        matches!(bodies, [body] if !matches!(body.joint_type, JointType::Free { .. }))
+    }
+
     /// How many bodies have six degrees of freedom.
     pub fn free_bodies(&self) -> usize {
         self.bodies.iter().filter(|body| matches!(body.joint_type, JointType::Free { .. })).count()

@@ -5,6 +5,7 @@
 
 mod constraint;
 mod joint;
+mod sensor;
 mod target;
 
 use std::sync::Arc;
@@ -18,6 +19,7 @@ pub use self::constraint::{ChangeConstraint, CreateConstraint, RequestedConstrai
 pub use self::joint::{
     FollowTrajectory, JointOrientation, JointProperties, JointReset, RobotReset, SphericalReset,
 };
+pub use self::sensor::CreateSensor;
 pub use self::target::{Clamped, JointTarget, RobotTargets, SetTargets, Target, WholeTarget};
 pub use super::claim::ClaimId;
 pub use super::contact_settings::{
@@ -136,6 +138,15 @@ pub enum Command {
     },
     /// Brings several robots into the world at one moment: all of them, or none.
     SpawnAll(Vec<Spawn>),
+    /// Puts a sensor on a robot.
+    CreateSensor(Box<CreateSensor>),
+    /// Takes a sensor off a robot.
+    DeleteSensor {
+        /// Whose.
+        robot: String,
+        /// Its name.
+        name: String,
+    },
 }
 
 impl Command {
@@ -151,7 +162,9 @@ impl Command {
             Self::SetTargets(targets) => targets.robots.iter().map(|robot| robot.robot.as_str()).collect(),
             Self::ResetJoints { robots } => robots.iter().map(|reset| reset.robot.as_str()).collect(),
             Self::FollowTrajectory(follow) => vec![&follow.robot],
+            Self::CreateSensor(create) => vec![&create.robot],
             Self::Delete { robot }
+            | Self::DeleteSensor { robot, .. }
             | Self::CancelTrajectory { robot, .. }
             | Self::SetJointProperties { robot, .. }
             | Self::SetLinkProperties { robot, .. }
@@ -384,6 +397,11 @@ pub enum Reply {
     },
     /// The constraint holds from the next step on.
     ConstraintCreated {
+        /// Under this name.
+        name: String,
+    },
+    /// The sensor takes samples from now on.
+    SensorCreated {
         /// Under this name.
         name: String,
     },

@@ -86,7 +86,13 @@ impl Kept {
         if let Some(first) = self.versions {
             robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
         }
-        (state.clone(), robots)
+        let mut state = state.clone();
+        if self.versions.is_some() {
+            // Sensors have other ids here too.
+            let sensors = state.robots.iter_mut().flat_map(|robot| &mut robot.entity.sensors);
+            sensors.for_each(|sensor| sensor.id = 0);
+        }
+        (state, robots)
     }
 }
 
@@ -157,7 +163,7 @@ impl Saved {
                 return Err(InvalidState::World(format!("there are two robots {name:?}")));
             }
             let invalid = |what| InvalidState::Robot { robot: name, what };
-            entities.push(checked(robot, parts).map_err(invalid)?);
+            entities.push(checked(robot, parts, state.sim_time).map_err(invalid)?);
         }
         super::contacts::complete(&entities, &mut state.contacts).map_err(InvalidState::World)?;
         super::contacts::check_ignored_overlaps(&entities, &state.ignored_overlaps)
@@ -183,8 +189,8 @@ fn check_world(state: &WorldState) -> Result<(), String> {
     Ok(())
 }
 
-/// A robot in this state; or what is wrong with it, as a fragment of a sentence.
-fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity, String> {
+/// A robot in this state, in a world at this sim time; or what is wrong with it, as a fragment of a sentence.
+fn checked(robot: &mut RobotState, (model, shapes): RobotParts, now: f64) -> Result<Entity, String> {
     let RobotState { entity, body } = &mut *robot;
     let EntityState {
         name: _,
@@ -204,6 +210,8 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
         applied_wrenches,
         expired_wrenches,
         trajectories,
+        // When the robot is there.
+        sensors: _,
     } = entity;
     let tree = Arc::new(Tree::new(&model, *fixed_base));
     check_last_good(&tree, last_good)?;
@@ -229,6 +237,7 @@ fn checked(robot: &mut RobotState, (model, shapes): RobotParts) -> Result<Entity
     let description = Description { version: 0, model, tree, shapes };
     let entity = Entity::from_state(&description, robot.clone());
     entity.check_contact_settings().map_err(|error| format!("a surface that cannot be: {error}"))?;
+    entity.check_sensors(now)?;
     let EntityState { surfaces, rest_poses, asleep, .. } = &robot.entity;
     let colliders = entity.colliders.len();
     for (what, there, needed) in [

@@ -11,6 +11,7 @@ pub mod parameter;
 pub mod query;
 pub mod recording;
 pub mod scene;
+pub mod sensor;
 pub mod simulation;
 pub mod stamp;
 

@@ -21,6 +21,7 @@ from simd_client.aio.joint import Joint, Joints
 from simd_client.aio.parameters import Parameters
 from simd_client.aio.recording import Recording
 from simd_client.aio.robot import Robot
+from simd_client.aio.sensors import ReadingStream, Sensor, Sensors, WorldSensors
 from simd_client.aio.simulation import Simulation
 from simd_client.aio.watch import EventWatch, Watch
 
@@ -33,9 +34,13 @@ __all__ = [
     "Joint",
     "Joints",
     "Parameters",
+    "ReadingStream",
     "Recording",
     "Robot",
+    "Sensor",
+    "Sensors",
     "Simulation",
     "Watch",
+    "WorldSensors",
     "connect",
 ]

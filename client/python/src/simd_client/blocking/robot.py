@@ -13,6 +13,7 @@ from simd_client.blocking.claim import Claim
 from simd_client.blocking.connection import Connection
 from simd_client.blocking.joint import Joint, Joints
 from simd_client.blocking.robot_pose import RobotPose
+from simd_client.blocking.sensors import Sensors
 from simd_client.blocking.trajectory import Trajectory
 from simd_client.blocking.upload import upload
 from simd_client.blocking.watch import EventWatch, Watch, next_events
@@ -128,6 +129,11 @@ class Robot(RobotPose):
     def on_state(self, function: Callable[[RobotState], object], rate: float | None = None) -> Callbacks[RobotState]:
         """Calls a function with the current state, and with states as they are published, as `watch` gives them."""
         return Callbacks(self._connection.link, self.watch(rate), function)
+
+    @property
+    def sensors(self) -> Sensors:
+        """What it feels and sees."""
+        return Sensors(self._connection, self.name)
 
     # Targets.
 

@@ -17,6 +17,7 @@ from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.runtime import in_thread
 from simd_client.blocking.saved_states import SavedStates
+from simd_client.blocking.sensors import WorldSensors
 from simd_client.blocking.upload import fetch_file
 from simd_client.blocking.watch import EventWatch, Watch, WorldWatch, next_events
 from simd_client.contact import contacts_from_proto
@@ -261,6 +262,11 @@ class Simulation(SavedStates):
     def constraints(self) -> Constraints:
         """What holds links together beside the joints of their robots."""
         return Constraints(self)
+
+    @property
+    def sensors(self) -> WorldSensors:
+        """What all robots feel and see; `Robot.sensors` are those of one."""
+        return WorldSensors(self)
 
     @property
     def parameters(self) -> Parameters:

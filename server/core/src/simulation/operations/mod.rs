@@ -10,6 +10,7 @@ mod links;
 mod observe;
 mod robots;
 mod saved_states;
+mod sensors;
 mod step;
 mod target_sources;
 mod targets;
