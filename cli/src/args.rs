@@ -5,8 +5,8 @@ use std::{path::PathBuf, time::Duration};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::commands::{
-    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, record, robot, server, sim,
-    state, token, top,
+    claim, constraint, contact, context, daemon, doctor, event, joint, parameter, record, robot,
+    rollout, server, sim, state, token, top,
 };
 use crate::complete;
 
@@ -131,6 +131,8 @@ pub(crate) enum Command {
     /// Recordings of the world, on the daemon's disk: start, stop, list, info, download, export, delete
     #[command(subcommand)]
     Record(record::Record),
+    /// What copies of the world come to that run on from it, with the targets of a file
+    Rollout(rollout::Rollout),
     /// The daemon: info, ping
     #[command(subcommand)]
     Server(server::Server),

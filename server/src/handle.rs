@@ -3,7 +3,7 @@
 //!
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
-//! * `recordings`: what happens, into files.
+//! * `recordings`: what happens, into files. `rollouts`: copies of the world that run on.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
 //! * `calls`: how many calls there were, and how they ended.
@@ -24,6 +24,7 @@ mod once;
 mod owners;
 mod parameters;
 mod recordings;
+mod rollouts;
 mod simulation;
 #[cfg(test)]
 mod tests;
@@ -51,6 +52,7 @@ pub use lockstep::LockstepMember;
 pub(crate) use once::{IdentifiedRequest, Outcome};
 pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
+pub(crate) use rollouts::{CopiesDone, RolloutAnswer, RolloutFrom, RolloutStart};
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
@@ -75,6 +77,7 @@ use clients::Clients;
 use once::AnswerCache;
 use owners::SavedStateOwners;
 use parameters::Parameters;
+use rollouts::RolloutWork;
 
 /// A physics thread that is at one step or command for longer does not get on.
 const STUCK: Duration = Duration::from_secs(10);
@@ -111,6 +114,7 @@ struct Inner {
     saved_state_owners: SavedStateOwners,
     lockstep: Lockstep,
     heavy: HeavyWork,
+    rollouts: RolloutWork,
     accounts: Arc<Accounts>,
     info: DaemonInfo,
     access: Access,
@@ -156,6 +160,7 @@ impl SimHandle {
             saved_state_owners,
             lockstep,
             heavy,
+            rollouts: RolloutWork::new(limits),
             accounts: Arc::new(accounts),
             info,
             access,

@@ -28,6 +28,7 @@ mod recordings;
 mod refusals;
 mod retries;
 mod robots;
+mod rollouts;
 mod saved_state_files;
 mod security;
 mod streams;

@@ -51,7 +51,7 @@ const SERVER: Layers = Layers {
 const CORE: Layers = Layers {
     folder: "server/core/src",
     prefix: "crate::",
-    lines: &[&["simulation"], &["collision"], &["dynamics"], &["plain", "pool", "valid"]],
+    lines: &[&["rollout"], &["simulation"], &["collision"], &["dynamics"], &["plain", "pool", "valid"]],
     exceptions: &[],
 };
 

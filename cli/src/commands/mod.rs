@@ -11,6 +11,7 @@ pub(crate) mod joint;
 pub(crate) mod parameter;
 pub(crate) mod record;
 pub(crate) mod robot;
+pub(crate) mod rollout;
 pub(crate) mod server;
 pub(crate) mod sim;
 pub(crate) mod state;
@@ -46,6 +47,7 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
         Command::Record(record::Record::Export(arguments)) => record::export(&arguments, output),
         Command::Record(command) => record::run(command, &connect(options).await?, output).await,
+        Command::Rollout(arguments) => rollout::run(arguments, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,
         Command::State(command) => state::run(command, &connect(options).await?, output).await,
         Command::Event(command) => event::run(command, &connect(options).await?, output).await,

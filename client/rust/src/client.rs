@@ -19,7 +19,8 @@ use simd_proto::{
         contact_service_client::ContactServiceClient, entity_service_client::EntityServiceClient,
         event_service_client::EventServiceClient, joint_service_client::JointServiceClient,
         kinematics_service_client::KinematicsServiceClient, parameter_service_client::ParameterServiceClient,
-        recording_service_client::RecordingServiceClient, simulation_service_client::SimulationServiceClient,
+        recording_service_client::RecordingServiceClient, rollout_service_client::RolloutServiceClient,
+        simulation_service_client::SimulationServiceClient,
     },
 };
 use tonic::{
@@ -261,6 +262,10 @@ impl Client {
 
     pub(crate) fn recording_service(&self) -> RecordingServiceClient<WithHeaders> {
         RecordingServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
+    }
+
+    pub(crate) fn rollout_service(&self) -> RolloutServiceClient<WithHeaders> {
+        RolloutServiceClient::new(self.channel.clone()).max_decoding_message_size(MAX_ANSWER_BYTES)
     }
 
     pub(crate) fn parameter(&self) -> ParameterServiceClient<WithHeaders> {

@@ -17,7 +17,7 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`, `recording`; `saved_state` has those that write and read files.
+//!   `clients`, `recording`, `rollout`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -42,6 +42,7 @@ mod package;
 mod parameter;
 mod reading;
 mod recording;
+mod rollout;
 mod saved_state;
 mod simulation;
 mod target;
@@ -60,6 +61,7 @@ pub use joint::{JointWatch, every_joint, some_joints};
 pub use package::{OpenOptions, Package};
 pub use parameter::{ParameterWatch, press, slide};
 pub use reading::{JointReading, RobotReading};
+pub use rollout::{Rollout, packed};
 pub use simd_assets::{Locator, NoUrdf, NotFound};
 pub use simd_proto::access;
 pub use simd_proto::text::{is_printable, printable, printable_lines};

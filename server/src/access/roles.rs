@@ -79,6 +79,8 @@ const ROLES: &[(&str, Role, &[&str])] = &[
     ("RecordingService", Role::Viewer, &["ListRecordings", "GetRecording", "ReadRecording"]),
     ("RecordingService", Role::Operator, &["StartRecording", "StopRecording"]),
     ("RecordingService", Role::Admin, &["DeleteRecording"]),
+    // It changes nothing, and takes the machine's time.
+    ("RolloutService", Role::Operator, &["Rollout"]),
     (
         "SimulationService",
         Role::Viewer,

@@ -120,6 +120,8 @@ impl<W: World> Driver<W> {
                 drop(reply.send(self.set_physics(change, pace, claim, sender)));
             }
             Event::Record { tap, reply } => drop(reply.send(Ok(self.set_tap(tap)))),
+            Event::Snapshot { reply } if reply.is_closed() => {}
+            Event::Snapshot { reply } => drop(reply.send(Ok(self.snapshot()))),
             Event::Shutdown => return ControlFlow::Break(()),
         }
         ControlFlow::Continue(())

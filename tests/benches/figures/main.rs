@@ -1,6 +1,6 @@
 //! Figures for this machine, printed as tables: run with `make bench`. Nothing
 //! here is asserted; compare within a run. `-- reads` prints one table alone, lateness under a flood of reads; `-- town` that of
-//! a quadruped among what cannot move; `-- recording` what a recording costs.
+//! a quadruped among what cannot move; `-- recording` what a recording costs; `-- rollouts` what copies of a world cost.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -10,6 +10,7 @@
 mod crowd;
 mod lateness;
 mod recording;
+mod rollouts;
 mod round_trip;
 mod step;
 mod town;
@@ -23,6 +24,7 @@ fn main() {
         Some("town") => return town::print(),
         Some("reads") => return lateness::print_reads(),
         Some("recording") => return recording::print(),
+        Some("rollouts") => return rollouts::print(),
         _ => {}
     }
     step::print();
@@ -32,4 +34,5 @@ fn main() {
     lateness::print();
     lateness::print_reads();
     recording::print();
+    rollouts::print();
 }

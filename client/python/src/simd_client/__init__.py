@@ -91,6 +91,7 @@ from simd_client.link_states import LinkStates
 from simd_client.parameter import Button, JointBinding, Parameter, ParameterList, Slider
 from simd_client.query import ClosestPoints, LinkBounds, Place, PlacedShape, Shape
 from simd_client.recording import RecordingInfo
+from simd_client.rollout import Control, Cost, Feedback, Observation, Rollout, Start, Variation
 from simd_client.state import Applied, Clamped, JointState, RobotState, States
 from simd_client.surface import Surface, Surfaces
 from simd_client.target import RobotTargets, Target, Targets, Whole
@@ -133,6 +134,8 @@ __all__ = [
     "ConstraintNotFound",
     "Constraints",
     "Contact",
+    "Control",
+    "Cost",
     "DEFAULT_ENDPOINT",
     "DeadlineExceeded",
     "DescriptionNotUploaded",
@@ -141,6 +144,7 @@ __all__ = [
     "EndpointError",
     "Event",
     "EventWatch",
+    "Feedback",
     "FileNotFound",
     "Finding",
     "Gains",
@@ -179,6 +183,7 @@ __all__ = [
     "NoUrdf",
     "NotFound",
     "NotSupported",
+    "Observation",
     "OwnedByAnother",
     "Pace",
     "Parameter",
@@ -209,6 +214,7 @@ __all__ = [
     "RobotNotFound",
     "RobotState",
     "RobotTargets",
+    "Rollout",
     "Severity",
     "Shape",
     "ShuttingDown",
@@ -220,6 +226,7 @@ __all__ = [
     "SavedState",
     "SavedStateNotFound",
     "Stamp",
+    "Start",
     "States",
     "Superseded",
     "Surface",
@@ -235,6 +242,7 @@ __all__ = [
     "Unauthenticated",
     "Unavailable",
     "UploadMismatch",
+    "Variation",
     "VersionMismatch",
     "Watch",
     "Whole",

@@ -81,12 +81,10 @@ impl Kept {
 
     /// The state, with the versions that its robots have here.
     pub(super) fn state(&self) -> (WorldState, Vec<Description>) {
-        let Inner { state, robots } = &*self.saved.0;
-        let mut robots = robots.clone();
-        if let Some(first) = self.versions {
-            robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
+        match self.versions {
+            Some(first) => self.saved.with_versions(first),
+            None => (self.saved.0.state.clone(), self.saved.0.robots.clone()),
         }
-        (state.clone(), robots)
     }
 }
 
@@ -110,6 +108,14 @@ impl Saved {
             constraints: Vec::new(),
         };
         Self::of_world(state, Vec::new())
+    }
+
+    /// The state, with robots of versions from `first` on.
+    pub(super) fn with_versions(&self, first: u64) -> (WorldState, Vec<Description>) {
+        let Inner { state, robots } = &*self.0;
+        let mut robots = robots.clone();
+        robots.iter_mut().zip(first..).for_each(|(robot, version)| robot.version = version);
+        (state.clone(), robots)
     }
 
     /// Robots in it.

@@ -12,6 +12,7 @@ pub mod parameter;
 pub mod primitive;
 pub mod query;
 pub mod recording;
+pub mod rollout;
 pub mod simulation;
 pub mod state;
 

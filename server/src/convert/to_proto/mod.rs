@@ -10,6 +10,7 @@ pub mod kinematics;
 pub mod parameter;
 pub mod query;
 pub mod recording;
+pub mod rollout;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;

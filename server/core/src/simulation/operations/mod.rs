@@ -4,6 +4,7 @@
 mod claims;
 mod collision_filter;
 mod constraints;
+mod copies;
 mod described_constraints;
 mod joints;
 mod links;
