@@ -3,6 +3,7 @@
 //!
 //! * `simulation`: commands, steps, states. `events`: what happened.
 //! * `entities`: robots and their descriptions. `parameters`: sliders and buttons.
+//! * `view`: what pages show beside the world, and what people do in them.
 //! * `recordings`: what happens, into files.
 //! * `claims`: claims on joints and their leases. `clients`: who is here, and whose targets joints have.
 //! * `lockstep`: clients that step the world together.
@@ -27,6 +28,7 @@ mod recordings;
 mod simulation;
 #[cfg(test)]
 mod tests;
+mod view;
 
 use std::future::Future;
 use std::sync::Arc;
@@ -51,6 +53,10 @@ pub use lockstep::LockstepMember;
 pub(crate) use once::{IdentifiedRequest, Outcome};
 pub use owners::Owner;
 pub use parameters::{NameTaken, Parameter, ParameterChange, ParameterKind, ParameterList};
+pub use view::{
+    CameraTarget, Input, InputEvent, InputKind, Marker, MarkerShape, MouseButton, NewMarker, PageCamera,
+    ViewCamera, ViewChange,
+};
 
 pub use crate::call_error::CallError;
 pub use crate::driver::{
@@ -75,6 +81,7 @@ use clients::Clients;
 use once::AnswerCache;
 use owners::SavedStateOwners;
 use parameters::Parameters;
+use view::View;
 
 /// A physics thread that is at one step or command for longer does not get on.
 const STUCK: Duration = Duration::from_secs(10);
@@ -108,6 +115,7 @@ struct Inner {
     calls: CallCounts,
     clients: Arc<Clients>,
     parameters: Parameters,
+    view: View,
     saved_state_owners: SavedStateOwners,
     lockstep: Lockstep,
     heavy: HeavyWork,
@@ -153,6 +161,7 @@ impl SimHandle {
             calls,
             clients,
             parameters,
+            view: View::default(),
             saved_state_owners,
             lockstep,
             heavy,
@@ -310,6 +319,7 @@ impl SimHandle {
     pub(crate) fn tidy(&self, now: Instant) {
         self.inner.answers.tidy(now);
         self.inner.loader.tidy(now);
+        self.tidy_view(now);
     }
 
     /// What is known of robots' descriptions.

@@ -1,5 +1,6 @@
 //! The commands, one file per noun, and what they share: the connection.
 
+pub(crate) mod camera;
 pub(crate) mod claim;
 pub(crate) mod constraint;
 pub(crate) mod contact;
@@ -8,6 +9,7 @@ pub(crate) mod daemon;
 pub(crate) mod doctor;
 pub(crate) mod event;
 pub(crate) mod joint;
+pub(crate) mod marker;
 pub(crate) mod parameter;
 pub(crate) mod record;
 pub(crate) mod robot;
@@ -44,6 +46,8 @@ pub(crate) async fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Constraint(command) => constraint::run(command, &connect(options).await?, output).await,
         Command::Contact(command) => contact::run(command, &connect(options).await?, output).await,
         Command::Parameter(command) => parameter::run(command, &connect(options).await?, output).await,
+        Command::Marker(command) => marker::run(command, &connect(options).await?, output).await,
+        Command::Camera(command) => camera::run(command, &connect(options).await?, output).await,
         Command::Record(record::Record::Export(arguments)) => record::export(&arguments, output),
         Command::Record(command) => record::run(command, &connect(options).await?, output).await,
         Command::Server(command) => server::run(command, &connect(options).await?, output).await,

@@ -17,7 +17,7 @@
 //!
 //! * [`Client`]: a connection; its methods are the calls of `simd.v1`, one file per service:
 //!   `simulation`, `entity`, `joint`, `event`, `parameter`, `kinematics`, `constraint`, `contact`,
-//!   `clients`, `recording`; `saved_state` has those that write and read files.
+//!   `clients`, `recording`, `view`; `saved_state` has those that write and read files.
 //! * [`Network`]: the daemons behind a Zenoh locator.
 //! * [`Package`]: a robot on this disk, and the two steps that spawn it.
 //! * [`Control`]: the stream of controllers, one answer for each request.
@@ -45,7 +45,9 @@ mod recording;
 mod saved_state;
 mod simulation;
 mod target;
+mod tls;
 mod upload;
+mod view;
 mod zenoh;
 
 pub use self::zenoh::{Network, Presence};
@@ -66,3 +68,4 @@ pub use simd_proto::text::{is_printable, printable, printable_lines};
 pub use simd_proto::{API_VERSION, DEFAULT_PORT, keys::DEFAULT_LOCATOR, v1 as proto};
 pub use target::{Target, joint_target, robot_targets};
 pub use tonic::Code;
+pub use view::{lines, points, text};

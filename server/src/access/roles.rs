@@ -108,6 +108,9 @@ const ROLES: &[(&str, Role, &[&str])] = &[
             "ImportSavedState",
         ],
     ),
+    ("ViewService", Role::Viewer, &["ListMarkers", "NextView", "GetCameras"]),
+    // To ask for keys makes pages report them.
+    ("ViewService", Role::Operator, &["AddMarkers", "DeleteMarkers", "ReportView", "SetCamera", "NextInput"]),
 ];
 
 /// Which role a method asks for. One that is not in the table asks for the highest.

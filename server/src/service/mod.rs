@@ -2,7 +2,7 @@
 //! [`SimHandle`], and answered by `convert`.
 //!
 //! * [`simulation`], [`entity`], [`joint`], [`event`], [`parameter`], [`kinematics`], [`contact`],
-//!   [`constraint`], [`client`], [`recording`]: one file a service.
+//!   [`constraint`], [`client`], [`recording`], [`view`]: one file a service.
 //! * [`authorization`]: who may call what.
 //! * `counted`: how many calls there were. [`callers`]: who calls. [`claims`]: which claim a call acts for.
 //! * [`control`]: the stream that controllers use.
@@ -37,6 +37,7 @@ pub mod status;
 mod tests;
 pub mod transport;
 pub mod version;
+pub mod view;
 mod watched;
 
 use std::pin::Pin;
@@ -55,6 +56,7 @@ use simd_proto::v1::kinematics_service_server::KinematicsServiceServer;
 use simd_proto::v1::parameter_service_server::ParameterServiceServer;
 use simd_proto::v1::recording_service_server::RecordingServiceServer;
 use simd_proto::v1::simulation_service_server::SimulationServiceServer;
+use simd_proto::v1::view_service_server::ViewServiceServer;
 use tokio_stream::Stream;
 use tonic::Status;
 use tonic::service::Routes;
@@ -84,6 +86,7 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
     let parameter = parameter::Service::new(handle.clone());
     let kinematics = kinematics::Service::new(handle.clone());
     let recording = recording::Service::new(handle.clone());
+    let view = view::Service::new(handle.clone());
     let routes = Routes::default()
         .add_service(
             checked.service(SimulationServiceServer::new(simulation).max_decoding_message_size(limit)),
@@ -98,6 +101,7 @@ pub fn routes(handle: &SimHandle, transport: Transport) -> Routes {
         .add_service(checked.service(EventServiceServer::new(event).max_decoding_message_size(limit)))
         .add_service(checked.service(ParameterServiceServer::new(parameter).max_decoding_message_size(limit)))
         .add_service(checked.service(RecordingServiceServer::new(recording).max_decoding_message_size(limit)))
+        .add_service(checked.service(ViewServiceServer::new(view).max_decoding_message_size(limit)))
         .add_service(
             checked.service(KinematicsServiceServer::new(kinematics).max_decoding_message_size(limit)),
         );

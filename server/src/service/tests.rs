@@ -28,7 +28,7 @@ use crate::handle::{Caller, DaemonInfo, DaemonLimits, RunState, Transport};
 use crate::loading::Loader;
 
 /// Methods that change something. What is in neither list fails the test.
-const WRITES: [&str; 38] = [
+const WRITES: [&str; 42] = [
     "AddParameter",
     "ApplyLinkWrench",
     "CancelTrajectory",
@@ -62,7 +62,12 @@ const WRITES: [&str; 38] = [
     "SpawnEntityWithProgress",
     "StepSimulation",
     "UploadAsset",
-    // Of files, and not of the world.
+    // Of what is drawn, and not of the world.
+    "AddMarkers",
+    "DeleteMarkers",
+    "ReportView",
+    "SetCamera",
+    // Of files.
     "DeleteRecording",
     "StartRecording",
     "StopRecording",
@@ -114,6 +119,10 @@ fn reads() -> BTreeMap<&'static str, Vec<u8>> {
             .encode_to_vec(),
         ),
         ("ExportSavedState", v1::ExportSavedStateRequest { name: "here".into() }.encode_to_vec()),
+        ("GetCameras", Vec::new()),
+        ("ListMarkers", Vec::new()),
+        ("NextInput", v1::NextInputRequest { after_sequence: Some(0), timeout }.encode_to_vec()),
+        ("NextView", v1::NextViewRequest { after_version: 0, timeout }.encode_to_vec()),
         ("GetAsset", v1::GetAssetRequest { sha256: "0".repeat(64), ..Default::default() }.encode_to_vec()),
         ("GetCollisionFilter", v1::GetCollisionFilterRequest { robot: robot() }.encode_to_vec()),
         ("GetContacts", Vec::new()),

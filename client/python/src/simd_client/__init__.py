@@ -23,6 +23,7 @@ from simd_client.blocking.parameters import Parameters
 from simd_client.blocking.recording import Recording
 from simd_client.blocking.robot import Robot
 from simd_client.blocking.simulation import Simulation
+from simd_client.blocking.view import View
 from simd_client.blocking.watch import EventWatch, Watch
 from simd_client.collision_filter import CollisionFilter, CollisionPair
 from simd_client.constraint import Constraint, ConstraintEnd, ConstraintKind
@@ -101,6 +102,7 @@ from simd_client.trajectory import (
     TrajectoryStatus,
 )
 from simd_client.version import API_VERSION, __version__
+from simd_client.view import Input, KeyEvent, Marker, MouseEvent, ViewCamera
 from simd_client.world import (
     Integrator,
     Pace,
@@ -148,6 +150,7 @@ __all__ = [
     "Internal",
     "InvalidDescription",
     "InLockstep",
+    "Input",
     "InvalidSavedState",
     "InvalidValue",
     "InverseKinematics",
@@ -165,6 +168,7 @@ __all__ = [
     "JointState",
     "JointType",
     "Joints",
+    "KeyEvent",
     "Layout",
     "LayoutChanged",
     "LimitExceeded",
@@ -175,7 +179,9 @@ __all__ = [
     "LinkStates",
     "LoadReport",
     "MailboxFull",
+    "Marker",
     "Mimic",
+    "MouseEvent",
     "NoUrdf",
     "NotFound",
     "NotSupported",
@@ -236,6 +242,8 @@ __all__ = [
     "Unavailable",
     "UploadMismatch",
     "VersionMismatch",
+    "View",
+    "ViewCamera",
     "Watch",
     "Whole",
     "WorldStatistics",

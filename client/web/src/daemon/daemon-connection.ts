@@ -10,6 +10,7 @@ import { messageOf } from "./error-message";
 import { RobotRegistry } from "./robot-registry";
 import type { Services } from "./services";
 import { DaemonPoller } from "./daemon-poller";
+import { ViewLink } from "./view-link";
 
 /** Milliseconds between the starts of two calls: 60 states a second. */
 const INTERVAL = 1000 / 60;
@@ -29,6 +30,7 @@ export class DaemonConnection {
   private readonly states = new PollLoop(() => this.run());
   private readonly poller: DaemonPoller;
   private readonly slow: PollLoop;
+  private readonly view: ViewLink;
   private sequence = 0n;
   /** The next response counts as new even if its sequence is not: the request differs from the last one. */
   private forceNew = true;
@@ -40,6 +42,7 @@ export class DaemonConnection {
     this.registry = new RobotRegistry(services, () => this.refresh());
     this.poller = new DaemonPoller(services, this.registry);
     this.slow = new PollLoop(() => this.poller.poll());
+    this.view = new ViewLink(services);
     // Contacts are requested only if they are drawn, and an idle world has to be polled again for them.
     contacts.subscribe(() => this.refresh());
   }
@@ -50,6 +53,7 @@ export class DaemonConnection {
       if (visible) loop.start();
       else loop.stop();
     }
+    this.view.setVisible(visible);
   }
 
   /** Polls an idle world at once: this page has changed something. */
@@ -103,6 +107,7 @@ export class DaemonConnection {
       connection.value = { state: "live", reason: "", retryAt: 0 };
     });
     this.slow.wake();
+    this.view.begin();
   }
 
   private async poll(timeout: number): Promise<void> {

@@ -9,6 +9,7 @@ import { JointService } from "../gen/simd/v1/joint_pb";
 import { ParameterService } from "../gen/simd/v1/parameter_pb";
 import { RecordingService } from "../gen/simd/v1/recording_pb";
 import { SimulationService } from "../gen/simd/v1/simulation_pb";
+import { ViewService } from "../gen/simd/v1/view_pb";
 import { countRequest } from "./request-count";
 import { API_VERSION } from "./version";
 
@@ -22,6 +23,7 @@ export interface Services {
   parameters: Client<typeof ParameterService>;
   recordings: Client<typeof RecordingService>;
   simulation: Client<typeof SimulationService>;
+  view: Client<typeof ViewService>;
 }
 
 /** Clients over any transport; tests use a router transport. */
@@ -35,6 +37,7 @@ export function servicesOver(transport: Transport): Services {
     parameters: createClient(ParameterService, transport),
     recordings: createClient(RecordingService, transport),
     simulation: createClient(SimulationService, transport),
+    view: createClient(ViewService, transport),
   };
 }
 

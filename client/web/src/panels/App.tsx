@@ -23,6 +23,7 @@ import { Banner } from "./Banner";
 import { DropOverlay } from "./DropOverlay";
 import { EmptyWorld } from "./EmptyWorld";
 import { HelpSheet } from "./HelpSheet";
+import { InputNote } from "./InputNote";
 import { JointPanel } from "./JointPanel";
 import { LoadProgress } from "./LoadProgress";
 import { LogIn } from "./LogIn";
@@ -51,6 +52,7 @@ export function App(): JSX.Element {
         {needsToken && <LogIn />}
         <LoadProgress />
         {empty && <EmptyWorld />}
+        <InputNote />
         <ViewToggles />
         <Toasts />
       </main>

@@ -1,7 +1,8 @@
 // Toggles for the layers of the view.
 import type { JSX } from "preact";
 import { constraints } from "../state/constraints";
-import { collisions, constraintsShown, contacts, fit, frames, grid, visuals } from "../state/view";
+import { markers } from "../state/markers";
+import { collisions, constraintsShown, contacts, fit, frames, grid, markersShown, visuals } from "../state/view";
 import { Icon, type IconName } from "./icons";
 
 const TOGGLES = [
@@ -11,13 +12,14 @@ const TOGGLES = [
   { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
+  { value: markersShown, icon: "markers", label: "markers", shortcut: "M", what: "What programs draw" },
 ] as const satisfies readonly { value: { value: boolean }; icon: IconName; label: string; shortcut: string; what: string }[];
 
 /** The toggles, and the button that fits everything into the view. */
 export function ViewToggles(): JSX.Element {
   return (
     <div class="view-toggles" role="group" aria-label="What is drawn">
-      {TOGGLES.filter(({ value }) => value !== constraintsShown || constraints.value.length > 0).map(({ value, icon, label, shortcut, what }) => (
+      {TOGGLES.filter(({ value }) => hasContent(value)).map(({ value, icon, label, shortcut, what }) => (
         <button
           key={label}
           type="button"
@@ -40,4 +42,10 @@ export function ViewToggles(): JSX.Element {
       </button>
     </div>
   );
+}
+
+/** Whether there is anything that a toggle would show; of most there always is. */
+function hasContent(value: { value: boolean }): boolean {
+  if (value === constraintsShown) return constraints.value.length > 0;
+  return value !== markersShown || markers.value.size > 0;
 }

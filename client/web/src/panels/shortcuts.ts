@@ -1,7 +1,8 @@
 // Keyboard shortcuts, in a list that the help sheet shows too.
 import { signal } from "@preact/signals";
 import { pause, play, reset, step } from "../daemon/actions";
-import { collisions, constraintsShown, contacts, fit, frames, grid, panelOpen, plotsOpen, selectedRobot, visuals } from "../state/view";
+import { collisions, constraintsShown, contacts, fit, frames, grid, markersShown, panelOpen, plotsOpen, selectedRobot, visuals } from "../state/view";
+import { inputFor } from "../state/input";
 import { playback } from "../state/playback";
 import { robots, role, simulation } from "../state/world";
 import { toggleRecording } from "./Recorder";
@@ -76,6 +77,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { keys: ["g"], shown: "G", what: "Grid", run: toggle(grid) },
   { keys: ["k"], shown: "K", what: "Contacts", run: toggle(contacts) },
   { keys: ["l"], shown: "L", what: "Constraints", run: toggle(constraintsShown) },
+  { keys: ["m"], shown: "M", what: "Markers", run: toggle(markersShown) },
   { keys: ["p"], shown: "P", what: "Plots", run: toggle(plotsOpen) },
   { keys: ["b"], shown: "B", what: "Side panel", run: toggle(panelOpen) },
   { keys: ["/"], shown: "/", what: "Filter joints", run: toFilter },
@@ -105,6 +107,8 @@ function isForSliders(key: string): boolean {
 export function listen(): () => void {
   const pressed = (event: KeyboardEvent): void => {
     if (event.defaultPrevented || event.isComposing || event.ctrlKey || event.altKey || event.metaKey) return;
+    // While a program asks for keys they are its own.
+    if (inputFor.peek() !== null && event.key !== "?") return;
     if (isHandledBy(event.target, event.key)) return;
     const key = event.key.toLowerCase();
     const shortcut = SHORTCUTS.find(({ keys }) => keys.includes(key));

@@ -1,6 +1,7 @@
 // The camera: orbit, pan, zoom, and fitting a box into the view.
 import { MathUtils, MOUSE, PerspectiveCamera, Vector3, type Box3 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Vector } from "../state/scene";
 import { cameraView } from "../state/view";
 
 /** Vertical field of view, degrees. */
@@ -64,6 +65,23 @@ export class Camera {
     this.movedByUser = true;
   }
 
+  /** Goes to a position at once, looking at a target: metres. The vertical field of view is in radians; 0: as it is. */
+  look(position: Vector, target: Vector, fieldOfView: number): void {
+    this.movedByUser = true;
+    this.gestures += 1;
+    this.unsaved = true;
+    this.flight = null;
+    this.widen(fieldOfView);
+    this.apply({ position: new Vector3(...position), target: new Vector3(...target) });
+  }
+
+  /** Sets the vertical field of view, radians; 0: as it is. */
+  widen(fieldOfView: number): void {
+    if (fieldOfView <= 0) return;
+    this.camera.fov = MathUtils.radToDeg(fieldOfView);
+    this.camera.updateProjectionMatrix();
+  }
+
   resize(width: number, height: number): void {
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();
@@ -71,6 +89,8 @@ export class Camera {
 
   /** Moves along the present direction to where all of a box is just in view. */
   fit(box: Box3, now: number, fly: boolean): void {
+    // A program may have set another one.
+    this.widen(MathUtils.degToRad(FIELD));
     const center = box.getCenter(new Vector3());
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
     const distance = MARGIN * Math.max(NEAREST, distanceToFit(box, direction, FIELD, this.camera.aspect));

@@ -32,6 +32,8 @@ export interface Hook {
   };
   /** Where the ends of a constraint are drawn, world axes; undefined if it is not. */
   constraint(name: string): [number[], number[]] | undefined;
+  /** Points of a marker as they are drawn, world axes; undefined if it is not. */
+  marker(id: bigint): number[][] | undefined;
   stats: {
     /** Since the page was loaded. */
     pictures(): number;
@@ -83,6 +85,7 @@ export function hook(stage: Stage, canvas: HTMLCanvasElement): () => void {
       const ends = stage.constraints.group.visible ? stage.constraints.anchors.get(name) : undefined;
       return ends && [ends[0].toArray(), ends[1].toArray()];
     },
+    marker: (id) => stage.markers.points(id),
     stats: { pictures: () => stage.pictures, requests: requestCount, frames: () => frames },
   };
   return frame.subscribe(() => {

@@ -10,6 +10,8 @@ export interface Palette {
   /** Opacity of the shadow, 0 to 1. */
   shadow: number;
   sky: number;
+  /** Of markers without a colour. */
+  ink: number;
   /** Light from below. */
   earth: number;
   skyIntensity: number;
@@ -22,6 +24,7 @@ export const PALETTES: Record<"light" | "dark", Palette> = {
     ground: 0xdfe3e8,
     grid: 0x8792a2,
     shadow: 0.22,
+    ink: 0x1c2430,
     sky: 0xffffff,
     earth: 0xb9bec6,
     skyIntensity: 1.9,
@@ -32,6 +35,7 @@ export const PALETTES: Record<"light" | "dark", Palette> = {
     ground: 0x20242b,
     grid: 0x6c7788,
     shadow: 0.5,
+    ink: 0xf1f5fa,
     sky: 0xdfe8f5,
     earth: 0x3c424d,
     skyIntensity: 1.5,

@@ -1,19 +1,23 @@
 // Draws the scene, and only when something in it has changed.
 import { effect } from "@preact/signals";
-import { Box3, Color, Fog, PCFShadowMap, Scene, Sphere, WebGLRenderer } from "three";
+import { Box3, Color, Fog, MathUtils, Matrix4, PCFShadowMap, Scene, Sphere, Vector2, WebGLRenderer } from "three";
 import { lift } from "../daemon/actions";
+import { cameraTarget, shownCamera, type CameraTarget, type ShownCamera } from "../state/camera";
 import { constraints, hoveredConstraint } from "../state/constraints";
+import { markers } from "../state/markers";
 import { ghosts, ghostsAlone } from "../state/playback";
 import { unmeasured } from "../state/report";
 import { scenes } from "../state/scene";
-import { collisions, constraintsShown, contacts, fitRequest, frames, grid, hoveredLink, visuals } from "../state/view";
+import { cameraView, collisions, constraintsShown, contacts, fitRequest, frames, grid, hoveredLink, markersShown, visuals } from "../state/view";
 import { connection, frame, robots, type Frame } from "../state/world";
 import { shownTheme } from "../style/theme";
 import { Camera } from "./camera";
 import { ConstraintMarks, type Finder } from "./constraints";
 import { ContactMarks } from "./contacts";
+import { DrawnMarkers } from "./drawn-markers";
 import { GhostViews } from "./ghosts";
 import { Ground } from "./ground";
+import { InputReport } from "./input-report";
 import { PointerInteraction } from "./pointer-interaction";
 import { Light } from "./light";
 import { PoseInterpolator } from "./pose-interpolator";
@@ -44,8 +48,12 @@ export class Stage {
   private readonly ground = new Ground(this.scene);
   private readonly light = new Light(this.scene);
   readonly constraints = new ConstraintMarks();
+  readonly markers = new DrawnMarkers();
   private readonly marks = new ContactMarks();
   private readonly interaction: PointerInteraction;
+  private readonly input: InputReport;
+  /** Version of the newest `cameraTarget` that the camera has followed. */
+  private followed = 0n;
   private readonly ends: (() => void)[] = [];
   private request = 0;
   private dirty = true;
@@ -63,10 +71,11 @@ export class Stage {
     this.robots = new RobotViews(() => this.contentChanged());
     this.ghosts = new GhostViews(this.robots.meshes, this.robots.materials, () => this.contentChanged());
     this.scene.fog = this.fog;
-    this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.marks.group);
+    this.scene.add(this.robots.group, this.ghosts.group, this.constraints.group, this.marks.group, this.markers.group);
     this.camera = new Camera(canvas, () => this.invalidate());
     this.interaction = new PointerInteraction(canvas, this.camera, this.robots, this.interpolator, () => this.wake());
     this.scene.add(this.interaction.rod.group);
+    this.input = new InputReport(canvas);
     this.subscribe();
   }
 
@@ -96,6 +105,8 @@ export class Stage {
     cancelAnimationFrame(this.request);
     for (const end of this.ends) end();
     this.interaction.dispose();
+    this.input.dispose();
+    this.markers.dispose();
     this.ghosts.dispose();
     this.robots.dispose();
     this.constraints.dispose();
@@ -137,6 +148,14 @@ export class Stage {
         this.invalidate();
       }),
       effect(() => {
+        this.markers.set(markers.value.values(), PALETTES[shownTheme.value].ink);
+        this.markers.group.visible = markersShown.value && !(ghosts.value && ghostsAlone.value);
+        this.invalidate();
+      }),
+      effect(() => {
+        if (cameraTarget.value) this.follow(cameraTarget.value);
+      }),
+      effect(() => {
         const alone = ghosts.value !== null && ghostsAlone.value;
         this.robots.group.visible = !alone;
         if (this.ghosts.show(ghosts.value, alone)) this.contentChanged();
@@ -166,6 +185,14 @@ export class Stage {
         this.invalidate();
       }),
     );
+  }
+
+  /** Moves the camera to where a program wants it, unless that was before the user moved it in this tab. */
+  private follow({ version, position, target, fieldOfView, isOld }: CameraTarget): void {
+    if (isOld && cameraView.peek()) this.camera.widen(fieldOfView);
+    else this.camera.look(position, target, fieldOfView);
+    this.followed = version;
+    this.invalidate();
   }
 
   private take(next: Frame): void {
@@ -245,6 +272,7 @@ export class Stage {
     if (constraints.peek().length > 0 || this.constraints.anchors.size > 0) {
       this.constraints.set(constraints.peek(), this.frameOf, hoveredConstraint.peek(), this.robots.size(), this.weight());
     }
+    this.markers.pose(this.linkOf);
     const { target } = this.camera.controls;
     const distance = this.camera.distance();
     this.ground.follow(target.x, target.y, distance);
@@ -254,7 +282,32 @@ export class Stage {
     this.renderer.render(this.scene, this.camera.camera);
     this.pictures += 1;
     this.updateDrawn(now);
+    this.tellCamera();
   }
+
+  /** Says where the camera is, if it is not where it was. */
+  private tellCamera(): void {
+    const { camera, controls } = this.camera;
+    const size = this.renderer.getSize(new Vector2());
+    const now: ShownCamera = {
+      position: camera.position.toArray(),
+      target: controls.target.toArray(),
+      fieldOfView: MathUtils.degToRad(camera.fov),
+      width: Math.max(1, Math.round(size.x)),
+      height: Math.max(1, Math.round(size.y)),
+      followed: this.followed,
+    };
+    const before = shownCamera.peek();
+    if (before && sameCamera(before, now)) return;
+    shownCamera.value = now;
+  }
+
+  /** world_from_link of a link, as it is drawn. */
+  private readonly linkOf = (robot: string, link: string): Matrix4 | undefined => {
+    const view = this.robots.get(robot);
+    const index = link === "" ? 0 : (view?.scene.links.findIndex(({ name }) => name === link) ?? -1);
+    return view?.scene.links[index] && view.worldFromLink(index);
+  };
 
   /** world_from_link of the end of a constraint, as it is drawn. */
   private readonly frameOf: Finder = ({ robot, link, joint }) => {
@@ -267,6 +320,12 @@ export class Stage {
   private updateDrawn(now: number): void {
     this.drawn = this.interpolator.reached(now)?.sequence ?? this.drawn;
   }
+}
+
+function sameCamera(a: ShownCamera, b: ShownCamera): boolean {
+  const numbers = ({ position, target, fieldOfView, width, height }: ShownCamera) => [...position, ...target, fieldOfView, width, height];
+  const [before, now] = [numbers(a), numbers(b)];
+  return a.followed === b.followed && before.every((number, index) => number === now[index]);
 }
 
 function sum(numbers: number[]): number {

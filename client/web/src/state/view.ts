@@ -45,6 +45,7 @@ export const frames = stored("frames", false, isBoolean);
 export const grid = stored("grid", true, isBoolean);
 export const contacts = stored("contacts", false, isBoolean);
 export const constraintsShown = stored("constraints", true, isBoolean);
+export const markersShown = stored("markers", true, isBoolean);
 export const degrees = stored("degrees", false, isBoolean);
 export const theme = stored<Theme>("theme", "system", isTheme);
 export const plotsOpen = stored("plotsOpen", false, isBoolean);

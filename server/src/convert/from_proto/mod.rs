@@ -14,6 +14,7 @@ pub mod query;
 pub mod recording;
 pub mod simulation;
 pub mod state;
+pub mod view;
 
 #[cfg(test)]
 mod tests;

@@ -13,6 +13,7 @@ pub mod recording;
 pub mod scene;
 pub mod simulation;
 pub mod stamp;
+pub mod view;
 
 #[cfg(test)]
 mod tests;

@@ -22,6 +22,7 @@ from simd_client.aio.parameters import Parameters
 from simd_client.aio.recording import Recording
 from simd_client.aio.robot import Robot
 from simd_client.aio.simulation import Simulation
+from simd_client.aio.view import View
 from simd_client.aio.watch import EventWatch, Watch
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Recording",
     "Robot",
     "Simulation",
+    "View",
     "Watch",
     "connect",
 ]
