@@ -2,7 +2,8 @@
 import { Code, ConnectError } from "@connectrpc/connect";
 import { batch } from "@preact/signals";
 import { contacts } from "../state/view";
-import { connection, daemonName, frame, isRole, role } from "../state/world";
+import { isStill } from "../state/stillness";
+import { connection, daemonName, frame, isRole, role, type Frame } from "../state/world";
 import { retryDelay } from "./backoff";
 import { PollLoop } from "./poll-loop";
 import { frameOf, layoutsOf } from "./mapping";
@@ -20,6 +21,10 @@ const IDLE_AFTER = 5;
 /** Milliseconds between two calls while the world is idle: no connection is held for it. */
 const IDLE_INTERVAL = 250;
 const IDLE_WAIT = 0.001;
+/** After this many states in a row in which nothing moved, the world counts as still: only its time goes on. */
+const STILL_AFTER = 30;
+/** Milliseconds between two calls while the world is still. */
+const STILL_INTERVAL = 125;
 /** Milliseconds without a response after which the daemon is lost. */
 const TIMEOUT = 5000;
 
@@ -33,6 +38,10 @@ export class DaemonConnection {
   /** The next response counts as new even if its sequence is not: the request differs from the last one. */
   private forceNew = true;
   private unchanged = 0;
+  /** States in which nothing has moved since `reference`. */
+  private still = 0;
+  /** The last state in which something had moved: a slow motion adds up against it. */
+  private reference: Frame | null = null;
   private failures = 0;
   private due = 0;
 
@@ -52,11 +61,12 @@ export class DaemonConnection {
     }
   }
 
-  /** Polls an idle world at once: this page has changed something. */
+  /** Polls an idle or still world at once: this page has changed something. */
   pollNow(): void {
-    const idle = this.unchanged >= IDLE_AFTER;
+    const rests = this.unchanged >= IDLE_AFTER || this.still >= STILL_AFTER;
     this.unchanged = 0;
-    if (idle && connection.value.state === "live") this.states.wake();
+    this.still = 0;
+    if (rests && connection.value.state === "live") this.states.wake();
   }
 
   /** Polls what changes slowly at once, too. */
@@ -85,7 +95,8 @@ export class DaemonConnection {
     } catch (error) {
       return this.disconnect(error);
     }
-    return this.unchanged >= IDLE_AFTER ? IDLE_INTERVAL : Math.max(0, this.due - performance.now());
+    if (this.unchanged >= IDLE_AFTER) return IDLE_INTERVAL;
+    return this.still >= STILL_AFTER ? STILL_INTERVAL : Math.max(0, this.due - performance.now());
   }
 
   private async connect(): Promise<void> {
@@ -96,6 +107,8 @@ export class DaemonConnection {
     this.sequence = 0n;
     this.forceNew = true;
     this.unchanged = 0;
+    this.still = 0;
+    this.reference = null;
     this.failures = 0;
     batch(() => {
       daemonName.value = info.name;
@@ -126,7 +139,19 @@ export class DaemonConnection {
     this.unchanged = 0;
     this.sequence = sequence;
     const next = frameOf(response, this.registry.layouts(), performance.now());
-    if (next) frame.value = next;
+    if (!next) return;
+    this.compare(next);
+    frame.value = next;
+  }
+
+  /** Counts the states in which nothing has moved. */
+  private compare(next: Frame): void {
+    if (this.reference && isStill(this.reference, next)) {
+      this.still += 1;
+    } else {
+      this.still = 0;
+      this.reference = next;
+    }
   }
 
   private disconnect(error: unknown): number {

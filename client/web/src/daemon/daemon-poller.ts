@@ -2,7 +2,7 @@
 import { batch } from "@preact/signals";
 import { timestampMs } from "@bufbuild/protobuf/wkt";
 import type { Event } from "../gen/simd/v1/event_pb";
-import { constraints } from "../state/constraints";
+import { constraints, sameConstraints } from "../state/constraints";
 import { addHappenings, happenings } from "../state/happenings";
 import { beingMade, recordings, recordingSince, recordingsOpen } from "../state/recordings";
 import { toast } from "../state/toasts";
@@ -101,7 +101,9 @@ export class DaemonPoller {
 
   private async fetchConstraints(): Promise<void> {
     const response = await this.services.constraints.listConstraints({}, CALL);
-    constraints.value = response.constraints.map(constraintOf);
+    const next = response.constraints.map(constraintOf);
+    // Nothing is drawn again for forces that differ by what the solver leaves.
+    if (!sameConstraints(constraints.peek(), next)) constraints.value = next;
   }
 
   private async fetchRecordings(): Promise<void> {

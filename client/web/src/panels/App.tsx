@@ -9,6 +9,7 @@ import "../style/sliders.css";
 import "../style/plots.css";
 import "../style/recordings.css";
 import "../style/overlays.css";
+import "../style/text-size";
 import "../style/theme";
 import { effect, useComputed } from "@preact/signals";
 import type { JSX } from "preact";
@@ -17,15 +18,18 @@ import { PlotsDrawer } from "../plots/PlotsDrawer";
 import { Viewport } from "../scene/Viewport";
 import { playback } from "../state/playback";
 import { loading } from "../state/report";
-import { panelOpen, plotsOpen } from "../state/view";
+import { panelOpen, panelWidth, plotsOpen } from "../state/view";
 import { connection, frame, parameters, robots } from "../state/world";
 import { Banner } from "./Banner";
 import { DropOverlay } from "./DropOverlay";
 import { EmptyWorld } from "./EmptyWorld";
+import { GuideSheet } from "./GuideSheet";
 import { HelpSheet } from "./HelpSheet";
 import { JointPanel } from "./JointPanel";
 import { LoadProgress } from "./LoadProgress";
 import { LogIn } from "./LogIn";
+import { PanelEdge } from "./PanelEdge";
+import { PictureSheet } from "./PictureSheet";
 import { RecordingsSheet } from "./RecordingsSheet";
 import { ReportSheet } from "./ReportSheet";
 import { listen } from "./shortcuts";
@@ -55,7 +59,8 @@ export function App(): JSX.Element {
         <Toasts />
       </main>
       {panelOpen.value && !bare && (
-        <aside class="panel" aria-label="Joints and parameters" data-testid="panel">
+        <aside class="panel" aria-label="Joints and parameters" data-testid="panel" style={panelWidth.value === null ? {} : { "--panel-width": `${panelWidth.value}rem` }}>
+          <PanelEdge />
           <JointPanel />
         </aside>
       )}
@@ -63,6 +68,8 @@ export function App(): JSX.Element {
       <RecordingsSheet />
       <ReportSheet />
       <HelpSheet />
+      <GuideSheet />
+      <PictureSheet />
       <DropOverlay />
     </div>
   );

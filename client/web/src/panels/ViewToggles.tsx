@@ -1,13 +1,18 @@
 // Toggles for the layers of the view.
 import type { JSX } from "preact";
 import { constraints } from "../state/constraints";
-import { collisions, constraintsShown, contacts, fit, frames, grid, visuals } from "../state/view";
+import { centresOfMass, collisions, constraintsShown, contacts, fit, frames, grid, jointAxes, linkNames, visuals } from "../state/view";
+import { AddGround } from "./AddGround";
 import { Icon, type IconName } from "./icons";
+import { ViewMenu } from "./ViewMenu";
 
 const TOGGLES = [
   { value: visuals, icon: "visuals", label: "visual", shortcut: "V", what: "What robots look like" },
   { value: collisions, icon: "collisions", label: "collision", shortcut: "C", what: "What robots touch with" },
   { value: frames, icon: "frames", label: "frames", shortcut: "J", what: "Frames of links: red x, green y, blue z" },
+  { value: linkNames, icon: "names", label: "names", shortcut: "N", what: "Names of the links of the robot in the panel" },
+  { value: jointAxes, icon: "axes", label: "axes", shortcut: "A", what: "Axes that joints turn about or slide along" },
+  { value: centresOfMass, icon: "masses", label: "masses", shortcut: "M", what: "Centres of mass of links, and of each robot in red" },
   { value: grid, icon: "grid", label: "grid", shortcut: "G", what: "The ground’s grid" },
   { value: contacts, icon: "contacts", label: "contacts", shortcut: "K", what: "Where links touch, and how hard" },
   { value: constraintsShown, icon: "constraints", label: "constraints", shortcut: "L", what: "What holds links together, and how hard" },
@@ -38,6 +43,8 @@ export function ViewToggles(): JSX.Element {
         <Icon name="fit" />
         <span class="toggle-text">fit</span>
       </button>
+      <ViewMenu />
+      <AddGround />
     </div>
   );
 }
